@@ -7,6 +7,7 @@ import fnmatch
 import os
 import secrets
 import shutil
+import stat
 import sys
 import tempfile
 import time
@@ -120,7 +121,8 @@ def replacing(path: Path | str) -> Iterator[Path]:
     """Give a temporary file to write to; if all goes well, flush it to disk and rename it.
 
     For what is too long for memory, or written by a library that wants a file; otherwise see
-    `write_atomically`.
+    `write_atomically`. A link stays, and what it leads to is replaced. A pipe or a device, such as
+    ``/dev/stdout``, takes the content as it is: nothing else may take its place.
 
     Parameters
     ----------
@@ -137,13 +139,43 @@ def replacing(path: Path | str) -> Iterator[Path]:
     OSError
         If the disk refuses. The former file then still stands, unchanged.
     """
-    target = Path(path)
-    with _told_of(target):
-        target.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-        os.close(handle)
-        with _filled(Path(name), target) as temporary:
-            yield temporary
+    named = Path(path)
+    with _told_of(named):
+        if _takes_a_stream(named):
+            with tempfile.TemporaryDirectory() as folder:
+                content = Path(folder) / "content"
+                content.touch()
+                yield content
+                with content.open("rb") as source, named.open("wb") as stream:
+                    shutil.copyfileobj(source, stream)
+            return
+        target = Path(os.path.realpath(named)) if named.is_symlink() else named
+        with _told_of(target):
+            target.parent.mkdir(parents=True, exist_ok=True)
+            with _filled(_file_beside(target), target) as temporary:
+                yield temporary
+
+
+def _takes_a_stream(path: Path) -> bool:
+    """Return whether something stands there that is neither a file nor a folder."""
+    try:
+        kind = path.stat().st_mode
+    except OSError:
+        return False  # what is wrong is told by the attempt to write
+    return not (stat.S_ISREG(kind) or stat.S_ISDIR(kind))
+
+
+def _file_beside(target: Path) -> Path:
+    """Make an empty file beside a path, with the rights that any new file gets.
+
+    Those of `tempfile` are its maker's alone, and to open them afterward would pass over what the
+    user wants new files to be (``umask``).
+    """
+    while True:
+        made = target.parent / f".{target.name}.{secrets.token_hex(4)}"
+        with contextlib.suppress(FileExistsError):
+            os.close(os.open(made, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+            return made
 
 
 @contextlib.contextmanager
@@ -165,9 +197,9 @@ def _filled(temporary: Path, target: Path) -> Iterator[Path]:
         with temporary.open("rb+") as stream:
             flush_to_disk(stream.fileno())
         if sys.platform != "win32":
-            # A temporary file is private to its maker; a document is not. Windows knows but one
-            # right here, and could not take away what must not be written.
-            temporary.chmod(target.stat().st_mode & 0o777 if target.exists() else 0o644)
+            # Windows knows but one right here, and could not take away what must not be written.
+            with contextlib.suppress(FileNotFoundError):
+                temporary.chmod(target.stat().st_mode & 0o777)
         put_in_place(temporary, target)
     except BaseException:
         with contextlib.suppress(OSError):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import tempfile
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -39,17 +38,59 @@ def test_an_error_names_the_file_and_not_its_temporary_name(
     def full(_path: Path, _content: bytes) -> int:
         raise OSError(28, "No space left on device")
 
-    def closed(**given: object) -> tuple[int, str]:
-        raise PermissionError(13, "Permission denied", f"{given['dir']}/{given['prefix']}x1y2")
+    def closed(path: Path, *_: int) -> int:
+        raise PermissionError(13, "Permission denied", str(path))
 
     monkeypatch.setattr(Path, "write_bytes", full)
     with pytest.raises(OSError, match="No space") as caught:
         write_atomically(tmp_path / "file.txt", "text")
     assert caught.value.filename == str(tmp_path / "file.txt")
-    monkeypatch.setattr(tempfile, "mkstemp", closed)
+    monkeypatch.setattr(os, "open", closed)
     with pytest.raises(PermissionError) as caught:
         write_atomically(tmp_path / "file.txt", "text")
     assert caught.value.filename == str(tmp_path / "file.txt")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="rights of POSIX")
+@pytest.mark.parametrize(("mask", "rights"), [(0o022, 0o644), (0o077, 0o600), (0o002, 0o664)])
+def test_a_new_file_has_the_rights_that_the_user_gives_to_new_files(
+    tmp_path: Path, mask: int, rights: int
+) -> None:
+    former = os.umask(mask)
+    try:
+        path = write_atomically(tmp_path / "file.txt", "text")
+    finally:
+        os.umask(former)
+    assert path.stat().st_mode & 0o777 == rights
+    path.chmod(0o640)
+    write_atomically(path, "again")
+    assert path.stat().st_mode & 0o777 == 0o640  # what was set by hand stays
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links need rights of their own")
+def test_what_a_link_leads_to_is_replaced_and_the_link_stays(tmp_path: Path) -> None:
+    card = write_atomically(tmp_path / "shared" / "card.toml", "before")
+    link = tmp_path / "card.toml"
+    link.symlink_to(card)
+    write_atomically(link, "after")
+    assert link.is_symlink()
+    assert card.read_text() == "after"
+    assert [entry.name for entry in tmp_path.iterdir() if entry.name.startswith(".")] == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes with names")
+def test_a_pipe_takes_what_is_written_and_stays_a_pipe(tmp_path: Path) -> None:
+    """As ``--json /dev/stdout`` and ``--json >(program)`` want it; a file took its place."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    taken: list[str] = []
+    reader = threading.Thread(target=lambda: taken.append(pipe.read_text()), daemon=True)
+    reader.start()
+    write_atomically(pipe, "all of it")
+    reader.join(5.0)
+    assert taken == ["all of it"]
+    assert pipe.is_fifo()
+    assert [entry.name for entry in tmp_path.iterdir()] == ["pipe"]
 
 
 def test_text_is_utf8_with_line_feeds_on_every_system(tmp_path: Path) -> None:
