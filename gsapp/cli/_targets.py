@@ -15,6 +15,7 @@ _WRITTEN = {
     "report": "--report",
 }
 """The parameters of all commands that name what is written, with their options."""
+_SCREEN = "-"
 
 
 def check_targets(given: Mapping[str, object]) -> None:
@@ -29,21 +30,28 @@ def check_targets(given: Mapping[str, object]) -> None:
     ------
     GroundStationError
         If it would.
+    WrongCallError
+        If something other than the result for programs is to go to the screen.
     """
+    from gsapp.cli._calls import WrongCallError
     from gsapp.foundation import GroundStationError
 
-    targets = {
-        option: Path(str(given[name]))
-        for name, option in _WRITTEN.items()
-        if given.get(name) is not None and str(given[name]) != "-"
-    }
-    sources = [
-        path
-        for name, value in given.items()
-        if name not in _WRITTEN
-        for path in _paths(value)
-        if _is_file(path)
-    ]
+    targets: dict[str, Path] = {}
+    for name, option in _WRITTEN.items():
+        target = given.get(name)
+        if target is None or (name == "json" and str(target) == _SCREEN):
+            continue
+        if str(target) == _SCREEN:
+            raise WrongCallError(
+                f"{option} {_SCREEN} names no file; only --json can go to the screen"
+            )
+        targets[option] = Path(str(target))
+    read = [path for name, value in given.items() if name not in _WRITTEN for path in _paths(value)]
+    sources = [path for path in read if _is_file(path)]
+    # A recording goes on in the folder of its flight, with the copies that lie there.
+    if "--out" in targets and "link" not in given:
+        flights = [*_paths(given.get("flights")), *_paths(given.get("flight"))]
+        _check_folder(targets["--out"], sources, flights)
     for option, target in targets.items():
         if not _is_utf8(str(target)):
             raise GroundStationError(
@@ -66,6 +74,26 @@ def check_targets(given: Mapping[str, object]) -> None:
                 raise GroundStationError(
                     f"{option} and {other} both name {target}; choose two names"
                 )
+
+
+def _check_folder(folder: Path, sources: Iterable[Path], flights: Iterable[Path]) -> None:
+    """Raise `GroundStationError` where results would be written among what the command reads."""
+    from gsapp.foundation import GroundStationError
+
+    if not folder.is_dir():
+        return
+    for path in sources:
+        if folder.resolve() in path.resolve().parents:
+            raise GroundStationError(
+                f"--out {folder} holds {path}, which the command reads and could overwrite; choose "
+                "another folder"
+            )
+    for path in flights:
+        if _same(folder, path):
+            raise GroundStationError(
+                f"--out {folder} is what the command reads, and results in it would be taken for "
+                "flights; choose another folder"
+            )
 
 
 def check_flights(flights: Iterable[Path | str]) -> None:
@@ -111,8 +139,9 @@ def _same(target: Path, source: Path) -> bool:
 def _belongs_to_flight(target: Path) -> bool:
     from gsapp.flight.names import OWN_FILES
 
-    if target.name.casefold() in OWN_FILES:
+    place = target.resolve()  # what a link leads to is written
+    if place.name.casefold() in OWN_FILES:
         from gsapp.flight.folder import is_flight_folder
 
-        return is_flight_folder(target.parent)
+        return is_flight_folder(place.parent)
     return False

@@ -64,6 +64,7 @@ def run(
     from gsapp.cli._calls import check_windows, wrong_call
     from gsapp.cli._running import check_fitted, with_bar
     from gsapp.cli._screen import Screen
+    from gsapp.cli._targets import check_flights
     from gsapp.flight.info import now
     from gsapp.identification.campaign import CampaignSettings
     from gsapp.identification.runs.request import RunRequest
@@ -78,6 +79,7 @@ def run(
         check_place(out)
     console = Screen()
     paths = flights_in(flights)
+    check_flights(paths)  # one may be named beside the folder that holds it
     check_windows(maneuver, paths)
     with wrong_call():
         kept_out_numbers(paths, validate)

@@ -22,6 +22,7 @@ from command_kit import gsapp as here
 from gsapp.aircraft.reading import SHIPPED
 from gsapp.cli import _targets
 from gsapp.cli._results import write_result
+from gsapp.cli._targets import check_targets
 from gsapp.cli.main import app
 from gsapp.decoding.dialect import dialect
 from gsapp.flight.preparing import prepare_flight
@@ -236,6 +237,9 @@ def test_a_failure_exits_with_1_and_says_why_without_a_stack_trace(
         ("inertia", "table.csv", "--json", "table.csv"),
         ("record", "flight", "--out", "flight"),
         ("record", "flight/raw.tlog", "--out", "flight"),
+        ("discrepancy", "flight", "--model", "other/model.toml", "--out", "other"),
+        ("report", "other", "--out", "other"),
+        ("linear-models", "flight", "--validate", "other/more.csv", "--out", "other/../other"),
     ],
 )
 def test_no_command_overwrites_what_it_reads_nor_a_flight(
@@ -243,7 +247,10 @@ def test_no_command_overwrites_what_it_reads_nor_a_flight(
 ) -> None:
     (tmp_path / "other").mkdir()
     (tmp_path / "flight").mkdir()
-    names = ("table.csv", "more.csv", "solo.tlog", "flight/raw.tlog", "flight/flight.toml")
+    names = (
+        "table.csv", "more.csv", "solo.tlog", "flight/raw.tlog", "flight/flight.toml",
+        "other/model.toml", "other/more.csv",
+    )  # fmt: skip
     for name in names:
         (tmp_path / name).write_text(f"dear {name}")
     done = here(*call, folder=tmp_path)
@@ -252,6 +259,32 @@ def test_no_command_overwrites_what_it_reads_nor_a_flight(
     for name in names:
         assert (tmp_path / name).read_text() == f"dear {name}"
     assert not (tmp_path / "new.csv").exists()
+
+
+def test_a_recording_goes_on_with_the_copies_of_its_own_flight(tmp_path: Path) -> None:
+    """They lie in the folder that is written to, and are what it is read with."""
+    check_targets({"link": "virtual", "out": tmp_path, "channel_map": _laid(tmp_path)})
+    with pytest.raises(GroundStationError, match=r"holds .*channel_map\.toml"):
+        check_targets({"flights": ("fl",), "out": tmp_path, "channel_map": _laid(tmp_path)})
+
+
+def _laid(folder: Path) -> str:
+    (folder / "channel_map.toml").write_text('name = "mine"')
+    return str(folder / "channel_map.toml")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links need rights of their own")
+def test_no_link_leads_a_result_into_a_flight(tmp_path: Path) -> None:
+    prepare_flight(tmp_path / "flight", aircraft="b777", channel_map="b777")
+    (tmp_path / "x.json").symlink_to(tmp_path / "flight" / "flight.toml")
+    with pytest.raises(GroundStationError, match="made of"):
+        check_targets({"json": tmp_path / "x.json"})
+
+
+def test_only_the_result_for_programs_goes_to_the_screen(tmp_path: Path) -> None:
+    done = here("calibrate", "points.csv", "--channel", "alpha", "--out", "-", folder=tmp_path)
+    assert (done.returncode, list(tmp_path.iterdir())) == (2, [])
+    assert "only --json can go to the screen" in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -356,6 +389,13 @@ def test_a_flight_given_twice_is_refused(tmp_path: Path, command: str) -> None:
     done = here(command, "fl.csv", "./fl.csv", *more, folder=tmp_path)
     assert done.returncode == 2
     assert "fl.csv is given twice; a flight counts once" in done.stderr
+
+
+def test_a_flight_given_beside_the_folder_that_holds_it_is_refused(tmp_path: Path) -> None:
+    prepare_flight(tmp_path / "day" / "fl", aircraft="b777", channel_map="b777")
+    done = here("report", "day", "day/fl", "--out", "x.html", folder=tmp_path)
+    assert done.returncode == 2
+    assert f"{Path('day/fl')} is given twice; a flight counts once" in done.stderr
 
 
 def test_a_result_for_a_closed_output_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
