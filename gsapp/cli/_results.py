@@ -27,6 +27,7 @@ def write_result(json: Path, text: str) -> None:
         If the file cannot be written.
     """
     from gsapp.foundation import GroundStationError, write_atomically
+    from gsapp.foundation.refusals import refusal
 
     if on_screen(json):
         if sys.stdout is None:
@@ -37,6 +38,5 @@ def write_result(json: Path, text: str) -> None:
         write_atomically(json, text)
     except OSError as error:
         raise GroundStationError(
-            f"{json} cannot be written ({error.strerror or error}); choose a file in a folder "
-            "where you may write"
+            refusal(json, error, "choose a file in a folder where you may write")
         ) from error

@@ -77,6 +77,7 @@ def run(
     from gsapp.cli._calls import wrong_call
     from gsapp.cli._results import on_screen, result_text, write_result
     from gsapp.foundation import GroundStationError
+    from gsapp.foundation.refusals import refusal
     from gsapp.quantities import channel as spec_of
     from gsapp.quantities import to_si
 
@@ -111,8 +112,7 @@ def run(
         write_certificate(certificate, out)
     except OSError as error:
         raise GroundStationError(
-            f"{out} cannot be written ({error.strerror or error}); choose a file in a folder "
-            "where you may write"
+            refusal(out, error, "choose a file in a folder where you may write")
         ) from error
     if report is not None:
         _write_report(certificate, out, [load_certificate(path) for path in former], report)

@@ -147,6 +147,7 @@ def run(
 def _check_place(out: Path) -> None:
     """Raise unless the folder can be written: said before the search, not after it."""
     from gsapp.foundation import GroundStationError
+    from gsapp.foundation.refusals import refusal
 
     if out.exists() and not out.is_dir():
         raise GroundStationError(f"{out} is a file; choose a folder for the answer")
@@ -155,8 +156,7 @@ def _check_place(out: Path) -> None:
         Path(tempfile.mkdtemp(prefix=".gsapp-", dir=there)).rmdir()
     except OSError as error:
         raise GroundStationError(
-            f"{out} cannot be written ({error.strerror or error}); choose a folder where you may "
-            "write"
+            refusal(out, error, "choose a folder where you may write")
         ) from error
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsapp.foundation import FlightError
-from gsapp.foundation.files import appearing, files_of
+from gsapp.foundation.files import files_of
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -185,18 +185,14 @@ def write_folder(
     FlightError
         If something is there already, or cannot be written.
     """
+    from gsapp.flight.replacing import making
+
     if out.exists() and (not out.is_dir() or files_of(out)):
         raise FlightError(f"{out} exists already; choose another name for the new flight")
-    try:
-        with appearing(out) as part:
-            true_motion = _fill(settings, part, name=out.name, console=console)
-            if truth is not None:
-                write_truth(truth, true_motion)
-    except OSError as error:
-        raise FlightError(
-            f"{out} cannot be made ({error.strerror or error}); choose a place where you may "
-            "write, with space on its disk"
-        ) from error
+    with making(out) as part:
+        true_motion = _fill(settings, part, name=out.name, console=console)
+        if truth is not None:
+            write_truth(truth, true_motion)
     console.print(f"Wrote the flight {out}.", highlight=False)
     return out
 

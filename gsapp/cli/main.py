@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import sys
 from io import TextIOWrapper
 from pathlib import Path
@@ -1311,16 +1310,6 @@ def inertia(
 
 
 _LONGEST_NAME = 200
-_REMEDIES = {
-    errno.ENOSPC: "make room on the disk",
-    getattr(errno, "EDQUOT", -1): "make room on the disk",
-    errno.EROFS: "choose a place where you may write",
-    errno.ENAMETOOLONG: "choose a shorter name",
-    errno.ENOENT: "check the path",
-    errno.ENOTDIR: "check the path, of which a part is a file and no folder",
-    errno.EISDIR: "name a file, not a folder",
-}
-"""What to do about what a system says, where no command knows better."""
 
 
 def main() -> None:
@@ -1365,10 +1354,13 @@ def _sentence(error: Exception) -> str | None:
             "be written down; rename it"
         )
     if isinstance(error, OSError):
+        from gsapp.foundation.refusals import remedy
+
+        said = error.strerror or str(error)
         if error.filename is None:
-            return str(error.strerror or error)
+            # A name is missing where what was printed could not be written.
+            return f"{said}; {remedy(error)}" if error.errno else said
         name = str(error.filename)
         shown = name if len(name) <= _LONGEST_NAME else f"{name[:40]}...{name[-40:]}"
-        remedy = _REMEDIES.get(error.errno or 0, "check the path and the permissions")
-        return f"{shown}: {error.strerror or error}; {remedy}"
+        return f"{shown}: {said}; {remedy(error)}"
     return None

@@ -49,6 +49,7 @@ from gsapp.flight.names import (
 from gsapp.flight.replacing import copy_atomically, write_whole
 from gsapp.foundation import FlightError, GroundStationError, read_toml
 from gsapp.foundation.files import files_of, is_litter, names_in, stands
+from gsapp.foundation.refusals import refusal
 from gsapp.foundation.toml import validate
 
 _SIGNS_OF_A_FLIGHT = (
@@ -103,9 +104,9 @@ class FlightFolder:
         try:
             folder.path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
+            what = f"the flight folder {folder.path}"
             raise FlightError(
-                f"the flight folder {folder.path} cannot be made ({error.strerror}); choose a "
-                "place where you may write"
+                refusal(what, error, "choose a place where you may write", verb="made")
             ) from error
         _must_be_writable(folder.path)
         folder._write_new_info(info)

@@ -13,9 +13,9 @@ from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.loading import default_map, load_flight
 from gsapp.flight.raw import read_tlog
-from gsapp.flight.replacing import copy_atomically
+from gsapp.flight.replacing import copy_atomically, making
 from gsapp.foundation import FlightError
-from gsapp.foundation.files import appearing, files_of
+from gsapp.foundation.files import files_of
 
 
 def import_flight(
@@ -62,14 +62,8 @@ def import_flight(
         source=source.name,
         channel_map=chosen.name if chosen else "",
     )
-    try:
-        with appearing(target) as made:
-            _fill(made, info, source, chosen)
-    except OSError as error:
-        raise FlightError(
-            f"the flight folder {target} cannot be made ({error.strerror or error}); choose a "
-            "place where you may write, with space on its disk"
-        ) from error
+    with making(target) as made:
+        _fill(made, info, source, chosen)
     return Flight(
         name=info.name,
         path=target,

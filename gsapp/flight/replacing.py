@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from gsapp.foundation import FlightError, files
+from gsapp.foundation.refusals import refusal
 
 
 @contextlib.contextmanager
@@ -27,8 +28,32 @@ def replacing(path: Path | str) -> Iterator[Path]:
             yield temporary
     except OSError as error:
         raise FlightError(
-            f"{target} cannot be written ({error.strerror or error}); check the path, the "
-            "permissions and the space on the disk"
+            refusal(target, error, "check the path, the permissions and the space on the disk")
+        ) from error
+
+
+@contextlib.contextmanager
+def making(folder: Path | str) -> Iterator[Path]:
+    """Give a folder to fill with a flight, and put it in place as a whole if all went well.
+
+    Raises
+    ------
+    FlightError
+        If the disk refuses; it is told of the folder by the name that it was to have.
+    """
+    target = Path(folder)
+    made = target
+    try:
+        with files.appearing(target) as made:
+            yield made
+    except (OSError, FlightError) as error:
+        refused = error if isinstance(error, OSError) else error.__cause__
+        beside = made == target or str(made) in str(error)
+        if not isinstance(refused, OSError) or not beside:
+            raise
+        place = "choose a place where you may write, with space on its disk"
+        raise FlightError(
+            refusal(f"the flight folder {target}", refused, place, verb="made")
         ) from error
 
 

@@ -16,6 +16,7 @@ from calibration.quality import Quality
 from gsapp.flight.info import current_versions
 from gsapp.flight.provenance import input_file
 from gsapp.foundation import GroundStationError, write_atomically
+from gsapp.foundation.refusals import refusal
 from gsapp.quantities import channel, from_si
 from gsapp.report.certificate_figures import HEIGHT, draw_certificate
 from gsapp.report.document import Document, Paragraph, Picture, Section, Table, picture_png
@@ -60,8 +61,7 @@ def write_certificate_report(standing: Standing, path: Path, *, written: str = "
         return write_atomically(path, content)
     except OSError as error:
         raise GroundStationError(
-            f"{path} cannot be written ({error.strerror or error}); choose a file in a folder "
-            "where you may write"
+            refusal(path, error, "choose a file in a folder where you may write")
         ) from error
 
 

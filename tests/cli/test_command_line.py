@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import itertools
 import os
 import re
 import shutil
@@ -26,7 +27,7 @@ from gsapp.cli._targets import check_targets
 from gsapp.cli.main import app
 from gsapp.decoding.dialect import dialect
 from gsapp.flight.preparing import prepare_flight
-from gsapp.foundation import GroundStationError
+from gsapp.foundation import GroundStationError, files
 
 HEAVY = ("numpy", "pydantic", "pint", "PySide6", "matplotlib", "scipy", "pymavlink", "rich")
 
@@ -315,6 +316,57 @@ def test_what_a_system_refuses_is_told_with_a_remedy(
     assert done.returncode == 1
     assert re.search(sentence, done.stderr)
     assert len(done.stderr) < 300
+
+
+_POINTS = "angle [deg],volts [V],direction\n" + "".join(
+    f"{angle},{2.5 + angle / 20},{way}\n" for way in ("up", "down") for angle in (-20, 0, 20)
+)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        ("calibrate", "points.csv", "--channel", "rudder", "--out", "new.toml"),
+        ("calibrate", "points.csv", "--channel", "rudder", "--out", "c.toml", "--report", "x.html"),
+        ("replay", "fl.csv", "--headless", "--json", "x.json"),
+        ("export", "fl.csv", "--to", "csv", "--out", "x.csv"),
+        ("export", "fl.csv", "--to", "parquet", "--out", "x.parquet"),
+        ("import", "fl.csv", "--out", "folder"),
+    ],
+)
+def test_a_full_disk_is_told_with_its_remedy_and_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: tuple[str, ...]
+) -> None:
+    (tmp_path / "points.csv").write_text(_POINTS)
+    (tmp_path / "fl.csv").write_text("time [s],alpha [deg]\n0,1\n1,1\n")
+    there = sorted(tmp_path.iterdir())
+    flush, calls = files.flush_to_disk, itertools.count()
+
+    def fill(descriptor: int) -> None:
+        if "c.toml" not in call or next(calls):
+            raise OSError(errno.ENOSPC, "No space left on device")
+        flush(descriptor)  # the certificate still fits, the page no more
+
+    monkeypatch.setattr(files, "flush_to_disk", fill)
+    done = here(*call, folder=tmp_path)
+    assert done.returncode == 1
+    assert done.stderr.endswith("(No space left on device); make room on the disk")
+    assert f"{call[-1]} cannot be " in done.stderr
+    assert sorted(tmp_path.iterdir()) == sorted(
+        [*there, *([tmp_path / "c.toml"] if "c.toml" in call else [])]
+    )
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="a device that is always full")
+def test_what_is_printed_on_a_full_disk_is_told_with_its_remedy() -> None:
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "gsapp.cli", "--version"],
+            stdout=full, stderr=subprocess.PIPE, encoding="utf-8", timeout=240,
+        )  # fmt: skip
+    assert (done.returncode, done.stderr.strip()) == (
+        1, "gsapp: No space left on device; make room on the disk",
+    )  # fmt: skip
 
 
 def test_what_cannot_be_read_is_told_by_the_command() -> None:

@@ -343,3 +343,19 @@ def test_an_older_catalog_is_brought_up_to_date_with_its_content(tmp_path, monke
         assert len(search_maneuvers(opened)) == len(FOUND)
     with Catalog(path) as again:
         assert again.version == len(schema.MIGRATIONS)
+
+
+def test_a_catalog_that_does_not_fit_on_the_disk_leaves_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file of zero bytes stayed, and was taken for a catalog that holds nothing."""
+
+    def fill(self: Catalog) -> None:
+        self._connection.execute("PRAGMA max_page_count = 1")
+        self._connection.execute("CREATE TABLE first (number INTEGER)")
+        self._connection.execute("CREATE TABLE second (number INTEGER)")
+
+    monkeypatch.setattr(Catalog, "_migrate", fill)
+    with pytest.raises(FlightError, match=r"disk is full.*; make room on the disk$"):
+        Catalog(tmp_path / "campaign.sqlite")
+    assert list(tmp_path.iterdir()) == []

@@ -40,6 +40,7 @@ class Catalog:
             raise FlightError(
                 f"the catalog {self.path} cannot be made: there is no folder {self.path.parent}"
             )
+        is_new = not self.path.exists()
         with self._words():
             self._connection = sqlite3.connect(
                 self.path, timeout=PATIENCE, isolation_level=None, check_same_thread=True
@@ -49,7 +50,15 @@ class Catalog:
                 self._prepare()
         except BaseException:
             self._connection.close()
+            if is_new:
+                with contextlib.suppress(OSError):
+                    self._leave_nothing()
             raise
+
+    def _leave_nothing(self) -> None:
+        """Take away the file that was begun here, unless another program has filled it since."""
+        if not self.path.stat().st_size:
+            self.path.unlink()
 
     def close(self) -> None:
         """Close the file. May be called twice."""
@@ -157,9 +166,11 @@ class Catalog:
                     f"another program has been writing to the catalog {self.path} for more than "
                     f"{PATIENCE:.0f} s; close it, or try again"
                 ) from error
+            todo = "check the path, the permissions and the space on the disk"
+            if getattr(error, "sqlite_errorcode", 0) == sqlite3.SQLITE_FULL:
+                todo = "make room on the disk"
             raise FlightError(
-                f"the catalog {self.path} cannot be used ({error}); check the path, the "
-                "permissions and the space on the disk"
+                f"the catalog {self.path} cannot be used ({error}); {todo}"
             ) from error
         except sqlite3.DatabaseError as error:
             raise FlightError(

@@ -49,6 +49,7 @@ def write_parquet(path: Path | str, block: Block, system: str = "us") -> Path:
         values = layout.converted(place, block.values[:, place])
         columns.append(pyarrow.array(values, from_pandas=True))
     table = pyarrow.Table.from_arrays(columns, schema=pyarrow.schema(fields))
-    with replacing(path) as temporary:
-        parquet.write_table(table, temporary, compression="zstd")
+    # Through a stream: what Arrow says of a disk that refuses tells no program why.
+    with replacing(path) as temporary, temporary.open("wb") as stream:
+        parquet.write_table(table, stream, compression="zstd")
     return Path(path)

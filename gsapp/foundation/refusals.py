@@ -1,0 +1,52 @@
+"""What to do about it when a system refuses to read or write."""
+
+from __future__ import annotations
+
+import errno
+
+_REMEDIES = {
+    errno.ENOSPC: "make room on the disk",
+    getattr(errno, "EDQUOT", -1): "make room on the disk",
+    errno.EFBIG: "choose a disk that takes files of that size",
+    errno.EROFS: "choose a place where you may write",
+    errno.ENAMETOOLONG: "choose a shorter name",
+    errno.ENOENT: "check the path",
+    errno.ENOTDIR: "check the path, of which a part is a file and no folder",
+    errno.EISDIR: "name a file, not a folder",
+}
+
+
+def remedy(error: OSError, otherwise: str = "check the path and the permissions") -> str:
+    """Return what to do about an error of the system.
+
+    Parameters
+    ----------
+    error : OSError
+        What it said.
+    otherwise : str
+        What to do where the error does not tell, as where the permissions are missing.
+
+    Returns
+    -------
+    str
+        The end of a sentence, without a period.
+    """
+    return _REMEDIES.get(error.errno or 0, otherwise)
+
+
+def refusal(what: object, error: OSError, otherwise: str, *, verb: str = "written") -> str:
+    """Return the sentence for a file or folder that could not be written.
+
+    Parameters
+    ----------
+    what : object
+        Path, or words that end in one.
+    error : OSError
+        What the system said.
+    otherwise : str
+        As for `remedy`.
+    verb : str
+        What could not be done with it.
+    """
+    said = error.strerror or str(error)
+    return f"{what} cannot be {verb} ({said}); {remedy(error, otherwise)}"
