@@ -141,7 +141,7 @@ class FlightClock:
         self._envelope: float | None = None
         self._envelope_host = 0
         self._stamped = False
-        self._above: list[float] = []
+        self._above: list[_Held] = []
         self._waiting: list[_Held] = []
         self._narrow: list[tuple[int, int, _Held]] = []
 
@@ -183,7 +183,9 @@ class FlightClock:
             passed = 0
         unwrapped = stamp
         if period:
-            unwrapped += (last + passed - stamp + period // 2) // period * period
+            # No flight pauses for weeks: by so much the host's clock may be set, and tells nothing.
+            expected = last + passed if period <= NARROW else last
+            unwrapped += (expected - stamp + period // 2) // period * period
         ahead = unwrapped - last
         held = line.held
         if held and _goes_on(line, unwrapped, host):
@@ -211,9 +213,10 @@ class FlightClock:
         """Return the flight time of an arrival: of a message that carries no stamp.
 
         It is the time at which a message that left now, with the least delay known, would
-        arrive. None if no stamp was seen yet; the item then waits.
+        arrive. None if no stamp was seen yet, or if the host's clock may have been set since the
+        last one; the item then waits for the next stamps.
         """
-        if self._envelope is None:
+        if self._envelope is None or self._may_be_set(host):
             self._waiting.append(_Held(0, host, item))
             self._give_up_waiting(host)
             return None
@@ -253,6 +256,14 @@ class FlightClock:
                 line.held = []
         if self._envelope is None and (self._waiting or self._narrow):
             self._begin_by_arrival()
+        elif self._waiting:
+            self._release_waiting()
+
+    def _may_be_set(self, host: int) -> bool:
+        """Return whether the host's clock has leaped, or the link was silent: stamps will tell."""
+        return self._stamped and (
+            bool(self._above) or self.flight_time(host) - self.now > HOST_STEP
+        )
 
     def _begin(self, component: int, line: _Line, held: _Held, period: int) -> int | None:
         """Take up a new line at its second stamp that agrees with the one before."""
@@ -318,7 +329,7 @@ class FlightClock:
             return
         first = line.held[0]
         span, passed = held.stamp - first.stamp, held.host - first.host
-        if _is_reordered(line, first) and 2 * passed < span:
+        if _is_reordered(line, first) and _came_at_once([first, held]):
             return  # they come all at once: what was kept back on the way
         if span >= CONFIRM_SPAN or passed >= CONFIRM_HOST:
             self._move(line)
@@ -405,16 +416,20 @@ class FlightClock:
             envelope += DRIFT * passed
             self._envelope_host = host
         if delay > envelope + HOST_STEP:
-            self._above.append(delay)
+            self._above.append(_Held(time, host, None))
             if len(self._above) >= 4 * CONFIRM_COUNT:
-                envelope = min(self._above)
+                envelope = float(min(each.host - each.stamp for each in self._above))
+                if not _came_at_once(self._above):
+                    text = "this computer's clock was set; delays begin anew"
+                    self._tell("host-step", time, text)
                 self._above.clear()
-                self._tell("host-step", time, "this computer's clock was set; delays begin anew")
         elif self._above:
             self._above.clear()
         self._envelope = delay if delay < envelope else envelope
         if time > self.now:
             self._pass(time)
+        if self._waiting and not self._above:
+            self._release_waiting()
 
     def _risen(self, host: int) -> float:
         if not self._stamped:
@@ -431,8 +446,16 @@ class FlightClock:
     def _give_up_waiting(self, host: int) -> None:
         oldest = [held.host for held in self._waiting[:1]]
         oldest += [narrow[2].host for narrow in self._narrow[:1]]
-        if oldest and host - min(oldest) > PATIENCE:
+        if not oldest or host - max(min(oldest), self._heard_above()) <= PATIENCE:
+            return
+        if self._envelope is None:
             self._begin_by_arrival()
+        else:
+            self._release_waiting()
+
+    def _heard_above(self) -> int:
+        """Return when the last of the stamps came that may tell of a host clock that was set."""
+        return self._above[-1].host if self._above else 0
 
     def _begin_by_arrival(self) -> None:
         """Start without a stamp: flight time counts from the first arrival."""
@@ -450,7 +473,8 @@ class FlightClock:
     def _release_waiting(self) -> None:
         waiting, self._waiting = self._waiting, []
         narrow, self._narrow = self._narrow, []
-        # Those that came before the first stamp are placed by the first delay known.
+        # Those that came before the first stamp are placed by the first delay known; those that
+        # came when the host's clock was set, by the first one after it.
         for _, host, item in waiting:
             time = host - round(self._envelope or 0.0)
             self._pass(time)
@@ -468,6 +492,11 @@ def _follows(before: _Held, after: _Held) -> bool:
     """Return whether two stamps may stand on one line."""
     passed = max(after.host - before.host, 0)
     return -LATE <= after.stamp - before.stamp <= AHEAD + passed
+
+
+def _came_at_once(held: list[_Held]) -> bool:
+    """Return whether stamps came quicker than they were made: the way had kept them back."""
+    return 2 * (held[-1].host - held[0].host) < held[-1].stamp - held[0].stamp
 
 
 def _is_reordered(line: _Line, held: _Held) -> bool:

@@ -316,6 +316,48 @@ def test_a_computer_whose_clock_is_set_begins_its_delays_anew() -> None:
     assert case.clock.flight_time(HOST + 3_602_000_000) == pytest.approx(2_000_000, abs=1000)
 
 
+@pytest.mark.parametrize("leap", [45_000_000, 3_600_000_000, 20 * 365 * 86_400_000_000])
+@pytest.mark.parametrize("rate", [1, 100])
+def test_arrivals_stay_in_place_when_the_computers_clock_is_set(leap: int, rate: int) -> None:
+    """One that was placed an hour ahead made all later ones too late, to the end of the flight."""
+    case = Case()
+    step = 1_000_000 // rate
+    for k in range(40 * rate):
+        host = step * k + (leap if k >= 10 * rate else 0)
+        if k % 2:
+            case.arrive(host, "arrival")
+        case.stamp(step * k, host, item="stamp", period=MS_TURN)
+    case.finish()
+    arrived = [time for item, time in case.placed if item == "arrival"]
+    assert arrived == pytest.approx(list(range(step, 40_000_000, 2 * step)), abs=10_000)
+    assert case.kinds == ["host-step"]
+    assert case.clock.now == step * (40 * rate - 1)
+
+
+def test_what_the_link_kept_back_for_a_minute_is_no_clock_that_was_set() -> None:
+    """It comes all at once; messages without a stamp count at the stamps they came among."""
+    case = Case()
+    for k in range(12_000):
+        host = 10_000 * k if not 2_000 <= k < 8_000 else 80_000_000 + k
+        case.arrive(host, f"{k}")
+        case.stamp(10_000 * k, host, item="stamp")
+    arrived = {int(item): time for item, time in case.placed if item != "stamp"}
+    assert all(abs(time - 10_000 * k) < 300_000 for k, time in arrived.items())
+    assert len(arrived) == 12_000
+    assert case.kinds == []
+
+
+def test_arrivals_go_on_when_all_stamps_have_ended() -> None:
+    """They wait for a stamp for half a minute after a pause, and no longer."""
+    case = Case()
+    for k in range(100):
+        case.stamp(10_000 * k, 10_000 * k, item="stamp")
+    for k in range(200):
+        case.arrive(100_000_000 + 500_000 * k)
+    arrived = [time for item, time in case.placed if item == "arrival"]
+    assert arrived == pytest.approx([100_000_000 + 500_000 * k for k in range(200)], abs=50_000)
+
+
 def test_a_clock_that_stands_still_is_ignored_and_reported() -> None:
     """A box that always stamps zero: after three seconds its messages count by arrival."""
     case = Case()
