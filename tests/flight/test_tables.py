@@ -257,3 +257,34 @@ def test_what_is_no_flight(tmp_path):
     (tmp_path / "a.pdf").write_text("x")
     with pytest.raises(FlightError, match="ending that is not known"):
         load_flight(tmp_path / "a.pdf")
+
+
+def test_time_may_be_a_column_of_an_array_and_channels_members_of_many_structures(tmp_path):
+    """As MATLAB users keep logs: ``log(:, 1)`` is time, ``imu(2).q`` the second gyro."""
+    times = np.arange(0.0, 2.0, 0.01)
+    imu = np.zeros(2, dtype=[("q", "O")])
+    imu[0], imu[1] = (times * 0.0,), (times * 3.0,)
+    log = np.column_stack([times * 1e3, times * 10.0])
+    savemat(tmp_path / "x.mat", {"log": log, "imu": imu, "across": log.T})
+    stated = 'time = "log[0]"\ntime_unit = "ms"'
+    path = make_map(tmp_path, stated, q="imu[1].q", v="log[1]")
+    flight = load_flight(tmp_path / "x.mat", channel_map=path)
+    np.testing.assert_allclose(flight.block["q"], np.deg2rad(3.0 * times), atol=1e-9)
+    for head, q, told in (
+        (stated, "across[1]", "shape (2, 200).* transpose it"),
+        ('time = "log[7]"', "imu[0].q", "one column of it is to be the time"),
+    ):
+        path = make_map(tmp_path, head, q=q, v="log[1]")
+        with pytest.raises(FileProblemsError, match=told.replace("(2, 200)", r"\(2, 200\)")):
+            load_flight(tmp_path / "x.mat", channel_map=path)
+
+
+@pytest.mark.parametrize("mapped", [False, True])
+def test_time_counted_in_days_is_no_flight_of_a_million_samples_a_second(tmp_path, mapped):
+    """Excel counts days; the grid of such a file did not fit into memory."""
+    head = "time,Pitch Rate (deg/s),Speed" if mapped else "time [s],q [deg/s],V [kt]"
+    rows = (f"{46154.4 + k * 0.01 / 86400:.10f},{k},80" for k in range(100))
+    path = tmp_path / "excel.csv"
+    path.write_text("\n".join((head, *rows)))
+    with pytest.raises(FileProblemsError, match=r"every 1\.2e-07 s; is time counted in days"):
+        load_flight(path, channel_map=make_map(tmp_path) if mapped else None)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gsapp.flight.uniform import typical_step
 from gsapp.foundation import FileProblem, FileProblemsError, UnitError, UnknownNameError
 from gsapp.quantities import (
     CHANNELS,
@@ -25,6 +26,8 @@ TIME = "time"
 _CELL = re.compile(r"(?P<id>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?")
 _NUMBERED = re.compile(r"(?P<base>.+)_(?P<number>[2-9])")
 _FIRST = 5
+_QUICKEST = 20_000.0
+"""Samples per second that nothing on such an aircraft reaches."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -250,6 +253,34 @@ def check_times(path: Path, times: FloatArray, where: Callable[[int], str]) -> N
         )
     if problems:
         raise FileProblemsError(path, problems)
+    check_spacing(path, times, where(0))
+
+
+def check_spacing(path: Path, times: FloatArray, where: str) -> None:
+    """Check that samples do not follow quicker than any instrument takes them.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for messages.
+    times : ndarray, shape (n,)
+        Increasing, s.
+    where : str
+        The place of the times in the file, in words.
+
+    Raises
+    ------
+    FileProblemsError
+        If they do, as where a program counts time in days.
+    """
+    step = typical_step(times)
+    if step * _QUICKEST < 1.0:
+        problem = FileProblem(
+            where=where,
+            what=f"the samples would follow every {step:.2g} s",
+            remedy="is time counted in days or hours? write it in the unit that is stated",
+        )
+        raise FileProblemsError(path, [problem])
 
 
 def flight_of_columns(

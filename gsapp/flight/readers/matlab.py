@@ -21,7 +21,8 @@ def read_mat_columns(path: Path | str) -> tuple[dict[str, FloatArray], dict[str,
     Returns
     -------
     columns : dict of str to ndarray, shape (n,) or (n, k)
-        By variable; a member of a structure is ``gyro.q``. Rows stand for time.
+        By variable; a member of a structure is ``gyro.q``, one of the second in an array of
+        structures ``gyro[1].q``. Rows stand for time.
     units : dict of str to str
         The texts of a structure called ``units``, by member.
 
@@ -76,6 +77,9 @@ def _collect(prefix: str, content: Mapping[str, Any], columns: dict[str, FloatAr
     for name, value in content.items():
         if isinstance(value, Mapping):
             _collect(f"{prefix}{name}.", value, columns)
+        elif isinstance(value, list) and all(isinstance(one, Mapping) for one in value):
+            for place, one in enumerate(value):
+                _collect(f"{prefix}{name}[{place}].", one, columns)
         elif isinstance(value, (int, float)) and not isinstance(value, bool):
             columns[prefix + name] = np.array([value], dtype=np.float64)
         elif isinstance(value, np.ndarray) and value.dtype.kind in "fiub" and 1 <= value.ndim <= 2:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from gsapp.decoding.channel_map import TABLE, ChannelMap
+from gsapp.flight.readers.columns import check_spacing
 from gsapp.flight.readers.delimited import TextTable, read_text_table
 from gsapp.flight.readers.log_table import Log, LogTable, clean_clock
 from gsapp.flight.readers.matlab import read_mat_columns
@@ -60,15 +61,20 @@ def read_table(path: Path | str, channel_map: ChannelMap) -> Log:
     if mistakes:
         raise FileProblemsError(file, list(dict.fromkeys(mistakes)))
     used = {name for fields in wanted.values() for name in fields}
-    arrays = fetch(
-        [*sorted({_column(names, name) for name in used}), *(n for n, _ in clocks.values())]
-    )
+    used |= {name for name, _ in clocks.values()}
+    arrays = fetch(sorted({_column(names, name) for name in used}))
     problems: list[FileProblem] = []
     tables: dict[tuple[str, str], LogTable] = {}
     for key, fields in wanted.items():
         clock, unit = clocks[key]
-        times = to_si(arrays[clock].reshape(-1), unit, "time")
+        stamps = _element(arrays, names, clock)
+        if stamps is None:
+            shape = arrays[_column(names, clock)].shape
+            problems.append(_misfit(clock, shape, "one column of it is to be the time", 0))
+            continue
+        times = to_si(stamps.reshape(-1), unit, "time")
         good = clean_clock(times)
+        check_spacing(file, times[good], clock)
         if not good.all():
             remarks.append(
                 f"{int(good.size - good.sum())} rows of {file.name} have no time, or one that "
@@ -79,19 +85,22 @@ def read_table(path: Path | str, channel_map: ChannelMap) -> Log:
             values = _element(arrays, names, name)
             if values is None or values.shape != times.shape:
                 shape = arrays[_column(names, name)].shape
-                problems.append(
-                    FileProblem(
-                        where=name,
-                        what=f"has the shape {shape}, where '{clock}' has {times.size} times",
-                        remedy="name one column of it, as in 'rates[0]', or its own clock",
-                    )
-                )
+                expected = f"'{clock}' has {times.size} times"
+                problems.append(_misfit(name, shape, expected, times.size))
             else:
                 columns[name] = values[good]
         tables[TABLE, key] = LogTable(times=times[good], fields=columns)
     if problems:
         raise FileProblemsError(file, problems)
     return Log(path=file, tables=tables, remarks=tuple(remarks))
+
+
+def _misfit(name: str, shape: tuple[int, ...], expected: str, size: int) -> FileProblem:
+    """Return the problem of an array that does not have one number for each of `size` times."""
+    remedy = "name one column of it, as in 'rates[0]', or its own clock"
+    if len(shape) == 2 and shape[1] == size:
+        remedy = "transpose it: its rows are to stand for time"
+    return FileProblem(where=name, what=f"has the shape {shape}, where {expected}", remedy=remedy)
 
 
 Fetch = Callable[[Sequence[str]], Mapping[str, FloatArray]]
@@ -150,7 +159,9 @@ def _missing(names: Sequence[str], wanted: Sequence[str]) -> list[FileProblem]:
             FileProblem(
                 where=name,
                 what="is no column of this file",
-                remedy=did_you_mean(name, names, f"it has: {listed(names, 20)}", most=1),
+                remedy=did_you_mean(
+                    name, names, f"it has: {listed(names, 20) or 'no numbers at all'}", most=1
+                ),
             )
         )
     return problems
