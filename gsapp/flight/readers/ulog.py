@@ -17,6 +17,8 @@ from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
 
 _MAGIC = b"ULog\x01\x12\x35"
+_HEADER = 16
+"""Bytes before the first message."""
 _ELEMENT = re.compile(r"(?P<name>.+)\[(?P<index>\d+)\]")
 
 
@@ -56,11 +58,13 @@ def read_ulog(path: Path | str, wanted: Collection[str] | None = None) -> Log:
     remarks: list[str] = []
     if parsed.file_corruption or "corruption" in said.casefold():
         remarks.append(f"parts of {file.name} were damaged and are left out")
+    elif _is_torn(file):
+        remarks.append(f"the last message of {file.name} was torn off; it is left out")
     dropouts = [int(dropout.duration) for dropout in parsed.dropouts]
     if dropouts:
+        often = "once" if len(dropouts) == 1 else f"{len(dropouts)} times"
         remarks.append(
-            f"the logger of {file.name} dropped out {len(dropouts)} times, "
-            f"{sum(dropouts) / 1000.0:.1f} s in all"
+            f"the logger of {file.name} dropped out {often}, {sum(dropouts) / 1000.0:.1f} s in all"
         )
     tables: dict[tuple[str, str], LogTable] = {}
     for topic in parsed.data_list:
@@ -101,6 +105,19 @@ def _fields(data: Mapping[str, Any], good: BoolArray) -> dict[str, FloatArray]:
         if sorted(found) == list(range(len(found))):
             fields[name] = np.column_stack([found[index] for index in range(len(found))])
     return fields
+
+
+def _is_torn(file: Path) -> bool:
+    """Return whether the end of an otherwise sound log cuts off a message.
+
+    A message is two bytes of length, one of its type, and so many bytes; pyulog passes over what
+    is cut off without a word.
+    """
+    data = file.read_bytes()
+    place, size = _HEADER, len(data)
+    while place + 2 < size:
+        place += 3 + data[place] + (data[place + 1] << 8)
+    return place != size
 
 
 def _parse(file: Path, wanted: Collection[str] | None) -> tuple[Any, str]:

@@ -1,0 +1,72 @@
+"""PX4's log as its public format describes it, written byte by byte."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gsapp.flight import load_flight
+
+pytest.importorskip("pyulog")
+
+ROWS = 200
+
+
+def message(kind: str, payload: bytes) -> bytes:
+    return struct.pack("<HB", len(payload), ord(kind)) + payload
+
+
+def short_log(*, dropouts: int = 0, instances: int = 1) -> bytes:
+    """Return a log of two seconds with gyros, and attitude in every tenth row."""
+    log = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 1_000_000)
+    log += message(
+        "F",
+        b"sensor_combined:uint64_t timestamp;float[3] gyro_rad;uint32_t gyro_integral_dt;"
+        b"float[3] accelerometer_m_s2;uint8_t[4] _padding0;",
+    )
+    log += message("F", b"vehicle_attitude:uint64_t timestamp;float[4] q;")
+    text = b"char[3] sys_name"
+    log += message("I", bytes([len(text)]) + text + b"PX4")
+    for instance in range(instances):
+        log += message("A", struct.pack("<BH", instance, 2 * instance) + b"sensor_combined")
+        log += message("A", struct.pack("<BH", instance, 2 * instance + 1) + b"vehicle_attitude")
+    for row in range(ROWS):
+        stamp = 1_000_000 + 10_000 * row
+        for instance in range(instances):
+            motion = struct.pack("<Q3fI3f", stamp, 0.0, 0.01 * row + instance, 0, 1, 0, 0, -9.8)
+            log += message("D", struct.pack("<H", 2 * instance) + motion)
+            if row % 10 == 0:
+                attitude = struct.pack("<Q4f", stamp, 1, 0, 0, 0)
+                log += message("D", struct.pack("<H", 2 * instance + 1) + attitude)
+        if row == ROWS // 2:
+            log += message("O", struct.pack("<H", 120)) * dropouts
+    return log
+
+
+def written(folder: Path, log: bytes) -> Path:
+    path = folder / "x.ulg"
+    path.write_bytes(log)
+    return path
+
+
+def test_the_first_of_several_instances_counts(tmp_path: Path) -> None:
+    flight = load_flight(written(tmp_path, short_log(instances=3)))
+    assert flight.block["q"] == pytest.approx(0.01 * np.arange(ROWS), abs=1e-6)
+    assert flight.remarks == ()
+
+
+@pytest.mark.parametrize("cut", [1, 2, 3, 20, 30])
+def test_a_torn_end_is_told(tmp_path: Path, cut: int) -> None:
+    """A box that loses power leaves half a message behind; nothing was said of it."""
+    flight = load_flight(written(tmp_path, short_log()[:-cut]))
+    assert flight.remarks == ("the last message of x.ulg was torn off; it is left out",)
+    assert flight.block["q"] == pytest.approx(0.01 * np.arange(ROWS - 1), abs=1e-6)
+
+
+@pytest.mark.parametrize(("count", "often"), [(1, "once, 0.1 s"), (3, "3 times, 0.4 s")])
+def test_dropouts_are_told(tmp_path: Path, count: int, often: str) -> None:
+    flight = load_flight(written(tmp_path, short_log(dropouts=count)))
+    assert flight.remarks == (f"the logger of x.ulg dropped out {often} in all",)
