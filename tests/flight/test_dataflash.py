@@ -126,6 +126,20 @@ def test_units_and_multipliers_of_the_log(bin_file):
     assert log.tables["POS", ""].fields["Lat"][0] == pytest.approx(47.3977418)
 
 
+def test_multipliers_stored_in_single_precision_are_the_numbers_meant(tmp_path):
+    """As ArduPilot on the aircraft writes them; a latitude would be off by centimeters."""
+    log = BinWriter()
+    log.define("POS", "QLL", "TimeUS,Lat,Lng")
+    log.describe({"D": "deglatitude"}, {"G": float(np.float32(1e-7)), "F": 1e-6},
+                 [("POS", "sDD", "FGG")])  # fmt: skip
+    log.write("POS", 5, 473977418, -1228410850)
+    path = tmp_path / "p.bin"
+    path.write_bytes(log.data)
+    fields = read_dataflash(path).tables["POS", ""].fields
+    assert fields["Lat"][0] == pytest.approx(47.3977418, abs=1e-12)
+    assert fields["Lng"][0] == pytest.approx(-122.841085, abs=1e-12)
+
+
 def test_multiplier_of_a_plain_integer_is_applied(tmp_path):
     """A plain int16 with the multiplier 0.01 is scaled, which pymavlink leaves to its caller."""
     log = BinWriter()

@@ -275,7 +275,9 @@ class _Scales:
                 units[chr(row["Id"] & 0x7F)] = _UNIT_NAMES.get(label, label)
         with contextlib.suppress(KeyError, ValueError):
             for row in records["MULT"][1]:
-                factors[chr(row["Id"] & 0x7F)] = float(row["Mult"])
+                # ArduPilot computes in single precision and stores that as a double: what it
+                # means by 1.0000000117e-07 is 1e-07, which is 5 cm of latitude.
+                factors[chr(row["Id"] & 0x7F)] = float(f"{row['Mult']:.7g}")
         with contextlib.suppress(KeyError, ValueError):
             for row in records["FMTU"][1]:
                 columns[int(row["FmtType"])] = (
