@@ -130,6 +130,7 @@ def test_marks_latin1_comments_and_quotes(tmp_path):
         ("bom.csv", "\ufefftime [s],alpha [°]\n0,2\n1,3\n", "utf-8"),
         ("latin.csv", "time [s],alpha [°]\n0,2\n1,3\n", "latin-1"),
         ("comment.csv", "# cut\n\ntime [s],alpha [deg]\n0,2\n\n1,3\n\n", "utf-8"),
+        ("told.csv", "sep=,\r\ntime [s],alpha [deg]\r\n0,2\r\n1,3\r\n", "utf-8"),
         ("quotes.csv", '"time [s]","alpha [deg]"\n"0","2"\n1,3\n', "utf-8"),
     ):
         block = read_flight_csv(write(tmp_path, text, name, encoding)).block
@@ -158,6 +159,8 @@ def test_marks_latin1_comments_and_quotes(tmp_path):
         ("time [s],q [deg/s]\n0,1\n1,x\n", "line 3, column 2 (q [deg/s])", "'x'", "empty"),
         ("time [s],q [deg/s]\n0,1\n1,N/A\n", "line 3, column 2", "'N/A'", "leave the cell empty"),
         ("time [s],q [deg/s]\n0,1\n1,3deg\n", "line 3, column 2", "'3deg'", "header"),
+        ("time [s],q [deg/s]\n9:40:01,1\n", "line 2, column 1", "'9:40:01'", "write seconds"),
+        ("time [s],q [deg/s]\n2026-05-12 09:40,1\n", "line 2", "'2026-05", "write seconds"),
         ("time [s],q [deg/s]\n0,1\n1,inf\n", "line 3, column 2", "'inf'", "empty"),
         ("time [s],q [deg/s]\n0,1\n1,1_0\n", "line 3, column 2", "'1_0'", "number"),
         ("time [s],q [deg/s]\n0,1\n1,\u0661\n", "line 3, column 2", "\u0661", "number"),

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import itertools
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +22,10 @@ from gsapp.quantities import FloatArray
 _ROWS_AT_ONCE = 4096
 _MOST_PROBLEMS = 20
 _SEPARATORS = {";": "semicolons", "\t": "tabs"}
+_MOMENT = re.compile(r"\d+[-/.]\d+[-/.]\d+|\d+:\d\d")
+"""How a date or a time of day begins."""
+_TOLD_SEPARATOR = re.compile(r"\"?sep=.\"?,*", re.IGNORECASE)
+"""A line by which a spreadsheet is told what separates the cells."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -164,8 +169,9 @@ def read_text_table(path: Path | str) -> TextTable:
     """Read a text file as a table, its numbers not yet parsed.
 
     UTF-8 with or without byte-order mark and Latin-1 are understood, as are all line ends. Lines
-    before the header that are blank or begin with ``#`` are passed over. A last line that was
-    torn off is left out and remarked on.
+    before the header that are blank or begin with ``#``, and one that tells a spreadsheet the
+    separator (``sep=,``), are passed over. A last line that was torn off is left out and remarked
+    on.
 
     Raises
     ------
@@ -177,7 +183,12 @@ def read_text_table(path: Path | str) -> TextTable:
     text = _text(file)
     lines = text.split("\n")
     header = next(
-        (i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")), None
+        (
+            place
+            for place, line in enumerate(lines)
+            if line.strip() and not line.startswith("#") and not _TOLD_SEPARATOR.fullmatch(line)
+        ),
+        None,
     )
     if header is None:
         raise _one_problem(
@@ -271,6 +282,8 @@ def _fast_numbers(rows: Sequence[Sequence[str]], width: int) -> FloatArray | Non
 def _number_remedy(text: str) -> str:
     if "," in text:
         return "write a decimal point"
+    if _MOMENT.match(text):
+        return "write seconds, counted from any moment"
     if text.casefold() in {"na", "n/a", "null", "none", "-", "--", "missing", "?"}:
         return "leave the cell empty where a sample is missing"
     if "inf" in text.casefold():
