@@ -57,6 +57,11 @@ class Begun:
     folder: Path | None = None
     handed_over: bool = False
 
+    @property
+    def flight_stays(self) -> bool:
+        """Return whether there is a flight to which what waited for the next one belongs."""
+        return self.folder is None or self.folder.is_dir()
+
     def undo(self) -> bool:
         """End everything, and take away a folder without a record; return whether one is kept."""
         if self.session is not None:

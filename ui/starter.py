@@ -244,8 +244,8 @@ class FlightStarter(QObject):
     ) -> None:
         """Set a flight going in a thread; the window goes on meanwhile.
 
-        What a work that is cancelled has set going is undone. One that begins to record waits for
-        that, lest it meet the recorder of the one before.
+        What a work that is cancelled or fails has set going is undone. One that begins to record
+        waits for that, lest it meet the recorder of the one before.
         """
 
         def run(progress: Progress) -> Begun:
@@ -257,9 +257,10 @@ class FlightStarter(QObject):
                     if progress.cancelled:
                         raise CancelledError
                 except BaseException:
-                    if progress.cancelled:
-                        self._undo(begun)
-                    else:
+                    # What failed is undone, too: no window shows the recorder it has started, and
+                    # that would hold the link against the next attempt.
+                    self._undo(begun, "cancelled" if progress.cancelled else "given up")
+                    if not progress.cancelled and begun.flight_stays:
                         self._begin_the_next(begun)
                     raise
             return begun
@@ -281,12 +282,12 @@ class FlightStarter(QObject):
             wanted.append(self._records)
         if begun.recorder is not None and begun.recorder.folder in map(Path.absolute, wanted):
             begun.recorder = begun.folder = None  # another connection has joined it
-        Thread(target=self._undo, args=(begun,), name="undoing").start()
+        Thread(target=self._undo, args=(begun, "cancelled"), name="undoing").start()
 
-    def _undo(self, begun: Begun) -> None:
+    def _undo(self, begun: Begun, why: str) -> None:
         """End what was set going; called in a thread."""
         if begun.undo() and begun.folder is not None:
-            words = f"What came before it was cancelled is kept in {begun.folder}."
+            words = f"What came before it was {why} is kept in {begun.folder}."
             self.said.emit("note", words)
 
     def _give(self, begun: Begun, back_to: float | None) -> None:

@@ -7,6 +7,7 @@ import socket
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -448,6 +449,40 @@ def test_a_connection_that_is_cancelled_keeps_what_came(
     assert find_recorders() == []
     (folder,) = (window.desk.starter.next_folder().parent).glob("*")
     assert FlightFolder(path=folder).records
+
+
+@pytest.mark.parametrize("sends", [False, True])
+def test_a_connection_that_fails_leaves_no_recorder_behind(
+    window: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, sends: bool
+) -> None:
+    """It ran on unseen, and held the link against the next attempt."""
+    card = next_flight_path(window.store.path) / "flight.toml"
+    card.parent.mkdir(parents=True, exist_ok=True)
+    card.write_text('notes = "new tire"\n', encoding="utf-8")
+    follow = Session.follow
+
+    def fail(folder: Path, **_options: object) -> Session:
+        deadline = time.monotonic() + 20.0
+        while sends and not FlightFolder(path=folder).records and time.monotonic() < deadline:
+            time.sleep(0.01)
+        raise FlightError("the map was taken away")
+
+    monkeypatch.setattr(Session, "follow", fail)
+    port = free_port()
+    link = f"udpin:127.0.0.1:{port}"
+    with Aircraft(port) if sends else nullcontext():
+        window.desk.starter.connect_link(link)
+        until(qtbot, lambda: any("taken away" in text for text in window.banners.texts()))
+    assert find_recorders() == []
+    kept = list(window.desk.starter.next_folder().parent.glob("*"))
+    assert [FlightFolder(path=one).records != () for one in kept] == ([True] if sends else [])
+    assert any("given up is kept in" in text for text in window.banners.texts()) == sends
+    # The card went with the bytes, or waits on.
+    assert ("new tire" in card.read_text(encoding="utf-8")) != sends
+    monkeypatch.setattr(Session, "follow", follow)
+    window.desk.starter.connect_link(link)
+    until(qtbot, lambda: window.desk.is_open)
+    window.desk.stop_now()
 
 
 def test_a_second_connection_joins_the_recorder_of_the_first(
