@@ -178,6 +178,14 @@ def test_a_log_of_another_flight_changes_nothing(flight, tmp_path):
     begun = datetime.fromtimestamp(BEGUN_US / 1e6, UTC) + timedelta(days=3)
     with pytest.raises(FlightError, match=r"not taken as the on-board log.*begun on 2025-10-12"):
         place_log(folder.path, other, begun=begun)
+    with pytest.raises(FlightError, match="is the live record itself"):
+        place_log(folder.path, folder.tlog_file)
+    table = tmp_path / "points.csv"
+    table.write_text("angle [deg],volts [V]\n1,2\n")
+    with pytest.raises(FlightError) as caught:
+        place_log(folder.path, table)
+    assert str(caught.value).count(str(table)) == 2  # by its name, and not by that of a copy
+    assert "incoming" not in str(caught.value)
     torn = tmp_path / "1.bin"
     torn.write_bytes(b"no log at all" * 30)
     for wrong in (torn, tmp_path / "missing.bin", tmp_path, tmp_path / "x.pdf"):

@@ -76,14 +76,16 @@ def place_log(flight: Path | str, log: Path | str, *, begun: datetime | None = N
             f"{folder.path} holds no live record that a log could be compared with; make a flight "
             f"of the log by itself: gsapp import {source} --out NEW"
         )
+    if any(source.samefile(record) for record in folder.records):
+        raise FlightError(f"{source} is the live record itself; name the log of the aircraft's box")
     name = _free_name(folder, source)
     kept = folder.path / name
     if kept.is_file():
-        return _in_force(folder, kept, begun)
+        return _in_force(folder, kept, begun, source)
     incoming = folder.cache_folder / _INCOMING / name
     try:
         copy_atomically(source, incoming)
-        return _in_force(folder, incoming, begun)
+        return _in_force(folder, incoming, begun, source)
     finally:
         # With what one left that was killed.
         shutil.rmtree(incoming.parent, ignore_errors=True)
@@ -106,7 +108,7 @@ def use_log(flight: Path | str, name: str) -> Flight:
     if name not in logs_in(folder):
         there = ", ".join(logs_in(folder)) or "none"
         raise FlightError(f"{folder.path} holds no on-board log '{name}'; there are: {there}")
-    return _in_force(folder, folder.path / name, None).flight
+    return _in_force(folder, folder.path / name, None, Path(name)).flight
 
 
 def logs_in(folder: FlightFolder) -> tuple[str, ...]:
@@ -131,8 +133,8 @@ def begun_by_box(log: Path) -> datetime | None:
     return None if first is None else datetime.fromtimestamp(first.stamp_us * 1e-6, UTC)
 
 
-def _in_force(folder: FlightFolder, log: Path, begun: datetime | None) -> PlacedLog:
-    """Put a log in force if it is one of this flight."""
+def _in_force(folder: FlightFolder, log: Path, begun: datetime | None, given: Path) -> PlacedLog:
+    """Put a log in force if it is one of this flight; `given` is what the user calls it."""
     info = folder.info()
     former = info.onboard_log if info is not None else ""
     with_log = load_with_log(folder, log)
@@ -140,8 +142,9 @@ def _in_force(folder: FlightFolder, log: Path, begun: datetime | None) -> Placed
     apart = _days_apart(folder, begun or begun_by_box(log))
     if state is None or not state.in_place:
         why = state.why if state is not None else "nothing could be read from it"
+        why = why.replace(str(log), str(given))  # the copy is gone when this is read
         beside = f" ({apart})" if apart else ""
-        raise FlightError(f"{log.name} is not taken as the on-board log: {why}{beside}")
+        raise FlightError(f"{given} is not taken as the on-board log: {why}{beside}")
     kept = folder.path / log.name
     if kept != log:
         try:
