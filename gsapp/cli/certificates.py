@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 _OLD = timedelta(days=1)
 """Surfaces and vanes are calibrated anew on every day of flying."""
+_CLOCKS_DIFFER = 1500.0
+"""Minutes by which local times, as certificates bear them, may be ahead by traveling alone."""
 _WIDE = 100
 
 
@@ -167,6 +169,12 @@ def _print(console: Console, found: Overview, folder: str, now: datetime) -> Non
     for one in found.standing:
         if one.drift is not None and one.drift.significant:
             _say(console, f"{one.certificate.channel}: {one.drift.sentence}")
+    if any(one.age(now) < timedelta(minutes=-_CLOCKS_DIFFER) for one in found.standing):
+        _say(
+            console,
+            f"Certificates lie in the future: this computer's clock says {now:%Y-%m-%d %H:%M}; set "
+            "it, lest what is recorded bear a wrong date.",
+        )
     for skipped in found.skipped:
         _say(
             console,
@@ -192,8 +200,13 @@ def _figures(one: Standing) -> tuple[str, str, str]:
 
 
 def age_text(age: timedelta) -> str:
-    """Return how old something is: ``40 min``, ``5 h``, ``12 d``, ``3 y``."""
+    """Return how old something is: ``40 min``, ``5 h``, ``12 d``, ``3 y``.
+
+    What was taken after the present moment is a matter of the computer's clock: ``clock?``.
+    """
     minutes = age.total_seconds() / 60.0
+    if minutes < -_CLOCKS_DIFFER:
+        return "clock?"
     for most, minutes_each, unit in ((90.0, 1.0, "min"), (2880.0, 60.0, "h"), (1e6, 1440.0, "d")):
         if minutes < most:
             return f"{minutes / minutes_each:z.0f} {unit}"
