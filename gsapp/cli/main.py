@@ -209,6 +209,10 @@ def fly(
         raise typer.BadParameter("give either --to LINK or --out FLIGHT")
     if control is not None:
         raise typer.BadParameter("--control belongs to --bench")
+    if onboard is not None and (to is None or not thin):
+        raise typer.BadParameter(
+            "--onboard belongs to --thin --to LINK; the folder of --out holds its record itself"
+        )
     if sticks and (to is None or onboard is not None):
         raise typer.BadParameter("--sticks fly over a link; give --to LINK, no --onboard")
     if airborne and not sticks:

@@ -10,6 +10,7 @@ import shutil
 import struct
 import subprocess
 import sys
+from datetime import datetime
 from pathlib import Path
 from typing import get_type_hints
 
@@ -180,6 +181,32 @@ def test_words_that_no_file_could_fit_exit_with_2(
     assert sentence in done.stderr
     assert len(done.stderr.splitlines()) == 1
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("more", [("--out", "fl", "--thin"), ("--to", "udpout:127.0.0.1:9")])
+def test_an_on_board_log_that_nobody_would_write_is_a_wrong_call(
+    tmp_path: Path, more: tuple[str, ...]
+) -> None:
+    """It was passed over without a word, and the file was missing after landing."""
+    done = here("fly", "--onboard", "box.tlog", *more, folder=tmp_path)
+    assert (done.returncode, list(tmp_path.iterdir())) == (2, [])
+    assert "--onboard belongs to --thin" in done.stderr
+
+
+def test_certificates_from_the_future_are_told_by_the_clock_that_is_wrong(
+    tmp_path: Path,
+) -> None:
+    """A laptop without a battery wakes in 1970: an age of minus 2295873 minutes helps nobody."""
+    (tmp_path / "points.csv").write_text(_POINTS)
+    made = here("calibrate", "points.csv", "--channel", "rudder", "--out", "c/rudder.toml",
+                folder=tmp_path)  # fmt: skip
+    assert made.returncode == 0, made.stderr
+    certificate = tmp_path / "c" / "rudder.toml"
+    text = certificate.read_text(encoding="utf-8")
+    certificate.write_text(re.sub(r"stamp = \d{4}", "stamp = 2126", text), encoding="utf-8")
+    listed = here("certificates", "c", folder=tmp_path).stdout
+    assert "clock?" in listed
+    assert f"this computer's clock says {datetime.now():%Y-%m-%d}" in listed  # noqa: DTZ005
 
 
 def test_suspicious_numbers_of_ones_own_aircraft_are_told(tmp_path: Path) -> None:
