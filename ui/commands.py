@@ -71,6 +71,9 @@ class Command:
         What must be there for it to be of use; it is gray otherwise.
     rule : bool
         Whether a line stands above it in the menu.
+    repeats : bool
+        Whether it is done again and again while its key is held: what moves, or goes on to the
+        next. A thumb in a glove that rests on a key means one mark, not thirty.
     """
 
     id: str
@@ -79,12 +82,21 @@ class Command:
     keys: tuple[str, ...] = ()
     needs: Need = "nothing"
     rule: bool = False
+    repeats: bool = False
 
 
 def _command(
-    menu: str, command: str, text: str, *keys: str, needs: Need = "nothing", rule: bool = False
+    menu: str,
+    command: str,
+    text: str,
+    *keys: str,
+    needs: Need = "nothing",
+    rule: bool = False,
+    repeats: bool = False,
 ) -> Command:
-    return Command(id=command, menu=menu, text=text, keys=keys, needs=needs, rule=rule)
+    return Command(
+        id=command, menu=menu, text=text, keys=keys, needs=needs, rule=rule, repeats=repeats
+    )
 
 
 CHART_PREFIX = "chart_"
@@ -98,6 +110,7 @@ _CHART_COMMANDS = tuple(
         text=action.text,
         keys=action.keys,
         needs="charts",
+        repeats=action.repeats,
     )
     for action in KEY_ACTIONS
     if action.id != "mark"
@@ -128,8 +141,8 @@ _PREFLIGHT_COMMANDS = (
         "Preflight", "checklist_edit", "Edit the checklist…", "Ctrl+Shift+E", needs="checklist"
     ),
     _command("Preflight", "cards_add", "Add a test card", "Ctrl+N", needs="cards", rule=True),
-    _command("Preflight", "cards_up", "Test card up", "Alt+Up", needs="card"),
-    _command("Preflight", "cards_down", "Test card down", "Alt+Down", needs="card"),
+    _command("Preflight", "cards_up", "Test card up", "Alt+Up", needs="card", repeats=True),
+    _command("Preflight", "cards_down", "Test card down", "Alt+Down", needs="card", repeats=True),
     _command("Preflight", "cards_remove", "Remove the test card", "Ctrl+Backspace", needs="card"),
     _command("Preflight", "cards_open", "Take other test cards…", "Ctrl+Alt+O", needs="cards"),
     _command("Preflight", "cards_save", "Save the test cards…", "Ctrl+S", needs="cards"),
@@ -142,9 +155,12 @@ _PILOT_COMMANDS = (
     _command("Pilot", "pilot_speak", "Speak the cues in flight", "Ctrl+Shift+S"),
     _command(
         "Pilot", "pilot_previous_card", "Look at the card before", "PgUp", needs="pilot_cards",
-        rule=True,
+        rule=True, repeats=True,
     ),
-    _command("Pilot", "pilot_next_card", "Look at the next card", "PgDown", needs="pilot_cards"),
+    _command(
+        "Pilot", "pilot_next_card", "Look at the next card", "PgDown", needs="pilot_cards",
+        repeats=True,
+    ),
     _command("Pilot", "pilot_fly_card", "Fly this card", "Return", "Enter", needs="pilot_cards"),
     _command("Pilot", "pilot_repeat", "Fly the last card again", "R", needs="pilot_cards"),
     _command(
@@ -233,10 +249,11 @@ _REVIEW_MANEUVER_COMMANDS = (
     _command("Review", "review_take_out", "Take the flight out", needs="review_flight"),
     _command(
         "Review", "review_previous_maneuver", "Maneuver before", "Alt+PgUp",
-        needs="review_maneuver", rule=True,
+        needs="review_maneuver", rule=True, repeats=True,
     ),
     _command(
-        "Review", "review_next_maneuver", "Next maneuver", "Alt+PgDown", needs="review_maneuver"
+        "Review", "review_next_maneuver", "Next maneuver", "Alt+PgDown", needs="review_maneuver",
+        repeats=True,
     ),
     _command(
         "Review", "review_zoom", "Zoom to the maneuver", "Ctrl+Return", "Ctrl+Enter",
@@ -247,35 +264,35 @@ _REVIEW_MANEUVER_COMMANDS = (
     ),
     _command(
         "Review", "review_start_earlier", "Start 0.1 s earlier", "Ctrl+Left",
-        needs="review_maneuver", rule=True,
+        needs="review_maneuver", rule=True, repeats=True,
     ),
     _command(
         "Review", "review_start_later", "Start 0.1 s later", "Ctrl+Right",
-        needs="review_maneuver",
+        needs="review_maneuver", repeats=True,
     ),
     _command(
         "Review", "review_start_back", "Start one sample earlier", "Alt+Left",
-        needs="review_maneuver",
+        needs="review_maneuver", repeats=True,
     ),
     _command(
         "Review", "review_start_on", "Start one sample later", "Alt+Right",
-        needs="review_maneuver",
+        needs="review_maneuver", repeats=True,
     ),
     _command(
         "Review", "review_end_earlier", "End 0.1 s earlier", "Ctrl+Shift+Left",
-        needs="review_maneuver",
+        needs="review_maneuver", repeats=True,
     ),
     _command(
         "Review", "review_end_later", "End 0.1 s later", "Ctrl+Shift+Right",
-        needs="review_maneuver",
+        needs="review_maneuver", repeats=True,
     ),
     _command(
         "Review", "review_end_back", "End one sample earlier", "Alt+Shift+Left",
-        needs="review_maneuver",
+        needs="review_maneuver", repeats=True,
     ),
     _command(
         "Review", "review_end_on", "End one sample later", "Alt+Shift+Right",
-        needs="review_maneuver",
+        needs="review_maneuver", repeats=True,
     ),
     _command(
         "Review", "review_add_maneuver", "Add the stretch as a maneuver", "Ctrl+N",
@@ -322,16 +339,19 @@ _REVIEW_SUMMARY_COMMANDS = (
 _REVIEW_FIGURE_COMMANDS = (
     _command(
         "Review", "review_previous_figure", "Figure before", "Ctrl+PgUp", needs="review_figure",
-        rule=True,
+        rule=True, repeats=True,
     ),
-    _command("Review", "review_next_figure", "Next figure", "Ctrl+PgDown", needs="review_figure"),
+    _command(
+        "Review", "review_next_figure", "Next figure", "Ctrl+PgDown", needs="review_figure",
+        repeats=True,
+    ),
     _command(
         "Review", "review_figure_previous_maneuver", "Maneuver before", "Alt+PgUp",
-        needs="review_figure",
+        needs="review_figure", repeats=True,
     ),
     _command(
         "Review", "review_figure_next_maneuver", "Next maneuver", "Alt+PgDown",
-        needs="review_figure",
+        needs="review_figure", repeats=True,
     ),
     _command(
         "Review", "review_open_fit", "Show the fit of the maneuver", "Shift+Return",
@@ -389,15 +409,17 @@ COMMANDS: tuple[Command, ...] = (
     _command("Flight", "mark", "Mark this moment", "M", needs="flight", rule=True),
     _command("Flight", "note", "Mark and write a note", "N", needs="flight"),
     _command("Flight", "undo", "Take back the last change", "Ctrl+Z", needs="change"),
-    _command("Flight", "previous_mark", "Previous mark", "Shift+Left", needs="flight"),
-    _command("Flight", "next_mark", "Next mark", "Shift+Right", needs="flight"),
+    _command(
+        "Flight", "previous_mark", "Previous mark", "Shift+Left", needs="flight", repeats=True
+    ),
+    _command("Flight", "next_mark", "Next mark", "Shift+Right", needs="flight", repeats=True),
     _command("Flight", "acknowledge", "Acknowledge the alarms", "K", needs="flight", rule=True),
     # The second key serves while letters are sticks.
     _command("Flight", "mute", "Sound on or off", "S", "Ctrl+M"),
     _command("Replay", "slower", "Slower", "[", needs="replay"),
     _command("Replay", "faster", "Faster", "]", needs="replay"),
-    _command("Replay", "step_back", "One step back", ",", needs="replay"),
-    _command("Replay", "step", "One step on", ".", needs="replay"),
+    _command("Replay", "step_back", "One step back", ",", needs="replay", repeats=True),
+    _command("Replay", "step", "One step on", ".", needs="replay", repeats=True),
     _command("Replay", "go_to", "Go to time…", "G", "Ctrl+G", needs="replay"),
     _command(
         "Replay",
@@ -420,10 +442,27 @@ COMMANDS: tuple[Command, ...] = (
     _command("Model gap", "gap_name", "2 Name the effect", "Alt+2", needs="gap"),
     _command("Model gap", "gap_add", "3 Add it to the model", "Alt+3", needs="gap"),
     _command("Model gap", "gap_show", "4 Show the gap shrink", "Alt+4", needs="gap"),
-    _command("Model gap", "gap_step_back", "Model before", "Alt+Left", needs="gap", rule=True),
-    _command("Model gap", "gap_step_on", "Model after", "Alt+Right", needs="gap"),
-    _command("Model gap", "gap_previous_maneuver", "Previous maneuver", "Alt+PgUp", needs="gap"),
-    _command("Model gap", "gap_next_maneuver", "Next maneuver", "Alt+PgDown", needs="gap"),
+    _command(
+        "Model gap",
+        "gap_step_back",
+        "Model before",
+        "Alt+Left",
+        needs="gap",
+        rule=True,
+        repeats=True,
+    ),
+    _command("Model gap", "gap_step_on", "Model after", "Alt+Right", needs="gap", repeats=True),
+    _command(
+        "Model gap",
+        "gap_previous_maneuver",
+        "Previous maneuver",
+        "Alt+PgUp",
+        needs="gap",
+        repeats=True,
+    ),
+    _command(
+        "Model gap", "gap_next_maneuver", "Next maneuver", "Alt+PgDown", needs="gap", repeats=True
+    ),
     _command(
         "Model gap",
         "gap_accept",
@@ -478,6 +517,7 @@ class CommandSet:
             action = QAction(command.text, parent)
             action.setShortcuts([QKeySequence(keys) for keys in command.keys])
             action.setCheckable(command.id in CHECKED)
+            action.setAutoRepeat(command.repeats)
             parent.addAction(action)
             self.actions[command.id] = action
 

@@ -7,8 +7,10 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
+    QAbstractSpinBox,
     QComboBox,
     QLineEdit,
+    QPlainTextEdit,
     QTabBar,
     QWidget,
 )
@@ -36,6 +38,9 @@ class ArrowKeys:
 _MOVES = frozenset({Qt.Key.Key_Up, Qt.Key.Key_Down})
 """With Alt a list moves its line."""
 _PRESS = frozenset({Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter})
+_ONCE = _PRESS | {Qt.Key.Key_Delete}
+"""What these do, they do once for each press, however long they are held."""
+_TEXTS = (QLineEdit, QPlainTextEdit, QAbstractSpinBox)
 _ALLOWED = Qt.KeyboardModifier.KeypadModifier
 _KEPT: tuple[tuple[type, frozenset[Qt.Key]], ...] = (
     (QAbstractItemView, _ARROWS | _PRESS),
@@ -51,7 +56,8 @@ _KEPT: tuple[tuple[type, frozenset[Qt.Key]], ...] = (
 class KeyKeeper(QObject):
     """Event filter of the application: lists keep arrows, buttons keep Space and Enter.
 
-    Letters stay commands of the window everywhere but in text fields, which Qt sees to.
+    Letters stay commands of the window everywhere but in text fields, which Qt sees to. A key that
+    is held presses, turns or deletes once: a second time would be another line, or back again.
     """
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
@@ -72,12 +78,21 @@ class KeyKeeper(QObject):
                         return True
                     break
         elif event.type() == QEvent.Type.KeyPress and isinstance(event, QKeyEvent):
+            if event.isAutoRepeat() and Qt.Key(event.key()) in _ONCE and _acts(watched):
+                return True
             enter = event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter)
             if enter and isinstance(watched, QAbstractButton) and watched.window().isWindow():
                 # Outside dialogs Qt presses buttons with Space only.
                 watched.click()
                 return True
         return False
+
+
+def _acts(watched: QObject) -> bool:
+    """Return whether a key acts here; into a text it is typed, for as long as it is held."""
+    if isinstance(watched, QComboBox):
+        return not watched.isEditable()
+    return isinstance(watched, QWidget) and not isinstance(watched, _TEXTS)
 
 
 def _edits_in_place(watched: QObject) -> bool:

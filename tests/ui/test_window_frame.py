@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QObject, QPoint, QRect, QSize, Qt, QTimer
 from PySide6.QtGui import QGuiApplication, QPalette
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
@@ -135,6 +136,47 @@ def test_letters_typed_into_a_field_are_no_commands(flight: MainWindow, qtbot: Q
     qtbot.keyClick(button, Qt.Key.Key_Space)
     assert flight.view.charts.view.window == 10.0
     assert not speed.playing
+
+
+def hold(
+    key: Qt.Key, text: str = "", modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier
+) -> None:
+    """Press a key where the keyboard is, and hold it for so long that it comes five times more."""
+    focus = QApplication.focusWidget()
+    assert focus is not None
+    for repeated in (False, *[True] * 5):
+        QTest.simulateEvent(focus, True, key, modifier, text, repeated)
+    QTest.simulateEvent(focus, False, key, modifier, text, False)
+
+
+def test_a_key_that_is_held_does_once_what_does_not_move(flight: MainWindow, qtbot: QtBot) -> None:
+    """A thumb in a glove makes one mark; what moves goes on while its key is held."""
+    flight.view.charts.setFocus()
+    hold(Qt.Key.Key_M, "m")
+    assert len(flight.desk.session.marks) == 1
+    playing = flight.desk.session.replaying.playing
+    hold(Qt.Key.Key_Space, " ")
+    assert flight.desk.session.replaying.playing is not playing
+    flight.desk.session.replaying.pause()
+    before = flight.desk.time
+    hold(Qt.Key.Key_Comma, ",")
+    assert flight.desk.time == pytest.approx(before - 6 * 0.02)
+
+
+def test_a_control_is_pressed_once_and_a_text_goes_on_while_a_key_is_held(
+    flight: MainWindow, qtbot: QtBot
+) -> None:
+    pressed = []
+    button = flight.view.controls.spans[10.0]
+    button.clicked.connect(lambda: pressed.append(True))
+    button.setFocus()
+    hold(Qt.Key.Key_Return)
+    assert len(pressed) == 1
+    flight.view.show_panel(0)
+    hold(Qt.Key.Key_Space, " ")
+    hold(Qt.Key.Key_M, "m")
+    assert flight.view.channels.search.text() == 6 * " " + 6 * "m"
+    assert not flight.desk.session.marks
 
 
 def test_escape_comes_back_to_the_charts(flight: MainWindow, qtbot: QtBot) -> None:

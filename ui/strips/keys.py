@@ -17,38 +17,41 @@ class KeyAction:
         In the portable text of key sequences; the first is the one to show.
     text : str
         What it does, in words.
+    repeats : bool
+        Whether it is done again and again while its key is held.
     """
 
     id: str
     keys: tuple[str, ...]
     text: str
+    repeats: bool = False
 
 
-def _action(action: str, text: str, *keys: str) -> KeyAction:
-    return KeyAction(id=action, keys=keys, text=text)
+def _action(action: str, text: str, *keys: str, repeats: bool = False) -> KeyAction:
+    return KeyAction(id=action, keys=keys, text=text, repeats=repeats)
 
 
 KEY_ACTIONS: tuple[KeyAction, ...] = (
     _action("pause", "Pause or go on; recording never stops", "Space"),
     _action("live", "Back to the newest sample", "Home", "End"),
-    _action("earlier", "Scroll back a tenth of the window", "Left"),
-    _action("later", "Scroll on a tenth of the window", "Right"),
-    _action("window_earlier", "Scroll back a whole window", "PgUp"),
-    _action("window_later", "Scroll on a whole window", "PgDown"),
+    _action("earlier", "Scroll back a tenth of the window", "Left", repeats=True),
+    _action("later", "Scroll on a tenth of the window", "Right", repeats=True),
+    _action("window_earlier", "Scroll back a whole window", "PgUp", repeats=True),
+    _action("window_later", "Scroll on a whole window", "PgDown", repeats=True),
     _action("start", "To the start of the flight", "Shift+Home"),
-    _action("zoom_in", "Shorter time in sight", "+", "="),
-    _action("zoom_out", "Longer time in sight", "-"),
-    _action("chart_up", "Choose the chart above", "Up"),
-    _action("chart_down", "Choose the chart below", "Down"),
+    _action("zoom_in", "Shorter time in sight", "+", "=", repeats=True),
+    _action("zoom_out", "Longer time in sight", "-", repeats=True),
+    _action("chart_up", "Choose the chart above", "Up", repeats=True),
+    _action("chart_down", "Choose the chart below", "Down", repeats=True),
     _action("enlarge", "Enlarge the chosen chart, or show all again", "Return", "Enter"),
     _action("range", "Next y range of the chosen chart: automatic, limits", "Y"),
-    _action("move_up", "Move the chosen chart up", "Alt+Up"),
-    _action("move_down", "Move the chosen chart down", "Alt+Down"),
+    _action("move_up", "Move the chosen chart up", "Alt+Up", repeats=True),
+    _action("move_down", "Move the chosen chart down", "Alt+Down", repeats=True),
     _action("cursor", "Cursor on or off: all values at one time", "C"),
-    _action("cursor_earlier", "Cursor one column back", "Ctrl+Left"),
-    _action("cursor_later", "Cursor one column on", "Ctrl+Right"),
-    _action("cursor_far_earlier", "Cursor 20 columns back", "Ctrl+Shift+Left"),
-    _action("cursor_far_later", "Cursor 20 columns on", "Ctrl+Shift+Right"),
+    _action("cursor_earlier", "Cursor one column back", "Ctrl+Left", repeats=True),
+    _action("cursor_later", "Cursor one column on", "Ctrl+Right", repeats=True),
+    _action("cursor_far_earlier", "Cursor 20 columns back", "Ctrl+Shift+Left", repeats=True),
+    _action("cursor_far_later", "Cursor 20 columns on", "Ctrl+Shift+Right", repeats=True),
     _action("set_a", "Set A where the cursor is", "A", "1"),
     _action("set_b", "Set B where the cursor is; differences B\N{MINUS SIGN}A", "B", "2"),
     _action("clear", "Take the cursors away, show all charts", "Esc"),
@@ -56,5 +59,5 @@ KEY_ACTIONS: tuple[KeyAction, ...] = (
 )
 """All actions, in the order of the help."""
 
-ACTION_BY_KEY = {key: action.id for action in KEY_ACTIONS for key in action.keys}
-"""Action id by key, in portable text."""
+ACTION_BY_KEY = {key: action for action in KEY_ACTIONS for key in action.keys}
+"""Action by key, in portable text."""

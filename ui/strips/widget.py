@@ -667,7 +667,8 @@ class StripChart(QWidget):
         if action is None:
             super().keyPressEvent(event)
             return
-        self.perform(action)
+        if action.repeats or not event.isAutoRepeat():
+            self.perform(action.id)
         event.accept()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
