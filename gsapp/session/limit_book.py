@@ -19,7 +19,7 @@ _OF_BANDS = ("warning_low", "caution_low", "caution_high", "warning_high")
 
 
 class LimitBook:
-    """Typed limits by channel, kept in a file.
+    """Typed limits by channel, kept in a file that several windows may share.
 
     Parameters
     ----------
@@ -36,13 +36,42 @@ class LimitBook:
         self._path = path
         self.complaint = ""
         self._entries: dict[str, LimitEntry] = {}
+        self._stamp = self._stamp_now()
         # Unlike that of a path, it answers in a folder that nobody may look into, too.
         if os.access(path, os.F_OK):
             self._read()
 
+    def _stamp_now(self) -> tuple[int, int, int] | None:
+        try:
+            found = self._path.stat()
+        except OSError:
+            return None
+        return found.st_mtime_ns, found.st_size, found.st_ino
+
+    def look(self) -> bool:
+        """Take in what another window has typed since; return whether there is anything.
+
+        A file that cannot be read changes nothing: what was known still counts.
+        """
+        stamp = self._stamp_now()
+        if stamp == self._stamp:
+            return False
+        self._stamp = stamp
+        if stamp is None:
+            found: dict[str, LimitEntry] = {}
+        else:
+            try:
+                found = _entries(self._path)
+            except FileProblemsError as error:
+                log.warning("typed limits not taken in: %s", error)
+                return False
+        changed = found != self._entries
+        self._entries = found
+        return changed
+
     def _read(self) -> None:
         try:
-            table = load_limits(self._path)
+            self._entries = _entries(self._path)
         except FileProblemsError as error:
             kept = self._path.with_suffix(".damaged.toml")
             with contextlib.suppress(OSError):
@@ -52,8 +81,6 @@ class LimitBook:
                 f"The limits typed before could not be read ({error.problems[0]}): those of the "
                 f"aircraft count, the old file is kept as {kept.name}."
             )
-        else:
-            self._entries = {entry.channel: entry for entry in table.limits}
 
     @property
     def limits(self) -> Mapping[str, Bands]:
@@ -61,7 +88,7 @@ class LimitBook:
         return {name: _bands(entry) for name, entry in self._entries.items()}
 
     def write(self, channel_id: str, bands: Bands | None, system: str) -> None:
-        """Keep the limits of a channel, or forget them.
+        """Keep the limits of a channel, or forget them; those of others stay as they are there.
 
         Parameters
         ----------
@@ -77,6 +104,7 @@ class LimitBook:
         FlightError
             If the file cannot be written; the limits are as before then.
         """
+        self.look()
         entries = dict(self._entries)
         entries.pop(channel_id, None)
         if bands is not None:
@@ -93,6 +121,11 @@ class LimitBook:
                 "they were"
             ) from error
         self._entries = entries
+        self._stamp = self._stamp_now()
+
+
+def _entries(path: Path) -> dict[str, LimitEntry]:
+    return {entry.channel: entry for entry in load_limits(path).limits}
 
 
 def _bands(entry: LimitEntry) -> Bands:

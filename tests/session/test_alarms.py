@@ -479,6 +479,25 @@ def test_typed_limits_are_kept_in_a_file_with_units(tmp_path: Path) -> None:
     assert (tmp_path / "settings" / "limits.damaged.toml").exists()
 
 
+def test_two_windows_type_limits_into_one_file(tmp_path: Path) -> None:
+    """Neither forgets what the other wrote, and each is told what there is to take in."""
+    path = tmp_path / "limits.toml"
+    one, other = LimitBook(path), LimitBook(path)
+    assert not other.look()
+    one.write("alpha", Bands(caution_high=8 * DEG), "US")
+    other.write("q", Bands(caution_high=40 * DEG), "US")
+    assert set(LimitBook(path).limits) == {"alpha", "q"}
+    assert one.look()
+    assert set(one.limits) == {"alpha", "q"}
+    assert not one.look()
+    path.write_text("no limits", encoding="utf-8")
+    assert not one.look()
+    assert set(one.limits) == {"alpha", "q"}
+    path.unlink()
+    assert one.look()
+    assert not one.limits
+
+
 def test_a_sensor_at_its_stop_is_clipped() -> None:
     """The end of an instrument's range is known from the aircraft file."""
     limits = LimitSet(load_aircraft("b777"))

@@ -39,6 +39,7 @@ from gsapp.flight.writers import write_flight_csv
 from gsapp.foundation import GroundStationError, LinkError
 from gsapp.quantities import Block
 from gsapp.session.equipment import DiskView, LinkView, RecorderView
+from gsapp.session.limit_book import LimitBook
 from gsapp.session.limits import Bands, Severity
 from ui.commands import COMMANDS, CommandSet, key_text
 from ui.dialogs.connect import ConnectChoices, ConnectDialog
@@ -53,7 +54,7 @@ from ui.flight.panels import AlarmsPanel, ListPanel, MarksPanel, MessagesPanel
 from ui.flight.tables import Line
 from ui.frame.bar_model import AlarmFacts, BarFacts, bar_parts
 from ui.look import Look
-from ui.settings import Settings, SettingsStore, first_folder
+from ui.settings import Settings, SettingsStore, first_folder, limits_path
 from ui.strips.keys import KEY_ACTIONS
 from ui.theme import THEMES, contrast
 from ui.window import MainWindow
@@ -810,6 +811,18 @@ def test_the_limits_of_a_chart_are_typed_kept_and_reset(
     assert not other.desk.session.limits.typed("alpha")
     assert "alpha" not in (flight.store.path.parent / "limits.toml").read_text(encoding="utf-8")
     other.desk.close()
+
+
+def test_limits_typed_in_another_window_count_here_at_once(
+    flight: MainWindow, qtbot: QtBot
+) -> None:
+    limits = flight.desk.session.limits
+    other = LimitBook(limits_path(flight.store.path))
+    other.write("alpha", Bands(warning_high=math.radians(4.0)), "US")
+    until(qtbot, lambda: limits.typed("alpha"))
+    assert limits.bands("alpha").warning_high == pytest.approx(math.radians(4.0))
+    other.write("alpha", None, "US")
+    until(qtbot, lambda: not limits.typed("alpha"))
 
 
 @pytest.mark.parametrize(

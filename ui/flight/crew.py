@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QWidget
 
 from gsapp.session import Severity
 from gsapp.session.limit_book import LimitBook
+from gsapp.session.limits import Bands
 from ui.desk import Desk
 from ui.dialogs.limits import LimitsDialog
 from ui.dialogs.small import GoToDialog, RangeDialog
@@ -64,10 +65,12 @@ class Crew(QObject):
         self._store = store
         self._limits = limits
         self._voice = voice
+        self._given: Mapping[str, Bands] = {}
         self._heard: frozenset[str] = frozenset()
         self._sounded = 0.0
         self._before_note: tuple[bool, int] | None = None
-        desk.changed.connect(self._give_limits)
+        desk.changed.connect(self._give_all_limits)
+        desk.told.connect(self._follow_limits)
         view.mark_requested.connect(desk.mark)
         view.marks.jumped.connect(self._go_to_mark)
         view.marks.edited.connect(lambda key, text: desk.edit_mark(str(key), text))
@@ -208,14 +211,30 @@ class Crew(QObject):
         )  # fmt: skip
         if dialog.exec():
             self._limits.write(spec.id, dialog.limits, self._look.units)
-            session.type_limits(spec.id, dialog.limits)
+            self._give_limits()
             self._desk.told.emit()
 
-    def _give_limits(self) -> None:
+    def _give_all_limits(self) -> None:
         """Let what was typed before count in the flight that was opened."""
-        if self._desk.session is not None:
-            for channel_id, bands in self._limits.limits.items():
-                self._desk.session.type_limits(channel_id, bands)
+        self._limits.look()
+        self._given = {}
+        self._give_limits()
+
+    def _follow_limits(self) -> None:
+        """Let count what was typed in another window."""
+        if self._limits.look():
+            self._give_limits()
+
+    def _give_limits(self) -> None:
+        """Let the flight know what was typed or forgotten since it was told last."""
+        session = self._desk.session
+        if session is None:
+            return
+        former, self._given = self._given, self._limits.limits
+        for channel_id in {**former, **self._given}:
+            bands = self._given.get(channel_id)
+            if bands != former.get(channel_id):
+                session.type_limits(channel_id, bands)
 
     # Sound
 
