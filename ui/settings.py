@@ -190,6 +190,9 @@ def catalog_path(settings: Settings) -> Path:
 class SettingsStore:
     """Keeps the settings and writes them when they change.
 
+    Several windows may share the file: each writes what was changed in it, and leaves alone what
+    was changed in another. What is in force in a window stays so until it closes.
+
     Parameters
     ----------
     path : Path
@@ -211,6 +214,7 @@ class SettingsStore:
         self.complaint = ""
         self.refused: Callable[[str], object] = lambda _sentence: None
         self.current = self._read()
+        self._unwritten: dict[str, Any] = {}
         self._told = not _may_write(path)
         if self._told:
             self.complaint = f"{self.complaint} {self._forgetting}".lstrip()
@@ -259,13 +263,24 @@ class SettingsStore:
         self.replace(self.current.changed(**values))
         return self.current
 
+    def _written(self, values: dict[str, Any]) -> dict[str, Any]:
+        """Return what stands in the file, or `values` where nothing can be read there."""
+        try:
+            content = tomllib.loads(self.path.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return values
+        return _usable(content)[0].model_dump()
+
     def replace(self, settings: Settings) -> None:
         """Take other settings and write them."""
         if settings == self.current and os.access(self.path, os.F_OK):
             return
+        before, values = self.current.model_dump(), settings.model_dump()
         self.current = settings
+        self._unwritten |= {key: value for key, value in values.items() if value != before[key]}
         try:
-            write_toml(self.path, settings.model_dump())
+            write_toml(self.path, {**self._written(values), **self._unwritten})
+            self._unwritten.clear()
         except OSError as error:
             # The window goes on; only its memory is lost.
             log.warning("settings not saved to %s: %s", self.path, error)

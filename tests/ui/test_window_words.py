@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import errno
 import math
 import re
 from datetime import date
@@ -13,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import ui.commands
+import ui.settings
 from gsapp.foundation import FlightError, LinkError
 from gsapp.quantities import CHANNELS, channel
 from gsapp.session.limit_book import LimitBook
@@ -235,6 +237,34 @@ def test_settings_are_remembered(tmp_path: Path) -> None:
     assert again.current == store.current
     assert again.current.links == ("tcp:127.0.0.1:5760", "udpin:127.0.0.1:14550")
     assert not again.complaint
+
+
+def test_two_windows_leave_each_others_settings_alone(tmp_path: Path) -> None:
+    path = tmp_path / "window.toml"
+    one, other = SettingsStore(path), SettingsStore(path)
+    one.change(theme="dark", flights="/flights")
+    other.change(scale=150)
+    one.change(muted=True)
+    assert SettingsStore(path).current == Settings(
+        theme="dark", flights="/flights", scale=150, muted=True
+    )
+    assert (one.current.scale, other.current.theme) == (100, "daylight")
+
+
+def test_what_a_full_disk_refused_is_written_with_the_next_change(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    path = tmp_path / "window.toml"
+    store = SettingsStore(path)
+    store.change(scale=125)
+    with monkeypatch.context() as full:
+        full.setattr(ui.settings, "write_toml", refuse)
+        store.change(theme="dark")
+    store.change(muted=True)
+    assert SettingsStore(path).current == Settings(scale=125, theme="dark", muted=True)
 
 
 def test_damaged_settings_are_kept_aside_and_told(tmp_path: Path) -> None:
