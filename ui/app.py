@@ -163,7 +163,7 @@ def run_window(
         QTimer.singleShot(_IDLE_MS, window, load_what_maneuvers_need)
     try:
         # Python only sees a signal between its own steps, which the window's timer provides.
-        with asked_to_end(lambda _signal: application.quit()):
+        with asked_to_end(lambda _signal: window.end()):
             return int(application.exec())
     finally:
         lit_screen.close()

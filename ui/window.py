@@ -105,6 +105,7 @@ class MainWindow(QMainWindow):
         self.review = ReviewPlace(self.commands.actions, self.look, store, self.banners, faults)
         self.places = QStackedWidget()
         self._place_ids = [place.id for place in PLACES]
+        self._asks = True
         built: dict[str, QWidget] = {
             "preflight": self.preflight,
             "flight": self.flight_place,
@@ -320,6 +321,18 @@ class MainWindow(QMainWindow):
         self.rail.fit(self.width())
         self.bar.fit(self.height())
 
+    def end(self) -> None:
+        """Close without a question, dialogs included; what is recorded goes on.
+
+        For a session that ends, or a terminal that is closed: nobody may be there to answer, and
+        who waits too long is ended.
+        """
+        self._asks = False
+        while (dialog := QApplication.activeModalWidget()) is not None and dialog.close():
+            pass
+        self.close()
+        QApplication.quit()
+
     def closeEvent(self, event: QCloseEvent) -> None:
         """Ask about the recordings, remember the window, and close."""
         for_trial = self.pilot.training.running or self.preflight.practices
@@ -327,8 +340,8 @@ class MainWindow(QMainWindow):
         names = [recorder.folder.name for recorder in elsewhere]
         if self.desk.records_here and not for_trial:
             names.insert(0, self.desk.name or "The flight")
-        answer = ask_closing(self, *names) if names else "leave"
-        if answer == "stay":
+        answer = ask_closing(self, *names) if names and self._asks else "leave"
+        if answer == "stay" and self._asks:
             event.ignore()
             return
         if for_trial or answer == "stop":

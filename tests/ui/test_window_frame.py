@@ -904,6 +904,25 @@ def test_a_work_that_has_ended_is_gone_and_may_still_be_asked(qtbot: QtBot) -> N
 # The end
 
 
+@pytest.mark.parametrize("waits", [False, True])
+def test_a_session_that_ends_is_not_held_up_by_a_question(
+    window: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, waits: bool
+) -> None:
+    """Nobody may be there to answer: the window closes in order, and the recorder goes on."""
+    monkeypatch.setattr(ui.window, "ask_closing", ask_closing)
+    monkeypatch.setattr(type(window.desk), "records_here", property(lambda _desk: True))
+    stopped: list[str] = []
+    monkeypatch.setattr(window.desk, "stop_now", lambda: stopped.append("?"))
+    if waits:
+        answer_dialog(QMessageBox, lambda _box: window.end())
+        window.close()
+    else:
+        window.end()
+    assert not window.isVisible()
+    assert SettingsStore(window.store.path).current.geometry
+    assert not stopped
+
+
 @pytest.mark.parametrize(
     ("key", "answer"), [(Qt.Key.Key_Return, "leave"), (Qt.Key.Key_Escape, "stay")]
 )
