@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
     QComboBox,
+    QDialog,
     QFileDialog,
     QLabel,
     QLineEdit,
@@ -123,6 +124,14 @@ def test_help_lists_every_key_and_can_be_searched(qtbot: QtBot) -> None:
             assert key.lower() in listed
     dialog.search.setText("acknowledge")
     assert len(dialog.rows()) == 1
+
+
+@pytest.mark.parametrize("command", ["connect", "virtual", "keys"])
+def test_a_dialog_that_was_answered_is_gone(window: MainWindow, qtbot: QtBot, command: str) -> None:
+    """The window would keep it, and style it anew with every theme."""
+    answer_dialog(QDialog, lambda dialog: dialog.reject())
+    window.commands.actions[command].trigger()
+    until(qtbot, lambda: not window.findChildren(QDialog), 2_000)
 
 
 def test_letters_typed_into_a_field_are_no_commands(flight: MainWindow, qtbot: QtBot) -> None:

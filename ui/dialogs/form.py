@@ -117,7 +117,21 @@ class PathField(QWidget):
             self.edit.setText(chosen)
 
 
-class FormDialog(QDialog):
+class PassingDialog(QDialog):
+    """A dialog that is gone once whoever opened it has taken the answer.
+
+    Where one of its signals leads to a function that knows it, its parent would keep it, hidden,
+    for as long as the window lives.
+    """
+
+    def exec(self) -> int:
+        """Show it and wait for the answer."""
+        answer = super().exec()
+        self.deleteLater()
+        return answer
+
+
+class FormDialog(PassingDialog):
     """A dialog of labeled rows with one button that does it and one that does not.
 
     Parameters

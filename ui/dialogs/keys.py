@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import (
-    QDialog,
     QDialogButtonBox,
     QFrame,
     QGridLayout,
@@ -15,6 +14,7 @@ from PySide6.QtWidgets import (
 )
 
 from ui.commands import COMMANDS, key_text
+from ui.dialogs.form import PassingDialog
 from ui.layouts import FlowLayout
 from ui.look import Look
 from ui.pages import label
@@ -27,7 +27,7 @@ _WITH_THE_MOUSE = (
 )
 
 
-class KeysDialog(QDialog):
+class KeysDialog(PassingDialog):
     """Every key of the window, to be searched."""
 
     def __init__(self, look: Look, parent: QWidget | None = None) -> None:

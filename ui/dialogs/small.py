@@ -218,6 +218,7 @@ def ask_closing(parent: QWidget, *flights: str) -> ClosingAnswer:
     box.setDefaultButton(leave)
     box.setEscapeButton(stay)
     box.exec()
+    box.deleteLater()
     answers: dict[QPushButton | object, ClosingAnswer] = {leave: "leave", stop: "stop"}
     return answers.get(box.clickedButton(), "stay")
 
@@ -234,4 +235,5 @@ def ask_stop(parent: QWidget, what: str) -> bool:
     box.setDefaultButton(go_on)
     box.setEscapeButton(go_on)
     box.exec()
+    box.deleteLater()
     return box.clickedButton() is stop
