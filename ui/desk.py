@@ -364,11 +364,14 @@ class Desk(QObject):
 
     @staticmethod
     def _hurries(session: Session) -> bool:
-        """Return whether the record is being read as fast as it goes, whatever is painted."""
+        """Return whether the flight is taken in as fast as it goes, whatever is painted."""
         replay = session.replaying
         if replay is None:
             return not session.feed.caught_up
-        return not replay.complete or (replay.playing and replay.speed == MAX_SPEED)
+        if replay.playing:
+            return not replay.complete or replay.speed == MAX_SPEED
+        # Nothing moves: all who watch are waited for after a jump.
+        return not (replay.complete and replay.caught_up)
 
     def _is_behind(self, session: Session) -> bool:
         """Return whether the charts do not show yet what the session has taken in."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -73,6 +74,30 @@ def test_what_was_true_a_while_ago_is_neither_shown_nor_said(
     assert "catching up" not in str(window.pilot.state.sheet("US"))
     assert loud.tones == ["warning"]
     assert "alpha high" in mouth.spoken
+    window.desk.close_flight()
+
+
+def test_a_held_replay_that_jumped_catches_up_without_a_rest(
+    qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Frames leave the keys their turn; between them alarms and cues are gone on with."""
+    window = open_window(tmp_path)
+    qtbot.addWidget(window)
+    window.desk.starter.open_flight(write_flight(tmp_path / "flights"), playing=False)
+    until(qtbot, lambda: window.desk.is_loaded and window.desk.is_settled)
+    session = window.desk.session
+    assert session is not None
+    behind = True
+    monkeypatch.setattr(type(session.feed), "caught_up", property(lambda _feed: not behind))
+    monkeypatch.setattr(window.desk._pace, "allows", lambda _now: False)
+    taken_in: list[float] = []
+    monkeypatch.setattr(session, "update", taken_in.append)
+    window.desk._told_at = math.inf
+    window.desk.tick()
+    assert len(taken_in) == 1
+    behind = False
+    window.desk.tick()
+    assert len(taken_in) == 1
     window.desk.close_flight()
 
 
