@@ -314,8 +314,12 @@ class Desk(QObject):
         )
         if not len(flight.block):
             raise FlightError(f"{session.name} holds no samples yet; nothing to export")
-        progress(None, f"writing {len(flight.block):,} rows")
-        return write_block(path, flight.block, kind, self._store.current.units.lower())
+        words = f"writing {len(flight.block):,} rows"
+        progress(0.0, words)
+        return write_block(
+            path, flight.block, kind, self._store.current.units.lower(),
+            lambda share: progress(share, words),
+        )  # fmt: skip
 
     # The timer
 

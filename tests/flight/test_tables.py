@@ -64,6 +64,31 @@ def test_export_is_read_back(tmp_path, to, units):
     assert back.sources["q"].kind == "measured"
 
 
+class EnoughError(Exception):
+    """Nobody wants the file any more."""
+
+
+@pytest.mark.parametrize("to", ["csv", "mat", "parquet"])
+def test_writing_says_how_far_it_is_and_can_be_ended(tmp_path, monkeypatch, to):
+    """Ended in the middle it leaves nothing behind; what was written in pieces is whole."""
+    for kind in ("flight_csv", "parquet"):
+        monkeypatch.setattr(f"gsapp.flight.writers.{kind}._ROWS_AT_ONCE", 20)
+    block, path, shares = sample_block(), tmp_path / f"f.{to}", []
+    write_block(path, block, to, "si", shares.append)
+    assert len(shares) >= 3
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    np.testing.assert_allclose(load_flight(path).block["q"], block["q"], rtol=2e-14)
+
+    def end(share):
+        if share > 0.5:
+            raise EnoughError
+
+    with pytest.raises(EnoughError):
+        write_block(tmp_path / f"g.{to}", block, to, "si", end)
+    assert [one.name for one in tmp_path.iterdir()] == [path.name]
+
+
 def test_mat_for_matlab(tmp_path):
     """Variables are columns named by channels, units a structure, redundant sensors q_2."""
     block = sample_block()

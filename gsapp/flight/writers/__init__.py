@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from gsapp.flight.writers.flight_csv import write_flight_csv
-from gsapp.flight.writers.layout import Layout, UnitSystem
+from gsapp.flight.writers.layout import Layout, Told, UnitSystem
 from gsapp.flight.writers.matlab import write_mat
 from gsapp.flight.writers.parquet import write_parquet
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import Block
 
-WRITERS: Mapping[str, Callable[[Path | str, Block, str], Path]] = {
+WRITERS: Mapping[str, Callable[[Path | str, Block, str, Told | None], Path]] = {
     "csv": write_flight_csv,
     "mat": write_mat,
     "parquet": write_parquet,
@@ -20,7 +20,9 @@ WRITERS: Mapping[str, Callable[[Path | str, Block, str], Path]] = {
 """Every format by its name."""
 
 
-def write_block(path: Path | str, block: Block, to: str, units: str = "us") -> Path:
+def write_block(
+    path: Path | str, block: Block, to: str, units: str = "us", told: Told | None = None
+) -> Path:
     """Write a block in a format, atomically.
 
     Parameters
@@ -33,6 +35,9 @@ def write_block(path: Path | str, block: Block, to: str, units: str = "us") -> P
         The format.
     units : {"us", "si", "base"}
         Units of the columns.
+    told : callable, optional
+        Receives the share that is written, several times. What it raises ends the writing, and
+        leaves no file behind.
 
     Raises
     ------
@@ -42,7 +47,7 @@ def write_block(path: Path | str, block: Block, to: str, units: str = "us") -> P
         If the file cannot be written.
     """
     check_format(to)
-    return WRITERS[to](path, block, units)
+    return WRITERS[to](path, block, units, told)
 
 
 def check_format(to: str) -> None:
@@ -56,6 +61,7 @@ def check_format(to: str) -> None:
 __all__ = [
     "WRITERS",
     "Layout",
+    "Told",
     "UnitSystem",
     "check_format",
     "write_block",

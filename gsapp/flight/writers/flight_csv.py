@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gsapp.flight.replacing import replacing
-from gsapp.flight.writers.layout import Layout
+from gsapp.flight.writers.layout import Layout, Told
 from gsapp.quantities import Block, FloatArray
 
 _ROWS_AT_ONCE = 4096
@@ -16,7 +16,9 @@ _ROWS_AT_ONCE = 4096
 _CONVERTED_DIGITS = 15
 
 
-def write_flight_csv(path: Path | str, block: Block, system: str = "us") -> Path:
+def write_flight_csv(
+    path: Path | str, block: Block, system: str = "us", told: Told | None = None
+) -> Path:
     """Write a block as Flight CSV, atomically.
 
     Values in SI, and times, are written with as many digits as bring back the very same number;
@@ -31,6 +33,8 @@ def write_flight_csv(path: Path | str, block: Block, system: str = "us") -> Path
         The samples.
     system : {"us", "si", "base"}
         Units of the columns.
+    told : callable, optional
+        See `gsapp.flight.writers.write_block`.
 
     Raises
     ------
@@ -54,6 +58,8 @@ def write_flight_csv(path: Path | str, block: Block, system: str = "us") -> Path
                 for place in range(len(layout.channels))
             )
             stream.writelines(",".join(row) + "\n" for row in zip(*columns, strict=True))
+            if told is not None:
+                told(min(rows.stop / len(block), 1.0))
     return Path(path)
 
 

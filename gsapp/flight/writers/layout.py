@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -12,6 +12,9 @@ from gsapp.quantities import FloatArray, channel, from_si
 UnitSystem = Literal["us", "si", "base"]
 """``us``: deg, ft/s, g, lbf/ft^2, as flight-test reports use them; ``si``: deg, m/s, g, kPa, what
 the window shows as SI; ``base``: rad, m/s, m/s^2, Pa, K, bit for bit as held inside."""
+
+Told = Callable[[float], object]
+"""Receives the share of a file that is written; may raise to end the writing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

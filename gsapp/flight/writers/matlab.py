@@ -9,7 +9,7 @@ import numpy as np
 
 from gsapp.flight.certificates import uncalibrated_columns
 from gsapp.flight.replacing import replacing
-from gsapp.flight.writers.layout import Layout
+from gsapp.flight.writers.layout import Layout, Told
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 
@@ -21,7 +21,7 @@ def variable_name(channel_id: str) -> str:
     return channel_id.replace(".", "_")
 
 
-def write_mat(path: Path | str, block: Block, system: str = "us") -> Path:
+def write_mat(path: Path | str, block: Block, system: str = "us", told: Told | None = None) -> Path:
     """Write a block as a ``.mat`` file, atomically.
 
     Variables are columns, ``time`` in s among them; ``units.alpha`` holds ``'deg'``. Where an
@@ -35,6 +35,8 @@ def write_mat(path: Path | str, block: Block, system: str = "us") -> Path:
         The samples; missing ones are NaN.
     system : {"us", "si", "base"}
         Units of the variables.
+    told : callable, optional
+        See `gsapp.flight.writers.write_block`.
 
     Raises
     ------
@@ -61,5 +63,9 @@ def write_mat(path: Path | str, block: Block, system: str = "us") -> Path:
     if lacking:
         content["uncalibrated"] = ", ".join(lacking.values())
     with replacing(path) as temporary, temporary.open("wb") as stream:
-        savemat(stream, content, long_field_names=True, do_compression=True)
+        for count, (name, value) in enumerate(content.items(), start=1):
+            # To a stream that holds variables already it adds one.
+            savemat(stream, {name: value}, long_field_names=True, do_compression=True)
+            if told is not None:
+                told(count / len(content))
     return Path(path)
