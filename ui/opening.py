@@ -26,6 +26,8 @@ from ui.settings import SettingsStore, first_folder, recording_folder
 from ui.work import Work
 
 _SHORT_WORK_MS = 300
+_OBEYS = 2.0
+"""Seconds that a work has to stop as the window closes."""
 _FILES = "Flights (*.tlog *.bin *.ulg *.csv *.mat *.parquet);;All files (*)"
 
 
@@ -63,6 +65,7 @@ class Opening(QObject):
         self._found: tuple[RunningRecorder, ...] = ()
         self._offer: Banner | None = None
         self._of_flight: list[Banner] = []
+        self._making: list[Work] = []
         desk.working.connect(self.run)
         desk.said.connect(banners.show_banner)
         desk.remarked.connect(lambda *said: self.until_next(banners.show_banner(*said)))
@@ -235,14 +238,31 @@ class Opening(QObject):
             self.run(work, f"Exported to {path}.")
             work.start()
 
+    @property
+    def unfinished(self) -> tuple[str, ...]:
+        """Return the titles of the works that make something and are not done."""
+        return tuple(work.title for work in self._making)
+
+    def give_up(self) -> None:
+        """Stop what makes something, as the window closes, and let it take away what it began."""
+        for work in self._making:
+            work.cancel()
+        for work in self._making:
+            work.wait(_OBEYS)
+
     def run(self, work: Work, done: str) -> None:
         """Show a work in a banner until it ends; it goes on behind the other places.
 
         A work that ends at once shows none; of one that another took the place of nothing is said.
+        One that makes something has a sentence for its end, which is said also where it was done
+        before it could be cancelled.
         """
         title = f"{work.title}…"
         shown: list[Banner] = []
         asked: list[bool] = []
+        made: list[bool] = []
+        if done:
+            self._making.append(work)
 
         def cancel() -> None:
             asked.append(True)
@@ -258,6 +278,8 @@ class Opening(QObject):
                 banner.say(f"{title} {words}")
 
         def end(sentence: str) -> None:
+            if work in self._making:
+                self._making.remove(work)
             for banner in shown:
                 self._banners.remove(banner)
             if sentence:
@@ -265,6 +287,9 @@ class Opening(QObject):
 
         work.progressed.connect(tell)
         work.done.connect(lambda _result: end(done))
-        work.cancelled.connect(lambda: end(f"{work.title}: cancelled." if asked else ""))
+        work.dropped.connect(lambda _result: made.append(True))
+        work.cancelled.connect(
+            lambda: end(done if made and done else f"{work.title}: cancelled." if asked else "")
+        )
         work.failed.connect(lambda _error: end(""))
         QTimer.singleShot(_SHORT_WORK_MS, begin)

@@ -334,13 +334,15 @@ class MainWindow(QMainWindow):
         QApplication.quit()
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Ask about the recordings, remember the window, and close."""
+        """Ask about works and recordings, remember the window, and close."""
         for_trial = self.pilot.training.running or self.preflight.practices
         elsewhere = self.desk.recording_elsewhere
         names = [recorder.folder.name for recorder in elsewhere]
         if self.desk.records_here and not for_trial:
             names.insert(0, self.desk.name or "The flight")
-        answer = ask_closing(self, *names) if names and self._asks else "leave"
+        works = (*self.opening.unfinished, *self.review.unfinished, *self.gap.unfinished)
+        asks = self._asks and (names or works)
+        answer = ask_closing(self, names, works) if asks else "leave"
         if answer == "stay" and self._asks:
             event.ignore()
             return
@@ -351,6 +353,7 @@ class MainWindow(QMainWindow):
                 recorder.stop()
         geometry = self.saveGeometry().toHex().data().decode("ascii")
         self.store.change(geometry=geometry)
+        self.opening.give_up()
         self.gap.close_search()
         self.review.close_work()
         self.preflight.flush()

@@ -92,6 +92,7 @@ class Work(QObject):
         self.running = False
         self._function = function
         self._progress = Progress(self._told)
+        self._thread: threading.Thread | None = None
         self._started = 0.0
         self._told_at = 0.0
         self._ended.connect(self._finish, Qt.ConnectionType.QueuedConnection)
@@ -100,11 +101,17 @@ class Work(QObject):
         """Begin."""
         self.running = True
         self._started = time.monotonic()
-        threading.Thread(target=self._run, name=self.title, daemon=True).start()
+        self._thread = threading.Thread(target=self._run, name=self.title, daemon=True)
+        self._thread.start()
 
     def cancel(self) -> None:
         """Ask it to stop; its result, should it still come, is dropped."""
         self._progress.cancel()
+
+    def wait(self, seconds: float) -> None:
+        """Wait for its thread, so long at most; what it leads to is told afterwards."""
+        if self._thread is not None:
+            self._thread.join(seconds)
 
     def _run(self) -> None:
         try:

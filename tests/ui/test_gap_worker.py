@@ -45,8 +45,8 @@ from ui.gap.request import Answer, Decisions, GapRequest
 from ui.gap.search import search_engine
 from ui.gap.trial import fly_trial, trial_folder
 from ui.gap.worker import ReportJob, SearchJob, serve
-from ui.process.engine import JobError
-from ui.process.serving import Told
+from ui.process.engine import JobError, ProcessEngine
+from ui.process.serving import Stop, Tell, Told, serve_jobs
 from ui.words import with_std
 from ui.work import CancelledError
 
@@ -252,6 +252,56 @@ def test_a_process_that_does_not_obey_is_ended(tmp_path: Path) -> None:
         engine.do(job(flight=str(stuck)), tell)
     assert time.monotonic() - begun[-1] < 8.0
     assert engine.pid is None
+
+
+class _Writer:
+    """Has something half written until it is stopped."""
+
+    def __init__(self, tell: Tell) -> None:
+        self._tell = tell
+
+    def do(self, job: Path) -> object:
+        try:
+            job.touch()
+            while True:
+                self._tell(None, "writing")
+                time.sleep(0.01)
+        finally:
+            job.unlink()
+
+
+def serve_writer(connection: Connection, stop: Stop) -> None:
+    """Serve the jobs of a `_Writer`."""
+    serve_jobs(connection, stop, _Writer)
+
+
+def test_a_process_that_is_closed_leaves_nothing_half_written(tmp_path: Path) -> None:
+    engine = ProcessEngine(serve_writer, name="writer", remedy="try again")
+    half, ended = tmp_path / "half", threading.Event()
+    told: list[BaseException] = []
+
+    def tell(_share: float | None, _words: str) -> None:
+        if ended.is_set():
+            raise CancelledError
+
+    def work() -> None:
+        try:
+            engine.do(half, tell)
+        except BaseException as error:
+            told.append(error)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    deadline = time.monotonic() + 20.0
+    while not half.exists():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    ended.set()
+    engine.close()
+    thread.join(10.0)
+    assert engine.pid is None
+    assert not half.exists()
+    assert [type(error) for error in told] == [CancelledError]
 
 
 def test_a_trial_flight_stops_when_it_is_not_wanted_any_more(tmp_path: Path) -> None:

@@ -933,11 +933,22 @@ def test_a_session_that_ends_is_not_held_up_by_a_question(
 
 
 @pytest.mark.parametrize(
-    ("key", "answer"), [(Qt.Key.Key_Return, "leave"), (Qt.Key.Key_Escape, "stay")]
+    ("key", "works", "answer"),
+    [
+        (Qt.Key.Key_Return, (), "leave"),
+        (Qt.Key.Key_Escape, (), "stay"),
+        (Qt.Key.Key_Return, ("Estimating",), "stay"),
+    ],
 )
-def test_a_key_in_haste_never_ends_a_recording(
-    window: MainWindow, qtbot: QtBot, key: Qt.Key, answer: str
+@pytest.mark.parametrize("flights", [("flight 3",), ()])
+def test_a_key_in_haste_ends_no_recording_and_gives_up_no_work(
+    window: MainWindow,
+    qtbot: QtBot,
+    key: Qt.Key,
+    flights: tuple[str, ...],
+    works: tuple[str, ...],
+    answer: str,
 ) -> None:
     """Enter leaves the recorder running, Esc keeps the window."""
     answer_dialog(QMessageBox, lambda box: qtbot.keyClick(box, key))
-    assert ask_closing(window, "flight 3") == answer
+    assert ask_closing(window, flights, works) == answer

@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 import socket
 import sys
+import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import nullcontext
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +31,7 @@ from gsapp.telemetry.recorder_control import find_recorder, find_recorders
 from ui.dialogs.requests import ConnectRequest
 from ui.settings import next_flight_path
 from ui.window import MainWindow
-from ui.work import Work
+from ui.work import Progress, Work
 
 
 @pytest.fixture(autouse=True)
@@ -203,10 +205,10 @@ def test_a_recording_is_not_forgotten_when_another_flight_opens(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The crew is told, Ctrl+R comes back to it, and closing the window asks about it."""
-    asked: list[tuple[str, ...]] = []
+    asked: list[list[str]] = []
     answers = iter(("stay", "stop"))
 
-    def answer(_parent: object, *flights: str) -> str:
+    def answer(_parent: object, flights: list[str], _works: object) -> str:
         asked.append(flights)
         return next(answers)
 
@@ -226,7 +228,7 @@ def test_a_recording_is_not_forgotten_when_another_flight_opens(
     assert window.isVisible()
     window.close()
     assert not window.isVisible()
-    assert asked == [("first",), ("first",)]
+    assert asked == [["first"], ["first"]]
     assert find_recorder(folder) is None
 
 
@@ -283,7 +285,6 @@ def test_a_flight_is_exported_in_the_background(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     from gsapp.flight import load_flight
-    from ui.work import Work
 
     window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
     until(qtbot, lambda: window.desk.is_loaded)
@@ -293,6 +294,72 @@ def test_a_flight_is_exported_in_the_background(
     work.start()
     until(qtbot, lambda: "Exported." in window.banners.texts())
     assert load_flight(target).block.channels == load_flight(tmp_path / "small.csv").block.channels
+
+
+@dataclass(slots=True, kw_only=True)
+class Held:
+    """Halts a work in the middle of its file."""
+
+    begun: threading.Event = field(default_factory=threading.Event)
+    goes_on: threading.Event = field(default_factory=threading.Event)
+
+    def halt(self) -> None:
+        self.begun.set()
+        self.goes_on.wait(10.0)
+
+    def within(self, progress: Progress) -> Callable[[float | None, str], None]:
+        def tell(share: float | None, words: str) -> None:
+            if share:
+                self.halt()
+            progress(share, words)
+
+        return tell
+
+
+@pytest.mark.parametrize("kind", ["csv", "mat", "parquet"])
+@pytest.mark.parametrize("closes", [False, True])
+def test_an_export_that_is_given_up_leaves_nothing_behind(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    kind: str, closes: bool,
+) -> None:  # fmt: skip
+    """By a press on Cancel, or with the window, which asks before."""
+    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.desk.is_loaded)
+    held, target = Held(), tmp_path / "out" / f"flight.{kind}"
+    work = Work(
+        "Exporting", lambda told: window.desk.export(kind, target, held.within(told)), window
+    )
+    window.opening.run(work, "Exported.")
+    work.start()
+    assert held.begun.wait(10.0)
+    assert len(list(target.parent.iterdir())) == 1
+    asked: list[tuple[str, ...]] = []
+    if closes:
+        monkeypatch.setattr(
+            ui.window, "ask_closing", lambda *given: asked.append(given[-1]) or "leave"
+        )
+        threading.Timer(0.1, held.goes_on.set).start()
+        window.close()
+        assert asked == [("Exporting",)]
+    else:
+        work.cancel()
+        held.goes_on.set()
+        until(qtbot, lambda: not window.opening.unfinished)
+        assert "Exported." not in window.banners.texts()
+    assert list(target.parent.iterdir()) == []
+
+
+def test_an_export_that_is_cancelled_when_it_is_done_is_told_as_done(
+    window: MainWindow, qtbot: QtBot
+) -> None:
+    held = Held()
+    work = Work("Exporting", lambda _told: held.halt(), window)
+    window.opening.run(work, "Exported.")
+    work.start()
+    assert held.begun.wait(10.0)
+    work.cancel()
+    held.goes_on.set()
+    until(qtbot, lambda: "Exported." in window.banners.texts())
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows renames no folder with open files")

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
-from PySide6.QtWidgets import QComboBox, QLineEdit, QMessageBox, QPushButton, QWidget
+from PySide6.QtWidgets import QComboBox, QLineEdit, QMessageBox, QWidget
 
 from ui.dialogs.fields import ShippedField
 from ui.dialogs.form import FormDialog, PathField, Sentence
@@ -199,28 +199,49 @@ class MapDialog(FormDialog):
         self.fit(480)
 
 
-def ask_closing(parent: QWidget, *flights: str) -> ClosingAnswer:
-    """Ask what shall become of the recordings of some flights when their window closes.
+def ask_closing(
+    parent: QWidget, flights: Sequence[str], works: Sequence[str] = ()
+) -> ClosingAnswer:
+    """Ask what shall become of recordings, and of works that are not done, as a window closes.
 
-    Leaving it running is the default: nothing is lost by a key pressed in haste.
+    A key pressed in haste loses nothing: it leaves recorders running, and where works would be
+    given up, it stays.
+
+    Parameters
+    ----------
+    flights : sequence of str
+        What is being recorded.
+    works : sequence of str
+        Titles.
     """
+    sentences, consequences = [], []
+    if flights:
+        sentences.append(f"{' and '.join(flights)} {'is' if len(flights) == 1 else 'are'} being "
+                         "recorded.")  # fmt: skip
+        consequences.append(
+            "A recorder runs in a process of its own. Left running, it goes on without this "
+            "window, and the next window finds it again."
+        )
+    if works:
+        sentences.append(f"Not done yet: {', '.join(works)}.")
+        consequences.append("What is not done is given up, and nothing of it is kept.")
     box = QMessageBox(parent)
-    box.setWindowTitle("Recording")
+    box.setWindowTitle("Recording" if flights else "Not done")
     box.setIcon(QMessageBox.Icon.NoIcon)
-    box.setText(f"{' and '.join(flights)} {'is' if len(flights) == 1 else 'are'} being recorded.")
-    box.setInformativeText(
-        "A recorder runs in a process of its own. Left running, it goes on without this window, "
-        "and the next window finds it again."
-    )
-    leave = box.addButton("Leave it running", QMessageBox.ButtonRole.AcceptRole)
-    stop = box.addButton("Stop recording", QMessageBox.ButtonRole.DestructiveRole)
-    stay = box.addButton("Stay", QMessageBox.ButtonRole.RejectRole)
-    box.setDefaultButton(leave)
+    box.setText(" ".join(sentences))
+    box.setInformativeText(" ".join(consequences))
+    role = QMessageBox.ButtonRole
+    leave = box.addButton("Leave it running" if flights else "Close", role.AcceptRole)
+    stop = box.addButton("Stop recording", role.DestructiveRole) if flights else None
+    stay = box.addButton("Stay", role.RejectRole)
+    box.setDefaultButton(stay if works else leave)
     box.setEscapeButton(stay)
     box.exec()
     box.deleteLater()
-    answers: dict[QPushButton | object, ClosingAnswer] = {leave: "leave", stop: "stop"}
-    return answers.get(box.clickedButton(), "stay")
+    clicked = box.clickedButton()
+    if clicked is leave:
+        return "leave"
+    return "stop" if stop is not None and clicked is stop else "stay"
 
 
 def ask_stop(parent: QWidget, what: str) -> bool:

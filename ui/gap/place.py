@@ -285,6 +285,11 @@ class GapPlace(QWidget):
         if self._trial is not None:
             self._trial.cancel()
 
+    @property
+    def unfinished(self) -> tuple[str, ...]:
+        """Return the title of the work that is not done, if there is one."""
+        return (self.search.title,) if self.search.running else ()
+
     def close_search(self) -> None:
         """Stop everything, as the window closes."""
         if self._trial is not None:

@@ -158,9 +158,13 @@ class ProcessEngine:
             process.join(2.0)
 
     def close(self) -> None:
-        """End the process."""
-        process = self._process
-        if process is not None:
+        """End the process; a job that is not wanted any more stops before, and tidies up."""
+        if self._lock.acquire(timeout=_OBEYS + 1.0):
+            try:
+                self._end()
+            finally:
+                self._lock.release()
+        elif (process := self._process) is not None:
             # A thread that waits for it sees that it hung up.
             process.terminate()
             process.join(2.0)

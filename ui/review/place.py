@@ -327,6 +327,11 @@ class ReviewPlace(PagedPlace):
         if self.work.running:
             self._told(None, "stopping")
 
+    @property
+    def unfinished(self) -> tuple[str, ...]:
+        """Return the title of the work that is not done, if there is one."""
+        return (self.work.title,) if self.work.running else ()
+
     def close_work(self) -> None:
         """Stop everything, as the window closes."""
         self.work.close()
