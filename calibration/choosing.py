@@ -14,6 +14,7 @@ import numpy as np
 
 from calibration.branches import BranchFit, Readings, fit_branches
 from calibration.certificate import Certificate
+from calibration.converter import STEP
 from calibration.fit import MAX_DEGREE, checked_readings, curve_of
 from calibration.points import CalibrationError, CalibrationPoint
 from calibration.quality import Calibration, assess
@@ -31,9 +32,6 @@ def calibrate(
     *,
     degree: int | None = None,
     travel: tuple[float, float] | None = None,
-    max_degree: int = MAX_DEGREE,
-    bits: int = 12,
-    full_scale: float = 5.0,
     setting_error: float | None = None,
 ) -> Calibration:
     """Draw a curve through calibration points and judge it.
@@ -46,10 +44,6 @@ def calibrate(
         1 to 3; without it the points decide.
     travel : tuple of float, optional
         Of the surface, in the unit of the values.
-    max_degree : int
-        The highest that may be chosen.
-    bits, full_scale : int, float
-        Of the converter; full scale in V.
     setting_error : float, optional
         Standard deviation of one setting as known beforehand, in the unit of the values: about
         0.15 deg for a protractor read to half a degree. Without it the points alone tell.
@@ -70,7 +64,7 @@ def calibrate(
     clean[list(outliers)] = False
     losses = {
         tried: float(np.sqrt(np.mean(errors**2)))
-        for tried, errors in _left_out(readings.only(clean), max_degree).items()
+        for tried, errors in _left_out(readings.only(clean)).items()
     }
     chosen = degree or _choice(losses)
     while True:
@@ -91,7 +85,7 @@ def calibrate(
         branch_fit,
         rivals=_rivals(readings, losses, chosen, setting_error),
         travel=travel,
-        count=full_scale / 2**bits,
+        count=STEP,
         outliers=outliers,
     )
     return Calibration(fit=fit, quality=quality, losses=losses, branch_fit=branch_fit)
@@ -211,11 +205,11 @@ def _farthest(
     return least, float(np.sqrt(gone[place])) / (allowed * least), place
 
 
-def _left_out(readings: Readings, max_degree: int) -> dict[int, FloatArray]:
+def _left_out(readings: Readings) -> dict[int, FloatArray]:
     """Return by degree the errors of predicting each setting from the others, shape (settings,)."""
     numbers = np.unique(readings.settings)
     errors: dict[int, FloatArray] = {}
-    for degree in range(1, max_degree + 1):
+    for degree in range(1, MAX_DEGREE + 1):
         # With a freedom left, so that passing through every point proves nothing.
         if numbers.size < degree + 2:
             break

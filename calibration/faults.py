@@ -12,6 +12,7 @@ from typing import Literal
 
 import numpy as np
 
+from calibration.converter import FULL_SCALE, STEP, at_an_end
 from gsapp.quantities import FloatArray, channel
 
 FaultKind = Literal["dead", "noisy", "clipped", "swapped", "reversed"]
@@ -57,8 +58,6 @@ def find_faults(
     movement: bool = True,
     sense: int = 0,
     slope_sign: int = 0,
-    bits: int = 12,
-    full_scale: float = 5.0,
 ) -> tuple[InstrumentFault, ...]:
     """Judge an instrument while its surface, and no other, was moved.
 
@@ -78,19 +77,16 @@ def find_faults(
     slope_sign : {-1, 0, +1}
         Sign of value against volts as the certificate before, or the partner, has it; 0 if not
         known. With `sense` it tells whether the instrument is reversed.
-    bits, full_scale : int, float
-        Of the converter; full scale in V.
 
     Returns
     -------
     tuple of InstrumentFault
         Empty where all is well. One that is dead, swapped or clipped has no other.
     """
-    step = full_scale / 2**bits
-    own = _Movement.of(volts[moved], step, full_scale)
-    followed = own.excursion > FOLLOWED_COUNTS * step
+    own = _Movement.of(volts[moved])
+    followed = own.excursion > FOLLOWED_COUNTS * STEP
     if movement and not followed:
-        return (_without_following(moved, own, _follower(moved, volts, step, full_scale)),)
+        return (_without_following(moved, own, _follower(moved, volts)),)
     title = channel(moved).title
     if own.clipped >= CLIPPED_SHARE:
         return (
@@ -99,11 +95,11 @@ def find_faults(
                 channel=moved,
                 sentence=f"{title}: the volts run into an end of the converter "
                 f"({own.end:.2f} V); turn the potentiometer's body until its middle reads "
-                f"about {0.5 * full_scale:.1f} V",
+                f"about {0.5 * FULL_SCALE:.1f} V",
             ),
         )
     found: list[InstrumentFault] = []
-    if own.noise > NOISY_COUNTS * step:
+    if own.noise > NOISY_COUNTS * STEP:
         found.append(
             InstrumentFault(
                 kind="noisy",
@@ -144,15 +140,13 @@ def _without_following(moved: str, own: _Movement, follower: str) -> InstrumentF
     )
 
 
-def _follower(moved: str, volts: Mapping[str, FloatArray], step: float, full_scale: float) -> str:
+def _follower(moved: str, volts: Mapping[str, FloatArray]) -> str:
     """Return the other channel that moved most, if one moved; empty otherwise."""
     excursions = {
-        name: _Movement.of(samples, step, full_scale).excursion
-        for name, samples in volts.items()
-        if name != moved
+        name: _Movement.of(samples).excursion for name, samples in volts.items() if name != moved
     }
     most = max(excursions, key=lambda name: excursions[name], default="")
-    return most if most and excursions[most] > FOLLOWED_COUNTS * step else ""
+    return most if most and excursions[most] > FOLLOWED_COUNTS * STEP else ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -183,7 +177,7 @@ class _Movement:
     end: float
 
     @classmethod
-    def of(cls, samples: FloatArray, step: float, full_scale: float) -> _Movement:
+    def of(cls, samples: FloatArray) -> _Movement:
         good = samples[np.isfinite(samples)]
         if good.size < FEWEST:
             nan = float("nan")
@@ -199,7 +193,7 @@ class _Movement:
             excursion=max(float(np.ptp(medians)) - 6.0 * usual / np.sqrt(length), 0.0),
             change=float(np.median(good[-tenth:]) - np.median(good[:tenth])),
             noise=float(np.sqrt(np.mean(bends**2))),
-            clipped=float(np.mean((good <= 1.5 * step) | (good >= full_scale - 2.5 * step))),
+            clipped=float(np.mean(at_an_end(good))),
             middle=float(np.median(good)),
-            end=float(good[np.argmax(np.abs(good - 0.5 * full_scale))]),
+            end=float(good[np.argmax(np.abs(good - 0.5 * FULL_SCALE))]),
         )

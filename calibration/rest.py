@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import stdtrit
 
-from calibration.points import CalibrationError
+from calibration.converter import STEP
 from calibration.stretches import Stretch, StretchCutter
 from gsapp.quantities import FloatArray
 
@@ -106,19 +106,14 @@ class RestWatch:
         The instruments watched, by channel.
     seconds : float
         How long the rest must be, s.
-    step : float
-        Of the converter, V.
     """
 
-    def __init__(
-        self, limits: Mapping[str, RestLimit], *, seconds: float = 5.0, step: float = 5.0 / 2**12
-    ) -> None:
+    def __init__(self, limits: Mapping[str, RestLimit], *, seconds: float = 5.0) -> None:
         self._channels = tuple(limits)
         self._std = np.array([limits[name].std for name in self._channels])
         self._wander = np.array([limits[name].wander for name in self._channels])
         self._noises = np.array([limits[name].noises for name in self._channels])
         self._needed = max(math.ceil(seconds / BLOCK - 1e-9), 2)
-        self._step = step
         self._cutter = StretchCutter(self._channels, BLOCK)
         self._run: deque[Stretch] = deque(maxlen=_LONGEST)
         self._found: Rest | None = None
@@ -193,7 +188,7 @@ class RestWatch:
         noise = np.sqrt(np.mean([known.std**2 / known.count for known in blocks], axis=0))
         judged = np.isfinite(self._noises)
         allowed = self._wander.copy()
-        by_noise = np.maximum(self._noises[judged] * noise[judged], self._step)
+        by_noise = np.maximum(self._noises[judged] * noise[judged], STEP)
         allowed[judged] = np.minimum(allowed[judged], by_noise)
         return allowed
 
@@ -213,7 +208,7 @@ class RestWatch:
         blocks = len(means)
         scatter = np.std(means, axis=0, ddof=1) / math.sqrt(blocks)
         # Without noise to blur the steps, the mean is known to half a step only.
-        steps = np.where(std < 0.5 * self._step, 0.5 * self._step, 0.0)
+        steps = np.where(std < 0.5 * STEP, 0.5 * STEP, 0.0)
         uncertainty = np.hypot(float(stdtrit(blocks - 1, 0.975)) * scatter, steps)
         return Rest(
             start=self._run[0].number * BLOCK,
@@ -225,28 +220,3 @@ class RestWatch:
 
     def _named(self, values: FloatArray) -> Mapping[str, float]:
         return MappingProxyType(dict(zip(self._channels, values.tolist(), strict=True)))
-
-
-def find_rest(
-    times: npt.ArrayLike,
-    volts: Mapping[str, npt.ArrayLike],
-    limits: Mapping[str, RestLimit],
-    *,
-    seconds: float = 5.0,
-) -> Rest:
-    """Return the rest at the end of a record; arguments as for `RestWatch`.
-
-    Raises
-    ------
-    CalibrationError
-        If the record does not end with a rest of that length; says what moved.
-    """
-    watch = RestWatch(limits, seconds=seconds)
-    watch.feed(times, volts)
-    reading = watch.reading
-    if reading.rest is None or reading.state != "rested":
-        why = reading.why or "the record is too short"
-        raise CalibrationError(
-            f"there was no rest of {seconds:g} s ({why}); leave the aircraft alone that long"
-        )
-    return reading.rest

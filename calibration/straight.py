@@ -16,12 +16,11 @@ from datetime import datetime
 import numpy as np
 
 from calibration.certificate import Certificate
+from calibration.converter import STEP
 from calibration.points import CalibrationPoint
 from calibration.quality import Quality
 from gsapp.quantities import FloatArray
 
-STEP = 5.0 / 2**12
-"""One count of the converter, V."""
 _PLACES = 9
 
 

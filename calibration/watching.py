@@ -11,12 +11,16 @@ from typing import Literal
 
 import numpy as np
 
+from calibration.converter import STEP, at_an_end
 from gsapp.quantities import FloatArray
 
 WatchState = Literal["absent", "moving", "steady", "noisy", "clipped"]
 
 TICK = 0.1
 """How often the state is judged, s."""
+
+WINDOW = 0.7
+"""Seconds at rest that a reading is averaged over."""
 
 SEGMENTS = 5
 """Parts of the window whose means are compared."""
@@ -82,30 +86,14 @@ class VoltsWatch:
 
     Parameters
     ----------
-    window : float
-        Seconds at rest that a reading is averaged over.
     shortest : float, optional
         Seconds that tell rest from movement, where they are fewer than those averaged over. The
-        mean then grows with the rest, from `shortest` up to `window`, and leaves out how the rest
+        mean then grows with the rest, from `shortest` up to `WINDOW`, and leaves out how the rest
         began. By default it is judged over all that is averaged.
-    full_scale : float
-        Of the converter, V.
-    bits : int
-        Of the converter.
     """
 
-    def __init__(
-        self,
-        *,
-        window: float = 0.7,
-        shortest: float | None = None,
-        full_scale: float = 5.0,
-        bits: int = 12,
-    ) -> None:
-        self._window = window
-        self._shortest = window if shortest is None else shortest
-        self._step = full_scale / 2**bits
-        self._full_scale = full_scale
+    def __init__(self, *, shortest: float | None = None) -> None:
+        self._shortest = WINDOW if shortest is None else shortest
         self._rows = np.empty((3, 0))
         self._last = -np.inf
         self._rest_began: float | None = None
@@ -154,12 +142,12 @@ class VoltsWatch:
         for now in times[np.flatnonzero(np.diff(ticks) != 0.0)].tolist():
             self._judge(rows[:, : np.searchsorted(rows[0], now)], now)
         self._last = float(times[-1])
-        oldest = np.searchsorted(rows[0], self._last - STRETCH * self._window - TICK)
+        oldest = np.searchsorted(rows[0], self._last - STRETCH * WINDOW - TICK)
         self._rows = rows[:, oldest:]
 
     def _judge(self, rows: FloatArray, now: float) -> None:
         """Judge the samples (times, volts, supply) before `now`."""
-        rows = rows[:, np.searchsorted(rows[0], now - STRETCH * self._window) :]
+        rows = rows[:, np.searchsorted(rows[0], now - STRETCH * WINDOW) :]
         rows = rows[:, np.isfinite(rows[1])]
         gaps = np.flatnonzero(np.diff(rows[0], append=now) > GAP)
         if gaps.size:
@@ -175,7 +163,7 @@ class VoltsWatch:
         at, volts, supply = _latest(rows, now - self._shortest)
         mean, std = _mean_and_std(volts)
         state = self._state(volts, std)
-        if state == "moving" or abs(mean - self._left) > 2.0 * STILL_COUNTS * self._step:
+        if state == "moving" or abs(mean - self._left) > 2.0 * STILL_COUNTS * STEP:
             self._moved = True
         rested = state in {"steady", "noisy"}
         if not rested:
@@ -183,7 +171,7 @@ class VoltsWatch:
         elif self._rest_began is None and self._moved:
             self._rest_began = float(at[0])
         steady_for = 0.0 if self._rest_began is None else now - self._rest_began
-        length = min(steady_for - self._shortest, self._window)
+        length = min(steady_for - self._shortest, WINDOW)
         if rested and length > self._shortest:
             _, volts, supply = _latest(rows, now - length)
             mean, std = _mean_and_std(volts)
@@ -192,7 +180,7 @@ class VoltsWatch:
             state=state,
             volts=mean,
             std=std,
-            uncertainty=mean_uncertainty(volts - mean, self._step) if rested else std,
+            uncertainty=mean_uncertainty(volts - mean, STEP) if rested else std,
             steady_for=steady_for,
             moved=self._moved,
             excitation=float(known.sum()) / known.size if known.size else None,
@@ -201,21 +189,20 @@ class VoltsWatch:
 
     def _state(self, volts: FloatArray, std: float) -> WatchState:
         """Return the state of a window whose samples have a standard deviation."""
-        ends = (volts <= 1.5 * self._step) | (volts >= self._full_scale - 2.5 * self._step)
-        if np.count_nonzero(ends) >= CLIPPED_SHARE * volts.size:
+        if np.count_nonzero(at_an_end(volts)) >= CLIPPED_SHARE * volts.size:
             return "clipped"
         # Noise by second differences: a steady movement does not count into it.
         bends = np.sort(np.abs(volts[2:] - 2.0 * volts[1:-1] + volts[:-2]))
         noise = float(bends[bends.size // 2]) / (0.6745 * np.sqrt(6.0))
-        noise = max(noise, self._step / np.sqrt(12.0))
+        noise = max(noise, STEP / np.sqrt(12.0))
         # Medians, so that a contact lost for a sample is noise and not a movement.
         parts = min(SEGMENTS, volts.size // 2)
         length = volts.size // parts
         medians = np.sort(volts[-parts * length :].reshape(parts, length))[:, length // 2]
-        allowed = max(STILL_COUNTS * self._step, 6.0 * noise / np.sqrt(length))
+        allowed = max(STILL_COUNTS * STEP, 6.0 * noise / np.sqrt(length))
         if float(medians.max() - medians.min()) > allowed:
             return "moving"
-        return "noisy" if std > NOISY_COUNTS * self._step else "steady"
+        return "noisy" if std > NOISY_COUNTS * STEP else "steady"
 
 
 def _latest(rows: FloatArray, since: float) -> FloatArray:

@@ -81,7 +81,7 @@ class GyroZero:
 def gyro_zero(
     channel: str, rest: Rest, *, factory: Mapping[str, FactoryFigures] | None = None
 ) -> GyroZero:
-    """Return the zero of a gyro from a rest that `still_watch` (or `find_rest`) has found."""
+    """Return the zero of a gyro from a rest that `still_watch` has found."""
     figures = (factory or factory_figures())[channel]
     volts = rest.volts[channel]
     shift = (volts - figures.zero) / figures.sensitivity

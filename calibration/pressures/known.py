@@ -14,11 +14,11 @@ from datetime import datetime
 import numpy as np
 
 from calibration.certificate import Certificate
+from calibration.converter import STEP
 from calibration.fit import polynomial
 from calibration.points import CalibrationError, CalibrationPoint
 from calibration.quality import Quality
 from calibration.rest import Rest, RestLimit, RestWatch
-from calibration.straight import STEP
 from gsapp.quantities import channel, from_si
 
 _QUIET, _QUIET_STD = 2.5, 6.0

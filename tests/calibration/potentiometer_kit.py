@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calibration.converter import STEP
 from calibration.faults import InstrumentFault, find_faults
 from calibration.points import CalibrationPoint, Direction
 from calibration.quality import Calibration
 from calibration.watching import VoltsWatch, WatchReading
 from gsapp.dynamics.pilot.bench import POTENTIOMETERS, BenchFault, Potentiometer, VirtualBench
 from gsapp.dynamics.pilot.bench.potentiometer import Linkage
-from gsapp.dynamics.pilot.converter import STEP
 from gsapp.quantities import FloatArray
 
 SETTINGS = (-20.0, -10.0, 0.0, 10.0, 20.0)

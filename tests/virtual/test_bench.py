@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from calibration import CalibrationPoint, fit_points
+from calibration.converter import STEP
 from gsapp.dynamics.pilot.bench import (
     POTENTIOMETERS,
     BenchFault,
     VirtualBench,
     parse_bench_fault,
 )
-from gsapp.dynamics.pilot.converter import DAQ, STEP
+from gsapp.dynamics.pilot.converter import DAQ
 from gsapp.foundation import FlightError
 
 SETTINGS = (-20.0, -10.0, 0.0, 10.0, 20.0)

@@ -16,10 +16,11 @@ os.environ.setdefault("MAVLINK20", "1")
 
 from pymavlink import mavutil
 
+from calibration.converter import STEP
 from calibration.reading import load_certificates
 from gsapp.decoding.frames import Frame
 from gsapp.decoding.framing import Framer
-from gsapp.dynamics.pilot.converter import DAQ, STEP
+from gsapp.dynamics.pilot.converter import DAQ
 from gsapp.telemetry.clock import HostClock
 from gsapp.telemetry.sources import open_source
 from gsapp.telemetry.virtual.messages import dialect

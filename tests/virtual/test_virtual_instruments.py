@@ -10,9 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
 
+from calibration.converter import STEP
 from calibration.reading import load_certificates
 from gsapp.aircraft import load_aircraft
-from gsapp.dynamics.pilot.converter import DAQ, STEP, Converter
+from gsapp.dynamics.pilot.converter import DAQ, Converter
 from gsapp.dynamics.pilot.flight import VirtualFlight
 from gsapp.dynamics.pilot.instruments import Instruments
 from gsapp.dynamics.pilot.vibration import EngineVibration

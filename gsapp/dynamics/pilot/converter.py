@@ -7,16 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from calibration.certificate import Certificate
+from calibration.converter import converted
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import INSTRUMENTS, Block, FloatArray
 
 DAQ = (*INSTRUMENTS, "excitation", "battery")
 """Channel of each input of the converter, in order."""
-
-BITS = 12
-FULL_SCALE = 5.0
-STEP = FULL_SCALE / 2**BITS
-"""One count, V."""
 
 _DIVIDERS = {"excitation": 1.0, "battery": 0.2}
 """Inputs that see their voltage directly, or through a divider."""
@@ -57,7 +53,7 @@ class Converter:
         Returns
         -------
         ndarray, shape (n, 20)
-            Multiples of `STEP` between 0 and 5 V.
+            As `calibration.converter.converted` gives them.
         """
         excitation = instruments["excitation"]
         columns = []
@@ -68,8 +64,7 @@ class Converter:
             else:
                 columns.append(self._certificates[name].volts(values, excitation))
         raw = np.nan_to_num(np.column_stack(columns), nan=0.0)
-        counts = np.clip(np.round(raw / STEP), 0, 2**BITS - 1)
-        return np.asarray(counts * STEP, dtype=np.float64)
+        return converted(raw)
 
     def measured(self, volts: FloatArray) -> dict[str, FloatArray]:
         """Return what the ground makes of converted volts, shape (n, 20): channel -> (n,)."""

@@ -9,8 +9,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from calibration.converter import FULL_SCALE
 from gsapp.dynamics.pilot.bench.faults import BenchFault
-from gsapp.dynamics.pilot.converter import DAQ, FULL_SCALE
+from gsapp.dynamics.pilot.converter import DAQ
 from gsapp.quantities import FloatArray
 
 _SCRATCH, _LOST = 0.04, 0.6

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from calibration import load_certificates
+from calibration.converter import converted
 from calibration.inertial import Position
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.pilot.bench.attitude import Attitude
@@ -29,7 +30,7 @@ from gsapp.dynamics.pilot.bench.transducers import (
     drawn_accelerometers,
     drawn_gyros,
 )
-from gsapp.dynamics.pilot.converter import BITS, DAQ, STEP
+from gsapp.dynamics.pilot.converter import DAQ
 from gsapp.foundation import FlightError
 from gsapp.quantities import INSTRUMENTS, Block, FloatArray
 
@@ -277,8 +278,7 @@ class VirtualBench:
             volts[:, index] = own + small * white[:, index]
         volts = self._harm.act(volts)
         self._ticks += ticks
-        counts = np.clip(np.round(volts / STEP), 0, 2**BITS - 1)
-        return np.asarray(counts * STEP, dtype=np.float64)
+        return converted(volts)
 
     def step(self, seconds: float) -> Block:
         """Go on for some time; return what a session's history would hold of it.
