@@ -120,8 +120,6 @@ class AccelerometerFit:
         Angle by which it leans toward each other axis, deg.
     zero_shift : float
         From the factory's, g.
-    scale_deviation : float
-        From the factory's, relative.
     verdict : Verdict
         Against the factory's figures.
     """
@@ -134,7 +132,6 @@ class AccelerometerFit:
     cross: Mapping[str, float]
     cross_uncertainty: Mapping[str, float]
     zero_shift: float
-    scale_deviation: float
     verdict: Verdict
 
 
@@ -291,7 +288,6 @@ def _fit_of(
         o: 2.0 * math.degrees(solution.matrix_std[index, j] / abs(per_unit)) for j, o in others
     }
     zero_shift = (float(solution.zero[index]) - figures.zero) / figures.sensitivity
-    deviation = k / figures.sensitivity - 1.0
     shares = solution.matrix[index] / figures.sensitivity
     return AccelerometerFit(
         channel=name,
@@ -302,7 +298,6 @@ def _fit_of(
         cross=cross,
         cross_uncertainty=cross_uncertainty,
         zero_shift=zero_shift,
-        scale_deviation=deviation,
         verdict=_judge(index, shares, zero_shift, cross),
     )
 

@@ -50,8 +50,6 @@ class Turn:
         Mean volts over the turn, V.
     sensitivity, uncertainty : float
         V per deg/s, and its half width at 95 %.
-    peak_rate : float
-        Fastest, deg/s by the factory's scale.
     cross : mapping of str to float
         What the other gyros saw, as a share of the turn, each by its factory scale.
     verdict : Verdict
@@ -66,7 +64,6 @@ class Turn:
     mean_volts: float
     sensitivity: float
     uncertainty: float
-    peak_rate: float
     cross: Mapping[str, float]
     verdict: Verdict
 
@@ -145,7 +142,6 @@ def turntable_scale(
         mean_volts=own.zero + own.area / seconds,
         sensitivity=k,
         uncertainty=math.hypot(in_angle, in_zero),
-        peak_rate=own.peak / abs(figures[channel].sensitivity),
         cross={name: share for name, share in shares.items() if name != channel},
         verdict=_judge_turn(figures[channel], own, shares),
     )
@@ -153,13 +149,12 @@ def turntable_scale(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Moved:
-    """What one gyro gave over a turn: zero (V), its uncertainty, area (V s), peak and extremes."""
+    """What one gyro gave over a turn: zero (V), its uncertainty, area (V s) and extremes."""
 
     zero: float
     zero_uncertainty: float
     area: float
     seconds: float
-    peak: float
     extremes: tuple[float, float]
 
 
@@ -192,7 +187,6 @@ def _integral(name: str, t: FloatArray, v: FloatArray, start: float, end: float)
         zero_uncertainty=0.5 * math.hypot(*spread),
         area=area,
         seconds=float(ti[-1] - ti[0]),
-        peak=float(np.max(np.abs(over))),
         extremes=(float(vi.min()), float(vi.max())),
     )
 

@@ -134,20 +134,13 @@ class Episode:
 
 
 class AlarmBoard:
-    """The alarms that stand, whoever raised them.
-
-    Attributes
-    ----------
-    revision : int
-        Grows with every change.
-    """
+    """The alarms that stand, whoever raised them."""
 
     def __init__(self) -> None:
         self._log: list[Onset] = []
         self._episodes: list[Episode] = []
         # Place in the list of the episode that goes on, by key.
         self._going_on: dict[str, int] = {}
-        self.revision = 0
         self._alarms: dict[str, Alarm] = {}
         self._acknowledged: set[tuple[str, float | None]] = set()
 
@@ -221,9 +214,7 @@ class AlarmBoard:
             changed = replace(former, current=severity)
             if severity == former.severity:
                 changed = replace(changed, words=words)
-            if changed != former:
-                self._alarms[key] = changed
-                self.revision += 1
+            self._alarms[key] = changed
             if value is not None:
                 self.reach(key, value)
             return
@@ -242,7 +233,6 @@ class AlarmBoard:
         )
         self._log.append(Onset(key=key, severity=severity, time=time, words=words))
         self._go_on(key, severity, time, words, rule, value)
-        self.revision += 1
 
     def _go_on(
         self,
@@ -286,10 +276,7 @@ class AlarmBoard:
         if former is None or former.rule is None:
             return
         self._stretch(key, value)
-        farthest = former.rule.farther(value, former.value)
-        if farthest != former.value:
-            self._alarms[key] = replace(former, value=farthest)
-            self.revision += 1
+        self._alarms[key] = replace(former, value=former.rule.farther(value, former.value))
 
     def clear(self, key: str, time: float | None = None) -> None:
         """Say that the cause is gone. The alarm stays until it is acknowledged.
@@ -306,7 +293,6 @@ class AlarmBoard:
             return
         place = self._going_on.pop(key)
         self._episodes[place] = replace(self._episodes[place], end=time)
-        self.revision += 1
         if former.acknowledged:
             del self._alarms[key]
         else:
@@ -322,7 +308,6 @@ class AlarmBoard:
         alarm = self._alarms.get(key)
         if alarm is None or alarm.acknowledged or alarm.time != time:
             return
-        self.revision += 1
         if alarm.active:
             self._alarms[key] = replace(alarm, acknowledged=True, severity=alarm.current)
         else:
@@ -334,4 +319,3 @@ class AlarmBoard:
         self._log.clear()
         self._episodes.clear()
         self._going_on.clear()
-        self.revision += 1

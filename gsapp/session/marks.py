@@ -63,8 +63,6 @@ class MarkBook:
 
     Attributes
     ----------
-    revision : int
-        Grows with every change, whoever made it.
     others : list of Event
         Events of other kinds, in the order in which they were written.
     """
@@ -72,7 +70,6 @@ class MarkBook:
     def __init__(self, log: EventLog, clock_us: Callable[[], int] | None = None) -> None:
         self._log = log
         self._clock_us = clock_us
-        self.revision = 0
         self.others: list[Event] = []
         self._all: list[Event] = []
         self._events: list[tuple[str, Event]] = []
@@ -230,7 +227,6 @@ class MarkBook:
                 ),
             )
         )
-        self.revision += 1
 
 
 def _undone(events: Iterable[tuple[str, Event]]) -> set[str]:

@@ -422,8 +422,6 @@ class Session:
             waiting=sum(not alarm.acknowledged for alarm in standing),
             playhead=self._playhead(),
             problem=next(iter(self._failures.values()), self._account.problem),
-            marks_revision=self.book.revision,
-            alarms_revision=self.board.revision,
         )
 
     def states(self, channel_ids: Sequence[str] | None = None) -> dict[str, ChannelState]:

@@ -75,8 +75,6 @@ class SessionSnapshot:
         None while live, and before the first sample of a replay was read.
     problem : str
         Why nothing is decoded, or the record cannot be read, in words; empty otherwise.
-    marks_revision, alarms_revision : int
-        Grow with every change.
     """
 
     name: str
@@ -97,5 +95,3 @@ class SessionSnapshot:
     waiting: int
     playhead: Playhead | None
     problem: str
-    marks_revision: int
-    alarms_revision: int

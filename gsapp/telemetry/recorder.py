@@ -152,7 +152,7 @@ class Recorder:
         self._written = threading.Event()
         self._started_us = clock.now_us()
         self._status_path = writer.folder / STATUS_FILE
-        self._rates = _Rates()
+        self._rate = _Rate()
         self._last_batch_us = writer.last_stamp
         self._next_heartbeat = 0.0
         self._next_retry = 0.0
@@ -246,13 +246,11 @@ class Recorder:
     def status(self, state: Literal["starting", "recording", "stopped"]) -> RecorderStatus:
         """Return the state of the recorder."""
         written = self.writer.state
-        rates = self._rates.update(
-            time.monotonic(), written.frames + written.lines, self.received_bytes
-        )
+        rate = self._rate.update(time.monotonic(), self.received_bytes)
         free: int | None = None
         with contextlib.suppress(OSError):
             free = self._disk_free(self.writer.folder)
-        seconds = free / rates[1] if free is not None and rates[1] > 0 else None
+        seconds = free / rate if free is not None and rate > 0.0 else None
         return RecorderStatus(
             pid=os.getpid(),
             link=str(self.source.address),
@@ -266,8 +264,7 @@ class Recorder:
             frames=written.frames,
             lines=written.lines,
             residue_bytes=written.residue_bytes,
-            frame_rate=rates[0],
-            byte_rate=rates[1],
+            byte_rate=rate,
             last_data_us=self.last_data_us,
             disk_free_bytes=free,
             seconds_until_full=seconds,
@@ -411,16 +408,13 @@ class Recorder:
                 self.writer.sync()
 
 
-class _Rates:
-    """Frames and bytes per second over the last few seconds."""
+class _Rate:
+    """Bytes per second over the last few seconds."""
 
     def __init__(self) -> None:
-        self._past: deque[tuple[float, int, int]] = deque(maxlen=6)
+        self._past: deque[tuple[float, int]] = deque(maxlen=6)
 
-    def update(self, now: float, frames: int, count: int) -> tuple[float, float]:
-        self._past.append((now, frames, count))
-        first = self._past[0]
-        elapsed = now - first[0]
-        if elapsed <= 0.0:
-            return 0.0, 0.0
-        return (frames - first[1]) / elapsed, (count - first[2]) / elapsed
+    def update(self, now: float, count: int) -> float:
+        self._past.append((now, count))
+        since, before = self._past[0]
+        return (count - before) / (now - since) if now > since else 0.0

@@ -42,8 +42,8 @@ class RecorderStatus(BaseModel):
         Whether data can arrive.
     received_bytes, frames, lines, residue_bytes : int
         What has come since the start.
-    frame_rate, byte_rate : float
-        Frames and lines, and bytes, per second of late.
+    byte_rate : float
+        Bytes per second of late.
     last_data_us : int or None
         Host time of the last data.
     disk_free_bytes : int or None
@@ -85,7 +85,6 @@ class RecorderStatus(BaseModel):
     frames: int = 0
     lines: int = 0
     residue_bytes: int = 0
-    frame_rate: float = 0.0
     byte_rate: float = 0.0
     last_data_us: int | None = None
     disk_free_bytes: int | None = None

@@ -41,8 +41,8 @@ class WriterState:
 
     Attributes
     ----------
-    frames, lines, residue_bytes, written_bytes : int
-        What was handed over, and how many bytes the disk has taken.
+    frames, lines, residue_bytes : int
+        What was handed over.
     waiting_bytes : int
         Bytes in memory, since the disk takes no more.
     dropped_records, dropped_bytes : int
@@ -62,7 +62,6 @@ class WriterState:
     frames: int = 0
     lines: int = 0
     residue_bytes: int = 0
-    written_bytes: int = 0
     waiting_bytes: int = 0
     dropped_records: int = 0
     dropped_bytes: int = 0
@@ -257,7 +256,6 @@ class RawWriter:
             while pending.data:
                 count = self._write(descriptor, pending.data)
                 self._unsynced[pending.name] = True
-                self.state.written_bytes += count
                 if waits:
                     self.state.waiting_bytes -= count
                 pending.data = pending.data[count:]
