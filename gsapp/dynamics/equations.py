@@ -25,7 +25,6 @@ from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
 
 POLAR_STATES = ("V", "alpha", "beta", "p", "q", "r", "phi", "theta", "psi")
-LOADS = ("X", "Y", "Z", "L", "M", "N")
 INERTIAL = ("mass", "ixx", "iyy", "izz", "ixz")
 
 
@@ -136,7 +135,7 @@ class PolarJacobian(NamedTuple):
     states : ndarray, shape (n, 9, 9)
         With respect to `POLAR_STATES`.
     loads : ndarray, shape (n, 9, 6)
-        With respect to `LOADS`.
+        With respect to the loads, in the order of `Loads`.
     body : ndarray, shape (n, 9, 5)
         With respect to `INERTIAL`.
     """
@@ -261,13 +260,6 @@ def _angular_jacobian(
     for index, column in enumerate(columns, start=1):
         vector = np.stack(np.broadcast_arrays(*column, zero)[:3], axis=-1)
         f_b[:, 3:6, index] = -np.einsum("nij,nj->ni", inverse, vector)
-
-
-def polar_from_body(u: Value, v: Value, w: Value) -> tuple[Value, Value, Value]:
-    """Return V, alpha, beta from the velocity along the body axes (m/s)."""
-    m = functions(u)
-    V = m.sqrt(u * u + v * v + w * w)
-    return V, m.atan2(w, u), m.atan2(v, m.sqrt(u * u + w * w))
 
 
 def body_from_polar(V: Value, alpha: Value, beta: Value) -> tuple[Value, Value, Value]:

@@ -32,6 +32,7 @@ from gsapp.dynamics.equations import (
     Matrix,
     angular_accelerations,
     body_from_polar,
+    body_rates,
     euler_from_quaternion,
     quaternion_from_euler,
     quaternion_rates,
@@ -433,11 +434,9 @@ class Simulator:
         spin = angular_accelerations(
             p, q, r, loads.L + ground.L, loads.M + ground.M, loads.N + ground.N, body
         )
-        mass = body.mass
+        gravity = (GRAVITY * matrix[6], GRAVITY * matrix[7], GRAVITY * matrix[8])
         slope = [
-            fx / mass + GRAVITY * matrix[6] + r * v - q * w,
-            fy / mass + GRAVITY * matrix[7] + p * w - r * u,
-            fz / mass + GRAVITY * matrix[8] + q * u - p * v,
+            *body_rates((u, v, w), (p, q, r), (fx, fy, fz), gravity, body.mass),
             *spin,
             *quaternion_rates(attitude, p, q, r),
             matrix[0] * u + matrix[1] * v + matrix[2] * w,
