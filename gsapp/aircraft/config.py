@@ -73,11 +73,6 @@ class Geometry(StrictModel):
     def _must_be_positive(cls, value: float) -> float:
         return _positive(value, "it")
 
-    @property
-    def aspect_ratio(self) -> float:
-        """Return b^2/S."""
-        return self.span**2 / self.wing_area
-
 
 class MassProperties(StrictModel):
     """Mass and inertia at take-off, about the center of gravity in body axes.

@@ -233,10 +233,6 @@ class FlightClock:
         """Return the flight time (us) at a host time (us), as the fastest message tells it."""
         return host - round(self._risen(host))
 
-    def host_time(self, time: int) -> int:
-        """Return the host time (us) at which a message of that flight time (us) could arrive."""
-        return time + round(self._envelope or 0.0)
-
     def delay(self, time: int, host: int) -> int:
         """Return how much later than the fastest messages one arrived, us."""
         return host - time - round(self._envelope or 0.0)

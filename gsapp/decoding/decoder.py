@@ -222,15 +222,6 @@ class Decoder:
         return self._pipeline.grid.rate
 
     @property
-    def grid_start(self) -> float | None:
-        """Return the time of the grid's first row, s; None before the first sample."""
-        first = self.clock.first
-        if first is None:
-            return None
-        grid = self._pipeline.grid
-        return float(grid.times(grid.at_or_after(first), 1)[0])
-
-    @property
     def clipped(self) -> dict[str, int]:
         """Return how many samples lay outside calibration or instrument range, by channel."""
         return self._pipeline.clipped

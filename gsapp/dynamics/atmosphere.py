@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gsapp.dynamics.arithmetic import Value, functions
+from gsapp.dynamics.arithmetic import Value
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import FOOT, GRAVITY
 
@@ -21,7 +21,6 @@ SEA_LEVEL_PRESSURE = 101325.0
 SEA_LEVEL_TEMPERATURE = 288.15
 LAPSE_RATE = 0.0065
 GAS_CONSTANT = 287.05287
-HEAT_RATIO = 1.4
 
 _EXPONENT = GRAVITY / (GAS_CONSTANT * LAPSE_RATE)
 
@@ -37,14 +36,11 @@ class Air(NamedTuple):
         Pa.
     temperature : float or ndarray
         K.
-    sound_speed : float or ndarray
-        m/s.
     """
 
     density: Value
     pressure: Value
     temperature: Value
-    sound_speed: Value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,15 +82,13 @@ class Atmosphere:
         return self.pressure(altitude) / (GAS_CONSTANT * self.temperature(altitude))
 
     def at(self, altitude: Value) -> Air:
-        """Return density, pressure, temperature and speed of sound at an altitude (m)."""
+        """Return density, pressure and temperature at an altitude (m)."""
         temperature = self.temperature(altitude)
         pressure = self.pressure(altitude)
-        root = functions(temperature).sqrt
         return Air(
             density=pressure / (GAS_CONSTANT * temperature),
             pressure=pressure,
             temperature=temperature,
-            sound_speed=root(HEAT_RATIO * GAS_CONSTANT * temperature),
         )
 
 

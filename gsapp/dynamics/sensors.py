@@ -81,12 +81,6 @@ def airspeed(flow: Vector) -> Any:
     return functions(u).sqrt(u * u + v * v + w * w)
 
 
-def beta_from_flank(flank: Value, alpha: Value) -> Value:
-    """Return the sideslip (rad) for the angle of a fixed vane, both at the CG."""
-    m = functions(flank)
-    return m.atan(m.tan(flank) * m.cos(alpha))  # type: ignore[no-any-return]
-
-
 def accelerations_at(
     position: Vector, specific_force: Vector, rates: Vector, spin: Vector
 ) -> Vector:

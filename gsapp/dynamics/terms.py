@@ -189,11 +189,6 @@ class Term(ABC):
         """Return the plausible value of every parameter by its name."""
         return {parameter.name: parameter.default for parameter in self.parameters}
 
-    @property
-    def neutrals(self) -> dict[str, float]:
-        """Return, by name, the values at which the term does nothing."""
-        return {parameter.name: parameter.neutral for parameter in self.parameters}
-
     def values_for(self, given: Mapping[str, float]) -> tuple[float, ...]:
         """Return the parameters in order: those given, the defaults for the rest.
 

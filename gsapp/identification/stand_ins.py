@@ -19,8 +19,6 @@ from gsapp.identification.results import DerivativeEstimate, Estimate
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE
 
-STOOD_IN: Final = ("V", "alpha")
-
 _BEFORE: Final = 1.0
 """Seconds at the start of a maneuver that tell the conditions it was flown at."""
 _USUAL_SPREAD: Final = 0.1

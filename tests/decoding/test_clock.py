@@ -282,8 +282,6 @@ def test_arrivals_follow_the_lower_envelope_over_an_hour_of_drift(drift: float) 
         if k > 100 and k % 100 == 0:
             true = stamp
             assert case.clock.flight_time(HOST + sent) == pytest.approx(true, abs=3_000)
-            host = case.clock.host_time(stamp)
-            assert host == pytest.approx(HOST + sent, abs=3_000)
             assert case.clock.delay(stamp, HOST + sent + 50_000) == pytest.approx(50_000, abs=3_000)
 
 

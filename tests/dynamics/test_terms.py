@@ -140,7 +140,7 @@ SIZED = [name for name in effect_ids() if not name.endswith((".reversed", ".swap
 def test_neutral_parameters_do_nothing(name: str, aircraft: Aircraft) -> None:
     """At its neutral value an effect leaves what it acts on alone."""
     term = make_term(name, aircraft)
-    neutral = tuple(term.neutrals.values())
+    neutral = tuple(parameter.neutral for parameter in term.parameters)
     reads, states, _ = sample(term, 4)
     if isinstance(term, SignalTerm):
         signal = np.sin(np.arange(50) / 8.0)

@@ -116,11 +116,6 @@ class StripView:
         self._width = max(width, 1)
         self._rescale()
 
-    def set_rate(self, rate: float) -> None:
-        """Take the rate of another history, Hz."""
-        self._rate = rate
-        self._rescale()
-
     def set_window(self, seconds: float, anchor: float | None = None) -> None:
         """Show another stretch of time.
 

@@ -10,7 +10,6 @@ from gsapp.dynamics.terms import COEFFICIENTS
 
 _BUILD_UP = "Seanor, (4.2.1)-(4.2.6)"
 _BEYOND = "Seanor, section 4.2: left out of the linear build-up"
-_SURFACE_OF = {"CN": "de", "CA": "de", "Cm": "de", "Cl": "da", "Cn": "dr", "CY": "dr"}
 _WORD = {"de": "elevator", "da": "aileron", "dr": "rudder"}
 _LONGITUDINAL = ("CN", "CA", "Cm")
 _LATERAL = ("CY", "Cl", "Cn")

@@ -225,18 +225,6 @@ class Blocks:
         return _ways(step, half, self._shows.mean(axis=0), shares, found.record.dt)
 
     @cached_property
-    def mean_transition(self) -> FloatArray:
-        """Return the mean transition from block to block."""
-        mean: FloatArray = self.transition.mean(axis=0)
-        return mean
-
-    @cached_property
-    def mean_by_state(self) -> FloatArray:
-        """Return the mean of `by_state`."""
-        mean: FloatArray = self.by_state.mean(axis=0)
-        return mean
-
-    @cached_property
     def reaching(self) -> FloatArray:
         """Return what rates at each sample of a block, and at the one after it, change.
 

@@ -90,13 +90,6 @@ def turned_back(C: FloatArray, vectors: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("nji,nj...->ni...", C, vectors), dtype=np.float64)
 
 
-def gravity_along(phi: float, theta: float) -> FloatArray:
-    """Return gravity (m/s^2) along the axes of an attitude, shape (3,)."""
-    return GRAVITY * np.array(
-        [-np.sin(theta), np.sin(phi) * np.cos(theta), np.cos(phi) * np.cos(theta)]
-    )
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Path:
     """The motion of one stretch.

@@ -55,8 +55,6 @@ class Turbulence:
     detected : bool
     together : float
         Correlation of the residuals of flow angle and acceleration, in the band.
-    against_kinematics : float
-        Correlation of the flow angle that kinematics does not explain with the acceleration.
     gust : float
         Standard deviation, in the band, of the air that moved, m/s: of Dryden gusts about half.
         In calm air it is the noise of the vane, times the speed.
@@ -65,7 +63,6 @@ class Turbulence:
     direction: Literal["vertical", "lateral"]
     detected: bool
     together: float
-    against_kinematics: float
     gust: float
 
     @property
@@ -188,7 +185,6 @@ class _Sums:
                 and against > AGAINST_KINEMATICS
                 and self._free > ABOVE_NOISE * noise,
                 together=together,
-                against_kinematics=against,
                 gust=V * (self._free / self._parts) ** 0.5,
             )
         ]

@@ -14,7 +14,6 @@ from gsapp.quantities.constants import DEGREE, GRAVITY
 
 GYROS = ("p", "q", "r")
 ACCELEROMETERS = ("ax", "ay", "an")
-PRESSURES = ("static_pressure", "dynamic_pressure")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
