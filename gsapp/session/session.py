@@ -429,14 +429,8 @@ class Session:
         names = channel_ids
         if names is None:
             names = list(dict.fromkeys((*self.sources, *self.history.channels)))
-        decoder = self.decoder
-        late = patience_by_message(None if decoder is None else decoder.health.report())
         now = self._present()
-
-        def patience(channel_id: str) -> float:
-            message = self._carrier(channel_id) or ""
-            return late.get(message.partition("[")[0], USUAL_PATIENCE)
-
+        patience = self.patience(names)
         return {
             name: channel_state(
                 name,
@@ -445,9 +439,19 @@ class Session:
                 limits=self.limits,
                 board=self.board,
                 now=now,
-                patience=patience,
+                patience=patience[name],
             )
             for name in names
+        }
+
+    def patience(self, channel_ids: Sequence[str]) -> dict[str, float]:
+        """Return after how many seconds without a sample each channel is stale."""
+        decoder = self.decoder
+        late = patience_by_message(None if decoder is None else decoder.health.report())
+        carriers = {name: self._carrier(name) or "" for name in channel_ids}
+        return {
+            name: late.get(message.partition("[")[0], USUAL_PATIENCE)
+            for name, message in carriers.items()
         }
 
     def flight(self) -> Flight:

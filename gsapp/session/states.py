@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import Literal
@@ -110,9 +110,9 @@ def channel_state(
     limits: LimitSet,
     board: AlarmBoard,
     now: float | None,
-    patience: Callable[[str], float],
+    patience: float,
 ) -> ChannelState:
-    """Return the state of one channel at flight time `now` (s)."""
+    """Return the state of one channel at flight time `now` (s), stale beyond `patience` (s)."""
     source = sources.get(channel_id)
     last = history.last(channel_id) if history.has(channel_id) else None
     kind = "measured" if source is None else source.kind
@@ -127,7 +127,7 @@ def channel_state(
             source=origin,
         )
     age = max(now - last[0], 0.0)
-    fresh = age <= patience(channel_id)
+    fresh = age <= patience
     alarms = (board.severity(f"{channel_id}:low"), board.severity(f"{channel_id}:high"))
     return ChannelState(
         channel=channel_id,

@@ -27,6 +27,7 @@ from gsapp.foundation import FlightError, GroundStationError
 from gsapp.session import MAX_SPEED, Session
 from gsapp.session.feeds import parse_speed
 from gsapp.session.running import run_through
+from gsapp.session.states import USUAL_PATIENCE
 
 START_US = 1_700_000_000_000_000
 
@@ -194,6 +195,27 @@ def test_jumps_show_the_past_as_it_was(tmp_path: Path, box: Any) -> None:
     )
     assert snapshot.link.good > 4000
     assert snapshot.recorder.words == "none"
+
+
+def test_patience_goes_by_how_often_a_message_comes(tmp_path: Path) -> None:
+    """A voltage that comes every 5 s is waited for longer than an attitude."""
+    common = dialect()
+    link = common.MAVLink(None, srcSystem=1, srcComponent=1)
+    folder = tmp_path / "flight"
+    FlightFolder.create(folder)
+    writer, framer = RawWriter(folder), Framer()
+    for k in range(400):
+        frames = link.attitude_encode(100 * k, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0).pack(link)
+        if k % 50 == 0:
+            status = link.sys_status_encode(0, 0, 0, 0, 11_100, -1, -1, 0, 0, 0, 0, 0, 0)
+            frames += status.pack(link)
+        writer.append(START_US + 100_000 * k, framer.feed(frames))
+    writer.close()
+    session = Session.replay(folder, channel_map="ardupilot-plane", speed=MAX_SPEED)
+    run_through(session)
+    assert session.patience(("phi", "battery", "alpha")) == {
+        "phi": 0.5, "battery": 10.0, "alpha": USUAL_PATIENCE
+    }  # fmt: skip
 
 
 def test_a_replay_goes_at_its_speed(tmp_path: Path, box: Any) -> None:

@@ -110,3 +110,17 @@ def test_a_paused_display_says_that_recording_goes_on(qtbot: QtBot, tmp_path: Pa
     assert (window.view.charts._recording, window.view.charts._newest) == (True, "read up to")
     window.view.show_picture(replace(picture, recording=False))
     assert (window.view.charts._recording, window.view.charts._newest) == (False, "now")
+
+
+def test_values_are_stale_when_the_flight_says_so(qtbot: QtBot, tmp_path: Path) -> None:
+    """The charts wait for a message that comes seldom as long as the session does."""
+    window = open_window(tmp_path)
+    qtbot.addWidget(window)
+    window.desk.starter.open_flight(write_flight(tmp_path / "flights"), playing=False)
+    until(qtbot, lambda: bool(window.view._picture.available))
+    session, picture = window.desk.session, window.view._picture
+    assert session is not None
+    assert picture.patience == session.patience(picture.available)
+    window.view.show_picture(replace(picture, patience={"battery": 10.0}))
+    assert window.view.charts._patience == {"battery": 10.0}
+    window.desk.close_flight()

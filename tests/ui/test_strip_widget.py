@@ -350,6 +350,18 @@ def test_a_stale_value_becomes_a_dash(qtbot, strips, history):
         assert strips.readings(number)[0].text == "\N{EN DASH}"
 
 
+def test_a_value_that_comes_seldom_is_left_standing_until_it_is_late(qtbot, strips, history):
+    """A voltage that comes every 5 s is no dash from the third second on."""
+    settle(qtbot, strips)
+    seldom = strips.strip_layout.strips[1].channel
+    strips.set_patience({seldom: 10.0})
+    for age, stale in ((2.9, [False] * 4), (9.9, [True, False, True, True]), (10.1, [True] * 4)):
+        strips.set_now(history.end + age)
+        strips._read_at = -math.inf
+        settle(qtbot, strips)
+        assert [strips.readings(number)[0].stale for number in range(4)] == stale
+
+
 def test_a_channel_without_data_is_a_dash_from_the_start(qtbot, strips):
     """Proves that a missing channel is absent, not zero, and breaks nothing."""
     strips.set_layout(default_layout())

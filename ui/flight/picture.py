@@ -43,6 +43,8 @@ class FlightPicture:
         Where each comes from.
     limits : mapping of str to Limits
         What is drawn behind the traces.
+    patience : mapping of str to float
+        Age (s) at which the value of each is stale.
     marks : tuple of Mark
         On the time axis.
     spans : tuple of Span
@@ -75,6 +77,7 @@ class FlightPicture:
     settled: bool = False
     sources: Mapping[str, Source] = field(default_factory=dict)
     limits: Mapping[str, Limits] = field(default_factory=dict)
+    patience: Mapping[str, float] = field(default_factory=dict)
     marks: tuple[Mark, ...] = ()
     spans: tuple[Span, ...] = ()
     mark_lines: tuple[Line, ...] = ()

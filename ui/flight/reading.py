@@ -64,6 +64,7 @@ class PictureTaker:
         self._sources: Mapping[str, Source] = {}
         self._limits: Mapping[str, Bands] = {}
         self._limits_revision = -1
+        self._patience: Mapping[str, float] = {}
         self._messages: tuple[Line, ...] = ()
         self._estimates: tuple[EstimateRow, ...] = ()
         self._estimates_state = ""
@@ -76,6 +77,7 @@ class PictureTaker:
         self._look_at_channels()
         if self._count % _MESSAGES_EVERY == 0:
             self._messages = message_lines(_spoken(session.messages()))
+            self._patience = session.patience(self._available)
         if self._count % _ESTIMATES_EVERY == 0:
             self._look_at_estimates()
         self._count += 1
@@ -90,6 +92,7 @@ class PictureTaker:
             settled=self._settled(snapshot),
             sources=self._sources,
             limits=self._limits,
+            patience=self._patience,
             marks=chart_marks(marks),
             spans=chart_spans(marks),
             mark_lines=mark_lines(marks),

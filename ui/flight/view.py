@@ -335,6 +335,8 @@ class FlightView(QWidget):
             self.charts.set_limits(picture.limits)
         if picture.sources != former.sources:
             self.charts.set_sources(picture.sources)
+        if picture.patience != former.patience:
+            self.charts.set_patience(picture.patience)
         self.charts.set_empty(picture.empty)
         self.charts.set_recording(picture.recording)
         self.charts.set_newest("now" if picture.present_shown else "read up to")

@@ -10,7 +10,7 @@ What it is given
     ``set_history(history)``, ``set_layout(layout)``, ``set_theme(theme)``,
     ``set_units("US" | "SI")``, ``set_scale(1.0 ... 2.5)``, ``set_spans(spans)``,
     ``set_marks(marks)``, ``set_limits({channel: limits})``, ``set_sources({channel: source})``,
-    ``set_stale_after(seconds, {channel: seconds})``, ``set_now(flight_time)``,
+    ``set_patience({channel: seconds})``, ``set_now(flight_time)``,
     ``set_recording(True | False)``, ``set_newest(words)``, ``set_empty(words)``.
     `gsapp.session.limits.Bands` serve as limits; a source has ``kind`` (``measured``,
     ``estimated``, ``derived``) and ``calibrated``.

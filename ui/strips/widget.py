@@ -50,7 +50,7 @@ from ui.words import DASH, number_text
 
 _FRAME = 16  # ms between looks at the history
 _READ_EVERY = 0.15  # s between new values: faster, nobody can read them
-_STALE_AFTER = 3.0
+_STALE_AFTER = 3.0  # s, the least age of a value that is stale
 
 
 class StripChart(QWidget):
@@ -100,8 +100,7 @@ class StripChart(QWidget):
         self._marks: tuple[Mark, ...] = ()
         self._limits: Mapping[str, Limits] = {}
         self._sources: Mapping[str, Source] = {}
-        self._stale_after = _STALE_AFTER
-        self._stale_of: Mapping[str, float] = {}
+        self._patience: Mapping[str, float] = {}
         self._given_now: float | None = None
         self._recording = False
         self._newest = "now"
@@ -207,10 +206,9 @@ class StripChart(QWidget):
         self._sources = dict(sources)
         self._read_at = -math.inf
 
-    def set_stale_after(self, seconds: float, channels: Mapping[str, float] | None = None) -> None:
-        """Take a value for stale when it is this old, s; slow channels may have their own time."""
-        self._stale_after = seconds
-        self._stale_of = dict(channels or {})
+    def set_patience(self, patience: Mapping[str, float]) -> None:
+        """Say at which age (s) values are stale that come seldom; by channel id."""
+        self._patience = dict(patience)
         self._read_at = -math.inf
 
     def set_now(self, flight_time: float | None) -> None:
@@ -332,7 +330,7 @@ class StripChart(QWidget):
                     spec,
                     display,
                     self.view.now,
-                    self._stale_of.get(spec.id, self._stale_after),
+                    max(self._patience.get(spec.id, 0.0), _STALE_AFTER),
                     self._limits.get(spec.id),
                     self._sources.get(spec.id),
                 )
