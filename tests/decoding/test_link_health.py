@@ -143,6 +143,30 @@ def test_delay_is_measured_against_the_fastest() -> None:
     assert health.report().messages[0].delay == pytest.approx(0.0, abs=1e-6)
 
 
+def test_the_delay_of_what_is_stamped_with_the_time_of_day_goes_by_its_own_fastest() -> None:
+    """Each such message by itself: what it counts from may be another clock's."""
+    module = dialect()
+    packer = module.MAVLink(None, srcSystem=1, srcComponent=1)
+    frames = []
+    for number in range(100):
+        packer.seq = number
+        sent = START - 5_000_000_000 + number * 10_000
+        volts = module.MAVLink_debug_float_array_message(sent, b"daq", 0, [0.0] * 58)
+        late = 80_000 if number == 99 else 2_000
+        frames.append((START + number * 10_000 + late, "frame", bytes(volts.pack(packer))))
+    health = fed(frames[:99])
+    assert health.report().messages[0].delay == 0.0
+    health.feed(frames[99:])
+    assert health.report().messages[0].delay == pytest.approx(0.078)
+
+
+def test_the_rate_is_told_before_the_first_span_is_over() -> None:
+    """A second after the link came up, not only after two."""
+    report = fed(records([attitude(number) for number in range(101)])).report()
+    assert report.rate == pytest.approx(100.0, rel=0.02)
+    assert report.messages[0].rate == pytest.approx(100.0, rel=0.02)
+
+
 def test_age_and_rate_of_a_message_that_stopped() -> None:
     health = fed(records([attitude(number) for number in range(500)]))
     last = START + 499 * 10_000
@@ -164,6 +188,13 @@ def test_damage_is_counted_by_the_headers_in_the_residue() -> None:
     )
     assert pieces.damaged == 2
     assert pieces.residue_bytes == 40
+
+
+def test_headers_of_the_old_protocol_in_the_residue_are_counted_end_to_end() -> None:
+    """Of MAVLink 1 they take six bytes, where those of MAVLink 2 take ten."""
+    head = bytes((0xFE, 28, 7, 1, 1, 30))  # ATTITUDE
+    health = fed([(START, "frame", attitude(1)), (START, "residue", 3 * head + bytes(4))])
+    assert health.damaged == 3
 
 
 def noise(seconds: float, start: float = 0.0) -> list[tuple[int, str, bytes]]:
@@ -206,6 +237,28 @@ def test_a_link_that_cannot_be_read_any_more_is_told_and_a_burst_is_not() -> Non
     assert health.unreadable == ""
     health.feed(noise(3.0, start=3.0))
     assert health.unreadable.startswith("What came last cannot be read")
+
+
+def test_bursts_of_noise_between_good_frames_do_not_add_up() -> None:
+    """Each good frame proves that the link can be read, however much noise came before it."""
+    health = LinkHealth()
+    for k in range(4):
+        stamp = START + 10_000_000 * k
+        health.feed([(stamp, "frame", attitude(k)), (stamp + 4_000_000, "residue", bytes(900))])
+        assert health.unreadable == ""
+    health.feed([(START + 34_100_000, "residue", bytes(200))])
+    assert health.unreadable != ""
+
+
+def test_lines_among_noise_prove_that_a_link_of_text_can_be_read() -> None:
+    line, stamp = b"1.0,2.0,3.0,4.0,5.0", START
+    health = LinkHealth()
+    for k in range(200):
+        stamp = START + 100_000 * k
+        health.feed([(stamp, "line", line), (stamp, "residue", bytes(2 * len(line)))])
+    assert health.unreadable == ""
+    health.feed([(stamp, "residue", bytes(1000))])
+    assert health.unreadable != ""
 
 
 def test_frames_of_another_dialect_alone_are_not_called_unreadable() -> None:

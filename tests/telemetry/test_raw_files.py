@@ -11,6 +11,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -25,6 +26,7 @@ from gsapp.flight.raw import (
     RawWriter,
     read_log,
     read_tlog,
+    writing,
 )
 from gsapp.flight.records import RawRecord
 from gsapp.foundation import FlightError
@@ -144,10 +146,13 @@ def test_a_torn_end_costs_only_the_torn_record(tmp_path: Path, frames, name: str
     whole, records = path.read_bytes(), all_of(tmp_path)
     kind = {FRAMES_FILE: "frame", LINES_FILE: "line", RESIDUE_FILE: "residue"}[name]
     mine = [record for record in records if record.kind == kind]
+    beside = {"frame": 8, "line": len(f"{STAMP}\t\n"), "residue": 20}[kind]
+    ends = np.cumsum([beside + len(record.data) for record in mine])
+    assert ends[-1] == len(whole)
     for cut in range(1, 40):
         path.write_bytes(whole[:-cut])
         good = [record for record in all_of(tmp_path) if record.kind == kind]
-        assert good == mine[: len(good)]
+        assert good == mine[: np.count_nonzero(ends <= len(whole) - cut)]
         writer = RawWriter(tmp_path)
         assert writer.last_stamp >= good[-1].stamp_us
         if text:
@@ -364,6 +369,23 @@ def test_a_disk_that_does_not_keep_what_it_took_is_told_until_it_does(
     assert [record.data for record in RawTail(tmp_path).poll()] == sent
 
 
+def test_the_drive_empties_its_memory_as_a_record_ends(
+    tmp_path: Path, frames, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of every file, though all was flushed to the drive before."""
+    emptied: list[int] = []
+    monkeypatch.setattr(
+        writing, "flush_to_disk", lambda file: emptied.append(os.fstat(file).st_ino)
+    )
+    writer, framer = RawWriter(tmp_path), Framer()
+    writer.append(STAMP, framer.feed(b"no" + frames(1)[0]) + framer.settle())
+    writer.sync()
+    assert emptied == []
+    writer.close()
+    written = [tmp_path / name for name in (FRAMES_FILE, RESIDUE_FILE)]
+    assert sorted(emptied) == sorted(path.stat().st_ino for path in written)
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows renames no folder with open files")
 def test_a_disk_that_was_pulled_out_is_written_to_again_when_it_is_back(
     tmp_path: Path, frames
@@ -388,6 +410,8 @@ def test_a_disk_that_was_pulled_out_is_written_to_again_when_it_is_back(
     folder.rename(pulled)
     take(range(3, 6))
     assert writer.state.waiting_bytes > 0
+    assert "cannot be written to (Input/output error)" in writer.state.error
+    assert "full" not in writer.state.error
     assert not writer.retry()
     shutil.copytree(pulled, folder)
     take(range(6, 9))
