@@ -152,6 +152,19 @@ def test_an_alarm_stays_until_seen_and_over() -> None:
     assert [onset.severity for onset in board.log] == [1, 1, 2]
 
 
+def test_an_episode_holds_the_worst_of_an_alarm_that_grew() -> None:
+    """From caution to warning is one episode: its limit, its value and its end are the worst's."""
+    board = AlarmBoard()
+    rule = LimitRule(channel="alpha", side="high", caution=10 * DEG, warning=14 * DEG)
+    board.raise_("alpha:high", Severity.CAUTION, 1.0, "high", rule=rule, value=11 * DEG)
+    board.raise_("alpha:high", Severity.WARNING, 2.0, "too high", rule=rule, value=15 * DEG)
+    board.raise_("alpha:high", Severity.CAUTION, 2.5, "high", rule=rule, value=12 * DEG)
+    board.clear("alpha:high", 3.0)
+    (one,) = board.episodes
+    assert (one.severity, one.words, one.value) == (Severity.WARNING, "too high", 15 * DEG)
+    assert (one.onset, one.raised, one.end) == (1.0, 2.0, 3.0)
+
+
 def test_an_alarm_that_came_back_keeps_its_farthest_value() -> None:
     """While nobody has acknowledged it, worst value and worst limit stay together."""
     rule = LimitRule(channel="alpha", side="high", caution=10 * DEG, warning=14 * DEG)
@@ -186,6 +199,9 @@ def test_newest_first() -> None:
     board.raise_("disk", Severity.CAUTION, 9.0, "disk nearly full")
     board.raise_("recorder", Severity.WARNING, 9.0, "recorder stopped")
     assert [alarm.key for alarm in board.standing] == ["recorder", "disk", "link"]
+    # What was raised before there was a flight time stands now, and is told first.
+    board.raise_("clock", Severity.CAUTION, None, "clock set back")
+    assert [alarm.key for alarm in board.standing] == ["clock", "recorder", "disk", "link"]
 
 
 def test_stall_speed_is_no_alarm_on_the_ground() -> None:
