@@ -321,6 +321,26 @@ def test_a_flight_folder_has_its_own_card_also_after_landing(
     assert page.fields["pilot_comments"][1].text == "light on rudder"
 
 
+def test_a_card_with_more_loading_than_rows_grow_loses_none(
+    window: MainWindow, qtbot: QtBot
+) -> None:
+    """Eight things written by hand, one of them changed on the form: eight remain."""
+    listed = "".join(
+        f'[[loading]]\nwhat = "thing {n}"\nmass = "{n} lb"\nposition = ["1 ft", "0 ft", "0 ft"]\n'
+        for n in range(1, 9)
+    )
+    waiting(window).mkdir(parents=True, exist_ok=True)
+    (waiting(window) / "flight.toml").write_text(listed, encoding="utf-8")
+    page = go(window, qtbot, 1)
+    window.desk.changed.emit()
+    cells = page.loading.rows.cells
+    until(qtbot, lambda: len(cells) == 8)
+    type_into(qtbot, cells[0][1], "9")
+    page.flush()
+    masses = [one.mass / 0.45359237 for one in info(window).loading]
+    assert masses == pytest.approx([9, 2, 3, 4, 5, 6, 7, 8], rel=1e-3)
+
+
 def test_a_card_that_cannot_be_read_is_left_alone(window: MainWindow, qtbot: QtBot) -> None:
     page = go(window, qtbot, 1)
     waiting(window).mkdir(parents=True, exist_ok=True)

@@ -13,6 +13,8 @@ from ui.look import Look
 from ui.pages import label
 from ui.preflight.fields import Line, tall
 
+_MOST_ROWS = 6  # that grow
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Column:
@@ -141,9 +143,8 @@ class GrowingRows(FieldGrid):
 
     listed = Signal()
 
-    def __init__(self, look: Look, columns: Sequence[Column], most: int = 6) -> None:
+    def __init__(self, look: Look, columns: Sequence[Column]) -> None:
         super().__init__(look, columns)
-        self._most = most
         self._empty = tuple(column.choices[0][0] if column.choices else "" for column in columns)
         self.add_row()
         self.typed.connect(self._grow)
@@ -161,7 +162,8 @@ class GrowingRows(FieldGrid):
         """Show other rows."""
         if tuple(tuple(row) for row in rows) == self.rows:
             return
-        wanted = [*rows, self._empty][: self._most]
+        # What a file holds is shown, however much: what is not would be lost with the next change.
+        wanted = [*rows, self._empty][: max(_MOST_ROWS, len(rows))]
         while len(self.cells) > len(wanted):
             self.remove_row()
         while len(self.cells) < len(wanted):
@@ -172,7 +174,7 @@ class GrowingRows(FieldGrid):
 
     def _grow(self, row: int, _place: int, _text: str) -> None:
         last = len(self.cells) - 1
-        if row == last and len(self.cells) < self._most and len(self.rows) == len(self.cells):
+        if row == last and len(self.cells) < _MOST_ROWS and len(self.rows) == len(self.cells):
             before = self.cells[last][-1]
             self.add_row()
             for cell in self.cells[-1]:
