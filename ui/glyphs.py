@@ -159,10 +159,11 @@ def paint_glyph(painter: QPainter, name: str, box: QRectF, color: QColor) -> Non
     painter.restore()
 
 
-def glyph_icon(name: str, color: QColor, size: int, ratio: float = 2.0) -> QIcon:
+def glyph_icon(name: str, color: QColor, size: int) -> QIcon:
     """Return a sign as an icon, `size` logical pixels wide."""
-    pixmap = QPixmap(round(size * ratio), round(size * ratio))
-    pixmap.setDevicePixelRatio(ratio)
+    # Fine enough for screens of twice the density.
+    pixmap = QPixmap(2 * size, 2 * size)
+    pixmap.setDevicePixelRatio(2.0)
     pixmap.fill(Qt.GlobalColor.transparent)
     painter = QPainter(pixmap)
     paint_glyph(painter, name, QRectF(0, 0, size, size), color)

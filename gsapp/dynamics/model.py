@@ -138,10 +138,10 @@ class Model(StrictModel):
         kept = tuple(old for old in self.effects if old.id != effect_id)
         return self._revised({"effects": (*kept, effect)}, name)
 
-    def without_effect(self, effect_id: str, *, name: str | None = None) -> Model:
+    def without_effect(self, effect_id: str) -> Model:
         """Return a model without that effect."""
         kept = tuple(old for old in self.effects if old.id != effect_id)
-        return self._revised({"effects": kept}, name)
+        return self._revised({"effects": kept}, None)
 
     def _revised(self, changed: dict[str, object], name: str | None) -> Model:
         content = self.model_dump()

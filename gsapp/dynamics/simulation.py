@@ -269,15 +269,13 @@ class Simulator:
         *,
         heading: float = 0.0,
         height: float = 0.5,
-        pitch: float = 0.0,
         position: tuple[float, float] = (0.0, 0.0),
         commands: Commands | None = None,
-        fuel: float | None = None,
     ) -> None:
         """Begin at rest on the wheels, with the CG at `height` (m) above the runway."""
-        quaternion = quaternion_from_euler(0.0, float(pitch), float(heading))
+        quaternion = quaternion_from_euler(0.0, 0.0, float(heading))
         zero = (0.0, 0.0, 0.0)
-        self._begin(zero, zero, quaternion, (*position, -height), commands, fuel)
+        self._begin(zero, zero, quaternion, (*position, -height), commands, None)
 
     def _begin(
         self,

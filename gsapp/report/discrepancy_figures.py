@@ -35,6 +35,7 @@ _FEW_ROWS, _FEW_COLUMNS = 12, 8
 """Maneuvers and columns from which those of a map stand closer."""
 _POINTS = 1200
 """Of a trace on paper: more cannot be told apart."""
+_LONGEST_TITLE = 50
 _REGIONS = ("alpha", "beta", "V", "throttle", "de", "da", "dr", "flap")
 _SCALE = (1.0, 2.0, 4.0, 10.0, 20.0, 40.0, 100.0, 200.0, 400.0, 1000.0)
 _BINS, _LEAST, _LEAST_SHARE = 12, 10, 0.01
@@ -315,8 +316,8 @@ def ranking_picture(step: Step, number: int, *, last: bool = False) -> Picture:
     )
 
 
-def _short(title: str, most: int = 50) -> str:
-    return title if len(title) <= most else f"{title[: most - 1].rstrip()}…"
+def _short(title: str) -> str:
+    return title if len(title) <= _LONGEST_TITLE else f"{title[: _LONGEST_TITLE - 1].rstrip()}…"
 
 
 def overlay_picture(view: ManeuverView, units: str = "US") -> Picture:

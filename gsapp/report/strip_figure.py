@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 INK, FAINT, TRACE = "#20262e", "#c8ccd2", "#0072b2"
-SPAN = "#e69f00"
 
 
 def minutes(time: float) -> str:
@@ -33,8 +32,6 @@ def strip_figure(
     path: Path | str,
     *,
     title: str = "",
-    units: str = "US",
-    spans: Sequence[tuple[float, float, str]] = (),
 ) -> Path:
     """Draw channels one above the other and write the picture.
 
@@ -48,10 +45,6 @@ def strip_figure(
         Ends in .png, .svg or .pdf.
     title : str
         Above the charts.
-    units : {"US", "SI"}
-        System of the units drawn.
-    spans : sequence of (start, stop, label)
-        Stretches of time to mark, s.
 
     Returns
     -------
@@ -63,14 +56,7 @@ def strip_figure(
     figure = Figure(figsize=(11.0, 1.1 + 0.72 * rows), dpi=110, facecolor="white")
     axes = figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
     for row, channel_id in zip(axes, shown, strict=False):
-        _draw_strip(row, block, channel_id, units)
-        for start, stop, label in spans:
-            row.axvspan(start, stop, color=SPAN, alpha=0.18, linewidth=0)
-            if row is axes[0]:
-                row.annotate(
-                    label, (start, 1.0), xycoords=("data", "axes fraction"), fontsize=7,
-                    color=INK, xytext=(0, 2), textcoords="offset points",
-                )  # fmt: skip
+        _draw_strip(row, block, channel_id)
     bottom = axes[-1]
     bottom.xaxis.set_major_formatter(FuncFormatter(lambda time, _: minutes(time)))
     bottom.tick_params(axis="x", labelsize=8, colors=INK, length=3)
@@ -87,9 +73,9 @@ def strip_figure(
     return write_atomically(path, content.getvalue())
 
 
-def _draw_strip(row: Axes, block: Block, channel_id: str, units: str) -> None:
+def _draw_strip(row: Axes, block: Block, channel_id: str) -> None:
     spec = channel(channel_id)
-    unit = spec.display_unit(units)
+    unit = spec.display_unit("US")
     values = from_si(np.asarray(block[channel_id]), unit, spec.quantity)
     row.plot(block.times, values, color=TRACE, linewidth=0.8)
     row.grid(True, color=FAINT, linewidth=0.4)

@@ -91,9 +91,7 @@ def start_recorder(
     folder: Path | str,
     *,
     heartbeat: bool | None = None,
-    speed: float | None = None,
     while_held: Path | None = None,
-    timeout: float = _START_SECONDS,
 ) -> RecorderHandle:
     """Start a recorder in a process of its own, which goes on when this one ends.
 
@@ -105,12 +103,8 @@ def start_recorder(
         The flight folder; made if missing, continued if it holds a record already.
     heartbeat : bool, optional
         See `gsapp.telemetry.recorder_process.record`.
-    speed : float, optional
-        Of a recorded flight as the link.
     while_held : Path, optional
         A lock; the recorder ends soon after nobody holds it any more.
-    timeout : float
-        Seconds to wait until it records.
 
     Raises
     ------
@@ -125,8 +119,6 @@ def start_recorder(
     ]  # fmt: skip
     if heartbeat is not None:
         command.append("--heartbeat" if heartbeat else "--no-heartbeat")
-    if speed is not None:
-        command.append(f"--speed={speed}")
     if while_held is not None:
         command.append(f"--while-held={while_held.absolute()}")
     try:
@@ -138,7 +130,7 @@ def start_recorder(
             "folder or correct its permissions"
         ) from error
     handle = RecorderHandle(folder=place, pid=child.pid)
-    deadline = time.monotonic() + timeout
+    deadline = time.monotonic() + _START_SECONDS
     while time.monotonic() < deadline:
         if child.poll() is not None:
             raise LinkError(_last_words(place / LOG_FILE, log_start, child.returncode))
@@ -149,7 +141,7 @@ def start_recorder(
     child.kill()
     child.wait()
     raise LinkError(
-        f"the recorder of {link} did not begin within {timeout:g} s; see {place / LOG_FILE}"
+        f"the recorder of {link} did not begin within {_START_SECONDS:g} s; see {place / LOG_FILE}"
     )
 
 

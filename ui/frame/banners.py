@@ -28,6 +28,7 @@ _STATES: dict[Level, State] = {
     "warning": "warning",
     "work": "plain",
 }
+_MOST = 3  # at a time; older ones stand in the log
 _WORDS: dict[Level, str] = {"note": "Note", "caution": "Caution", "warning": "Failed", "work": ""}
 
 
@@ -149,8 +150,6 @@ class BannerStack(QWidget):
     ----------
     look : Look
         Colors and sizes.
-    most : int
-        Older ones beyond this number are dropped; they stand in the log.
 
     Attributes
     ----------
@@ -158,10 +157,9 @@ class BannerStack(QWidget):
         Milliseconds after which a note that offers nothing goes by itself.
     """
 
-    def __init__(self, look: Look, most: int = 3) -> None:
+    def __init__(self, look: Look) -> None:
         super().__init__()
         self._look = look
-        self._most = most
         self.passing_ms = 20_000
         self.banners: list[Banner] = []
         self._column = QVBoxLayout(self)
@@ -187,7 +185,7 @@ class BannerStack(QWidget):
         self.banners.insert(0, banner)
         self._column.insertWidget(0, banner)
         passing = [known for known in self.banners if known.level != "work"]
-        for old in passing[self._most :]:
+        for old in passing[_MOST:]:
             self.remove(old)
         self.show()
         return banner

@@ -7,7 +7,6 @@ from typing import Final
 
 from gsapp.excitation.points.point import TestPoint
 from gsapp.excitation.trim.cue import Off
-from gsapp.excitation.trim.tolerances import TOLERANCES
 
 NEAR_ENOUGH: Final = 0.5
 """Share of the tolerance within which nothing is said: advice must not chase noise."""
@@ -21,7 +20,6 @@ def guidance(
     *,
     speed: float | None,
     alpha: float | None,
-    height: float | None = None,
     system: str = "US",
 ) -> str:
     """Return short advice towards a test point; empty where there is nothing to say.
@@ -29,10 +27,9 @@ def guidance(
     Parameters
     ----------
     point : TestPoint or None
-    speed, alpha, height : float or None
-        Now, m/s, rad, m above the field; None or NaN where not measured. Speed counts; at 1 g
-        it fixes alpha, so alpha speaks where no speed is measured or asked for, and once the
-        speed is right.
+    speed, alpha : float or None
+        Now, m/s, rad; None or NaN where not measured. Speed counts; at 1 g it fixes alpha, so
+        alpha speaks where no speed is measured or asked for, and once the speed is right.
     system : {"US", "SI"}
     """
     if point is None:
@@ -51,10 +48,6 @@ def guidance(
             return words
         if fast is None and share > NEAR_ENOUGH:
             return f"{words}: {_power(steep > 0.0, share > _FAR, point.throttle)}"
-    high = _off(height, point.height)
-    if high is not None and abs(high) > TOLERANCES.height:
-        share = abs(high) / TOLERANCES.height
-        return Off(quantity="height", amount=high, share=share, channel="height").words(system)
     return ""
 
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import contextlib
 import struct
-from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -93,22 +92,20 @@ class _Format:
         return whole if whole.itemsize == self.length else None
 
 
-def read_dataflash(path: Path | str, wanted: Collection[str] | None = None) -> Log:
+def read_dataflash(path: Path | str) -> Log:
     """Read an ArduPilot ``.bin`` log.
 
     Parameters
     ----------
     path : Path or str
         The file. Damaged stretches are passed over and remarked on.
-    wanted : collection of str, optional
-        Names of the messages to decode; all that are measured if left out. ``MSG``
-        becomes events.
 
     Returns
     -------
     Log
-        Values in the units that the log states: raw value times the multiplier of FMTU where
-        there is one, else times the factor of the format letter.
+        All messages that are measured; ``MSG`` becomes events. Values in the units that the log
+        states: raw value times the multiplier of FMTU where there is one, else times the factor of
+        the format letter.
 
     Raises
     ------
@@ -124,10 +121,10 @@ def read_dataflash(path: Path | str, wanted: Collection[str] | None = None) -> L
         ) from error
     if not data:
         raise FlightError(f"{file} is empty; copy the log from the aircraft again")
-    return _read(file, data, wanted)
+    return _read(file, data)
 
 
-def _read(file: Path, data: bytes, wanted: Collection[str] | None) -> Log:
+def _read(file: Path, data: bytes) -> Log:
     positions, formats, lost, torn = _scan(data)
     if len(formats) < 2:
         raise FlightError(
@@ -148,8 +145,7 @@ def _read(file: Path, data: bytes, wanted: Collection[str] | None) -> Log:
     scales = _Scales.of(records)
     tables: dict[tuple[str, str], LogTable] = {}
     for name, (form, rows) in records.items():
-        asked = name not in _NOT_MEASURED if wanted is None else name in wanted
-        if asked and not {"TimeUS", "TimeMS"}.isdisjoint(form.columns):
+        if name not in _NOT_MEASURED and not {"TimeUS", "TimeMS"}.isdisjoint(form.columns):
             tables.update(_tables(form, rows, scales, remarks))
     return Log(path=file, tables=tables, events=_said(records), remarks=tuple(remarks))
 

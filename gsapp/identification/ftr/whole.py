@@ -8,7 +8,6 @@ from gsapp.aircraft import Aircraft
 from gsapp.flight import Flight
 from gsapp.foundation import FlightError
 from gsapp.identification.ftr.online import FTR
-from gsapp.identification.ftr.settings import FTRSettings
 from gsapp.identification.maneuver import mass_over_flight
 from gsapp.quantities import Block
 
@@ -16,7 +15,7 @@ _PIECE = 4096
 """Samples given at a time."""
 
 
-def listen_to(flight: Flight, aircraft: Aircraft, settings: FTRSettings | None = None) -> FTR:
+def listen_to(flight: Flight, aircraft: Aircraft) -> FTR:
     """Return an FTR that has listened to a flight from its first to its last sample.
 
     Parameters
@@ -25,7 +24,6 @@ def listen_to(flight: Flight, aircraft: Aircraft, settings: FTRSettings | None =
         On an even grid.
     aircraft : Aircraft
         As that flight flew it.
-    settings : FTRSettings, optional
 
     Raises
     ------
@@ -37,7 +35,6 @@ def listen_to(flight: Flight, aircraft: Aircraft, settings: FTRSettings | None =
         raise FlightError(f"the flight '{flight.name}' holds too few samples to listen to")
     heard = FTR(
         aircraft,
-        settings,
         rate=flight.rate,
         origin=float(block.times[0]),
         mass=float(mass_over_flight(flight, aircraft)[0]),

@@ -63,7 +63,7 @@ class JudgedModel:
     remarks: tuple[str, ...] = ()
 
 
-def mean_condition(maneuvers: Sequence[Maneuver], *, stability_axes: bool = False) -> Condition:
+def mean_condition(maneuvers: Sequence[Maneuver]) -> Condition:
     """Return the steady condition that maneuvers have in common: means of their first moments."""
     rows = []
     for maneuver in maneuvers:
@@ -72,7 +72,7 @@ def mean_condition(maneuvers: Sequence[Maneuver], *, stability_axes: bool = Fals
         V, alpha = motion.state("V")[first].mean(), motion.state("alpha")[first].mean()
         rows.append((V, alpha, motion.input("rho")[first].mean(), maneuver.mass))
     V, alpha, rho, mass = (float(value) for value in np.mean(rows, axis=0))
-    return Condition(U1=V, alpha1=alpha, rho=rho, mass=mass, stability_axes=stability_axes)
+    return Condition(U1=V, alpha1=alpha, rho=rho, mass=mass)
 
 
 def at_accelerometer(model: LinearModel, position: Vector) -> LinearModel:

@@ -10,7 +10,7 @@ import numpy as np
 
 from gsapp.foundation import FlightError
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.motion import MeasuredMotion, measured_motion
+from gsapp.identification.motion import measured_motion
 from gsapp.identification.smoothing import runs
 from gsapp.quantities import BoolArray, FloatArray
 
@@ -61,9 +61,7 @@ class Signals:
         return float(self.times[1] - self.times[0])
 
 
-def signals_of(
-    maneuver: Maneuver, axis: LinearAxis, *, motion: MeasuredMotion | None = None
-) -> tuple[Signals, ...]:
+def signals_of(maneuver: Maneuver, axis: LinearAxis) -> tuple[Signals, ...]:
     """Return the stretches of a maneuver in which everything was measured.
 
     Raises
@@ -71,7 +69,7 @@ def signals_of(
     FlightError
         If a state, input or output of the axis was not measured at all, or stood still.
     """
-    known = motion or measured_motion(maneuver)
+    known = measured_motion(maneuver)
     absent = [name for name in (*STATES[axis], *INPUTS[axis]) if name not in known.measured]
     absent += [
         name

@@ -8,16 +8,10 @@ from gsapp.telemetry.virtual.messages import Message, Slot, Tick, dialect, statu
 
 
 class Packer:
-    """Packs messages into MAVLink 2 frames with a sequence number of their own.
+    """Packs messages into MAVLink 2 frames with a sequence number of their own."""
 
-    Parameters
-    ----------
-    system, component : int
-        Sent in each frame.
-    """
-
-    def __init__(self, *, system: int = 1, component: int = 1) -> None:
-        self._mavlink = dialect.MAVLink(None, srcSystem=system, srcComponent=component)
+    def __init__(self) -> None:
+        self._mavlink = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
 
     def pack(self, message: Message) -> bytes:
         """Return the frame of a message; the sequence number goes on by one."""
@@ -49,10 +43,9 @@ class Box:
             if tick.number % slot.every == slot.offset
         ]
 
-    def text(self, text: str, *, warning: bool = False) -> bytes:
+    def text(self, text: str) -> bytes:
         """Return the frame of one line for the crew."""
-        severity = dialect.MAV_SEVERITY_WARNING if warning else dialect.MAV_SEVERITY_INFO
-        return self._packer.pack(status_text(text, severity))
+        return self._packer.pack(status_text(text))
 
     def pack(self, message: Message) -> bytes:
         """Return the frame of any other message, such as an answer."""

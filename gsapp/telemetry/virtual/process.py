@@ -197,7 +197,6 @@ class BenchProcess(Background):
         seed: int = 0,
         faults: Sequence[str] = (),
         speed: float = 1.0,
-        thin: bool = False,
     ) -> None:
         command = [
             "fly", "--bench",
@@ -206,8 +205,6 @@ class BenchProcess(Background):
             "--seed", str(seed),
             "--speed", f"{speed:g}",
         ]  # fmt: skip
-        if thin:
-            command.append("--thin")
         for fault in faults:
             command += ["--fault", fault]
         super().__init__("the virtual bench", command, folder, "virtual-bench.log", listens=True)
@@ -229,22 +226,10 @@ class TrainingProcess(Background):
         Where the log of its words goes.
     port : int
         UDP port of this machine that it sends to.
-    plan : str
-        Flight plan, of which field, pattern and air are taken; empty takes the default one.
     seed : int
         Same seed and same sticks, same flight.
-    turbulence : float or None
-        Standard deviation of the gusts, m/s; None leaves it to the plan.
-    airborne : bool
-        Begin in the pattern; otherwise on the runway, and the built-in pilot takes off.
-    faults : sequence of str
-        What goes wrong with the instruments, ``CHANNEL:KIND[:PARAM=VALUE,..]``.
-    hidden : sequence of str
-        Effects, ``ID[:PARAM=VALUE,..]``.
-    aircraft, model : str
-        Files, or names of shipped ones; empty takes the shipped one.
-    thin : bool
-        For a 57,600-baud radio.
+    turbulence : float
+        Standard deviation of the gusts, m/s.
 
     Raises
     ------
@@ -252,40 +237,14 @@ class TrainingProcess(Background):
         If the process cannot be started.
     """
 
-    def __init__(
-        self,
-        folder: Path,
-        port: int,
-        *,
-        plan: str = "",
-        seed: int = 0,
-        turbulence: float | None = None,
-        airborne: bool = True,
-        faults: Sequence[str] = (),
-        hidden: Sequence[str] = (),
-        aircraft: str = "",
-        model: str = "",
-        thin: bool = False,
-    ) -> None:
+    def __init__(self, folder: Path, port: int, *, seed: int, turbulence: float) -> None:
         command = [
             "fly", "--sticks",
             "--to", f"udpout:127.0.0.1:{port}",
             "--seed", str(seed),
-            "--position",
+            "--turbulence", f"{turbulence:g}",
+            "--position", "--airborne",
         ]  # fmt: skip
-        for option, value in (("--plan", plan), ("--aircraft", aircraft), ("--model", model)):
-            if value:
-                command += [option, value]
-        if turbulence is not None:
-            command += ["--turbulence", f"{turbulence:g}"]
-        if airborne:
-            command.append("--airborne")
-        if thin:
-            command.append("--thin")
-        for fault in faults:
-            command += ["--fault", fault]
-        for effect in hidden:
-            command += ["--hide", effect]
         super().__init__(
             "the virtual aircraft", command, folder, "virtual-training.log", listens=True
         )
@@ -295,23 +254,20 @@ class TrainingProcess(Background):
             # A window must not stand still because an aircraft does.
             os.set_blocking(stream.fileno(), False)
 
-    def sticks(self, pitch: float, roll: float, yaw: float, throttle: float | None = None) -> bool:
+    def sticks(self, pitch: float, roll: float, yaw: float) -> bool:
         """Say where the keys push; to be said at least every second, moved or not.
 
         Parameters
         ----------
         pitch, roll, yaw : float
             -1 to 1 of the chosen size; pulled, right, right are positive; 0 lets go.
-        throttle : float or None
-            0 idle to 1 full; None leaves it where it is.
 
         Returns
         -------
         bool
             Whether it could hear.
         """
-        lever = "" if throttle is None else f" {throttle:.4g}"
-        return self.say(f"sticks {pitch:.4g} {roll:.4g} {yaw:.4g}{lever}")
+        return self.say(f"sticks {pitch:.4g} {roll:.4g} {yaw:.4g}")
 
     def take_over(self) -> bool:
         """Take the aircraft; return whether it could hear. It says "You have it" over the link."""
