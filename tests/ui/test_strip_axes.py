@@ -130,3 +130,43 @@ def test_noise_of_the_sensor_does_not_fill_a_chart():
     steady = SteadyRange(2.0)
     steady.update(5.0, 5.05, 0.0)
     assert steady.high - steady.low >= 2.0
+
+
+@pytest.mark.parametrize("value", [1013.25, -40.0, 0.0])
+def test_a_value_that_stands_still_is_in_the_middle_of_its_chart(value):
+    """Not at an edge or beyond it, and with no more room than the sensor's noise is given."""
+    steady = SteadyRange(least=2.0)
+    steady.update(value, value, now=0.0)
+    assert steady.low < value - 0.5 < value + 0.5 < steady.high
+    assert steady.high - steady.low <= 4.0
+
+
+def test_traces_keep_off_the_edges_of_a_range_that_was_just_chosen():
+    for high in (9.0, 9.7, 10.0):
+        steady = SteadyRange(least=0.01)
+        steady.update(-high, high, now=0.0)
+        assert steady.low <= -1.05 * high
+        assert steady.high >= 1.05 * high
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_of_a_range_that_widens_the_end_that_holds_stays(side):
+    """Even where the values come near to it, so that only one label moves."""
+    steady = SteadyRange(least=0.1)
+    steady.update(-20.0, 20.0, now=0.0)
+    before = (steady.low, steady.high)
+    low, high = sorted((-side * (before[1] - 0.01), side * (before[1] + 0.01)))
+    assert steady.update(low, high, now=0.1)
+    kept, moved = (0, 1) if side > 0.0 else (1, 0)
+    after = (steady.low, steady.high)
+    assert after[kept] == before[kept]
+    assert abs(after[moved]) > abs(before[moved])
+
+
+def test_a_range_without_values_is_left_as_it_was():
+    steady = SteadyRange(least=0.1)
+    steady.update(1.0, 2.0, now=0.0)
+    before = (steady.low, steady.high)
+    for low, high in ((math.nan, math.nan), (math.nan, 5.0), (-5.0, math.nan)):
+        assert not steady.update(low, high, now=1.0)
+    assert (steady.low, steady.high) == before
