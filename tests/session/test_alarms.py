@@ -369,6 +369,17 @@ def test_a_link_that_drops_out_and_comes_again_is_no_messages_fault(pause: float
     assert {alarm.key for alarm in board.standing} == {"alpha:silent", "battery:silent"}
 
 
+def test_a_message_of_which_one_channel_is_dead_has_not_fallen_silent() -> None:
+    """It goes on coming, with one number less."""
+    board = AlarmBoard()
+    carriers = {"q": "daq", "r": "daq", "alpha": "ATTITUDE"}
+    monitor = PresenceMonitor(board, carriers.get)
+    dead = np.concatenate([np.ones(300), np.full(1500, np.nan)])
+    monitor.feed(block(0, {"q": np.ones(1800), "r": dead, "alpha": np.ones(1800)}))
+    monitor.settle()
+    assert board.standing == ()
+
+
 def test_a_box_that_falls_silent_is_one_alarm() -> None:
     """All channels of a message are one alarm, named by the message; derived ones are none."""
     board = AlarmBoard()

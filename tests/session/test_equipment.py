@@ -12,7 +12,7 @@ from gsapp.decoding.framing import Framer
 from gsapp.decoding.health import LinkHealth
 from gsapp.session import equipment
 from gsapp.session.alarms import AlarmBoard
-from gsapp.session.equipment import EquipmentMonitor
+from gsapp.session.equipment import EquipmentMonitor, link_view
 from gsapp.session.limits import Severity
 from gsapp.telemetry.clock import HostClock
 from gsapp.telemetry.status import RecorderStatus, read_status, write_status
@@ -174,6 +174,56 @@ def test_a_link_that_is_lost_silent_or_weak(bench: Bench, box: Any) -> None:
     assert bench.look() == {"link": Severity.WARNING}
     assert (bench.monitor.link.words, bench.monitor.link.age) == ("unreadable", None)
     assert "check the baud rate" in bench.board.get("link").sentence()
+
+
+def test_loss_is_the_share_of_what_was_sent(bench: Bench, box: Any) -> None:
+    """Of the last ten seconds live, of the whole flight where nothing else is said."""
+    framer = Framer()
+    frames = framer.feed(b"".join(b"".join(box.tick(k)) for k in range(500)))
+    bench.look()
+    for number, frame in enumerate(frames[:400]):
+        if number < 200 or number % 4:
+            bench.health.feed([(bench.clock.now_us(), "frame", frame.data)])
+        if number in (199, 399):
+            bench.look()
+    report = bench.health.report()
+    assert (report.good, report.lost) == (350, 50)
+    assert bench.monitor.link.loss == pytest.approx(50 / 400)
+    assert link_view(report, words="replay").loss == pytest.approx(50 / 400)
+    assert link_view(report, words="ok", loss=0.0).loss == 0.0
+    # What was lost long ago does not count any more.
+    bench.now += 10.0
+    bench.look()
+    for frame in frames[400:]:
+        bench.health.feed([(bench.clock.now_us(), "frame", frame.data)])
+    bench.look()
+    assert bench.monitor.link.loss == 0.0
+
+
+def test_where_the_record_cannot_be_read_the_recorder_tells_of_the_link(bench: Bench) -> None:
+    """Of what it heard last, not of what was read last."""
+
+    def look(heard: float | None) -> str:
+        last = None if heard is None else bench.wall_us() - round(1e6 * heard)
+        bench.values["last_data_us"] = last
+        write_status(bench.folder / "recorder.json", bench.status())
+        bench.now += 0.5
+        assert bench.monitor.look(bench.health, 12.0, unread=True)
+        return bench.monitor.link.words
+
+    assert [look(heard) for heard in (None, -1.0, 0.0, 2.4, 2.6)] == [
+        "waiting", "not read", "not read", "not read", "silent",
+    ]  # fmt: skip
+    assert bench.board.severity("link") is Severity.WARNING
+
+
+def test_a_record_does_not_grow_that_nobody_writes(bench: Bench) -> None:
+    """Though more came between the last two looks."""
+    bench.look(received_bytes=1000)
+    bench.running = False
+    bench.look(received_bytes=2000, byte_rate=2000.0)
+    seen = bench.monitor.recorder
+    assert (seen.words, seen.growing, seen.byte_rate, seen.pid) == ("dead", False, 0.0, None)
 
 
 @pytest.mark.parametrize("step", [-30.0, 30.0, -3600.0])
