@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -152,16 +153,26 @@ def test_an_alarm_stays_until_seen_and_over() -> None:
     assert [onset.severity for onset in board.log] == [1, 1, 2]
 
 
-def test_an_episode_holds_the_worst_of_an_alarm_that_grew() -> None:
+@pytest.mark.parametrize("side", ["high", "low"])
+def test_an_episode_holds_the_worst_of_an_alarm_that_grew(side: Literal["high", "low"]) -> None:
     """From caution to warning is one episode: its limit, its value and its end are the worst's."""
     board = AlarmBoard()
-    rule = LimitRule(channel="alpha", side="high", caution=10 * DEG, warning=14 * DEG)
-    board.raise_("alpha:high", Severity.CAUTION, 1.0, "high", rule=rule, value=11 * DEG)
-    board.raise_("alpha:high", Severity.WARNING, 2.0, "too high", rule=rule, value=15 * DEG)
-    board.raise_("alpha:high", Severity.CAUTION, 2.5, "high", rule=rule, value=12 * DEG)
-    board.clear("alpha:high", 3.0)
+    unit = DEG if side == "high" else -DEG
+    rule = LimitRule(channel="alpha", side=side, caution=10 * unit, warning=14 * unit)
+    for time, severity, words, value in (
+        (1.0, Severity.CAUTION, "far", 11),
+        (2.0, Severity.WARNING, "too far", 15),
+        (2.5, Severity.CAUTION, "far", 12),
+    ):
+        board.raise_(rule.key, severity, time, words, rule=rule, value=value * unit)
+    alarm = board.get(rule.key)
+    assert alarm is not None
+    assert (alarm.severity, alarm.current, alarm.value) == (
+        Severity.WARNING, Severity.CAUTION, 15 * unit
+    )  # fmt: skip
+    board.clear(rule.key, 3.0)
     (one,) = board.episodes
-    assert (one.severity, one.words, one.value) == (Severity.WARNING, "too high", 15 * DEG)
+    assert (one.severity, one.words, one.value) == (Severity.WARNING, "too far", 15 * unit)
     assert (one.onset, one.raised, one.end) == (1.0, 2.0, 3.0)
 
 

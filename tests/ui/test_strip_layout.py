@@ -6,6 +6,8 @@ import math
 import pytest
 
 from gsapp.foundation import FileProblemsError
+from gsapp.quantities import channel
+from gsapp.session.limits import Bands
 from ui.strips.charts import make_chart
 from ui.strips.layout import (
     Strip,
@@ -119,6 +121,42 @@ def test_lines_of_one_chart_differ_and_previous_ones_can_still_be_read():
         assert chart.dashed == (False, True, False)
         assert chart.colors[2] == theme.previous
         assert all(contrast(ink, theme.background) >= 7.0 for ink in chart.inks[2:])
+
+
+def test_a_line_has_the_color_it_asks_for_and_charts_of_a_group_share_one():
+    theme = THEMES["daylight"]
+
+    def colors(group, *asked):
+        traces = tuple(
+            Trace(channel=name, color=color) for name, color in zip("qrp", asked, strict=False)
+        )
+        return make_chart(Strip(traces=traces), group, theme, "SI", None).colors
+
+    assert colors(0, "rust") == (theme.trace("rust"),)
+    # Nobody else has a color that was asked for.
+    assert theme.trace("blue") not in colors(0, None, "blue", None)[::2]
+    assert colors(0, None) == colors(0, None)
+    of_groups = [colors(group, None)[0] for group in range(5)]
+    assert len(set(of_groups[:4])) == 4
+    assert of_groups[4] == of_groups[0]
+
+
+def test_the_range_of_an_axis_is_the_one_asked_for():
+    """Fixed where it is fixed; with all limits in sight, and room beyond them."""
+    theme = THEMES["daylight"]
+
+    def ends(mode, limits=None):
+        strip = Strip(traces=(Trace(channel="alpha"),), range=mode, low=-0.1, high=0.2)
+        chart = make_chart(strip, 0, theme, "SI", limits)
+        return [math.radians(chart.low), math.radians(chart.high)]
+
+    assert ends("fixed") == pytest.approx([-0.1, 0.2])
+    assert ends("auto") != pytest.approx([-0.1, 0.2])
+    bands = Bands(caution_low=-0.1, caution_high=0.2, warning_high=0.3)
+    assert ends("limits", bands) == pytest.approx([-0.1 - 0.15 * 0.4, 0.3 + 0.15 * 0.4])
+    assert ends("limits") == pytest.approx(list(channel("alpha").limits))
+    # One limit alone makes no range.
+    assert ends("limits", Bands(caution_high=0.2)) == ends("limits")
 
 
 def test_sixteen_charts_by_default_for_what_the_flight_has():
