@@ -14,12 +14,19 @@ from hypothesis import strategies as st
 
 from gsapp.aircraft import load_aircraft
 from gsapp.foundation import FileProblemsError
-from gsapp.quantities import Block
+from gsapp.quantities import Block, channel
 from gsapp.session.alarm_watch import AlarmWatch
 from gsapp.session.alarms import Alarm, AlarmBoard
 from gsapp.session.limit_book import LimitBook
 from gsapp.session.limit_monitor import LimitMonitor
-from gsapp.session.limits import Bands, LimitRule, LimitSet, Severity, load_limits
+from gsapp.session.limits import (
+    Bands,
+    LimitRule,
+    LimitSet,
+    Severity,
+    aircraft_rules,
+    load_limits,
+)
 from gsapp.session.presence import PresenceMonitor
 
 RATE = 100.0
@@ -534,6 +541,35 @@ def test_two_windows_type_limits_into_one_file(tmp_path: Path) -> None:
     path.unlink()
     assert one.look()
     assert not one.limits
+
+
+def test_every_limit_of_the_aircraft_file_is_watched_on_both_sides() -> None:
+    """Flight limits, and the travel of each surface with a tenth of it beyond its stops."""
+    aircraft = load_aircraft("b777")
+    found = {rule.key: (rule.caution, rule.warning) for rule in aircraft_rules(aircraft)}
+    limits = aircraft.limits
+    assert found["alpha:high"] == (limits.alpha_linear[1], limits.alpha_stall)
+    assert found["alpha:low"] == (limits.alpha_linear[0], None)
+    assert found["beta:high"] == (limits.beta_linear, None)
+    assert found["beta:low"] == (-limits.beta_linear, None)
+    assert found["phi:high"] == (limits.bank, None)
+    assert found["phi:low"] == (-limits.bank, None)
+    for side, load in zip(("low", "high"), limits.load_factor, strict=True):
+        assert found[f"an:{side}"] == (0.9 * load, load)
+    for name in ("de", "da", "dr", "flap"):
+        low, high = getattr(aircraft.controls, name).travel
+        assert found[f"{name}:high"] == (pytest.approx(high + 0.1 * (high - low)), None)
+        assert found[f"{name}:low"] == (pytest.approx(low - 0.1 * (high - low)), None)
+    assert found["Vc:low"] == (1.1 * limits.stall_speed, limits.stall_speed)
+
+
+def test_a_limit_that_was_passed_is_kept_off_by_more_than_noise() -> None:
+    """By three times what the sensor resolves, or a fiftieth of the limit, whichever is more."""
+    rules = {rule.key: rule for rule in aircraft_rules(load_aircraft("b777"))}
+    for key, rule in rules.items():
+        reference = rule.warning if rule.caution is None else rule.caution
+        least = 3.0 * channel(rule.channel).precision
+        assert rule.hysteresis == pytest.approx(max(least, 0.02 * abs(reference))), key
 
 
 def test_a_sensor_at_its_stop_is_clipped() -> None:
