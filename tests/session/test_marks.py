@@ -48,6 +48,19 @@ def test_every_change_can_be_taken_back_in_turn(tmp_path: Path) -> None:
     assert sizes == sorted(set(sizes))
 
 
+def test_what_was_taken_back_can_be_brought_back(tmp_path: Path) -> None:
+    """Taking back a taking back, as another program may write it: the mark stands again."""
+    log = EventLog(tmp_path / "events.jsonl")
+    log.append(Event(kind="mark", text="one", time=1.0, data={"id": "mark"}))
+    standing = []
+    for number, of in enumerate(("mark", "undo-0", "undo-1")):
+        log.append(Event(kind="undo", data={"id": f"undo-{number}", "of": of}))
+        marks = book(tmp_path)
+        marks.poll()
+        standing.append(len(marks.marks))
+    assert standing == [0, 1, 0]
+
+
 def test_several_windows_see_the_same_marks(tmp_path: Path) -> None:
     """Each follows the file; one does not take back what another did."""
     left, right = book(tmp_path), book(tmp_path)

@@ -8,7 +8,7 @@ import pytest
 from gsapp.foundation import FileProblemsError
 from gsapp.quantities import channel
 from gsapp.session.limits import Bands
-from ui.strips.charts import make_chart
+from ui.strips.charts import chart_paint, make_chart, rgb
 from ui.strips.layout import (
     Strip,
     StripGroup,
@@ -157,6 +157,29 @@ def test_the_range_of_an_axis_is_the_one_asked_for():
     assert ends("limits") == pytest.approx(list(channel("alpha").limits))
     # One limit alone makes no range.
     assert ends("limits", Bands(caution_high=0.2)) == ends("limits")
+
+
+def test_every_limit_is_a_band_from_itself_outward():
+    """Caution up to the warning, or without one to the edge; warning to the edge."""
+    theme = THEMES["dark"]
+
+    def bands(**limits):
+        chart = make_chart(Strip(traces=(Trace(channel="q"),)), 0, theme, "SI", Bands(**limits))
+        return {
+            (band.low, band.high, band.fill) for band in chart_paint(chart, 0, 50, theme, 1).bands
+        }
+
+    caution, warning = rgb(theme.caution_band), rgb(theme.warning_band)
+    assert bands(warning_low=-4.0, caution_low=-3.0, caution_high=1.0, warning_high=2.0) == {
+        (-4.0, -3.0, caution), (1.0, 2.0, caution),
+        (-math.inf, -4.0, warning), (2.0, math.inf, warning),
+    }  # fmt: skip
+    assert bands(caution_low=-3.0, caution_high=1.0) == {
+        (-math.inf, -3.0, caution), (1.0, math.inf, caution)
+    }  # fmt: skip
+    assert bands(warning_low=-4.0) == {(-math.inf, -4.0, warning)}
+    assert bands(warning_high=2.0) == {(2.0, math.inf, warning)}
+    assert bands() == set()
 
 
 def test_sixteen_charts_by_default_for_what_the_flight_has():
