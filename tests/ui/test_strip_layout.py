@@ -121,6 +121,9 @@ def test_lines_of_one_chart_differ_and_previous_ones_can_still_be_read():
         assert chart.dashed == (False, True, False)
         assert chart.colors[2] == theme.previous
         assert all(contrast(ink, theme.background) >= 7.0 for ink in chart.inks[2:])
+        dashes = [[one.dash for one in chart_paint(chart, 0, 9, theme, x).traces] for x in (1, 2)]
+        assert dashes[0][::2] == dashes[1][::2] == [0, 0]
+        assert dashes[1][1] == 2 * dashes[0][1] > 0
 
 
 def test_a_line_has_the_color_it_asks_for_and_charts_of_a_group_share_one():
@@ -155,6 +158,10 @@ def test_the_range_of_an_axis_is_the_one_asked_for():
     bands = Bands(caution_low=-0.1, caution_high=0.2, warning_high=0.3)
     assert ends("limits", bands) == pytest.approx([-0.1 - 0.15 * 0.4, 0.3 + 0.15 * 0.4])
     assert ends("limits") == pytest.approx(list(channel("alpha").limits))
+    # No farther than anything can be.
+    low, high = channel("alpha").limits
+    wide = Bands(caution_low=low, caution_high=0.2, warning_high=high)
+    assert ends("limits", wide) == pytest.approx([low, high])
     # One limit alone makes no range.
     assert ends("limits", Bands(caution_high=0.2)) == ends("limits")
 
