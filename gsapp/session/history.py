@@ -332,10 +332,6 @@ class History:
         """Return the absolute index of the sample nearest to a time (s)."""
         return round(time * self.rate)
 
-    def time(self, index: int) -> float:
-        """Return the time of a sample, s."""
-        return index / self.rate
-
     def last(self, channel_id: str) -> tuple[float, float] | None:
         """Return time (s) and value (SI) of the latest sample that is a number, or None."""
         track = self._track(channel_id)

@@ -74,7 +74,9 @@ def test_a_turn_points_to_a_side_only_where_it_is_known() -> None:
 def test_guidance_takes_the_place_of_the_words_it_begins_with() -> None:
     slow = sheet("fly").hints[0].words
     cues = replace(BASE, guidance=f"{slow}: a little power")
-    assert sheet_of(Reading(cues=cues, open=True)).hints[0].words.endswith("a little power")
+    first, second = sheet_of(Reading(cues=cues, open=True)).hints
+    assert (first.words, first.sign) == (f"{slow}: a little power", "up")
+    assert second == sheet("fly").hints[1]
 
 
 def test_the_test_point_is_a_number_and_a_bar_with_the_wanted_band() -> None:
@@ -142,6 +144,19 @@ def test_a_verdict_says_what_to_do_next_time_and_is_put_away() -> None:
 
 def test_a_good_one_says_how_many_there_are() -> None:
     assert sheet("good").hints[0].words == "C1: 2 of 4"
+
+
+def test_a_good_one_of_another_card_is_not_counted_for_the_next() -> None:
+    """The card that comes next has a count of its own."""
+    other = replace(NEXT, card=next(card for card in CARDS.cards if card.id != VERDICT.card))
+    for card in (other, None):
+        (hint,) = sheet_of(Reading(cues=replace(STATES["good"], card=card), open=True)).hints
+        assert hint.words == "aileron and rudder doublet"
+
+
+def test_before_the_first_samples_there_is_no_cue() -> None:
+    shown = sheet_of(Reading(cues=replace(BASE, trim=None), open=True))
+    assert (shown.word, shown.hints[0].words) == ("NO CUE", "waiting for the first samples")
 
 
 def test_a_danger_stands_in_place_of_all() -> None:
