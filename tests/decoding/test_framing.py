@@ -242,6 +242,24 @@ def test_a_false_header_does_not_hold_back_frames_beyond_a_pause() -> None:
     assert [item.data for item in framer.settle()] == [head, frame]
 
 
+def test_a_frame_that_ends_as_another_begins_comes_out_in_a_pause() -> None:
+    """The last byte of its checksum may be the first of a frame: the next bytes, or none, tell."""
+    sender = Sender(13)
+    ending = [
+        frame
+        for frame in (sender.frame(version=2, signed=False) for _ in range(2000))
+        if frame[-1] in (0xFD, 0xFE)
+    ]
+    assert ending
+    for frame in ending:
+        for end in (Framer.settle, Framer.flush):
+            framer = Framer()
+            assert framer.feed(frame) == []
+            (item,) = end(framer)
+            assert isinstance(item, Frame)
+            assert item.data == frame
+
+
 def test_a_pause_in_the_middle_of_a_frame_does_not_cost_it() -> None:
     framer, frame = Framer(), Sender(7).frame()
     assert framer.feed(frame[:7]) == []
