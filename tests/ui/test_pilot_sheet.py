@@ -262,6 +262,24 @@ def test_words_change_at_most_twice_a_second_and_states_at_once(
             changed = clock.now
 
 
+def test_what_is_held_back_comes_as_soon_as_it_may() -> None:
+    """A number that changed is shown half a second after the last, one after a rest at once."""
+    clock = Clock()
+    calm = Calm(clock)
+
+    def number(wait: float, speed: float) -> str:
+        clock.now += wait
+        made = sheet_of(Reading(cues=replace(BASE, speed=speed * FOOT), open=True))
+        return calm.calmed(made).gauges[0].number
+
+    told = [number(wait, speed) for wait, speed in (
+        (0.0, 97.0), (0.3, 98.0), (0.2, 98.0), (0.4, 99.0), (0.1, 99.0), (0.6, 99.0), (0.1, 100.0),
+    )]  # fmt: skip
+    assert told == ["97", "97", "98", "98", "99", "99", "100"]
+    calm.release()
+    assert number(0.01, 80.0) == "80"
+
+
 # Cards
 
 
