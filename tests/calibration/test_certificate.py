@@ -139,6 +139,23 @@ def test_extrapolation_is_flagged_and_straight() -> None:
     assert np.isnan(values[6])
 
 
+@pytest.mark.parametrize("degree", [1, 2, 3])
+@pytest.mark.parametrize("falling", [False, True])
+def test_a_curve_knows_between_which_values_it_was_drawn(degree: int, falling: bool) -> None:
+    """The lower first, whichever way it goes; rounding at the ends is not beyond them."""
+    certificate = curve(degree, falling)
+    assert certificate.degree == degree
+    low, high = certificate.value_range
+    assert low < high
+    assert {low, high} == set(certificate.evaluate(certificate.range).tolist())
+    room = 1e-6 * (high - low)
+    assert certificate.covered == pytest.approx((low - room, high + room), rel=1e-9)
+    least = 0.5 * room
+    values = [low - 1e-3 * (high - low), low - least, 0.5 * (low + high), high + least,
+              high + 1e-3 * (high - low), np.nan]  # fmt: skip
+    assert certificate.beyond(values).tolist() == [True, False, False, False, True, False]
+
+
 def test_a_supply_that_sagged_is_corrected() -> None:
     """A potentiometer at 4.8 V shows 4.8/5 of the volts; the value stays, whatever the supply."""
     certificate = curve(2)

@@ -13,7 +13,7 @@ import pytest
 from gsapp.decoding import air_data
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.decoder import Decoder
-from gsapp.decoding.derived import SlowInput, derivations_for
+from gsapp.decoding.derived import LONGEST_HOLD, SlowInput, derivations_for
 
 
 def test_air_data_by_the_book() -> None:
@@ -71,15 +71,6 @@ def test_without_a_thermometer_the_standard_day_is_assumed_and_said() -> None:
     found = {each.output: each for each in derivations_for(["Vc", "static_pressure"])}
     assert "standard day assumed" in found["V"].description
     assert found["qbar"].assumed == ""
-
-
-def test_a_slow_sample_counts_from_when_it_was_there() -> None:
-    """The later of stamp and arrival; the latest before the row; for 30 s; the better first."""
-    slow = SlowInput(2)
-    slow.push(0, [1_000_000, 2_000_000], [0, 2_500_000], [10.0, 20.0])
-    slow.push(1, [0], [0], [5.0])
-    at = np.array([0.0, 500_000.0, 1_000_001.0, 2_500_000.0, 2_500_001.0, 33e6])
-    np.testing.assert_array_equal(slow.at(at), [np.nan, 5.0, 10.0, 10.0, 20.0, np.nan])
 
 
 TWO_ELEVATORS = """
@@ -187,3 +178,30 @@ def test_how_long_an_input_is_waited_for_depends_on_the_record_alone(
         found, _ = cases.decode_in_chunks(lambda: Decoder(load_channel_map(path)), records, sizes)
         cases.assert_same(whole, found)
     assert whole["de"][0].size > 100
+
+
+def test_a_slow_sample_counts_from_after_it_came_for_half_a_minute() -> None:
+    """Of the best source that told a number last; in a row and one by one the same."""
+    slow = SlowInput(2)
+    # The second of the first source came late, and one was no number.
+    slow.push(0, [10, 20, 60], [10, 25, 60], [1.0, 2.0, float("nan")])
+    slow.push(1, [5, 70], [5, 70], [-1.0, -2.0])
+    told = {5: None, 6: -1.0, 10: -1.0, 11: 1.0, 25: 1.0, 26: 2.0, 60: 2.0, 61: -1.0, 71: -2.0,
+            LONGEST_HOLD + 60: -2.0, LONGEST_HOLD + 70: -2.0, LONGEST_HOLD + 71: None}  # fmt: skip
+    times = np.array(list(told), dtype=np.float64)
+    expected = np.array([np.nan if value is None else value for value in told.values()])
+    np.testing.assert_array_equal(slow.at(times), expected)
+    np.testing.assert_array_equal(slow.at_singly(times.tolist()), expected)
+    for time, value in zip(times, expected, strict=True):
+        np.testing.assert_array_equal(slow.at(np.array([time])), [value])
+
+
+def test_what_is_forgotten_of_a_slow_channel_is_asked_for_no_more() -> None:
+    slow, whole = SlowInput(1), SlowInput(1)
+    times = list(range(0, 400_000, 1000))
+    for kept in (slow, whole):
+        kept.push(0, times, times, [float(time) for time in times])
+    slow.forget(200_500)
+    later = np.arange(200_500.0, 400_000.0, 250.0)
+    np.testing.assert_array_equal(slow.at(later), whole.at(later))
+    assert np.isnan(slow.at(np.array([150_000.0]))).all()
