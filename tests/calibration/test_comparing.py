@@ -97,6 +97,45 @@ def test_the_side_from_which_a_check_was_made_is_allowed_for() -> None:
     assert unknown.passed
 
 
+def straight(low: float, high: float) -> list[CalibrationPoint]:
+    """Return points on a line of 50 V a unit with next to no scatter, from one side."""
+    values = np.linspace(low, high, 9)
+    errors = np.random.default_rng(1).normal(0.0, 1e-4, values.size)
+    return [
+        CalibrationPoint(volts=(value + 100.0) / 50.0, value=value + error)
+        for value, error in zip(values.tolist(), errors.tolist(), strict=True)
+    ]
+
+
+@pytest.mark.parametrize(("low", "told_at"), [(-20.0, 0.0), (20.0, 40.0), (-60.0, -40.0)])
+def test_a_shift_is_told_at_zero_or_in_the_middle_where_zero_is_out_of_reach(
+    low: float, told_at: float
+) -> None:
+    points = straight(low, low + 40.0)
+    grown = [replace(one, value=1.1 * one.value + 0.3) for one in points]
+    drift = compare(certificate(grown), certificate(points))
+    assert drift.slope == pytest.approx(0.1, abs=1e-3)
+    assert drift.zero == pytest.approx(0.1 * told_at + 0.3, abs=1e-2)
+    assert drift.significant
+
+
+def test_a_check_tells_how_far_each_point_lies_off() -> None:
+    """Those beyond the certificate's reach are told too, but prove nothing of it."""
+    in_force = certificate(straight(-20.0, 20.0))
+    places = straight(-18.0, 18.0)[::3]
+    off = (0.3, -0.5, 0.1)
+    points = [replace(one, value=one.value + d) for one, d in zip(places, off, strict=True)]
+    found = check(in_force, points)
+    assert found.off == pytest.approx(off, abs=1e-3)
+    assert found.largest == pytest.approx(0.5, abs=1e-3)
+    low, high = in_force.range
+    for beyond, counts in ((0.09, True), (0.11, False)):
+        for volts in (low - beyond * (high - low), high + beyond * (high - low)):
+            more = check(in_force, [*points, CalibrationPoint(volts=volts, value=70.0)])
+            assert (more.zero != found.zero) == counts
+            assert len(more.off) == 4
+
+
 def test_supplies_are_referred_to_each_other() -> None:
     """The same potentiometer at 4.8 V and at 5 V has not drifted."""
     points = points_of(2)
