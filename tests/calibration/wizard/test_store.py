@@ -9,6 +9,8 @@ import pytest
 
 import calibration.store
 from calibration import CalibrationError, CalibrationPoint, Certificate, load_certificates
+from calibration.checked import Checked
+from calibration.comparing import CheckResult
 from calibration.store import CertificateStore
 from gsapp.foundation import UnknownNameError
 
@@ -73,6 +75,45 @@ def test_skipped_is_uncalibrated_until_a_certificate_comes(tmp_path: Path) -> No
     store.put(certificate(13))
     assert store.skipped() == {}
     assert set(store.in_force()) == {"rudder"}
+
+
+def test_a_channel_that_is_skipped_for_another_reason_says_the_new_one(tmp_path: Path) -> None:
+    store = CertificateStore(tmp_path, "B777")
+    store.skip("rudder", "wire broken", "crew", DAY)
+    store.skip("rudder", "no time", "crew", DAY.replace(hour=9))
+    skipped = store.skipped()["rudder"]
+    assert (skipped.reason, skipped.stamp.hour) == ("no time", 9)
+
+
+def test_the_last_check_of_the_certificate_in_force_counts(tmp_path: Path) -> None:
+    """Not an earlier one, not one withdrawn, and none of another certificate."""
+    store = CertificateStore(tmp_path, "B777")
+    in_force = certificate(12)
+    store.put(in_force)
+    assert store.last_check("rudder") is None
+    stamps = [DAY.replace(hour=hour) for hour in (9, 10, 11)]
+    for stamp, passed in zip(stamps, (True, False, True), strict=True):
+        found = CheckResult(
+            zero=0.0, zero_uncertainty=0.1, slope=0.0, slope_uncertainty=0.01, largest=0.0,
+            off=(0.0, 0.0, 0.0), passed=passed, sentence="",
+        )  # fmt: skip
+        store.record_check(
+            Checked(
+                channel="rudder", who="crew", stamp=stamp, certificate=in_force.stamp, unit="deg",
+                result=found,
+            )
+        )  # fmt: skip
+
+    def last() -> tuple[int, bool] | None:
+        checked = CertificateStore(tmp_path, "B777").last_check("rudder")
+        return None if checked is None else (checked.stamp.hour, checked.result.passed)
+
+    assert last() == (11, True)
+    for _ in range(2):
+        store.withdraw_check("rudder", stamps[-1])
+    assert last() == (10, False)
+    store.put(certificate(13))
+    assert last() is None
 
 
 def test_revert_goes_back_one_at_a_time(tmp_path: Path) -> None:
