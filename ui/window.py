@@ -123,6 +123,8 @@ class MainWindow(QMainWindow):
         application = QApplication.instance()
         if application is not None:
             application.installEventFilter(self._keeper)
+            # Windows, and desktops that remember sessions, tell so before they close windows.
+            application.commitDataRequest.connect(self.ask_nothing)
         self._restore_geometry(settings.geometry)
         self.show_place("flight")
         store.refused = lambda sentence: self.banners.show_banner("caution", sentence)
@@ -327,11 +329,15 @@ class MainWindow(QMainWindow):
         For a session that ends, or a terminal that is closed: nobody may be there to answer, and
         who waits too long is ended.
         """
-        self._asks = False
+        self.ask_nothing()
         while (dialog := QApplication.activeModalWidget()) is not None and dialog.close():
             pass
         self.close()
         QApplication.quit()
+
+    def ask_nothing(self) -> None:
+        """Close without a question from here on: the user's session ends."""
+        self._asks = False
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Ask about works and recordings, remember the window, and close."""

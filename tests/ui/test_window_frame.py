@@ -913,6 +913,22 @@ def test_a_work_that_has_ended_is_gone_and_may_still_be_asked(qtbot: QtBot) -> N
 # The end
 
 
+def test_a_desktop_that_logs_out_closes_the_window_unasked(
+    window: MainWindow, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It says so first, and then closes windows one after the other."""
+    asked: list[object] = []
+    monkeypatch.setattr(ui.window, "ask_closing", lambda *names: asked.append(names) or "stay")
+    monkeypatch.setattr(type(window.desk), "records_here", property(lambda _desk: True))
+    window.close()
+    assert window.isVisible()
+    assert len(asked) == 1
+    QApplication.instance().commitDataRequest.emit(None)
+    window.close()
+    assert not window.isVisible()
+    assert len(asked) == 1
+
+
 @pytest.mark.parametrize("waits", [False, True])
 def test_a_session_that_ends_is_not_held_up_by_a_question(
     window: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, waits: bool
