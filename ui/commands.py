@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Literal
@@ -103,6 +104,9 @@ CHART_PREFIX = "chart_"
 """Begins the ids of the commands that the strip charts themselves obey."""
 
 # Marking is the window's: a mark goes into the flight, not only onto the charts.
+FULL_SCREEN_KEYS = ("Meta+Ctrl+F", "F11") if sys.platform == "darwin" else ("F11",)
+"""On macOS the system keeps F11 for itself."""
+
 _CHART_COMMANDS = tuple(
     Command(
         id=CHART_PREFIX + action.id,
@@ -386,7 +390,7 @@ COMMANDS: tuple[Command, ...] = (
     _command("View", "place_pilot", "Pilot", "F3"),
     _command("View", "place_review", "Review", "F4"),
     _command("View", "place_gap", "Model gap", "F5"),
-    _command("View", "full_screen", "Full screen", "F11", rule=True),
+    _command("View", "full_screen", "Full screen", *FULL_SCREEN_KEYS, rule=True),
     _command("View", "side_panel", "Side panel", "F9", needs="charts"),
     _command("View", "next_theme", "Next theme", "Ctrl+T", rule=True),
     _command("View", "units", "US or SI units", "Ctrl+U"),

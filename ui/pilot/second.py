@@ -9,6 +9,7 @@ from PySide6.QtCore import QEvent, QKeyCombination, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QGuiApplication, QKeyEvent, QKeySequence, QScreen
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
+from ui.commands import FULL_SCREEN_KEYS
 from ui.look import Look
 from ui.pilot.canvas import PilotCanvas
 
@@ -40,7 +41,8 @@ class PilotWindow(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setWindowTitle("Pilot – Ground station")
         self.setAccessibleName("Pilot page, window of its own")
-        self._keys = {**keys, "F11": self.toggle_full_screen, "Esc": self.close}
+        full_screen = dict.fromkeys(FULL_SCREEN_KEYS, self.toggle_full_screen)
+        self._keys = {**keys, **full_screen, "Esc": self.close}
         self.canvas = PilotCanvas(look)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
