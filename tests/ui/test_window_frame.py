@@ -418,6 +418,20 @@ def test_charts_reach_the_panel_also_after_a_layout_while_hidden(
     assert 0 <= gap <= 2
 
 
+def test_menus_without_room_are_behind_an_arrow_that_is_seen(
+    window: MainWindow, qtbot: QtBot
+) -> None:
+    window.look.set_scale(250)
+    more = window.menuBar().findChild(QToolButton, "qt_menubar_ext_button")
+    assert more is not None
+    until(qtbot, more.isVisible)
+    image = more.grab().toImage()
+    colors = {
+        image.pixelColor(x, y).name() for x in range(image.width()) for y in range(image.height())
+    }
+    assert window.look.color("text").name() in colors
+
+
 @pytest.fixture
 def _wide_words(monkeypatch: pytest.MonkeyPatch) -> None:
     for hint in ("sizeHint", "minimumSizeHint"):
