@@ -25,6 +25,7 @@ from PySide6.QtWidgets import (
     QLabel,
     QLineEdit,
     QMessageBox,
+    QScrollArea,
     QSplitter,
     QToolButton,
     QWidget,
@@ -455,6 +456,26 @@ def test_every_control_has_a_name(flight: MainWindow) -> None:
             if not (inner or helper or popup) and widget.isVisibleTo(widget.parentWidget()):
                 named = widget.accessibleName() or getattr(widget, "text", str)()
                 assert named or type(widget).__name__ in ("QToolButton", "CloseButton"), widget
+
+
+def test_tab_stops_only_where_the_keyboard_is_seen(flight: MainWindow, qtbot: QtBot) -> None:
+    """Not at what holds the controls of a page; and each field says what it is."""
+    for place in ("preflight", "review", "gap"):
+        flight.show_place(place)
+    until(qtbot, lambda: not flight.review.work.running)
+    stops = [
+        area.metaObject().className()
+        for area in flight.findChildren(QScrollArea)
+        if area.focusPolicy() & Qt.FocusPolicy.TabFocus
+    ]
+    assert not {"ManeuversBoard", "SetupPage", "StartPage"} & {*stops}
+    masses = [
+        line for line in flight.findChildren(QLineEdit) if line.accessibleName() == "Mass, row 1"
+    ]
+    assert len(masses) == 1
+    place = masses[0].nextInFocusChain()
+    assert isinstance(place, QLineEdit)
+    assert place.accessibleName() == "Ahead of CG, row 1"
 
 
 # Errors

@@ -28,7 +28,11 @@ class LoadingForm(FormPart[FlightInfo]):
         )
         self.rows = GrowingRows(
             look,
-            [Column(name="What", share=3), Column(name="Mass", share=2), Column(name="", share=2)],
+            [
+                Column(name="What", share=3),
+                Column(name="Mass", share=2),
+                Column(name="Ahead of CG", share=2),
+            ],
         )
         self.rows.listed.connect(self._listed)
         self.rows.left.connect(self.left)
