@@ -8,6 +8,7 @@ from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
     QAbstractSpinBox,
+    QApplication,
     QComboBox,
     QLineEdit,
     QPlainTextEdit,
@@ -54,29 +55,43 @@ _KEPT: tuple[tuple[type, frozenset[Qt.Key]], ...] = (
 
 
 class KeyKeeper(QObject):
-    """Event filter of the application: lists keep arrows, buttons keep Space and Enter.
+    """Event filter of all that has had the focus: lists keep arrows, buttons Space and Enter.
 
     Letters stay commands of the window everywhere but in text fields, which Qt sees to. A key that
     is held presses, turns or deletes once: a second time would be another line, or back again.
+
+    It is not one of the application, which would see all events: a change of theme sends a hundred
+    thousand.
     """
+
+    def __init__(self, parent: QObject) -> None:
+        super().__init__(parent)
+        self._at_work = False
+
+    def begin(self) -> None:
+        """Follow the focus from now on."""
+        application = QApplication.instance()
+        if isinstance(application, QApplication):
+            application.focusChanged.connect(self._follow)
+            self._follow(None, application.focusWidget())
+            self._at_work = True
+
+    def end(self) -> None:
+        """Let all keys be. May be called twice."""
+        self._at_work = False
+
+    def _follow(self, _former: QWidget | None, now: QWidget | None) -> None:
+        if now is not None:
+            now.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Claim a key for the control that has the focus; the key then reaches it."""
+        if not self._at_work:
+            return False
         if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
-            if event.key() == Qt.Key.Key_Escape and _edits_in_place(watched):
+            if _is_kept(watched, event):
                 event.accept()
                 return True
-            moving = event.modifiers() & Qt.KeyboardModifier.AltModifier
-            plain = not (event.modifiers() & ~_ALLOWED)
-            for kind, keys in _KEPT:
-                if isinstance(watched, kind):
-                    list_move = (
-                        moving and kind is QAbstractItemView and Qt.Key(event.key()) in _MOVES
-                    )
-                    if list_move or (plain and Qt.Key(event.key()) in keys):
-                        event.accept()
-                        return True
-                    break
         elif event.type() == QEvent.Type.KeyPress and isinstance(event, QKeyEvent):
             if event.isAutoRepeat() and Qt.Key(event.key()) in _ONCE and _acts(watched):
                 return True
@@ -86,6 +101,24 @@ class KeyKeeper(QObject):
                 watched.click()
                 return True
         return False
+
+
+def _is_kept(watched: QObject, event: QKeyEvent) -> bool:
+    """Return whether a control, or one that it stands in, keeps a key to itself."""
+    if event.key() == Qt.Key.Key_Escape and _edits_in_place(watched):
+        return True
+    moving = bool(event.modifiers() & Qt.KeyboardModifier.AltModifier)
+    plain = not (event.modifiers() & ~_ALLOWED)
+    key = Qt.Key(event.key())
+    control = watched
+    while isinstance(control, QWidget):
+        kind, keys = next(
+            (one for one in _KEPT if isinstance(control, one[0])), (None, frozenset())
+        )
+        if (plain and key in keys) or (moving and kind is QAbstractItemView and key in _MOVES):
+            return True
+        control = None if control.isWindow() else control.parentWidget()
+    return False
 
 
 def _acts(watched: QObject) -> bool:

@@ -120,9 +120,9 @@ class MainWindow(QMainWindow):
         self.appearance.apply()
         self._bind()
         self._keeper = KeyKeeper(self)
+        self._keeper.begin()
         application = QApplication.instance()
         if application is not None:
-            application.installEventFilter(self._keeper)
             # Windows, and desktops that remember sessions, tell so before they close windows.
             application.commitDataRequest.connect(self.ask_nothing)
         self._restore_geometry(settings.geometry)
@@ -367,7 +367,5 @@ class MainWindow(QMainWindow):
         self.pilot.own_window.close_with_main()
         self.pilot.training.stop()
         self.desk.close()
-        application = QApplication.instance()
-        if application is not None:
-            application.removeEventFilter(self._keeper)
+        self._keeper.end()
         event.accept()

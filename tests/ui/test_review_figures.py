@@ -123,12 +123,12 @@ def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterat
         commands.actions[name].triggered.connect(lambda _checked=False, act=act: act())
     page.changed.connect(lambda: commands.enable(["review", *page.present]))
     keeper = KeyKeeper(window)
-    qapp.installEventFilter(keeper)
+    keeper.begin()
     window.setCentralWidget(page)
     window.resize(900, 540)
     window.show()
     yield window, page, look, selection, asked, commands
-    qapp.removeEventFilter(keeper)
+    keeper.end()
     window.close()
     window.deleteLater()
 

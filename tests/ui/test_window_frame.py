@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QObject, QPoint, QRect, QSize, Qt, QTimer
+from PySide6.QtCore import QEvent, QObject, QPoint, QRect, QSize, Qt, QTimer
 from PySide6.QtGui import QGuiApplication, QPalette
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
@@ -55,6 +55,7 @@ from ui.flight.controls import TimeSlider
 from ui.flight.panels import AlarmsPanel, ListPanel, MarksPanel, MessagesPanel
 from ui.flight.tables import Line
 from ui.frame.bar_model import AlarmFacts, BarFacts, bar_parts
+from ui.keyboard import KeyKeeper
 from ui.look import Look
 from ui.settings import Settings, SettingsStore, first_folder, limits_path
 from ui.strips.keys import KEY_ACTIONS
@@ -160,6 +161,26 @@ def hold(
     QTest.simulateEvent(focus, False, key, modifier, text, False)
 
 
+def test_only_what_has_had_the_keyboard_is_looked_at_for_keys(
+    qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A filter of the application would see every event: a third of the time of a new theme."""
+    seen: set[int] = set()
+
+    class Watched(KeyKeeper):
+        def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's
+            seen.add(id(watched))
+            return super().eventFilter(watched, event)
+
+    monkeypatch.setattr(ui.window, "KeyKeeper", Watched)
+    window = open_window(tmp_path)
+    qtbot.addWidget(window)
+    activate(qtbot, window)
+    window.look.set_theme("dark")
+    assert 0 < len(seen) < 10
+    assert len(window.findChildren(QWidget)) > 100
+
+
 def test_a_key_that_is_held_does_once_what_does_not_move(flight: MainWindow, qtbot: QtBot) -> None:
     """A thumb in a glove makes one mark; what moves goes on while its key is held."""
     flight.view.charts.setFocus()
@@ -233,6 +254,7 @@ def test_channels_are_chosen_ordered_and_saved_by_keys(
 ) -> None:
     panel = flight.view.channels
     assert flight.view.charts.strip_layout.channels == ("de", "alpha", "q", "V")
+    flight.view.show_panel(0)
     panel.search.setText("angle of attack")
     qtbot.keyClick(panel.search, Qt.Key.Key_Return)
     assert "alpha" not in flight.view.charts.strip_layout.channels
@@ -240,6 +262,7 @@ def test_channels_are_chosen_ordered_and_saved_by_keys(
     assert "alpha" in flight.view.charts.strip_layout.channels
     last = panel.order.count() - 1
     panel.order.setCurrentRow(last)
+    panel.order.setFocus()
     qtbot.keyClick(panel.order, Qt.Key.Key_Up, Qt.KeyboardModifier.AltModifier)
     assert panel.order.currentRow() == last - 1
     order = flight.view.charts.strip_layout.channels
