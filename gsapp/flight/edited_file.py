@@ -10,6 +10,8 @@ from typing import Any, Generic, TypeVar
 
 from pydantic import BaseModel
 
+from gsapp.foundation import FlightError
+
 Key = tuple[str, ...]
 """Path of a value in the file: ``("weather", "temperature")``; a place in a list is its number."""
 
@@ -47,6 +49,7 @@ class EditedFile(ABC, Generic[Model]):
         self.content, self.model = self._load()
         self._saved = self.content
         self._stamp = self._stamp_now()
+        self._placed = path.parent.is_dir()
 
     @abstractmethod
     def _load(self) -> tuple[Content, Model]:
@@ -63,7 +66,8 @@ class EditedFile(ABC, Generic[Model]):
     def read(self) -> bool:
         """Read the file again if it changed on the disk; return whether it did.
 
-        Changes that were not saved are given up then.
+        Changes that were not saved are given up then. While its folder is gone, what was known
+        stays.
 
         Raises
         ------
@@ -71,7 +75,7 @@ class EditedFile(ABC, Generic[Model]):
             If it holds mistakes; what was known before stays.
         """
         stamp = self._stamp_now()
-        if stamp == self._stamp:
+        if stamp == self._stamp or self._folder_is_gone:
             return False
         self.content, self.model = self._load()
         self._saved = self.content
@@ -124,12 +128,23 @@ class EditedFile(ABC, Generic[Model]):
         Raises
         ------
         FlightError
-            If the disk refuses; what changed is still known here then.
+            If the disk refuses, or was taken away: a folder made anew in its place would be
+            hidden when it comes back. What changed is still known here then.
         """
         if not self.is_saved:
+            if self._folder_is_gone:
+                raise FlightError(
+                    f"{self.path.name} cannot be written: the folder {self.path.parent} is not "
+                    "there any more; bring back its disk, or the name that it had"
+                )
             self._store(self.content, self._saved)
             self._saved = self.content
             self._stamp = self._stamp_now()
+            self._placed = True
+
+    @property
+    def _folder_is_gone(self) -> bool:
+        return self._placed and not self.path.parent.is_dir()
 
     def _stamp_now(self) -> tuple[int, int] | None:
         try:

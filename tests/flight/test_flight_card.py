@@ -14,6 +14,7 @@ from gsapp.aircraft.reading import SHIPPED
 from gsapp.decoding.channel_map import SHIPPED as MAPS
 from gsapp.flight.as_flown import as_flown
 from gsapp.flight.card_checks import check_card
+from gsapp.flight.card_file import CardFile
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
 from gsapp.foundation import FileProblemsError, FlightError
@@ -77,6 +78,24 @@ def test_the_whole_card_survives_its_file(tmp_path) -> None:
     assert back.weighing.loads["left"].std == 0.0
     assert back.transmitter.dual_rates["elevator"].low == pytest.approx(0.6)
     assert check_card(back, B777) == ()
+
+
+def test_a_card_whose_folder_is_gone_is_neither_emptied_nor_made_anew(tmp_path) -> None:
+    """A folder in place of a disk that was pulled out would be hidden when it comes back."""
+    folder = FlightFolder(path=tmp_path / "flight")
+    card = CardFile(folder)
+    card.change({("crew", "pilot"): "Bob"})
+    card.save()
+    folder.path.rename(tmp_path / "away")
+    assert not card.read()
+    assert card.value(("crew", "pilot")) == "Bob"
+    card.change({("crew", "engineer"): "Eve"})
+    with pytest.raises(FlightError, match="is not there any more"):
+        card.save()
+    assert not folder.path.exists()
+    (tmp_path / "away").rename(folder.path)
+    card.save()
+    assert CardFile(folder).content == {"crew": {"pilot": "Bob", "engineer": "Eve"}}
 
 
 def test_every_mistake_of_a_card_is_told_at_once() -> None:
