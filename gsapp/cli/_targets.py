@@ -58,7 +58,7 @@ def check_targets(given: Mapping[str, object]) -> None:
                 f"{option} {str(target)!a} is not UTF-8, so that other programs could not "
                 "read it; choose another name"
             )
-        if any(_same(target, source) for source in sources):
+        if any(same_place(target, source) for source in sources):
             raise GroundStationError(
                 f"{option} {target} is what the command reads, and would be overwritten; choose "
                 "another name"
@@ -89,7 +89,7 @@ def _check_folder(folder: Path, sources: Iterable[Path], flights: Iterable[Path]
                 "another folder"
             )
     for path in flights:
-        if _same(folder, path):
+        if same_place(folder, path):
             raise GroundStationError(
                 f"--out {folder} is what the command reads, and results in it would be taken for "
                 "flights; choose another folder"
@@ -102,7 +102,7 @@ def check_flights(flights: Iterable[Path | str]) -> None:
 
     seen: list[Path] = []
     for path in map(Path, flights):
-        if any(_same(path, other) for other in seen):
+        if any(same_place(path, other) for other in seen):
             raise WrongCallError(f"{path} is given twice; a flight counts once")
         seen.append(path)
 
@@ -130,7 +130,8 @@ def _is_file(path: Path) -> bool:
     return False
 
 
-def _same(target: Path, source: Path) -> bool:
+def same_place(target: Path, source: Path) -> bool:
+    """Return whether two paths, either of which may be missing, lead to the same thing."""
     with contextlib.suppress(OSError, ValueError):
         return target.samefile(source)
     return False

@@ -68,10 +68,12 @@ def run(
         If a flight cannot be read, or neither axis has maneuvers in both.
     """
     from gsapp.cli._aircraft_text import warn_of_aircraft
+    from gsapp.cli._calls import WrongCallError
     from gsapp.cli._flight_text import calibration_sentences
     from gsapp.cli._maneuvers import flown_flights
     from gsapp.cli._results import on_screen
     from gsapp.cli._screen import Screen
+    from gsapp.cli._targets import same_place
     from gsapp.dynamics.model import load_model
     from gsapp.foundation import FlightError
     from gsapp.identification.campaign import CampaignSettings, run_campaign
@@ -80,6 +82,11 @@ def run(
     from gsapp.identification.maximum_likelihood import MLSettings
     from gsapp.identification.moment_reference import about_flown_cg
 
+    if any(same_place(one, validate) for one in flights):
+        raise WrongCallError(
+            f"{validate} would be judged by models that are fitted to it; leave it out of the "
+            "flights, or judge on another one"
+        )
     orders: dict[LinearAxis, int | None] = {"lon": _order(order_lon), "lat": _order(order_lat)}
     console = Screen(stderr=on_screen(json))
     known = None if model is None else load_model(model)

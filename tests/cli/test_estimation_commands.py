@@ -225,6 +225,17 @@ def test_terms_of_a_coefficient_are_chosen(flights: Path, tmp_path: Path) -> Non
     assert "there is no coefficient 'CM'" in " ".join(done.stderr.split())
 
 
+def test_linear_models_are_not_judged_on_the_flight_they_are_fitted_to(
+    flights: Path, tmp_path: Path
+) -> None:
+    """Its errors would flatter them, and the table says that another flight was flown."""
+    flight = flights / "flight5.csv"
+    done = gsapp("linear-models", flight, "--validate", flights / ".." / flights.name / flight.name,
+                 "--aircraft", "b777", "--out", tmp_path / "models")  # fmt: skip
+    assert (done.returncode, list(tmp_path.iterdir())) == (2, [])
+    assert "would be judged by models that are fitted to it" in done.stderr
+
+
 def test_linear_models_are_fitted_on_one_flight_and_judged_on_another(
     flights: Path, tmp_path: Path
 ) -> None:
