@@ -112,13 +112,8 @@ def _condition(text: str) -> tuple[str, tuple[float | None, float | None]]:
     quantity = channel(name.strip()).quantity
 
     def end(value: str) -> float | None:
-        value = value.strip()
-        if not value:
-            return None
-        try:
-            return float(value)
-        except ValueError:
-            return units.parse(value, quantity)
+        # A bare number is no speed in the units of the screen: it would find nothing, silently.
+        return units.parse(value.strip(), quantity) if value.strip() else None
 
     return name.strip(), (end(least), end(most))
 

@@ -260,4 +260,6 @@ def parse(text: str | float, key: str) -> float:
     match = _NUMBER.fullmatch(text)
     if match is None:
         raise UnitError(f"'{text}' does not begin with a number; {example}")
+    if not match.group(2).strip() and "" not in known.units:
+        raise UnitError(f"'{text.strip()}' has no unit; {example}")
     return to_si(float(match.group(1)), match.group(2), key)

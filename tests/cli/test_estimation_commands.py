@@ -122,13 +122,18 @@ def test_catalog_is_searched_by_condition_and_derivative(flights: Path, tmp_path
     assert len((tmp_path / "found.csv").read_text(encoding="utf-8").splitlines()) == 3
     content = json.loads(gsapp("catalog", catalog, "--where", "V=500 ft/s:", "--json", "-").stdout)
     assert content == []
-    content = json.loads(gsapp("catalog", catalog, "--where", "V=20:60", "--json", "-").stdout)
+    content = json.loads(
+        gsapp("catalog", catalog, "--where", "V=20 m/s:60 m/s", "--json", "-").stdout
+    )
     assert [one["inputs"] for one in content] == [["de"], ["da", "dr"]] * 2
     assert content[0]["runs"][0]["derivatives"]["Cm_de"]["value"] < -1.0
     assert gsapp("catalog", catalog, "--inputs", "elevater").returncode == 2
     wrong = gsapp("catalog", catalog, "--where", "V")
     assert wrong.returncode == 2
     assert "CHANNEL=LEAST:MOST" in wrong.stderr
+    wrong = gsapp("catalog", catalog, "--where", "V=90:100")
+    assert (wrong.returncode, wrong.stdout) == (2, "")
+    assert "unit" in wrong.stderr
     assert "no catalog" in gsapp("catalog", tmp_path / "none.sqlite").stderr
     # A slip is told, where an empty table would pass for a campaign without such maneuvers.
     for words, told in (
