@@ -161,7 +161,7 @@ def _tell(
         say(f"{flight.name}: {said}")
         if remark:
             say(remark)
-        if former is not None:
+        if former is not None and (state is None or former != state.file):
             say(f"To go back: gsapp onboard {flight.path} --use {former or 'none'}")
         others = [name for name in logs if state is None or name != state.file]
         if others and former is None:

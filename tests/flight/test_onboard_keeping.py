@@ -147,7 +147,11 @@ def test_the_command_tells_and_takes_back(flight, tmp_path, capsys):
     first = told(log=log)
     assert (first["onboard"]["file"], first["former"]) == ("box.tlog", "")
     assert first["onboard"]["clock"]["offset"] == pytest.approx(OFFSET, abs=0.03)
-    assert "ppm (standard deviation" in capsys.readouterr().out
+    said_first = capsys.readouterr().out
+    assert "ppm (standard deviation" in said_first
+    assert "To go back: " in said_first
+    assert told(log=log)["onboard"] == first["onboard"]
+    assert "To go back: " not in capsys.readouterr().out  # to where it stands already
     # The data box wrote columns as well, in engineering units.
     full = load_flight(folder.path)
     block = full.block.between(5.0, 50.0)
