@@ -28,6 +28,7 @@ _GROUND_STATION = 6
 _NOT_AIRCRAFT = frozenset({5, 6, 18, 26, 27, 30, 31, 32, 33, 34, 36, 38, 39})
 _MIXED_FRAMES = 200
 _MIXED_SHARE = 0.25
+_UNCOUNTED_SHARE = 0.8
 # So many headers of one message without one whose checksum fits are no accident.
 _FOREIGN_HEADS = 20
 # What cannot be read is told after so many bytes and so long since something could.
@@ -207,8 +208,10 @@ class _Sender:
     duplicates: int = 0
     reordered: int = 0
     strays: int = 0  # frames that fit neither the sequence nor its window, of late
+    repeats: int = 0  # those of them that bear the number of the one before
     span: int = 0
     mixed: bool = False
+    uncounted: bool = False
     aircraft: bool = False
     ground: bool = False
 
@@ -362,8 +365,9 @@ class LinkHealth:
             return
         sender.recent[sequence] = data
         if sender.span >= _MIXED_FRAMES:
-            sender.mixed = sender.strays > _MIXED_SHARE * sender.span
-            sender.span = sender.strays = 0
+            sender.uncounted = sender.repeats > _UNCOUNTED_SHARE * sender.span
+            sender.mixed = not sender.uncounted and sender.strays > _MIXED_SHARE * sender.span
+            sender.span = sender.strays = sender.repeats = 0
         if stamp > sender.last:
             sender.last = stamp
         message.count += 1
@@ -409,7 +413,7 @@ class LinkHealth:
         """Settle a sequence number other than the next; return False for a duplicate."""
         silent = (stamp - sender.last) / 1e6
         usual = sender.rate.value * silent
-        if usual >= _WINDOW / 2:
+        if usual >= _WINDOW / 2 and not sender.uncounted:
             # Silent for so long that the counter may have gone round: the rate tells how often.
             sender.missing.clear()
             gap += 256 * max(0, round((usual - gap) / 256))
@@ -435,12 +439,13 @@ class LinkHealth:
             sender.reordered += 1
             if behind > _FAR:
                 sender.strays += 1
-        elif sender.recent[sequence] == data:
+        elif sender.recent[sequence] == data and not sender.uncounted:
             sender.duplicates += 1
             return False
         else:
-            # The sender counts anew, or two senders share one number.
+            # The sender counts anew or not at all, or two senders share one number.
             sender.strays += 1
+            sender.repeats += behind == 1
             sender.missing.clear()
             sender.expected = sequence + 1
         return True
@@ -527,6 +532,12 @@ class LinkHealth:
             "once: two aircraft seem to use the same number; give one of them another."
             for key, sender in sorted(self._senders.items())
             if sender.mixed
+        )
+        found.extend(
+            f"System {key >> 8}, component {key & 0xFF} gives its frames no running numbers: what "
+            "is lost on the way cannot be told."
+            for key, sender in sorted(self._senders.items())
+            if sender.uncounted
         )
         if unreadable := self.unreadable:
             found.append(unreadable)

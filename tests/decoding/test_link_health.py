@@ -125,6 +125,20 @@ def test_two_aircraft_of_the_same_number_are_noticed() -> None:
     assert "same number" in sentence
 
 
+def test_a_sender_that_does_not_count_is_neither_two_aircraft_nor_a_storm_of_losses() -> None:
+    """Scripts that pack messages by themselves leave every number at zero."""
+    frames = [attitude(0, boot_ms=number * 10) for number in range(600)]
+    beats = [heartbeat(0, 1)] * 600
+    both = list(itertools.chain.from_iterable(zip(frames, beats, strict=True)))
+    paused = [(stamp + 60_000_000, kind, data) for stamp, kind, data in records(both)]
+    health = fed(records(both), paused)
+    (sentence,) = health.sentences()
+    assert "System 1, component 1 gives its frames no running numbers" in sentence
+    assert health.lost == 0
+    counted = fed(records(both), records([attitude(number) for number in range(600)]))
+    assert counted.sentences() == ()  # since it counts
+
+
 def test_what_a_log_holds_of_a_ground_station_is_no_loss_of_the_link() -> None:
     frames = [heartbeat(3 * number, 255, kind=6, autopilot=8) for number in range(100)]
     assert fed(records(frames)).lost == 0
