@@ -106,6 +106,25 @@ def test_no_repeats_until_time_or_other_words_are_between(queue: SpeechQueue, cl
     assert list(heard(queue)) == ["taken", "hold still"]
 
 
+def test_words_are_apart_from_the_end_of_what_was_said(queue: SpeechQueue, clock: Clock) -> None:
+    """However long it took to say them."""
+    queue.offer("hold still", PROMPT)
+    clock.now += 2.0 * APART
+    assert list(heard(queue)) == ["hold still"]
+    clock.now += APART - 0.1
+    queue.offer("hold still", PROMPT)
+    assert list(heard(queue)) == []
+
+
+def test_a_warning_that_waits_as_a_hush_begins_is_heard_after_it(queue: SpeechQueue) -> None:
+    queue.offer("link lost", WARNING)
+    queue.offer("disk full", WARNING)
+    queue.hush(True)
+    assert list(heard(queue)) == ["link lost"]
+    queue.hush(False)
+    assert list(heard(queue)) == ["disk full"]
+
+
 def test_mute_silences_at_once_and_nothing_old_is_heard_after(queue: SpeechQueue) -> None:
     queue.offer("link lost", WARNING)
     queue.offer("plus ten", PROMPT)
