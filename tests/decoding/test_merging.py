@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 import pytest
 
@@ -10,8 +12,13 @@ from gsapp.decoding.gridder import Gridder
 from gsapp.decoding.merging import Merger
 
 
-def chosen(*told: tuple[float, float], end: float, every: float) -> dict[int, float]:
-    """Return the rows that come of sources which tell their number from one time to another (s).
+def pairs_of(ends: Sequence[float]) -> Iterator[tuple[float, float]]:
+    """Return the pairs of which a sequence is made."""
+    return zip(ends[::2], ends[1::2], strict=True)
+
+
+def chosen(*told: tuple[float, ...], end: float, every: float) -> dict[int, float]:
+    """Return the rows that come of sources which tell their number between pairs of times (s).
 
     The better first, each ten times a second; who decides is asked every so many seconds.
     """
@@ -28,8 +35,8 @@ def chosen(*told: tuple[float, float], end: float, every: float) -> dict[int, fl
 
     for tenth in range(round(10 * end)):
         now = 100_000 * tenth
-        for number, (begin, until) in enumerate(told):
-            if begin <= tenth / 10 <= until:
+        for number, ends in enumerate(told):
+            if any(begin <= tenth / 10 <= until for begin, until in pairs_of(ends)):
                 fed = sources[number].feed([now], [now], np.array([[float(number)]]))
                 merger.push(number, fed)
         if tenth % round(10 * every) == 0:
@@ -52,6 +59,28 @@ def test_a_better_source_that_begins_late_leaves_what_stood_before_it(every: flo
     found = chosen((3.0, 6.0), (0.0, 6.0), end=6.0, every=every)
     assert [found[row] for row in range(300)] == [1.0] * 300
     assert [found[row] for row in range(300, 591)] == [0.0] * 291
+
+
+@pytest.mark.parametrize("every", [0.1, 100.0])
+def test_a_better_source_that_comes_in_time_has_the_place_from_the_beginning(every: float) -> None:
+    """Before its first sample there is nothing; what a worse one told would make a step."""
+    found = chosen((0.5, 4.0), (0.0, 4.0), end=4.0, every=every)
+    assert sorted(found) == list(range(50, 391))
+    assert set(found.values()) == {0.0}
+
+
+@pytest.mark.parametrize("every", [0.1, 100.0])
+def test_a_pause_of_all_sources_is_rows_without_a_number_up_to_a_minute(every: float) -> None:
+    """Rows follow each other; after a longer pause they just go on."""
+    for pause, filled in ((10.0, True), (70.0, False)):
+        back = 2.0 + pause
+        spans = (0.0, 2.0, back, back + 2.0)
+        found = chosen(spans, spans, end=back + 2.0, every=every)
+        known = {row for row, value in found.items() if value == 0.0}
+        first, again = round(100 * back), round(100 * back) + 191
+        assert known == {*range(201), *range(first, again)}
+        assert (set(range(201, first)) <= set(found)) == filled
+        assert set(found) <= set(range(again))
 
 
 def test_the_rows_of_a_source_that_nobody_asks_are_not_kept() -> None:
