@@ -127,6 +127,25 @@ def test_a_hands_off_interval_is_silent_from_the_first_move_to_the_verdict() -> 
     assert "3 feet a second slow" in later
 
 
+def test_go_is_said_anew_after_each_input() -> None:
+    """Also where the aircraft is trimmed again by itself: the next input waits for the word."""
+    voice = Announcer()
+    heard: list[tuple[float, str]] = []
+    happens = {
+        2.0: event(2.0, "hands-off", "begins"),
+        4.0: event(4.0, "hands-off", "ends"),
+        4.5: event(4.5, "verdict", "good", "good"),
+    }
+    for k in range(200):
+        now = k / 20
+        events = [happens[now]] if now in happens else []
+        said = voice.hear(now, events, trim(0.0, "go"), moving=1.5 <= now < 2.0)
+        heard += [(now, each) for each in words(said)]
+    assert [each for _, each in heard] == ["go", "hands off", "good", "go"]
+    assert heard[0][0] == 0.0
+    assert 4.5 < heard[3][0] < 9.0
+
+
 def test_only_what_calls_for_the_ground_breaks_the_silence() -> None:
     """A stall is spoken into the interval; a fence that comes near is a tone, then words."""
     voice = Announcer()
