@@ -208,6 +208,24 @@ def test_one_outlier_is_dropped_and_reported(wrong: int) -> None:
     assert case.times == [510_000_000 + 10_000 * k for k in range(50)]
     assert case.kinds == ["outlier"]
     assert case.clock.dropped == 1
+    assert f"1 message with an impossible time (the last: {wrong / 1e6:.3f} s)" in (
+        case.clock.events[0].text
+    )
+
+
+def test_what_came_late_as_the_record_ends_has_its_own_time() -> None:
+    """Nothing that goes on tells it from a clock set back; what is impossible is left out."""
+    case = Case()
+    for k in range(50):
+        case.stamp(7_000_000 + 10_000 * k, 10_000 * k)
+    case.stamp(7_000_000 + 100_000, 500_000, item="late")
+    case.finish()
+    assert ("late", 7_100_000) in case.placed
+    assert case.clock.dropped == 0
+    case.stamp(600_000_000, 510_000, item="wrong")
+    case.finish()
+    assert "wrong" not in dict(case.placed)
+    assert case.clock.dropped == 1
 
 
 def test_a_bad_first_stamp_does_not_become_the_truth() -> None:
