@@ -70,11 +70,13 @@ def _code() -> bytes:
     """Return a hash of the program's own modules that shape the numbers, where they are files."""
     import calibration
     import gsapp.decoding
+    import gsapp.dynamics  # the atmosphere, of which air data are made
     import gsapp.flight
     import gsapp.quantities
 
     digest = hashlib.blake2b(digest_size=20)
-    for package in (gsapp.quantities, calibration, gsapp.decoding, gsapp.flight):
+    packages = (gsapp.quantities, calibration, gsapp.dynamics, gsapp.decoding, gsapp.flight)
+    for package in packages:
         for folder in package.__path__:
             for file in sorted(Path(folder).rglob("*.py")):
                 digest.update(file.read_bytes())

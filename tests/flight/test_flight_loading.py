@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import struct
+import subprocess
 import sys
 from pathlib import Path
 
@@ -116,6 +117,31 @@ def test_cache_gives_the_same_flight_and_is_never_trusted(box_folder, monkeypatc
     cached.write_bytes(content)
     again = load_flight(box_folder.path)
     assert np.array_equal(first.block.values, again.block.values, equal_nan=True)
+
+
+_CODE = """
+import sys
+from pathlib import Path
+
+import gsapp.flight.loading
+from gsapp.flight import cache
+
+counted = set()
+read = Path.read_bytes
+Path.read_bytes = lambda path: counted.add(path) or read(path)
+cache._code()
+used = {name: module.__file__ for name, module in sys.modules.items()
+        if name.partition(".")[0] in ("gsapp", "calibration") and module.__file__}
+assert len(counted) > 50
+print(*(name for name, file in used.items() if Path(file) not in counted))
+"""
+
+
+def test_a_cache_does_not_outlive_the_code_that_made_it():
+    """Every module with which a flight is read counts, but those whose results go in as data."""
+    ran = subprocess.run([sys.executable, "-c", _CODE], capture_output=True, text=True, check=True)
+    left_out = {".".join(name.split(".")[:2]) for name in ran.stdout.split()}
+    assert left_out <= {"gsapp", "gsapp.foundation", "gsapp.aircraft"}
 
 
 def test_no_cache_where_nothing_may_be_written(box_folder):
