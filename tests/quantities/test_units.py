@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gsapp.foundation import UnitError
+from gsapp.foundation import UnitError, UnknownNameError
 from gsapp.quantities import (
     CHANNELS,
     QUANTITIES,
@@ -120,6 +120,16 @@ def test_a_bare_number_needs_a_quantity_without_unit() -> None:
     assert parse("50 %", "ratio") == 0.5
     with pytest.raises(UnitError, match="has no unit"):
         parse(3, "length")
+
+
+def test_a_unit_that_will_not_do_is_named_beside_those_that_will() -> None:
+    """Nothing, too, has a name, whether it was given or would have done."""
+    with pytest.raises(UnitError, match=r"'kg'.*\(no unit\), %"):
+        normalize_unit("kg", "ratio")
+    with pytest.raises(UnitError, match=r"no unit.*\bm, ft\b"):
+        normalize_unit(" ", "length")
+    with pytest.raises(UnknownNameError, match=r"no quantity is called 'lenght'.*length"):
+        normalize_unit("m", "lenght")
 
 
 def test_channels_hold_displayable_units_and_sensible_limits() -> None:
