@@ -174,6 +174,18 @@ def test_the_delay_of_what_is_stamped_with_the_time_of_day_goes_by_its_own_faste
     assert health.report().messages[0].delay == pytest.approx(0.078)
 
 
+@pytest.mark.parametrize("drift", [-1e-4, 1e-4])
+def test_clocks_that_drift_apart_are_no_delay(drift: float) -> None:
+    """The fastest is that of the last minutes: an hour of drift, a third of a second, is none."""
+    health = LinkHealth()
+    worst = 0.0
+    for number in range(3600):
+        stamp = START + round(1e6 * number * (1.0 + drift))
+        health.feed([(stamp, "frame", attitude(number, boot_ms=1000 + 1000 * number))])
+        worst = max(worst, health.report().messages[0].delay or 0.0)
+    assert worst < 0.02
+
+
 def test_the_rate_is_told_before_the_first_span_is_over() -> None:
     """A second after the link came up, not only after two."""
     report = fed(records([attitude(number) for number in range(101)])).report()
