@@ -12,8 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.excitation.dangers.clips import ClipRoom
 from gsapp.excitation.dangers.danger import Urgency
 from gsapp.excitation.dangers.fence import Fence, load_fence
+from gsapp.excitation.dangers.frames import Frame, Frames
 from gsapp.excitation.dangers.standing import HOLD, Finding, Standing
 from gsapp.excitation.dangers.watch import DangerWatch
 from gsapp.excitation.rows import FlightRows, rows_of
@@ -294,6 +296,40 @@ def test_a_floor_counts_until_the_flaps_are_out() -> None:
     assert "fence.floor" in keys_of(steady(sinking, 20.0), fence=fence)
     landing = sinking | {"flap": np.radians(20.0)}
     assert "fence.floor" not in keys_of(steady(landing, 20.0), fence=fence)
+
+
+def _swinging(stop: float, size: float = 0.6) -> np.ndarray:
+    """Return a pitch rate that swings for six seconds, cut off at a stop (rad/s), with noise."""
+    times = np.arange(round(30.0 * RATE)) / RATE
+    noise = 0.02 * np.random.default_rng(6).standard_normal(times.size)
+    swing = np.where((times > 15.0) & (times < 21.0), size * np.sin(math.pi * times), 0.0)
+    return np.clip(swing + noise, -stop, stop)
+
+
+@pytest.mark.parametrize("known", [True, False], ids=["b777", "unknown"])
+def test_a_gyro_that_is_cut_off_within_its_range_shows_it_by_flat_tops(known: bool) -> None:
+    """By the converter, or a stop: the same highest value again and again, which noise forbids."""
+    aircraft = _b777() if known else None
+    assert set(keys_of(steady({"q": _swinging(0.4)}, 30.0), aircraft=aircraft)) == {"clip.q"}
+    assert keys_of(steady({"q": _swinging(9.0)}, 30.0), aircraft=aircraft) == []
+
+
+@pytest.mark.parametrize(("stop", "size"), [(0.4, 0.6), (1.6, 2.4)])
+def test_what_is_cut_off_on_the_ground_or_of_a_broken_gyro_is_not_told(
+    stop: float, size: float
+) -> None:
+    """Flat tops, and the end of the range: of a touch-down, of hands that turn the aircraft."""
+    rows = steady({"q": _swinging(stop, size)}, 30.0)
+
+    def told(doubted: frozenset[str] = frozenset(), **state: float) -> set[str]:
+        room = ClipRoom(_b777(), RATE)
+        frames = [Frame(rows=cut, **state) for cut in Frames(RATE).cut(rows)]  # type: ignore[arg-type]
+        return {found.key for frame in frames for found in room.judge(frame, doubted)}
+
+    assert told(aloft=60.0) == {"clip.q"}
+    assert told(aloft=-1.0) == set()
+    assert told(aloft=60.0, near_ground=True) == set()
+    assert told(frozenset({"q"}), aloft=60.0) == set()
 
 
 def test_a_clipped_gyro_is_told_once_for_each_event() -> None:
