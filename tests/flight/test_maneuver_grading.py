@@ -11,7 +11,9 @@ import pytest
 from gsapp.aircraft import load_aircraft
 from gsapp.flight import Flight
 from gsapp.flight.maneuvers import FoundManeuver, detect, find_maneuvers
+from gsapp.flight.maneuvers.grading import Passage, Setting, grade_maneuver
 from gsapp.flight.maneuvers.noise import window_noise
+from gsapp.flight.maneuvers.signals import SIGNALS
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, GRAVITY
 
@@ -49,6 +51,51 @@ def test_a_start_out_of_trim_is_told_by_its_rate():
     assert "not trimmed at the start: rolling at" in found.reasons[0]
     tumbling = flight.block["p"] + 20.0 * DEGREE * during(flight, AT - 3.0, AT + 6.0)
     assert graded(changed(flight, p=tumbling)).grade == "C"
+
+
+def test_defects_add_up_to_a_grade():
+    """One small: B; two, or one large: C; two large: D."""
+    flight = made()
+    late = during(flight, AT - 3.0, AT + 6.0)
+    rolling = {rate: flight.block["p"] + rate * DEGREE * late for rate in (9.0, 20.0)}
+    throttle = {share: 0.5 + share * during(flight, AT, AT + 9.0) for share in (0.14, 0.3)}
+    q = {seconds: np.array(flight.block["q"]) for seconds in (0.2, 0.6)}
+    for seconds, samples in q.items():
+        samples[during(flight, AT + 0.5, AT + 0.5 + seconds)] = 90.0 * DEGREE
+    for grade, channels in (
+        ("A", {"throttle": throttle[0.14]}),
+        ("B", {"throttle": throttle[0.3]}),
+        ("B", {"q": q[0.2]}),
+        ("C", {"throttle": throttle[0.3], "p": rolling[9.0]}),
+        ("C", {"q": q[0.6]}),
+        ("C", {"p": rolling[20.0]}),
+        ("D", {"q": q[0.6], "p": rolling[20.0]}),
+    ):
+        found = graded(changed(flight, **channels))
+        assert found.grade == grade, (list(channels), found.reasons)
+        assert len(found.reasons) == len(channels) - (grade == "A")
+    # The worst is said first.
+    both = graded(changed(flight, throttle=throttle[0.3], p=rolling[20.0]))
+    assert ["rolling" in reason for reason in both.reasons] == [True, False]
+
+
+def test_where_nothing_moved_there_is_nothing_to_learn():
+    passage = Passage(
+        times=np.zeros(0), rows=np.zeros((0, len(SIGNALS))), t_input=0.0, t_input_end=1.0, t_end=3.0
+    )
+    setting = Setting(aircraft=AIRCRAFT, noise=detect(made(), AIRCRAFT).noise)
+    assert grade_maneuver(passage, setting, ()) == (
+        "D", ("no surface moved beyond its noise: nothing is excited",)
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("size", "grade"), [(1.6, "A"), (3.0, "B"), (7.0, "C")])
+def test_another_stick_counts_by_its_share_of_the_travel(size: float, grade: str):
+    """Below a fifth of the main one it is steering, from a half on it spoils the answer."""
+    flight = made(size=5.0)
+    ramp = np.clip(flight.block.times - AT, 0.0, 1.0)
+    found = graded(changed(flight, da=flight.block["da"] + size * DEGREE * ramp))
+    assert (found.inputs, found.grade) == (("de",), grade), found.reasons
 
 
 def test_too_small_an_input_is_told_by_its_answer():
