@@ -151,6 +151,14 @@ def test_the_end_of_a_peer_settles_its_stream(tmp_path, frames, patience) -> Non
     assert data_of(tmp_path) == [one[:-4], two]
 
 
+def test_in_a_pause_what_is_whole_is_in_the_file(tmp_path, frames, patience) -> None:
+    """Though a header before it says that it belongs to a frame of which more is to come."""
+    (frame,) = frames(1)
+    head = bytes((0xFD, 250, 0, 0, 1, 1, 1)) + (30).to_bytes(3, "little")
+    with Running(Script([Chunk(1_000_000, head + frame)]), tmp_path):
+        patience(lambda: data_of(tmp_path) == [head, frame])
+
+
 def test_stamps_of_batches_rise(tmp_path, frames, patience) -> None:
     same = [Chunk(1_000_000, frame) for frame in frames(20)]
     with Running(Script(same), tmp_path):
