@@ -22,6 +22,7 @@ from ui.appearance import Appearance
 from ui.commands import CommandSet, Need
 from ui.desk import Desk
 from ui.dialogs.keys import KeysDialog
+from ui.dialogs.link import LinkDialog
 from ui.dialogs.small import ask_closing
 from ui.faults import Fault, FaultDesk
 from ui.flight.crew import Crew
@@ -194,6 +195,7 @@ class MainWindow(QMainWindow):
             **places,
             "full_screen": self.toggle_full_screen,
             "keys": lambda: KeysDialog(self.look, self).exec(),
+            "link": self.show_link,
             "copy_details": self.copy_details,
             "undo": self.undo,
             "dismiss": self.banners.dismiss,
@@ -231,9 +233,20 @@ class MainWindow(QMainWindow):
         self.commands.check("full_screen", self.isFullScreen())
 
     def _bar_pressed(self, part: str) -> None:
-        targets = {"alarms": "panel_alarms", "sound": "mute", "flight": "place_flight"}
+        targets = {
+            "alarms": "panel_alarms", "sound": "mute", "flight": "place_flight", "link": "link",
+        }  # fmt: skip
         if part in targets:
             self.commands.actions[targets[part]].trigger()
+
+    def show_link(self) -> None:
+        """Show what comes over the link, by sender and by message, for as long as one looks."""
+        session = self.desk.session
+        if session is not None:
+            live = session.replaying is None
+            dialog = LinkDialog(self.look, session.link_report, live=live, parent=self)
+            self.desk.told.connect(dialog.refresh)
+            dialog.exec()
 
     # What happens
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from gsapp.decoding.health import LinkReport
     from gsapp.session.session import Session
 
 _MOST_ALARMS = 20
@@ -109,7 +110,9 @@ def summary_of(session: Session) -> dict[str, Any]:
     end (s; the end is null where the cause stayed), and whether the crew acknowledged it.
     ``cues`` are all changes of what the crew was told, and the spoken words, by time;
     ``verdicts`` those on its inputs; ``estimates`` the derivatives that it gave, by FTR and by
-    maximum likelihood maneuver by maneuver.
+    maximum likelihood maneuver by maneuver. ``senders`` and ``messages`` tell what came over the
+    link: frames lost, doubled and late by sender; frames, frames per second of the whole record,
+    and the delay of the last one (s, over the quickest of the last minutes) by message.
     """
     from gsapp.flight.events import in_order
     from gsapp.flight.summary import events_json, summarize
@@ -118,6 +121,7 @@ def summary_of(session: Session) -> dict[str, Any]:
     whole = session.flight()
     summary = summarize(whole, session.aircraft)
     summary["events"] = events_json(in_order((*whole.events, *alarm_events(session.board))))
+    summary |= _link_json(session.link_report(), whole.duration)
     debrief = session.debrief()
     if debrief is not None:
         summary["cues"] = debrief.cues_json()
@@ -125,6 +129,30 @@ def summary_of(session: Session) -> dict[str, Any]:
     if session.estimates is not None:
         summary["estimates"] = session.estimates.numbers()
     return summary
+
+
+def _link_json(report: LinkReport | None, duration: float) -> dict[str, Any]:
+    """Return what came over the link by sender and by message; empty lists where it was none."""
+    senders = () if report is None else report.senders
+    messages = () if report is None else report.messages
+    return {
+        "senders": [
+            {
+                "system": one.system, "component": one.component, "good": one.good,
+                "unknown": one.unknown, "lost": one.lost, "duplicates": one.duplicates,
+                "reordered": one.reordered,
+            }
+            for one in senders
+        ],
+        "messages": [
+            {
+                "system": one.system, "component": one.component, "name": one.name,
+                "count": one.count, "rate": one.count / duration if duration > 0.0 else None,
+                "delay": one.delay,
+            }
+            for one in messages
+        ],
+    }  # fmt: skip
 
 
 def _play(session: Session, console: Console) -> None:

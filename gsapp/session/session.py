@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Unpack
 from calibration import Certificate
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.decoder import Decoder
+from gsapp.decoding.health import LinkReport
 from gsapp.decoding.pipeline import ChannelSource
 from gsapp.excitation.cues import CueSnapshot
 from gsapp.excitation.speaking import Spoken
@@ -643,11 +644,19 @@ class Session:
             at_end=feed.at_end,
         )
 
+    def link_report(self) -> LinkReport | None:
+        """Return what came over the link, by sender and by message; None where it was no link.
+
+        Ages count from now in a flight that goes on, else from the end of the record.
+        """
+        if self.decoder is None:
+            return None
+        now = None if self.equipment is None else self.equipment.host_us()
+        return self.decoder.health.report(now)
+
     def _replayed_link(self) -> LinkView:
-        decoder = self.decoder
-        if decoder is not None:
-            return link_view(decoder.health.report(), words="replay")
-        return LinkView(words="replay")
+        report = self.link_report()
+        return LinkView(words="replay") if report is None else link_view(report, words="replay")
 
 
 def _wall_us() -> int:

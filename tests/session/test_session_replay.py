@@ -55,10 +55,11 @@ def flight_csv(path: Path, count: int = 500, rate: float = 50.0) -> Path:
 
 
 def same_but_for_cues(told: dict[str, Any], flight: Flight) -> bool:
-    """Tell whether a replay's summary is that of the flight; what it told is beside it."""
+    """Tell whether a replay's summary is that of the flight; what it told and heard is beside."""
     assert {cue["kind"] for cue in told["cues"]} >= {"trim"}
     assert isinstance(told["verdicts"], list)
-    rest = {name: told[name] for name in told if name not in ("cues", "verdicts")}
+    beside = ("cues", "verdicts", "senders", "messages")
+    rest = {name: told[name] for name in told if name not in beside}
     rest["events"] = [event for event in told["events"] if event["kind"] != "alarm"]
     whole = json.loads(json.dumps(summarize(flight)))
     del whole["cues"]
@@ -78,6 +79,14 @@ def test_the_summary_is_that_of_the_flight_read_whole(tmp_path: Path, box: Any) 
     assert told["channels"]["q"]["measured"] is True
     assert told["channels"]["phi"]["measured"] is False
     assert told["events"][0]["text"] == "doublet"
+    (sender,) = told["senders"]
+    assert sender["lost"] == told["frames"]["lost"]
+    assert sender["good"] == told["frames"]["good"]
+    assert sum(one["count"] for one in told["messages"]) == sender["good"]
+    daq = next(one for one in told["messages"] if one["name"] == "DEBUG_FLOAT_ARRAY")
+    assert daq["count"] == 1500 - 60
+    assert daq["rate"] == pytest.approx(1440 / told["duration"])
+    assert daq["delay"] == pytest.approx(0.0, abs=1e-3)
 
 
 def test_the_summary_of_a_flight_csv(tmp_path: Path) -> None:

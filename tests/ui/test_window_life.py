@@ -20,7 +20,16 @@ from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from window_kit import KILL, Aircraft, alpha_sent, free_port, open_window, until, write_flight
+from window_kit import (
+    KILL,
+    Aircraft,
+    alpha_sent,
+    answer_dialog,
+    free_port,
+    open_window,
+    until,
+    write_flight,
+)
 
 import ui.window
 from gsapp.flight.folder import FlightFolder
@@ -28,6 +37,7 @@ from gsapp.flight.raw.files import RawFile
 from gsapp.foundation import FlightError
 from gsapp.session import Session
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders
+from ui.dialogs.link import LinkDialog
 from ui.dialogs.requests import ConnectRequest
 from ui.settings import next_flight_path
 from ui.window import MainWindow
@@ -110,6 +120,25 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
                 "Engines" in line.cells[1] for line in window.view.messages.view.lines.lines
             ),
         )
+
+        # The link in detail, for as long as one looks.
+        seen: list[list[tuple[str, ...]]] = []
+
+        def look_at_link(dialog: LinkDialog) -> None:
+            def rows() -> list[tuple[str, ...]]:
+                return [line.cells for line in dialog.messages.view.lines.lines]
+
+            before = rows()
+            until(qtbot, lambda: rows()[0][2] != before[0][2])
+            seen.append(rows())
+            assert "System 1, component 1" in dialog.senders.text()
+            assert "0 % lost" in dialog.senders.text()
+
+        answer_dialog(LinkDialog, look_at_link)
+        press(qtbot, window, Qt.Key.Key_I, Qt.KeyboardModifier.ControlModifier)
+        volts = next(cells for cells in seen[0] if cells[0] == "DEBUG_FLOAT_ARRAY")
+        assert float(volts[3]) > 5.0
+        assert volts[5].endswith(" ms")
 
         # A mark with one key; its text afterwards.
         press(qtbot, window, Qt.Key.Key_M)

@@ -1,0 +1,74 @@
+"""What comes over the link, in detail: every message of every sender, as it stands now."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PySide6.QtCore import QSize
+from PySide6.QtWidgets import QDialogButtonBox, QVBoxLayout, QWidget
+
+from gsapp.decoding.health import LinkReport
+from ui.dialogs.form import PassingDialog
+from ui.flight.link_lines import LIVE_ONLY, TITLES, message_rows, sender_sentences
+from ui.flight.panels import ListPanel
+from ui.flight.tables import LinesModel, LinesView
+from ui.look import Look
+from ui.pages import label
+
+_DELAY = (
+    "Delay: by how much the last one came later, by its own stamp, than the quickest of the last "
+    "minutes. System/component say who sends."
+)
+
+
+class LinkDialog(PassingDialog):
+    """Loss by sender; count, rate, age and delay by message.
+
+    Parameters
+    ----------
+    look : Look
+        Colors, sizes, units.
+    ask : callable
+        Returns how the link stands; None where nothing came as frames.
+    live : bool
+        Whether the flight goes on, so that rates and ages mean something.
+    """
+
+    def __init__(
+        self,
+        look: Look,
+        ask: Callable[[], LinkReport | None],
+        *,
+        live: bool,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._ask = ask
+        self.setWindowTitle("What comes over the link")
+        room = self.screen().availableSize() - QSize(32, 64)
+        self.resize(QSize(look.px(760), look.px(600)).boundedTo(room))
+        column = QVBoxLayout(self)
+        column.setContentsMargins(look.px(24), look.px(16), look.px(24), look.px(16))
+        column.setSpacing(look.px(8))
+        self.senders = label("", wrap=True)
+        column.addWidget(self.senders)
+        model = LinesModel(look, TITLES, right=frozenset({2, 3, 4, 5}))
+        widths = {1: 72, 2: 96, 3: 104, 4: 72, 5: 88}
+        view = LinesView(model, look, "Messages", stretch=0, widths=widths, wrap=False)
+        for place in () if live else LIVE_ONLY:
+            view.setColumnHidden(place, True)
+        self.messages = ListPanel(view, look, "No frame has come yet.")
+        column.addWidget(self.messages, 1)
+        column.addWidget(label(_DELAY, "hint", wrap=True))
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        buttons.rejected.connect(self.reject)
+        column.addWidget(buttons)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show how the link stands now."""
+        report = self._ask()
+        sentences = () if report is None else (*sender_sentences(report), *report.sentences)
+        self.senders.setText("\n".join(sentences))
+        self.senders.setVisible(bool(sentences))
+        self.messages.show_lines(() if report is None else message_rows(report))

@@ -1,0 +1,56 @@
+"""What comes over the link as lines of a table: who sends, which message, how often. No Qt."""
+
+from __future__ import annotations
+
+from gsapp.decoding.health import LinkReport, MessageHealth, SenderHealth
+from ui.flight.tables import Line
+from ui.words import DASH, count_text, duration_text, number_text, percent_text
+
+TITLES = ("Message", "From", "Frames", "Per second", "Age", "Delay")
+LIVE_ONLY = (3, 4)
+"""Columns that mean nothing once the record has ended."""
+
+
+def sender_sentences(report: LinkReport) -> tuple[str, ...]:
+    """Return what became of the frames of each sender."""
+    found = [_sentence(sender) for sender in report.senders]
+    if report.lines:
+        found.append(f"{count_text(report.lines, 'line')} of text.")
+    if report.residue_bytes:
+        found.append(f"{count_text(report.residue_bytes, 'byte')} that belong to no frame.")
+    return tuple(found)
+
+
+def _sentence(sender: SenderHealth) -> str:
+    whole = sender.good + sender.unknown + sender.lost
+    parts = [
+        f"{count_text(sender.good + sender.unknown, 'frame')}",
+        f"{percent_text(sender.lost / whole if whole else 0.0)} lost",
+    ]
+    if sender.duplicates:
+        parts.append(f"{sender.duplicates} came twice")
+    if sender.reordered:
+        parts.append(f"{sender.reordered} came late")
+    if sender.unknown:
+        parts.append(f"{sender.unknown} of unknown messages")
+    return f"System {sender.system}, component {sender.component}: {', '.join(parts)}."
+
+
+def message_rows(report: LinkReport) -> tuple[Line, ...]:
+    """Return one line for each message of each sender."""
+    return tuple(_row(message) for message in report.messages)
+
+
+def _row(message: MessageHealth) -> Line:
+    delay = DASH if message.delay is None else f"{number_text(1000.0 * message.delay, 0)} ms"
+    return Line(
+        key=(message.system, message.component, message.message_id),
+        cells=(
+            message.name,
+            f"{message.system}/{message.component}",
+            str(message.count),
+            number_text(message.rate, 1 if message.rate < 9.95 else 0),
+            duration_text(message.age),
+            delay,
+        ),
+    )
