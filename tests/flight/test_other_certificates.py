@@ -242,7 +242,9 @@ def test_every_analysis_reads_with_the_certificates_given(
             flights=[flight.path], out=tmp_path / "d", calibration="absent"
         ),
         "linear_models": lambda: linear_models.run(
-            flights=[flight.path], validate=flight.path, calibration="absent"
+            flights=[flight.path],
+            validate=shutil.copytree(flight.path, tmp_path / "another"),
+            calibration="absent",
         ),
         "maneuvers": lambda: maneuvers.run(flight=flight.path, calibration="absent"),
     }
