@@ -127,6 +127,23 @@ def test_resampling_up_and_down_gives_the_signal_back() -> None:
     assert np.max(np.abs(np.angle(np.exp(1j * (turned["psi"] - straight))))) < 1e-9
 
 
+@pytest.mark.parametrize(
+    ("rate", "corner", "told"),
+    [
+        (1e6 - 1, None, "would make 6000 million numbers of this flight; choose a lower rate"),
+        (20.0, 30.0, "30 Hz lets through what 20 samples per second cannot hold; choose 8 Hz"),
+    ],
+)
+def test_a_rate_that_fits_neither_memory_nor_filter_is_refused(
+    rate: float, corner: float | None, told: str
+) -> None:
+    """It went on until the memory was full; a filter above the new rate let everything fold."""
+    times = np.arange(0.0, 6000.0, 0.01)
+    block = Block(channels=("q",), times=times, values=np.zeros((times.size, 1)))
+    with pytest.raises(FlightError, match=told):
+        resample(block, rate, corner=corner)
+
+
 def test_merge_fills_holes_and_obeys_the_winner() -> None:
     """Where both have q the winner's counts, where one has a hole the other's."""
     one, two = block(q=lambda t: 0 * t + 0.1), block(q=lambda t: 0 * t + 0.2, alpha=sine(1.0))

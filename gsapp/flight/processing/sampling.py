@@ -23,6 +23,8 @@ _TURNS = ("psi", "track", "phi", "longitude")
 _ORDER = 4
 _SHARE = 0.4
 """Corner of the filter before decimation, over the new rate; 0.5 would be half of it."""
+_MOST_NUMBERS = 500_000_000
+"""Samples of all channels that still fit into the memory of a field laptop, 4 GB."""
 
 Interpolation = Literal["linear", "cubic"]
 
@@ -96,7 +98,8 @@ def resample(
     Raises
     ------
     FlightError
-        If the rate is not positive, or the block too short.
+        If the rate is not positive, the block too short, the result too long for a computer, or
+        if the filter lets through what the new rate cannot hold.
     """
     check_rate(rate)
     if len(block) < 2:
@@ -104,10 +107,21 @@ def resample(
     before = 1.0 / typical_step(block.times)
     if corner is None and rate < before * (1.0 - 1e-6):
         corner = _SHARE * rate
-    if corner:
-        block = low_pass(block, corner)
     first = int(np.ceil(block.times[0] * rate - 1e-6))
     last = int(np.floor(block.times[-1] * rate + 1e-6))
+    count = (last - first + 1) * len(block.channels)
+    if count > _MOST_NUMBERS:
+        raise FlightError(
+            f"{rate:g} samples per second would make {count / 1e6:.0f} million numbers of this "
+            "flight; choose a lower rate, or fewer channels"
+        )
+    if corner:
+        if 0.5 * rate < min(corner, 0.5 * before):
+            raise FlightError(
+                f"a filter at {corner:g} Hz lets through what {rate:g} samples per second cannot "
+                f"hold; choose {_SHARE * rate:g} Hz or less, or 0 for none"
+            )
+        block = low_pass(block, corner)
     times = np.arange(first, last + 1) / rate
     values = np.full((times.size, len(block.channels)), np.nan)
     for column, name in enumerate(block.channels):
