@@ -132,5 +132,15 @@ def check_catalog(catalog: Path | None, calibration: str | None) -> None:
         )
 
 
+def check_is_catalog(catalog: Path, remedy: str) -> None:
+    """Raise `FlightError` where no catalog stands; what to do about it ends the sentence."""
+    from gsapp.foundation import FlightError
+
+    if catalog.is_dir():
+        raise FlightError(f"{catalog} is a folder; name the file of a catalog")
+    if not catalog.is_file():
+        raise FlightError(f"there is no catalog {catalog}; {remedy}")
+
+
 def _at(time: float | None) -> str:
     return "" if time is None else f"{time:z.2f} s: "

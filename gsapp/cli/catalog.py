@@ -49,6 +49,7 @@ def run(
         If the catalog cannot be opened, or a condition cannot be read.
     """
     from gsapp.cli._calls import wrong_call
+    from gsapp.cli._flight_text import check_is_catalog
     from gsapp.cli._results import on_screen, write_result
     from gsapp.cli._screen import Screen
     from gsapp.dynamics.buildup import derivative_names
@@ -59,11 +60,10 @@ def run(
         search_maneuvers,
         search_runs,
     )
-    from gsapp.foundation import FlightError, write_atomically
+    from gsapp.foundation import write_atomically
     from gsapp.quantities import channel
 
-    if not catalog.is_file():
-        raise FlightError(f"there is no catalog {catalog}; gsapp maneuvers --catalog makes one")
+    check_is_catalog(catalog, "gsapp maneuvers --catalog makes one")
     console = Screen(stderr=on_screen(json))
     with wrong_call():
         conditions = dict(_condition(text) for text in where)

@@ -52,17 +52,16 @@ def run(
     """
     from gsapp.cli._calls import WrongCallError
     from gsapp.cli._debrief_text import describe_debrief, describe_trends
-    from gsapp.cli._flight_text import check_catalog
+    from gsapp.cli._flight_text import check_catalog, check_is_catalog
     from gsapp.cli._results import on_screen, result_text, write_result
     from gsapp.cli._screen import Screen
     from gsapp.excitation.debrief_trends import trend_of
     from gsapp.flight.catalog import Catalog
-    from gsapp.foundation import FlightError
 
     if not flights and catalog is None:
         raise WrongCallError("there is nothing to debrief; name a flight, or a --catalog")
-    if not flights and catalog is not None and not catalog.is_file():
-        raise FlightError(f"there is no catalog {catalog}; name a flight, or one that has some")
+    if not flights and catalog is not None:
+        check_is_catalog(catalog, "name a flight, or one that has some")
     console = Screen(stderr=on_screen(json))
     check_catalog(catalog, calibration)
     debriefs: list[Debrief] = []

@@ -71,13 +71,12 @@ def run(
     GroundStationError
         If there is no such catalog or run, or a run cannot be done again.
     """
+    from gsapp.cli._flight_text import check_is_catalog
     from gsapp.cli._results import on_screen, result_text, write_result
     from gsapp.cli._screen import Screen
     from gsapp.flight.catalog import Catalog
-    from gsapp.foundation import FlightError
 
-    if not catalog.is_file():
-        raise FlightError(f"there is no catalog {catalog}; gsapp estimate --catalog makes one")
+    check_is_catalog(catalog, "gsapp estimate --catalog makes one")
     console = Screen(stderr=on_screen(json), highlight=False)
     with Catalog(catalog) as store:
         if out is not None:

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from gsapp.cli import catalog, debrief, runs
 from gsapp.cli.maneuvers import run
 from gsapp.flight.catalog import Catalog, search_maneuvers
 from gsapp.flight.writers import write_block
-from gsapp.foundation import GroundStationError
+from gsapp.foundation import FlightError, GroundStationError
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
 
@@ -87,3 +88,19 @@ def test_a_flight_without_maneuvers_says_so(folder, tmp_path, capsys):
     run(flight=path, json=tmp_path / "m.json")
     assert "no maneuver was found" in capsys.readouterr().out
     assert json.loads((tmp_path / "m.json").read_text()) == []
+
+
+@pytest.mark.parametrize("there", [False, True])
+def test_what_is_no_catalog_is_told_so(tmp_path: Path, there: bool) -> None:
+    """A name that leads nowhere, and the folder in which the catalog lies."""
+    path = tmp_path / "campaign"
+    if there:
+        path.mkdir()
+    words = "is a folder; name the file" if there else "there is no catalog"
+    for ask in (
+        lambda: catalog.run(catalog=path),
+        lambda: runs.run(catalog=path),
+        lambda: debrief.run(flights=[], catalog=path),
+    ):
+        with pytest.raises(FlightError, match=words):
+            ask()

@@ -233,6 +233,7 @@ def test_a_damaged_stamp_does_not_send_a_record_to_another_century(tmp_path, fra
     records = list(read_tlog(tmp_path / FRAMES_FILE, damage))
     assert [record.stamp_us for record in records] == [STAMP, STAMP]
     assert damage.stamps == 1
+    assert "1 impossible stamp was replaced" in damage.sentence()
 
 
 def test_a_real_log_is_read_whole(real_log: Path) -> None:

@@ -68,7 +68,12 @@ class RawDamage:
             places = "1 place" if self.places == 1 else f"{self.places} places"
             parts.append(f"{self.bytes} damaged bytes in {places} were stepped over")
         if self.stamps:
-            parts.append(f"{self.stamps} impossible stamps were replaced by the one before")
+            stamps = (
+                "1 impossible stamp was"
+                if self.stamps == 1
+                else (f"{self.stamps} impossible stamps were")
+            )
+            parts.append(f"{stamps} replaced by the one before")
         if self.torn:
             parts.append(f"the last record is incomplete ({self.torn} bytes)")
         return f"{self.name}: {', '.join(parts)}." if parts else ""
