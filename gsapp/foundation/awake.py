@@ -14,7 +14,7 @@ _CONTINUOUS, _SYSTEM, _DISPLAY = 0x80000000, 0x1, 0x2
 
 _INHIBITORS = ("systemd-inhibit", "elogind-inhibit")
 _PATIENCE = 2.0
-"""Seconds that a helper may take to end."""
+"""Seconds that the program beside may take to end."""
 
 
 @contextlib.contextmanager
