@@ -85,6 +85,11 @@ class SenderHealth:
     age: float
     aircraft: bool
 
+    @property
+    def arrived(self) -> int:
+        """Return how many frames came, each counted once."""
+        return self.good + self.unknown - self.duplicates
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkReport:
@@ -136,6 +141,11 @@ class LinkReport:
     messages: tuple[MessageHealth, ...]
     sentences: tuple[str, ...]
     unreadable: str
+
+    @property
+    def arrived(self) -> int:
+        """Return how many frames came, each counted once."""
+        return self.good + self.unknown - self.duplicates
 
 
 @dataclass(slots=True)
@@ -466,14 +476,16 @@ class LinkHealth:
         good = sum(sender.good for sender in senders)
         unknown = self.unknown
         lost = self.lost
-        total = good + unknown + lost
+        duplicates = sum(sender.duplicates for sender in senders)
+        # A frame that came twice came once: on a doubled link half of the share would be told.
+        total = good + unknown - duplicates + lost
         last = self.last_stamp
         return LinkReport(
             good=good,
             damaged=self.damaged,
             unknown=unknown,
             lost=lost,
-            duplicates=sum(sender.duplicates for sender in senders),
+            duplicates=duplicates,
             reordered=sum(sender.reordered for sender in senders),
             lines=self.lines,
             residue_bytes=self.residue_bytes,

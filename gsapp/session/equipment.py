@@ -392,7 +392,7 @@ class EquipmentMonitor:
         if report is None:
             return 0.0
         recent = self._recent
-        recent.append((time, report.good + report.unknown, report.lost))
+        recent.append((time, report.arrived, report.lost))
         while len(recent) > 2 and recent[1][0] <= time - _LOSS_SPAN:
             recent.popleft()
         came = recent[-1][1] - recent[0][1]

@@ -64,6 +64,15 @@ def test_each_component_counts_for_itself() -> None:
     assert {sender.component: sender.lost for sender in report.senders} == {1: 0, 2: 199}
 
 
+def test_the_share_lost_is_that_of_the_frames_however_often_they_come() -> None:
+    """On a doubled link as on a plain one."""
+    frames = [attitude(number) for number in range(1000) if number % 10]
+    doubled = list(itertools.chain.from_iterable((frame, frame) for frame in frames))
+    plain, twice = fed(records(frames)).report(), fed(records(doubled)).report()
+    assert plain.loss == twice.loss == 99 / 999
+    assert plain.arrived == twice.arrived == 900
+
+
 def test_duplicates_are_no_losses() -> None:
     frames = [attitude(number) for number in range(300)]
     doubled = list(itertools.chain.from_iterable((frame, frame) for frame in frames))
