@@ -17,7 +17,7 @@ from ui.pages import label
 
 _DELAY = (
     "Delay: by how much the last one came later, by its own stamp, than the quickest of the last "
-    "minutes. System/component say who sends."
+    "minutes."
 )
 
 
@@ -52,8 +52,8 @@ class LinkDialog(PassingDialog):
         column.setSpacing(look.px(8))
         self.senders = label("", wrap=True)
         column.addWidget(self.senders)
-        model = LinesModel(look, TITLES, right=frozenset({2, 3, 4, 5}))
-        widths = {1: 72, 2: 96, 3: 104, 4: 72, 5: 88}
+        model = LinesModel(look, TITLES, right=frozenset({1, 2, 3, 4}))
+        widths = {1: "1234567", 2: "1000", 3: "99 min", 4: "1000 ms"}
         view = LinesView(model, look, "Messages", stretch=0, widths=widths, wrap=False)
         for place in () if live else LIVE_ONLY:
             view.setColumnHidden(place, True)

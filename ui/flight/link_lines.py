@@ -6,8 +6,8 @@ from gsapp.decoding.health import LinkReport, MessageHealth, SenderHealth
 from ui.flight.tables import Line
 from ui.words import DASH, count_text, duration_text, number_text, percent_text
 
-TITLES = ("Message", "From", "Frames", "Per second", "Age", "Delay")
-LIVE_ONLY = (3, 4)
+TITLES = ("Message", "Frames", "Per s", "Age", "Delay")
+LIVE_ONLY = (2, 3)
 """Columns that mean nothing once the record has ended."""
 
 
@@ -22,9 +22,9 @@ def sender_sentences(report: LinkReport) -> tuple[str, ...]:
 
 
 def _sentence(sender: SenderHealth) -> str:
-    whole = sender.good + sender.unknown + sender.lost
+    whole = sender.arrived + sender.lost
     parts = [
-        f"{count_text(sender.good + sender.unknown, 'frame')}",
+        count_text(sender.arrived, "frame"),
         f"{percent_text(sender.lost / whole if whole else 0.0)} lost",
     ]
     if sender.duplicates:
@@ -37,17 +37,18 @@ def _sentence(sender: SenderHealth) -> str:
 
 
 def message_rows(report: LinkReport) -> tuple[Line, ...]:
-    """Return one line for each message of each sender."""
-    return tuple(_row(message) for message in report.messages)
+    """Return one line for each message of each sender, who is named where there are several."""
+    several = len({(message.system, message.component) for message in report.messages}) > 1
+    return tuple(_row(message, named=several) for message in report.messages)
 
 
-def _row(message: MessageHealth) -> Line:
+def _row(message: MessageHealth, *, named: bool) -> Line:
+    sender = f"{message.system}/{message.component}"
     delay = DASH if message.delay is None else f"{number_text(1000.0 * message.delay, 0)} ms"
     return Line(
         key=(message.system, message.component, message.message_id),
         cells=(
-            message.name,
-            f"{message.system}/{message.component}",
+            f"{sender} {message.name}" if named else message.name,
             str(message.count),
             number_text(message.rate, 1 if message.rate < 9.95 else 0),
             duration_text(message.age),

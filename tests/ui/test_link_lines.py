@@ -1,0 +1,40 @@
+"""The link in detail, in words and numbers."""
+
+from __future__ import annotations
+
+from gsapp.decoding.dialect import dialect
+from gsapp.decoding.health import LinkHealth, LinkReport
+from ui.flight.link_lines import TITLES, message_rows, sender_sentences
+
+START_US = 1_700_000_000_000_000
+
+
+def heard(*frames: tuple[int, int]) -> LinkReport:
+    """Return the report on attitudes, ten a second, each of a component and with its number."""
+    health, module = LinkHealth(), dialect()
+    for place, (component, sequence) in enumerate(frames):
+        packer = module.MAVLink(None, srcSystem=1, srcComponent=component)
+        packer.seq = sequence
+        message = module.MAVLink_attitude_message(100 * sequence, 1, 2, 3, 4, 5, 6)
+        health.feed([(START_US + 100_000 * place, "frame", bytes(message.pack(packer)))])
+    return health.report()
+
+
+def test_one_sender_is_told_once_and_its_messages_by_their_name_alone() -> None:
+    """Two of ten frames were lost, and one came twice."""
+    report = heard(*((1, number) for number in (0, 1, 2, 3, 4, 5, 6, 6, 9)))
+    assert sender_sentences(report) == (
+        "System 1, component 1: 8 frames, 20 % lost, 1 came twice.",
+    )
+    (row,) = message_rows(report)
+    assert dict(zip(TITLES, row.cells, strict=True)) == {
+        "Message": "ATTITUDE", "Frames": "8", "Per s": "10", "Age": "0.0 s", "Delay": "0 ms",
+    }  # fmt: skip
+
+
+def test_of_several_senders_each_message_says_whose_it_is() -> None:
+    report = heard(*((component, number) for number in range(20) for component in (1, 154)))
+    assert [row.cells[0] for row in message_rows(report)] == ["1/1 ATTITUDE", "1/154 ATTITUDE"]
+    assert len(sender_sentences(report)) == 2
+    assert message_rows(heard()) == ()
+    assert sender_sentences(heard()) == ()
