@@ -11,6 +11,7 @@ from typing import Any, Generic, TypeVar
 from pydantic import BaseModel
 
 from gsapp.foundation import FlightError
+from gsapp.foundation.files import stamp_of
 
 Key = tuple[str, ...]
 """Path of a value in the file: ``("weather", "temperature")``; a place in a list is its number."""
@@ -48,7 +49,7 @@ class EditedFile(ABC, Generic[Model]):
         self.path = path
         self.content, self.model = self._load()
         self._saved = self.content
-        self._stamp = self._stamp_now()
+        self._stamp = stamp_of(self.path)
         self._placed = path.parent.is_dir()
 
     @abstractmethod
@@ -74,7 +75,7 @@ class EditedFile(ABC, Generic[Model]):
         FileProblemsError
             If it holds mistakes; what was known before stays.
         """
-        stamp = self._stamp_now()
+        stamp = stamp_of(self.path)
         if stamp == self._stamp or self._folder_is_gone:
             return False
         self.content, self.model = self._load()
@@ -139,19 +140,12 @@ class EditedFile(ABC, Generic[Model]):
                 )
             self._store(self.content, self._saved)
             self._saved = self.content
-            self._stamp = self._stamp_now()
+            self._stamp = stamp_of(self.path)
             self._placed = True
 
     @property
     def _folder_is_gone(self) -> bool:
         return self._placed and not self.path.parent.is_dir()
-
-    def _stamp_now(self) -> tuple[int, int] | None:
-        try:
-            found = self.path.stat()
-        except OSError:
-            return None
-        return found.st_mtime_ns, found.st_size
 
 
 def _put(place: Any, key: Key, value: Any) -> None:

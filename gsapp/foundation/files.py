@@ -54,6 +54,19 @@ def stands(path: Path | str) -> bool:
     return True
 
 
+Stamp = tuple[int, int, int]
+"""By which another state of a file is told: time of change (ns), size, and which file it is."""
+
+
+def stamp_of(path: Path) -> Stamp | None:
+    """Return the stamp of a file; None where none can be seen."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size, found.st_ino
+
+
 def names_in(folder: Path) -> list[str]:
     """Return the names of all that a folder holds.
 

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from gsapp.foundation import FileProblemsError, FlightError, write_toml
+from gsapp.foundation.files import stamp_of
 from gsapp.quantities import channel, from_si
 from gsapp.session.limits import Bands, LimitEntry, load_limits
 
@@ -36,24 +37,17 @@ class LimitBook:
         self._path = path
         self.complaint = ""
         self._entries: dict[str, LimitEntry] = {}
-        self._stamp = self._stamp_now()
+        self._stamp = stamp_of(self._path)
         # Unlike that of a path, it answers in a folder that nobody may look into, too.
         if os.access(path, os.F_OK):
             self._read()
-
-    def _stamp_now(self) -> tuple[int, int, int] | None:
-        try:
-            found = self._path.stat()
-        except OSError:
-            return None
-        return found.st_mtime_ns, found.st_size, found.st_ino
 
     def look(self) -> bool:
         """Take in what another window has typed since; return whether there is anything.
 
         A file that cannot be read changes nothing: what was known still counts.
         """
-        stamp = self._stamp_now()
+        stamp = stamp_of(self._path)
         if stamp == self._stamp:
             return False
         self._stamp = stamp
@@ -121,7 +115,7 @@ class LimitBook:
                 "they were"
             ) from error
         self._entries = entries
-        self._stamp = self._stamp_now()
+        self._stamp = stamp_of(self._path)
 
 
 def _entries(path: Path) -> dict[str, LimitEntry]:

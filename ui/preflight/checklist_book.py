@@ -10,7 +10,7 @@ from gsapp.aircraft import Aircraft
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
 from gsapp.foundation import GroundStationError
-from gsapp.foundation.files import write_atomically
+from gsapp.foundation.files import Stamp, stamp_of, write_atomically
 from gsapp.session import Session
 from gsapp.session.checklist import (
     SHIPPED,
@@ -55,7 +55,7 @@ class ChecklistBook:
         self._aircraft: Aircraft | None = None
         self._going: SessionChecklist | WaitingChecklist | None = None
         self._changes: Changes[Ticks] = Changes(frozenset())
-        self._read_stamp: tuple[int, int] | None = None
+        self._read_stamp: Stamp | None = None
         self._system = "US"
 
     # Which list
@@ -74,7 +74,7 @@ class ChecklistBook:
 
     def read(self) -> None:
         """Read the list again, after it was edited or for another aircraft; ticks stay."""
-        self._read_stamp = self._stamp()
+        self._read_stamp = stamp_of(self.own)
         try:
             self._file = load_checklist(self.own if self.own.is_file() else self.shipped)
             self.complaint = ""
@@ -93,17 +93,10 @@ class ChecklistBook:
 
     def read_if_changed(self) -> bool:
         """Read the list again if its file is another; return whether it was."""
-        if self._stamp() == self._read_stamp:
+        if stamp_of(self.own) == self._read_stamp:
             return False
         self.read()
         return True
-
-    def _stamp(self) -> tuple[int, int] | None:
-        try:
-            found = self.own.stat()
-        except OSError:
-            return None
-        return found.st_mtime_ns, found.st_size
 
     @property
     def shipped(self) -> str:
