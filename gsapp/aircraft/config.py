@@ -30,6 +30,7 @@ from gsapp.quantities.fields import (
     RotationSpeed,
     Speed,
     Time,
+    Voltage,
 )
 
 AT_CG: Position = (0.0, 0.0, 0.0)
@@ -297,6 +298,10 @@ class Limits(StrictModel):
         Calibrated airspeed, m/s.
     bank : float
         rad.
+    flight_time : float or None
+        From take-off to landing, s; None where no time is agreed on.
+    battery_empty : float or None
+        Where the recorder or the aircraft stops for want of it, V; None where that is not known.
     """
 
     alpha_linear: tuple[Angle, Angle] = (-5 * DEGREE, 10 * DEGREE)
@@ -306,6 +311,13 @@ class Limits(StrictModel):
     stall_speed: Speed = 0.0
     maximum_speed: Speed = 1e9
     bank: Angle = 75 * DEGREE
+    flight_time: Time | None = None
+    battery_empty: Voltage | None = None
+
+    @field_validator("flight_time")
+    @classmethod
+    def _must_be_positive(cls, value: float | None) -> float | None:
+        return None if value is None else _positive(value, "it")
 
 
 class Controls(StrictModel):

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.aircraft.config import Limits
 from gsapp.excitation.dangers.clips import ClipRoom
 from gsapp.excitation.dangers.danger import Urgency
 from gsapp.excitation.dangers.fence import Fence, load_fence
@@ -42,6 +43,11 @@ SECONDS = 36.0
 AT = 15.0
 VANE, PRESSURE = math.radians(0.1), 1.0
 NOSE = ("alpha", "beta", "dynamic_pressure")
+
+
+def _limited(**limits: str | None) -> Aircraft:
+    """Return the usual aircraft with these limits, and the usual of any aircraft."""
+    return _b777().model_copy(update={"limits": Limits.model_validate(limits)})
 
 
 @pytest.fixture(scope="module")
@@ -261,6 +267,30 @@ def test_the_ceiling_is_told_before_it_is_reached(system: str, ceiling: str) -> 
         ("fence.top", Urgency.CAUTION),
         ("fence.top", Urgency.WARNING),
     ]
+
+
+def test_the_time_that_the_aircraft_may_fly_is_told_a_minute_before_it_is_over() -> None:
+    """It is the aircraft file's; where that agrees on none, none is over."""
+    rows = steady({}, 100.0)
+    watch = DangerWatch(_limited(flight_time="90 s"), RATE)
+    watch.take(rows)
+    assert [(one.words, one.urgency) for one in watch.log] == [
+        ("60 s are left of the flight time of 1.5 min; land", Urgency.CAUTION),
+        ("The flight time of 1.5 min is over; land", Urgency.WARNING),
+    ]
+    assert watch.log[1].since - watch.log[0].since == pytest.approx(60.0, abs=0.5)
+    assert keys_of(rows, aircraft=_limited(flight_time=None)) == []
+    assert keys_of(rows, aircraft=None) == []
+
+
+@pytest.mark.parametrize(("empty", "told"), [("10.5 V", ["battery"]), ("9 V", []), (None, [])])
+def test_a_battery_that_will_not_last_is_told(empty: str | None, told: list[str]) -> None:
+    """Sinking by 0.5 V a minute from 12 V, 10.5 V come after three minutes and 9 V after six."""
+    seconds = 150.0
+    battery = 12.0 - 0.5 / 60.0 * np.arange(round(seconds * RATE)) / RATE
+    rows = steady({"battery": battery}, seconds)
+    aircraft = _limited(flight_time=None, battery_empty=empty)
+    assert keys_of(rows, aircraft=aircraft) == told
 
 
 def test_a_fence_file_with_mistakes_says_so(tmp_path: Path) -> None:

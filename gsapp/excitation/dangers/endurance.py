@@ -8,36 +8,17 @@ the battery, at the rate at which it sinks, will not last as long as the flight.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Final
 
+from gsapp.aircraft import Aircraft
 from gsapp.excitation.dangers.danger import Urgency
 from gsapp.excitation.dangers.frames import FRAME, Frame
 from gsapp.excitation.dangers.standing import Finding
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Endurance:
-    """What a flight may take.
-
-    Attributes
-    ----------
-    flight_time : float
-        From take-off to landing, s; about seven minutes are flown on one filling (table 6.2.4).
-    reserve : float
-        s; as long before the end the crew is told to land.
-    battery_empty : float
-        V; the recorder stops below.
-    fuel_reserve : float
-        Share of what there was at take-off.
-    """
-
-    flight_time: float = 420.0
-    reserve: float = 60.0
-    battery_empty: float = 10.5
-    fuel_reserve: float = 0.2
-
-
+_RESERVE: Final = 60.0
+"""s; as long before the end the crew is told to land."""
+_FUEL_RESERVE: Final = 0.2
+"""Share of what there was at take-off."""
 _SLOPE_FRAMES: Final = 240
 """Frames, a minute, over which the battery's sinking is taken."""
 _LEAST_SINK: Final = 1e-4
@@ -49,11 +30,14 @@ class EnduranceRoom:
 
     Parameters
     ----------
-    endurance : Endurance
+    aircraft : Aircraft or None
+        Its limits say how long a flight may last and when a battery is empty; what they leave out
+        is not watched.
     """
 
-    def __init__(self, endurance: Endurance) -> None:
-        self._endurance = endurance
+    def __init__(self, aircraft: Aircraft | None) -> None:
+        self._flight_time = None if aircraft is None else aircraft.limits.flight_time
+        self._battery_empty = None if aircraft is None else aircraft.limits.battery_empty
         self.restart()
 
     def restart(self) -> None:
@@ -68,24 +52,25 @@ class EnduranceRoom:
         return [*self._time(frame), *self._power(frame), *self._fuel(frame)]
 
     def _time(self, frame: Frame) -> list[Finding]:
-        left = self._endurance.flight_time - frame.flown
+        if self._flight_time is None:
+            return []
+        left = self._flight_time - frame.flown
         if left <= 0.0:
             return [
                 Finding(
                     key="time",
                     urgency=Urgency.WARNING,
-                    words=f"The flight time of {self._endurance.flight_time / 60.0:.0f} min is "
-                    "over; land",
+                    words=f"The flight time of {_minutes(self._flight_time)} is over; land",
                     spoken="time is over: land",
                 )
             ]
-        if left <= self._endurance.reserve:
+        if left <= _RESERVE:
             return [
                 Finding(
                     key="time",
                     urgency=Urgency.CAUTION,
-                    words=f"{self._endurance.reserve:.0f} s are left of the flight time of "
-                    f"{self._endurance.flight_time / 60.0:.0f} min; land",
+                    words=f"{_RESERVE:.0f} s are left of the flight time of "
+                    f"{_minutes(self._flight_time)}; land",
                     spoken="time: land",
                 )
             ]
@@ -93,7 +78,7 @@ class EnduranceRoom:
 
     def _power(self, frame: Frame) -> list[Finding]:
         battery = frame.mean("battery")
-        if math.isnan(battery):
+        if self._battery_empty is None or math.isnan(battery):
             return []
         self._battery = [*self._battery[1 - _SLOPE_FRAMES :], battery]
         half = len(self._battery) // 2
@@ -104,16 +89,15 @@ class EnduranceRoom:
         sink = (early - late) / (half * FRAME)
         if sink < _LEAST_SINK:
             return []
-        left = (late - self._endurance.battery_empty) / sink - 0.5 * half * FRAME
-        needed = self._endurance.reserve
-        if left > needed:
+        left = (late - self._battery_empty) / sink - 0.5 * half * FRAME
+        if left > _RESERVE:
             return []
         return [
             Finding(
                 key="battery",
                 urgency=Urgency.WARNING,
                 words=f"The battery sinks by {60.0 * sink:.1f} V a minute and is empty within "
-                f"{needed:.0f} s; land",
+                f"{_RESERVE:.0f} s; land",
                 spoken="battery: land",
             )
         ]
@@ -124,7 +108,7 @@ class EnduranceRoom:
             return []
         if not fuel <= self._fuel_full:
             self._fuel_full = fuel
-        if self._fuel_full <= 0.0 or fuel > self._endurance.fuel_reserve * self._fuel_full:
+        if self._fuel_full <= 0.0 or fuel > _FUEL_RESERVE * self._fuel_full:
             return []
         return [
             Finding(
@@ -134,3 +118,7 @@ class EnduranceRoom:
                 spoken="fuel: land",
             )
         ]
+
+
+def _minutes(seconds: float) -> str:
+    return f"{seconds / 60.0:.3g} min"

@@ -13,7 +13,7 @@ from functools import cache
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.excitation.dangers.clips import ClipRoom
 from gsapp.excitation.dangers.danger import Danger
-from gsapp.excitation.dangers.endurance import Endurance, EnduranceRoom
+from gsapp.excitation.dangers.endurance import EnduranceRoom
 from gsapp.excitation.dangers.fence import Fence, FenceRoom
 from gsapp.excitation.dangers.frames import Frames
 from gsapp.excitation.dangers.instruments import InstrumentRoom
@@ -28,13 +28,12 @@ class DangerWatch:
     Parameters
     ----------
     aircraft : Aircraft or None
-        Without it nothing is known of stall and ranges; whether it flies is then judged by the
-        figures of the usual aircraft.
+        Without it nothing is known of stall, ranges and how long it may fly; whether it flies is
+        then judged by the figures of the usual aircraft.
     rate : float
         Of the rows, Hz.
     fence : Fence, optional
         The usual one by default; None for none.
-    endurance : Endurance, optional
     system : {"US", "SI"}
         Units of the words; others may be set at any time.
     """
@@ -45,7 +44,6 @@ class DangerWatch:
         rate: float,
         *,
         fence: Fence | None = Fence(),  # noqa: B008  frozen
-        endurance: Endurance = Endurance(),  # noqa: B008  frozen
         system: str = "US",
     ) -> None:
         self.system = system
@@ -55,7 +53,7 @@ class DangerWatch:
         self._clips = ClipRoom(aircraft, rate)
         self._stall = StallRoom(aircraft)
         self._fence = None if fence is None else FenceRoom(fence)
-        self._endurance = EnduranceRoom(endurance)
+        self._endurance = EnduranceRoom(aircraft)
         self._standing = Standing()
 
     def restart(self) -> None:
