@@ -126,9 +126,9 @@ def run_window(
     application = make_application()
     from PySide6.QtCore import QTimer
 
-    from ui.desk import load_what_maneuvers_need
     from ui.faults import FaultDesk, start_log
     from ui.lit_screen import LitScreen
+    from ui.loading import WaitingLoader
     from ui.settings import SettingsStore, log_path, settings_path
     from ui.window import MainWindow
 
@@ -160,7 +160,8 @@ def run_window(
         )
     else:
         # Nothing moves yet, so nobody sees the hitch.
-        QTimer.singleShot(_IDLE_MS, window, load_what_maneuvers_need)
+        loader = WaitingLoader(lambda: not window.desk.is_open, window)
+        QTimer.singleShot(_IDLE_MS, loader, loader.begin)
     try:
         # Python only sees a signal between its own steps, which the window's timer provides.
         with asked_to_end(lambda _signal: window.end()):

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import importlib
 import time
 from pathlib import Path
-from threading import Thread
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
@@ -22,6 +20,7 @@ from ui.flight.picture import FlightPicture
 from ui.flight.reading import PictureTaker, bar_facts
 from ui.frame.bar_model import BarFacts, bar_parts
 from ui.frame.bar_part import BarPart
+from ui.loading import load_what_maneuvers_need
 from ui.pace import LOOK_MS, SOONEST_LIVE, SOONEST_REPLAY, Pace
 from ui.recording import Begun, RunningRecorder, running_recorders
 from ui.settings import SettingsStore
@@ -40,8 +39,6 @@ _GRACE = 1.0
 """Seconds without a sample after which the charts move on without one."""
 _AGAIN_MS = 1000
 """After a fault until the flight is gone on with: two milliseconds later it would be the same."""
-_OF_MANEUVERS = "scipy.signal"
-"""What the first maneuver needs and charts do not: a third of a second to load."""
 _SETTLING_MS = 500
 """From the opening of a flight until its charts stand."""
 
@@ -528,11 +525,3 @@ def _budget(session: Session) -> float:
         return _BESIDE_BUDGET if feed.present else _CATCH_UP_BUDGET
     # A replay that jumped hears all before the playhead again; one that plays goes on.
     return _BESIDE_BUDGET if replay.playing else _CATCH_UP_BUDGET
-
-
-def load_what_maneuvers_need() -> None:
-    """Load it in a thread: in the middle of a flight the window would stand still for it.
-
-    Even so it hitches once, for a tenth of a second at most.
-    """
-    Thread(target=importlib.import_module, args=(_OF_MANEUVERS,), name="loading").start()
