@@ -21,7 +21,7 @@ from gsapp.excitation.dangers.standing import HOLD, Finding, Standing
 from gsapp.excitation.dangers.watch import DangerWatch
 from gsapp.excitation.rows import FlightRows, rows_of
 from gsapp.foundation import FileProblemsError
-from gsapp.quantities import Block
+from gsapp.quantities import Block, FloatArray
 from gsapp.session.setting import setting_for
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -360,6 +360,22 @@ def test_what_is_cut_off_on_the_ground_or_of_a_broken_gyro_is_not_told(
     assert told(aloft=-1.0) == set()
     assert told(aloft=60.0, near_ground=True) == set()
     assert told(frozenset({"q"}), aloft=60.0) == set()
+
+
+@pytest.mark.parametrize("rate", [2.0, 4.0, 5.0, 10.0])
+@pytest.mark.parametrize("seed", range(3))
+def test_lines_between_the_samples_of_a_slow_link_are_no_flat_tops(rate: float, seed: int) -> None:
+    """Two samples in a row that are nearly alike are no instrument at its end; a stop is one."""
+    times = np.arange(round(60.0 * RATE)) / RATE
+    sampled = np.arange(0.0, 61.0, 1.0 / rate)
+    noise = 0.02 * np.random.default_rng(seed).standard_normal(sampled.size)
+    swing = 0.5 * np.sin(0.6 * sampled) + noise
+
+    def linked(values: FloatArray) -> FlightRows:
+        return steady({"q": np.interp(times, sampled, values)}, 60.0)
+
+    assert keys_of(linked(swing)) == []
+    assert "clip.q" in keys_of(linked(np.minimum(swing, 0.3)))
 
 
 def test_a_clipped_gyro_is_told_once_for_each_event() -> None:

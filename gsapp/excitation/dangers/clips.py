@@ -32,6 +32,9 @@ _FLAT: Final = 0.12
 """Of the usual change from row to row; less is none."""
 _MEMORY: Final = 40
 """Frames of which the usual change and the swing are remembered."""
+_BEND: Final = 1e-3
+"""Of the usual change: where the change itself changes by more there is a sample; the rows between
+two samples of a slow link lie on the line that joins them."""
 _STANDS_OUT: Final = 6.0
 """A flat top lies so many usual changes away from the middle of the last seconds, or more."""
 
@@ -61,6 +64,7 @@ class ClipRoom:
         self._lows = np.full((_MEMORY, count), np.nan)
         self._highs = np.full((_MEMORY, count), np.nan)
         self._runs = np.full((_MEMORY, count), -1)
+        self._samples = np.full((_MEMORY, count), -1)
 
     def judge(self, frame: Frame, doubted: frozenset[str]) -> list[Finding]:
         """Return which sensors stand at an end of their range in this frame.
@@ -106,6 +110,7 @@ class ClipRoom:
         usual = np.where(full, np.median(self._changes, axis=0), 0.0)
         with np.errstate(invalid="ignore"):
             still = np.concatenate((steps < _FLAT * usual, np.zeros((1, len(usual)), dtype=bool)))
+            bent = np.abs(np.diff(line, 2, axis=0))[-len(values) :] > _BEND * usual
         lowest = np.fmin(low, np.fmin.reduce(self._lows, axis=0))
         highest = np.fmax(high, np.fmax.reduce(self._highs, axis=0))
         for kept, newest in (
@@ -113,6 +118,7 @@ class ClipRoom:
             (self._lows, low),
             (self._highs, high),
             (self._runs, _longest_runs(still)),
+            (self._samples, bent.sum(axis=0)),
         ):
             kept[:-1, whole] = kept[1:, whole]
             kept[-1, whole] = newest[whole]
@@ -127,7 +133,10 @@ class ClipRoom:
         places = _MEMORY - 1 - heard // 10
         usual_run = np.sort(self._runs, axis=0)[places, np.arange(len(usual))]
         held = _longest_runs(still & at_end)
-        out &= held >= np.maximum(self._flat_rows - 1, 2 * usual_run + 1)
+        samples = np.maximum(np.where(self._samples >= 0, self._samples, 0).sum(axis=0), 1)
+        rows_each = heard * len(values) / samples
+        least = np.maximum(2 * usual_run + 1, _LEAST * rows_each)
+        out &= held >= np.maximum(self._flat_rows - 1, least)
         return out
 
 
