@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gsapp.identification.runs.outcome import Outcome
+    from gsapp.identification.runs.shelf import FlightShelf
 
 
 def on_screen(json: Path | None) -> bool:
@@ -16,6 +21,17 @@ def result_text(result: object) -> str:
     import json
 
     return json.dumps(result, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def outcome_content(outcome: Outcome, flights: FlightShelf) -> dict[str, Any]:
+    """Return what a run gave, with the certificates that its flights were read with."""
+    from gsapp.cli._flight_text import calibration_list
+    from gsapp.identification.estimate_json import campaign_json
+    from gsapp.identification.runs.inputs import openings_of
+
+    opened = [flights.open(one).opened for one in openings_of(outcome.request)]
+    content: dict[str, Any] = campaign_json(outcome.result)
+    return content | {"calibration": calibration_list(one.flight for one in opened)}
 
 
 def write_result(json: Path, text: str) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json as json_module
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
@@ -90,16 +89,14 @@ def run(
     """
     from gsapp.cli._calls import check_windows, wrong_call
     from gsapp.cli._estimate_text import describe_outcome
-    from gsapp.cli._flight_text import calibration_list, check_catalog
-    from gsapp.cli._results import on_screen, write_result
+    from gsapp.cli._flight_text import check_catalog
+    from gsapp.cli._results import on_screen, outcome_content, result_text, write_result
     from gsapp.cli._running import check_fitted, with_bar
     from gsapp.cli._screen import Screen
     from gsapp.dynamics.model import load_model
     from gsapp.flight.catalog import Catalog
     from gsapp.identification.campaign import CampaignSettings
-    from gsapp.identification.estimate_json import campaign_json
     from gsapp.identification.maximum_likelihood import MLSettings
-    from gsapp.identification.runs.inputs import openings_of
     from gsapp.identification.runs.keeping import keep
     from gsapp.identification.runs.request import RunRequest
     from gsapp.identification.runs.running import run as run_request
@@ -157,16 +154,12 @@ def run(
         lambda doing, step: run_request(request, flights=shelf, doing=doing, progress=step),
     )
     result = outcome.result
-    opened = [shelf.open(one).opened for one in openings_of(outcome.request)]
     kept = ""
     if catalog is not None:
         with Catalog(catalog) as store:
             kept = f"kept as run {keep(store, outcome)} in {catalog}"
     if json is not None:
-        content = campaign_json(result)
-        content["calibration"] = calibration_list(one.flight for one in opened)
-        text = json_module.dumps(content, indent=1, allow_nan=False)
-        write_result(json, text + "\n")
+        write_result(json, result_text(outcome_content(outcome, shelf)))
     describe_outcome(console, outcome)
     check_fitted(result)
     if json is not None and not on_screen(json):

@@ -5,8 +5,9 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gsapp.foundation import FlightError
 from gsapp.foundation.files import files_of
@@ -43,6 +44,7 @@ def run(
     truth: Path | None = None,
     sticks: bool = False,
     airborne: bool = False,
+    json: Path | None = None,
 ) -> None:
     """Fly the virtual aircraft.
 
@@ -77,6 +79,8 @@ def run(
         Whether lines of the standard input move the sticks; counts for `to`.
     airborne : bool
         Whether such a flight begins in the pattern.
+    json : Path or None
+        Where what was flown goes, for programs; ``-`` for the screen.
 
     Raises
     ------
@@ -86,6 +90,7 @@ def run(
     from gsapp.aircraft import load_aircraft
     from gsapp.cli._aircraft_text import warn_of_aircraft
     from gsapp.cli._calls import WrongCallError, check_pace, wrong_call
+    from gsapp.cli._results import result_text, write_result
     from gsapp.cli._screen import Screen
     from gsapp.dynamics.model import load_model
     from gsapp.dynamics.pilot.faults import parse_fault
@@ -114,15 +119,28 @@ def run(
     )
     warn_of_aircraft(console, [flown], rests_on_it=False)
     if out is not None:
-        write_folder(settings, out, truth=truth, console=console)
+        reached = write_folder(settings, out, truth=truth, console=console)
     elif to is not None and sticks:
         from gsapp.cli import training
 
-        training.send(settings, to, speed=speed, truth=truth, console=console)
+        reached = training.send(settings, to, speed=speed, truth=truth, console=console)
     elif to is not None:
-        send(settings, to, speed=speed, onboard=onboard, truth=truth, console=console)
+        reached = send(settings, to, speed=speed, onboard=onboard, truth=truth, console=console)
     else:
         raise WrongCallError("nothing says where to fly to; give a link or a flight folder")
+    if json is not None:
+        content = {"flight": None if out is None else str(out), "link": to}
+        content |= {"truth": None if truth is None else str(truth)}
+        write_result(json, result_text(content | _account(settings, reached)))
+
+
+def _account(settings: FlightSettings, reached: Progress | None) -> dict[str, Any]:
+    """Return what was flown, and how far; nulls where it was left to the plan."""
+    return {
+        **asdict(settings),
+        "duration": None if reached is None else reached.time,
+        "sent_bytes": 0 if reached is None else reached.sent_bytes,
+    }
 
 
 def send(
@@ -133,8 +151,8 @@ def send(
     onboard: Path | None,
     truth: Path | None,
     console: Console,
-) -> None:
-    """Fly over a link in real time, or `speed` times that."""
+) -> Progress | None:
+    """Fly over a link in real time, or `speed` times that; return how far it came."""
     from gsapp.telemetry.clock import HostClock
     from gsapp.telemetry.virtual.transmit import Transmitter
 
@@ -171,14 +189,15 @@ def send(
                 log.close()
             if truth is not None:
                 write_truth(truth, downlink.truth())
+    return show.reached
 
 
 def write_folder(
     settings: FlightSettings, out: Path, *, truth: Path | None, console: Console
-) -> Path:
+) -> Progress | None:
     """Write a flight folder as if the flight had been recorded, as fast as it goes.
 
-    Nothing stands at `out` before all of it does.
+    Nothing stands at `out` before all of it does; returns how far the flight came.
 
     Raises
     ------
@@ -190,15 +209,17 @@ def write_folder(
     if out.exists() and (not out.is_dir() or files_of(out)):
         raise FlightError(f"{out} exists already; choose another name for the new flight")
     with making(out) as part:
-        true_motion = _fill(settings, part, name=out.name, console=console)
+        true_motion, reached = _fill(settings, part, name=out.name, console=console)
         if truth is not None:
             write_truth(truth, true_motion)
     console.print(f"Wrote the flight {out}.", highlight=False)
-    return out
+    return reached
 
 
-def _fill(settings: FlightSettings, folder: Path, *, name: str, console: Console) -> Block:
-    """Write the record and the copies; return the true motion."""
+def _fill(
+    settings: FlightSettings, folder: Path, *, name: str, console: Console
+) -> tuple[Block, Progress | None]:
+    """Write the record and the copies; return the true motion, and how far the flight came."""
     from gsapp.flight.preparing import prepare_flight
     from gsapp.telemetry.virtual.record import write_record
 
@@ -218,7 +239,7 @@ def _fill(settings: FlightSettings, folder: Path, *, name: str, console: Console
         write_record(downlink, flight.tlog_file, kept, seed=settings.seed, progress=show)
     if kept is not None:
         flight.update_info(onboard_log=kept.name)
-    return downlink.truth()
+    return downlink.truth(), show.reached
 
 
 def _notes(settings: FlightSettings) -> str:
@@ -285,12 +306,34 @@ class _SourceLine:
 
 
 @contextlib.contextmanager
-def shown(console: Console, title: str) -> Iterator[Callable[[Progress], None]]:
+def shown(console: Console, title: str) -> Iterator[FlightLine]:
     """Show flight time and phase on one line while the flight goes on."""
     with console.status(title) as status:
+        yield FlightLine(title, status.update)
 
-        def show(progress: Progress) -> None:
-            minutes, seconds = divmod(int(progress.time), 60)
-            status.update(f"{title}: {minutes}:{seconds:02d}  {progress.phase}")
 
-        yield show
+class FlightLine:
+    """One line that says how far a flight has come.
+
+    Parameters
+    ----------
+    title : str
+    show : callable
+        Shows the line anew.
+
+    Attributes
+    ----------
+    reached : Progress or None
+        How far it came; None before anything was told.
+    """
+
+    def __init__(self, title: str, show: Callable[[str], None]) -> None:
+        self._title = title
+        self._show = show
+        self.reached: Progress | None = None
+
+    def __call__(self, progress: Progress) -> None:
+        """Show where the flight is."""
+        self.reached = progress
+        minutes, seconds = divmod(int(progress.time), 60)
+        self._show(f"{self._title}: {minutes}:{seconds:02d}  {progress.phase}")

@@ -178,6 +178,7 @@ def fly(
     airborne: Annotated[
         bool, typer.Option("--airborne", help="With --sticks, begin in the air, in the pattern")
     ] = False,
+    json: JsonFile = None,
 ) -> None:
     """Fly the virtual aircraft, or calibrate it on the ground.
 
@@ -194,7 +195,7 @@ def fly(
             "--plan": plan != "default", "--hide": hide, "--model": model != "b777",
             "--turbulence": turbulence is not None, "--position": position,
             "--onboard": onboard is not None, "--truth": truth is not None,
-            "--sticks": sticks, "--airborne": airborne,
+            "--sticks": sticks, "--airborne": airborne, "--json": json is not None,
         }  # fmt: skip
         if needless := [option for option, is_given in given.items() if is_given]:
             raise typer.BadParameter(f"the bench does not fly; leave out {', '.join(needless)}")
@@ -223,7 +224,7 @@ def fly(
         to=to, out=out, plan=plan, hide=tuple(hide or ()), faults=tuple(fault or ()),
         seed=seed, speed=speed, thin=thin, aircraft=aircraft, model=model,
         turbulence=turbulence, attitude=attitude, position=position, onboard=onboard, truth=truth,
-        sticks=sticks, airborne=airborne,
+        sticks=sticks, airborne=airborne, json=json,
     )  # fmt: skip
 
 
@@ -714,6 +715,7 @@ def report(
     dated: Dated = True,
     channel_map: MapName = None,
     calibration: OtherCertificates = None,
+    json: JsonFile = None,
 ) -> None:
     """Write the report on one flight or a campaign.
 
@@ -729,7 +731,7 @@ def report(
         flights=flights, out=out, aircraft=aircraft, method=method, axis=axis, weights=weights,
         model=model, joint=joint, maneuver=maneuver or (), every_grade=every_grade,
         as_found=as_found, units=units, dated=dated, channel_map=channel_map,
-        calibration=calibration, validate=validate or (),
+        calibration=calibration, validate=validate or (), json=json,
     )  # fmt: skip
 
 

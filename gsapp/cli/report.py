@@ -30,6 +30,7 @@ def run(
     channel_map: str | None = None,
     calibration: str | None = None,
     validate: Sequence[Path] = (),
+    json: Path | None = None,
 ) -> None:
     """Estimate, and write the report.
 
@@ -55,6 +56,8 @@ def run(
         Whether the report says when it was written.
     validate : sequence of Path
         Flights among them that linear models are judged on, and not fitted on.
+    json : Path, optional
+        Where the estimates and the names of what was written go, for programs.
 
     Raises
     ------
@@ -62,6 +65,7 @@ def run(
         If a file or name is wrong, or no maneuver gives anything.
     """
     from gsapp.cli._calls import check_windows, wrong_call
+    from gsapp.cli._results import on_screen, outcome_content, result_text, write_result
     from gsapp.cli._running import check_fitted, with_bar
     from gsapp.cli._screen import Screen
     from gsapp.cli._targets import check_flights
@@ -77,7 +81,7 @@ def run(
 
     with wrong_call():
         check_place(out)
-    console = Screen()
+    console = Screen(stderr=on_screen(json))
     paths = flights_in(flights)
     check_flights(paths)  # one may be named beside the folder that holds it
     check_windows(maneuver, paths)
@@ -110,6 +114,9 @@ def run(
         return outcome, written
 
     outcome, written = with_bar(console, work)
+    if json is not None:
+        content = outcome_content(outcome, shelf) | {"written": [str(one) for one in written]}
+        write_result(json, result_text(content))
     console.print(headline(outcome.summary, outcome.result), highlight=False, soft_wrap=True)
     for sentence in wild_words(outcome.summary):
         console.print(sentence, style="yellow", highlight=False, soft_wrap=True)

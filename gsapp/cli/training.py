@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from gsapp.dynamics.pilot.keyed import KeyedPilot
     from gsapp.dynamics.pilot.plan import FlightPlan
     from gsapp.telemetry.virtual.settings import FlightSettings
+    from gsapp.telemetry.virtual.transmit import Progress
 
 
 def send(
@@ -25,7 +26,7 @@ def send(
     speed: float,
     truth: Path | None,
     console: Console,
-) -> None:
+) -> Progress | None:
     """Fly over a link as the lines of the standard input say, until they end.
 
     Parameters
@@ -39,6 +40,11 @@ def send(
         Where the true motion goes, as a Flight CSV.
     console : Console
         For the answers.
+
+    Returns
+    -------
+    Progress or None
+        How far it came.
 
     Raises
     ------
@@ -73,3 +79,4 @@ def send(
         finally:
             if truth is not None:
                 write_truth(truth, downlink.truth())
+    return show.reached

@@ -267,9 +267,15 @@ def test_a_report_is_complete_and_a_button_writes_the_same_page(
     What the window's button starts writes the same page and the same files, in a process that
     orders its sets otherwise: the line of the date is the only one that differs.
     """
-    out, again = tmp_path / "results", tmp_path / "again.html"
-    done = process("report", flights, "--model", "b777", "--out", out, "--no-date", seed="7")
+    out, again, told = tmp_path / "results", tmp_path / "again.html", tmp_path / "told.json"
+    done = process(
+        "report", flights, "--model", "b777", "--out", out, "--no-date", "--json", told, seed="7"
+    )
     assert done.returncode == 0, done.stderr
+    content = json.loads(told.read_text(encoding="utf-8"))
+    assert {*map(Path, content.pop("written"))} >= {out / "report.html", out / "report.pdf"}
+    assert content.pop("calibration")
+    assert content.items() <= json.loads((out / "campaign.json").read_text("utf-8")).items()
     assert done.stdout.lstrip().startswith("4 maneuvers of 2 flights give ")
     one = {path.name: path.read_bytes() for path in out.rglob("*") if path.is_file()}
     for name in ("report.html", "report.pdf", "derivatives.csv", "values.csv", "campaign.json"):

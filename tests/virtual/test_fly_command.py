@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from json import loads
 from pathlib import Path
 
 import numpy as np
@@ -27,9 +28,14 @@ DEG = np.pi / 180.0
 
 def test_a_flight_folder_is_as_if_recorded(tmp_path: Path) -> None:
     """Decoded by the ordinary road it gives the true motion, with all copies beside it."""
-    out, truth = tmp_path / "flight", tmp_path / "truth.csv"
-    command.run(out=out, plan="short", seed=3, truth=truth)
+    out, truth, json = tmp_path / "flight", tmp_path / "truth.csv", tmp_path / "flown.json"
+    command.run(out=out, plan="short", seed=3, truth=truth, json=json)
     flight = load_flight(out)
+    told = loads(json.read_text(encoding="utf-8"))
+    assert (told["flight"], told["link"], told["truth"]) == (str(out), None, str(truth))
+    assert (told["plan"], told["seed"], told["hide"]) == ("short", 3, [])
+    assert told["duration"] == pytest.approx(flight.block.times[-1], abs=2.5)
+    assert told["sent_bytes"] == (out / "raw.tlog").stat().st_size - 8 * flight.frames.good
     assert flight.frames.good > 30_000
     assert flight.frames.damaged == flight.frames.lost == 0
     assert (out / "aircraft.toml").exists()
