@@ -172,6 +172,7 @@ class MainWindow(QMainWindow):
         self.look.changed.connect(self._fit)
         self.desk.changed.connect(self._flight_changed)
         self.desk.leaving.connect(self.view.marks.view.finish_edit)
+        self.view.wanted.connect(lambda: self.show_place("flight"))
         self.desk.painted.connect(self.view.advance)
         self.desk.told.connect(self._refresh)
         self.gap.wanted.connect(lambda: self.show_place("gap"))

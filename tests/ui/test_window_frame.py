@@ -318,6 +318,23 @@ def test_a_note_is_typed_in_place_found_again_and_taken_back(
     assert len(flight.desk.session.marks) == 1
 
 
+def test_the_keyboard_goes_into_no_panel_that_nobody_sees(flight: MainWindow, qtbot: QtBot) -> None:
+    flight.show_place("pilot")
+    flight.commands.actions["note"].trigger()
+    editor = flight.view.marks.view.findChild(QLineEdit)
+    assert editor is not None
+    assert editor.isVisible()
+    qtbot.keyClicks(editor, "gust")
+    qtbot.keyClick(editor, Qt.Key.Key_Return)
+    until(qtbot, flight.view.charts.hasFocus)
+    assert flight.desk.session.marks[0].text == "gust"
+
+    # Pressed in the bar, which stands above every place.
+    flight.show_place("review")
+    flight.bar.pressed.emit("alarms")
+    assert flight.view.alarms.isVisible()
+
+
 @pytest.mark.parametrize("end", ["another flight", "closed", "window"])
 def test_a_note_half_typed_is_kept_when_its_flight_goes(
     flight: MainWindow, qtbot: QtBot, tmp_path: Path, end: str

@@ -55,9 +55,12 @@ class FlightView(QWidget):
     ----------
     mark_requested : Signal(float)
         Mark this flight time, s.
+    wanted : Signal
+        A panel is asked for while another place is on screen.
     """
 
     mark_requested = Signal(float)
+    wanted = Signal()
 
     def __init__(
         self,
@@ -178,6 +181,9 @@ class FlightView(QWidget):
 
     def show_panel(self, index: int) -> None:
         """Open a panel and put the keyboard into it."""
+        if not self.isVisible():
+            # Else one would type into what nobody sees.
+            self.wanted.emit()
         self._set_panel(True)
         self.tabs.setCurrentIndex(index)
         panel = self.tabs.currentWidget()
