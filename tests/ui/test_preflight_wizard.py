@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,6 +23,7 @@ from bench_kit import BenchWindow, leave_only, try_out, work_through
 from bench_truth import within
 from window_kit import open_window, until
 
+import ui.preflight.wizard_run
 import ui.window
 from calibration import certificate_files, load_certificates
 from gsapp.dynamics.pilot.bench import KINDS, POTENTIOMETERS, BenchFault, VirtualBench
@@ -343,6 +346,32 @@ def test_volts_that_stop_are_not_left_standing(
     window.desk.told.emit()
     cue = window.page.work.cue.cue
     assert (cue.state, cue.state_words) == ("unknown", "Catching up")
+
+
+def let_no_volts_come(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let two seconds pass in which nothing arrives."""
+    later = time.monotonic() + 2.0
+    monkeypatch.setattr(ui.preflight.wizard_run, "time", SimpleNamespace(monotonic=lambda: later))
+
+
+def test_no_point_is_taken_of_volts_that_no_longer_come(
+    at_bench: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those that came last say nothing about where the surface stands now."""
+    window = at_bench("elevator_left")
+    begin(window)
+    with pytest.raises(AssertionError):
+        work_through(window, most=3)
+    taken = len(window.view.points)
+    assert taken
+    with monkeypatch.context() as silence:
+        let_no_volts_come(silence)
+        window.press(KEY.Key_Space)
+        assert len(window.view.points) == taken
+        assert window.view.message == "there are no volts of it"
+    # They come again: it goes on where it was.
+    work_through(window)
+    assert len(window.view.certificates["elevator_left"].points) == 10
 
 
 # Gyros, accelerometers, pressures

@@ -6,18 +6,21 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from calibration.wizard import Action, Wizard, WizardView
 from gsapp.foundation import GroundStationError
-from gsapp.quantities import INSTRUMENTS
+from gsapp.quantities import INSTRUMENTS, Block
 from ui.desk import Desk
 from ui.faults import FaultDesk
 from ui.preflight.prompter import Prompter
 
 _VOLTS = tuple(f"{name}_volts" for name in INSTRUMENTS)
 _SILENT = 1.5
-"""Seconds without volts after which none are shown."""
+"""Seconds without volts after which none are shown, and none can be taken."""
+_MISSING = 15
+"""Samples that stand for these seconds: one for each look at the volts."""
 _LATE = 2.0
 """Seconds after which a channel that does not come is not waited for."""
 
@@ -57,6 +60,7 @@ class WizardRun(QObject):
         self._listens = False
         self._said = ""
         self._heard = time.monotonic()
+        self._fed: float | None = None  # flight time, s; None once told of silence
         self.view: WizardView = wizard.view
         desk.told.connect(self._tell)
         desk.changed.connect(self._begin_anew)
@@ -74,7 +78,11 @@ class WizardRun(QObject):
 
     def act(self, action: Action) -> None:
         """Do what the crew asks."""
-        self._guarded(lambda: self._wizard.act(action))
+        self._guarded(lambda: self._act(action))
+
+    def _act(self, action: Action) -> None:
+        self._tell_silence()
+        self._wizard.act(action)
 
     def _begin_anew(self) -> None:
         self._next = None
@@ -82,6 +90,15 @@ class WizardRun(QObject):
     def _tell(self) -> None:
         if self._listens:
             self._guarded(self._feed)
+
+    def _tell_silence(self) -> None:
+        """Let the wizard know that no volts come, lest it take those that came last."""
+        if self._fed is None or not self.silent:
+            return
+        times = self._fed + np.linspace(0.0, _SILENT, _MISSING + 1)[1:]
+        self._fed = None
+        missing = np.full((_MISSING, 1), np.nan)
+        self._wizard.feed(Block(channels=_VOLTS[:1], times=times, values=missing))
 
     def _guarded(self, work: Callable[[], object]) -> None:
         """Do something, show what came of it; a disk that refuses is said once, and not fatal."""
@@ -117,7 +134,9 @@ class WizardRun(QObject):
         if stop > first:
             self._next = stop
             self._heard = time.monotonic()
-            self._wizard.feed(history.rows(first, stop, names))
+            rows = history.rows(first, stop, names)
+            self._fed = float(rows.times[-1])
+            self._wizard.feed(rows)
 
     @property
     def silent(self) -> bool:
