@@ -43,6 +43,7 @@ from gsapp.quantities import Block
 from gsapp.session.equipment import DiskView, LinkView, RecorderView
 from gsapp.session.limit_book import LimitBook
 from gsapp.session.limits import Bands, Severity
+from gsapp.telemetry.address import parse_link
 from ui.commands import COMMANDS, CommandSet, key_text
 from ui.dialogs.connect import ConnectChoices, ConnectDialog
 from ui.dialogs.keys import KeysDialog
@@ -630,6 +631,37 @@ def test_a_bad_link_cannot_be_connected(qtbot: QtBot, tmp_path: Path) -> None:
     dialog.link.port.set_value(14551)
     assert dialog.request.link == "udpin:127.0.0.1:14551"
     assert dialog.button.isEnabled()
+
+
+def test_a_serial_link_that_was_typed_stays_what_it_is(qtbot: QtBot, tmp_path: Path) -> None:
+    """The boxes above show it, so that a change of the speed does not name another port."""
+    listed = [("/dev/ttyUSB0", "radio")]
+    choices = ConnectChoices(
+        aircraft=("b777",), channel_maps=("b777",), calibrations=("b777",), parse=parse_link,
+        list_ports=lambda: tuple(listed),
+    )  # fmt: skip
+    dialog = ConnectDialog(Settings(), Look(), choices, tmp_path)
+    qtbot.addWidget(dialog)
+    link = dialog.link
+    named = tmp_path / "telemetry"
+    link.text.setEditText(f"serial:{named}:500000")
+    assert "is not there now" in link.sentence.text()
+    assert (link.device.currentText(), link.baud.currentText()) == (str(named), "500,000")
+    # A name for a port, as rules of the system give it, is in no list of ports.
+    named.touch()
+    link.text.setEditText(f"serial:{named}:57600")
+    assert link.verdict.state == "good"
+    listed.append(("/dev/ttyUSB1", "another"))
+    link.refresh_ports()
+    assert [link.device.itemText(at) for at in range(3)] == [
+        "/dev/ttyUSB0   radio", "/dev/ttyUSB1   another", str(named),
+    ]  # fmt: skip
+    link.baud.setCurrentIndex(1)
+    link.baud.activated.emit(1)
+    assert dialog.request.link == f"serial:{named}:115200"
+    # What is listed takes its place.
+    link.text.setEditText("text:/dev/ttyUSB1:115200")
+    assert (link.device.count(), link.device.currentIndex()) == (2, 1)
 
 
 def test_a_note_goes_by_itself_and_what_matters_stays(window: MainWindow, qtbot: QtBot) -> None:

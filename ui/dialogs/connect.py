@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from gsapp.telemetry.sources.serial_port import same_port
 from ui.dialogs.fields import FlightPlace, ShippedField
 from ui.dialogs.form import FormDialog, NumberField, Sentence, restyle
 from ui.dialogs.requests import (
@@ -175,10 +176,32 @@ class LinkField(QWidget):
         self.device.clear()
         for path, words in ports:
             self.device.addItem(f"{path}   {words}".strip(), path)
-        self.device.setCurrentIndex(max(self.device.findData(kept), 0 if ports else -1))
-        if self._pages.currentIndex() == 1 and kept is None:
-            self._from_fields()
+        if kept is not None:
+            self._show_device(kept)
+        else:
+            self.device.setCurrentIndex(0 if ports else -1)
+            if self._pages.currentIndex() == 1:
+                self._from_fields()
         self._judge()
+
+    def _show_device(self, path: str) -> None:
+        """Show which port is meant; one that is not plugged in, or by another name, stands last."""
+        listed = (at for at, (port, _words) in enumerate(self._ports) if same_port(port, path))
+        self._show(self.device, next(listed, -1), len(self._ports), path, path)
+
+    def _show_baud(self, baud: int) -> None:
+        """Show how fast; what is not among the usual ones stands last."""
+        place = BAUD_RATES.index(baud) if baud in BAUD_RATES else -1
+        self._show(self.baud, place, len(BAUD_RATES), f"{baud:,}", baud)
+
+    @staticmethod
+    def _show(box: QComboBox, place: int, offered: int, words: str, value: object) -> None:
+        """Choose in a box, where behind what it offers may stand one more that was typed."""
+        while box.count() > offered:
+            box.removeItem(box.count() - 1)
+        if place < 0:
+            box.addItem(words, value)
+        box.setCurrentIndex(place if place >= 0 else offered)
 
     def _kind_chosen(self) -> None:
         self._pages.setCurrentIndex(1 if self.kind.currentData() in ("serial", "text") else 0)
@@ -215,8 +238,9 @@ class LinkField(QWidget):
                 self.host.setText(head)
                 if number.isdigit() and 0 < int(number) < 65536:
                     self.port.set_value(int(number))
-            elif self.baud.findData(int(number) if number.isdigit() else -1) >= 0:
-                self.baud.setCurrentIndex(self.baud.findData(int(number)))
+            elif head and number.isdigit() and int(number):
+                self._show_device(head)
+                self._show_baud(int(number))
         self._busy = False
         self._judge()
 

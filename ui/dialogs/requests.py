@@ -129,7 +129,9 @@ def check_link(text: str, parse: Callable[[str], object], ports: Iterable[str]) 
     kind, _, rest = text.partition(":")
     if kind in ("serial", "text"):
         device = rest.rpartition(":")[0] or rest
-        if device and not any(same_port(device, port) for port in ports):
+        # Not every port is listed: a name that the system's rules give it is a link to it.
+        listed = any(same_port(device, port) for port in ports)
+        if device and not listed and not Path(device).exists():
             return Verdict(
                 sentence=f"{device} is not there now; it is opened as soon as it is plugged in.",
                 state="caution",
