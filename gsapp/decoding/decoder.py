@@ -486,6 +486,8 @@ class Decoder:
     def _line(self, host: int, data: bytes) -> None:
         """Take one line of text: numbers between delimiters; an empty cell is missing."""
         if not self._lines:
+            name = self.channel_map.name
+            self._leave_out(host, data, f"the channel map '{name}' says nothing of its columns")
             return
         cells = data.decode("utf-8", "replace").strip().split(self.channel_map.delimiter)
         numbers = (

@@ -440,6 +440,19 @@ calibration = "q"
     assert decoder.remarks == ("2 of 11 lines of text were left out",)
 
 
+def test_lines_that_the_map_says_nothing_of_are_told_once(cases: SimpleNamespace) -> None:
+    """Such as a text link with the map that is offered first."""
+    decoder = Decoder(load_channel_map("b777"))
+    records = [RawRecord(cases.HOST + 10_000 * k, "line", b"0.1,2,3") for k in range(5)]
+    assert decoder.feed(records) == []
+    (notice,) = decoder.notices
+    assert notice.text.startswith(
+        "a line is left out, since the channel map 'B777 box' says nothing of its "
+        "columns: '0.1,2,3'"
+    )
+    assert decoder.remarks == ("5 of 5 lines of text were left out",)
+
+
 @pytest.mark.parametrize(
     ("line", "why"),
     [

@@ -85,6 +85,29 @@ def traced_pixels(window: MainWindow) -> int:
     return int(np.isin(pixels, colors).sum())
 
 
+def test_what_arrives_and_is_in_no_channel_is_not_called_nothing(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    lines = tmp_path / "bench.toml"
+    lines.write_text('name = "bench"\n[text]\ncolumns = ["alpha [deg]"]\n', encoding="utf-8")
+    port = free_port()
+    request = ConnectRequest(
+        link=f"udpin:127.0.0.1:{port}", folder=tmp_path / "flights" / "first",
+        channel_map=str(lines), aircraft="b777", calibration="b777",
+    )  # fmt: skip
+    window.desk.starter.connect_aircraft(request)
+
+    def said() -> str:
+        return window.desk.picture("US").empty
+
+    until(qtbot, lambda: window.desk.is_open)
+    assert said() == "Nothing has arrived yet"
+    with Aircraft(port):
+        until(qtbot, lambda: said() != "Nothing has arrived yet")
+    assert said() == "Nothing of what has arrived is in the channel map bench"
+    window.desk.stop_now()
+
+
 def test_from_the_first_byte_to_the_end_of_the_recording(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:

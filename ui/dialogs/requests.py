@@ -152,7 +152,8 @@ def check_link(text: str, parse: Callable[[str], object], ports: Iterable[str]) 
         "tcp": "Connects, and connects again whenever the link is lost.",
         "tcpin": "Waits for the aircraft to connect.",
         "serial": "MAVLink over the serial port; found again after it was unplugged.",
-        "text": "Lines of comma-separated text over the serial port.",
+        "text": "Lines of comma-separated text over the serial port; a channel map of your own "
+        "says what their columns are.",
         "virtual": "The virtual aircraft of this program.",
     }
     return Verdict(sentence=sentences.get(kind, "A recorded flight."), state="good")

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from gsapp.session.estimating.picture import EstimateRow
 
 _NO_BANDS = Bands()
+_HEARD = ("ok", "weak", "silent")
+"""What is said of a link over which something that can be read has come."""
 _DUMB = ("silent", "unreadable", "not read", "lost")
 _MESSAGES_EVERY = 5
 _ESTIMATES_EVERY = 10
@@ -112,18 +114,23 @@ class PictureTaker:
                 complete=playhead.complete,
             ),
             now=snapshot.now,
-            empty=self._empty(),
+            empty=self._empty(snapshot),
             recording=session.recorder is not None,
             present_shown=snapshot.present,
             watched=snapshot.watched,
         )
 
-    def _empty(self) -> str:
+    def _empty(self, snapshot: SessionSnapshot) -> str:
         """Return what the charts say without a sample; more may come to a live flight alone."""
         replay = self._session.replaying
-        if replay is None:
-            return "Nothing has arrived yet"
-        return "This flight holds no samples" if replay.complete else ""
+        if replay is not None:
+            return "This flight holds no samples" if replay.complete else ""
+        heard = snapshot.link.words
+        if heard == "unreadable":
+            return "What arrives cannot be read"
+        if heard in _HEARD and snapshot.channel_map:
+            return f"Nothing of what has arrived is in the channel map {snapshot.channel_map}"
+        return "Nothing has arrived yet"
 
     def _look_at_estimates(self) -> None:
         estimates = self._session.estimates
