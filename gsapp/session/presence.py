@@ -22,6 +22,8 @@ class PresenceMonitor:
     Presence is kept in ticks of a quarter of a second of flight time, each judged a second
     late, when all that belongs to it has arrived; so a replay judges as the live flight did.
     Ticks in which nothing came at all do not count: a link that was lost is no message's fault.
+    A message that comes rarely is given three times as long as it usually takes, so that neither
+    one that was lost nor a break of the link makes it one that stays away.
 
     Parameters
     ----------
@@ -30,11 +32,14 @@ class PresenceMonitor:
     group : callable
         What carries a channel, from its id; None for a channel that is not watched.
     patience : float
-        Seconds of silence, while others come, after which it counts as lost.
+        Seconds of silence, while others come, after which it counts as lost, at least.
     """
 
     TICK = 0.25
     _DELAY = 4  # ticks
+    _PERIODS = 3
+    _LONGEST = 40  # ticks
+    _JUDGED_BY = 5  # distances of a message that tell how often it comes
 
     def __init__(
         self, board: AlarmBoard, group: Callable[[str], str | None], patience: float = 3.0
@@ -47,6 +52,7 @@ class PresenceMonitor:
         self._judged: int | None = None  # the last tick
         self._count = 0  # of ticks judged in which anything came
         self._last: dict[str, int] = {}  # of these, the one in which each came last
+        self._distances: dict[str, npt.NDArray[np.intp]] = {}  # the newest, in these
         self._coming: dict[str, list[npt.NDArray[np.int64]]] = {}
 
     def reset(self) -> None:
@@ -54,6 +60,7 @@ class PresenceMonitor:
         self._front = self._judged = None
         self._count = 0
         self._last.clear()
+        self._distances.clear()
         self._coming.clear()
 
     def feed(self, block: Block) -> None:
@@ -135,14 +142,33 @@ class PresenceMonitor:
         if not spoken.size:
             return []
         found: list[tuple[int, str, bool]] = []
-        for place in np.flatnonzero(np.diff(spoken) > self._patience).tolist():
-            falls = int(spoken[place]) + self._patience
+        distances = np.diff(spoken)
+        former = self._distances.get(name, distances[:0])
+        known = np.concatenate([former, distances])
+        for place in np.flatnonzero(distances > self._patience).tolist():
+            patience = self._patience_with(known[: former.size + place])
+            if distances[place] <= patience:
+                continue
+            falls = int(spoken[place]) + patience
             if falls >= self._count:
                 found.append((falls, name, True))
             found.append((int(spoken[place + 1]), name, False))
         newest = int(spoken[-1])
-        falls = newest + self._patience
+        falls = newest + self._patience_with(known)
         if self._count <= falls <= last:
             found.append((falls, name, True))
         self._last[name] = newest
+        self._distances[name] = known[-self._JUDGED_BY :]
         return found
+
+    def _patience_with(self, distances: npt.NDArray[np.intp]) -> int:
+        """Return the ticks of silence after which a message counts as lost.
+
+        Parameters
+        ----------
+        distances : ndarray of int, shape (n,)
+            Ticks from one to the next so far.
+        """
+        newest = np.sort(distances[-self._JUDGED_BY :])
+        usual = int(newest[newest.size // 2]) if newest.size else 0
+        return max(self._patience, min(self._PERIODS * usual, self._LONGEST))

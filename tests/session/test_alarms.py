@@ -370,21 +370,40 @@ def test_when_everything_is_silent_no_instrument_is_blamed() -> None:
 
 
 @pytest.mark.parametrize("pause", [2.5, 5.0, 60.0])
-def test_a_link_that_drops_out_and_comes_again_is_no_messages_fault(pause: float) -> None:
+@pytest.mark.parametrize("last", [0.1, 1.9])
+def test_a_link_that_drops_out_and_comes_again_is_no_messages_fault(
+    pause: float, last: float
+) -> None:
     """However long it was, and however rarely a message comes that has not come again yet."""
     board = AlarmBoard()
     monitor = PresenceMonitor(board, lambda name: name)
     rare = np.full(800, np.nan)
-    rare[::200] = 1.0
-    for begin in (0, round((8.0 + pause) * RATE)):
-        monitor.feed(block(begin, {"q": np.ones(800), "alpha": np.ones(800)}))
-        monitor.feed(block(begin + 150, {"battery": rare}))
+    rare[199 - round(last * RATE) :: 200] = 1.0  # the last one so long before the end
+    for begin, battery in ((0, rare), (round((8.0 + pause) * RATE), rare[::-1])):
+        both = {"q": np.ones(800), "alpha": np.ones(800)}
+        monitor.feed(block(begin, {**both, "battery": battery}))
         monitor.settle()
     assert board.log == ()
     gone = round((16.0 + pause) * RATE)
     monitor.feed(block(gone, {"q": np.ones(800)}))
     monitor.settle()
     assert {alarm.key for alarm in board.standing} == {"alpha:silent", "battery:silent"}
+
+
+@pytest.mark.parametrize("piece", [50, 370, 6000])
+def test_one_lost_of_a_rare_message_is_not_one_that_stays_away(piece: int) -> None:
+    """At one in two seconds the next one that is not lost comes after four."""
+    board = AlarmBoard()
+    monitor = PresenceMonitor(board, lambda name: name)
+    rare = np.full(6000, np.nan)
+    rare[::200] = 1.0
+    rare[[1600, 3000]] = np.nan
+    rare[4001:] = np.nan
+    for first in range(0, 6000, piece):
+        battery = rare[first : first + piece]
+        monitor.feed(block(first, {"q": np.ones(battery.size), "battery": battery}))
+        monitor.settle()
+    assert [(onset.key, onset.time) for onset in board.log] == [("battery:silent", 46.25)]
 
 
 def test_a_message_of_which_one_channel_is_dead_has_not_fallen_silent() -> None:
