@@ -45,6 +45,7 @@ from gsapp.flight.events import read_events
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.maneuvers import FoundManeuver
+from gsapp.foundation import FlightError
 from gsapp.quantities.constants import DEGREE, FOOT
 from gsapp.telemetry.recorder_control import find_recorders
 from ui.dialogs.requests import ConnectRequest
@@ -562,6 +563,30 @@ def test_cards_are_added_changed_moved_and_removed_by_keys(
     assert len(page.book.cards.cards) == len(shipped)
     press(qtbot, Qt.Key.Key_Y, CONTROL)
     assert len(load_cards(cards_file(window)).cards) == len(shipped) + 1
+
+
+@pytest.mark.parametrize("step", [1, 4])
+def test_what_the_disk_refuses_is_not_said_to_be_being_saved(
+    window: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, step: int
+) -> None:
+    page = go(window, qtbot, step)
+    editor = page.editor if step == 1 else page.book.editor
+    said = page.saved if step == 1 else page.said
+
+    def refuse() -> None:
+        raise FlightError("the disk is full")
+
+    with monkeypatch.context() as disk:
+        disk.setattr(type(editor), "save", lambda _self: refuse())
+        if step == 1:
+            type_into(qtbot, page.fields["weather.temperature"][1], "68")
+            assert said.text() == "Saving…"
+            press(qtbot, Qt.Key.Key_Tab)
+        else:
+            press(qtbot, Qt.Key.Key_N, CONTROL)
+        assert said.text().endswith("Not saved")
+    press(qtbot, Qt.Key.Key_Z, CONTROL)
+    assert not said.text().endswith("Not saved")
 
 
 def test_a_card_says_what_will_not_do(window: MainWindow, qtbot: QtBot) -> None:

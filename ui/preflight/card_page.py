@@ -173,8 +173,10 @@ class CardPage(StepPage):
             self.saved.say("Saved but for what is marked", "warning")
         elif editor.file.is_saved:
             self.saved.say("Saved", "good")
-        else:
+        elif self._later.isActive():
             self.saved.say("Saving…")
+        else:
+            self.saved.say("Not saved", "warning")
 
     # Typing
 
@@ -212,9 +214,7 @@ class CardPage(StepPage):
             editor.save()
         except GroundStationError as error:
             self._fail(error)
-            self.saved.say("Not saved", "warning")
-        else:
-            self._tell_saved()
+        self._tell_saved()
 
     # Undo
 

@@ -205,7 +205,10 @@ class CardsPage(StepPage):
         elif book.editor.problems:
             self.said.say("Saved but for what is marked.", "warning")
         elif not book.editor.file.is_saved:
-            self.said.say("Saving…")
+            if self._later.isActive():
+                self.said.say("Saving…")
+            else:
+                self.said.say("Not saved", "warning")
         elif not book.editor.file.path.exists():
             self.said.say("The cards that come with the program; a change makes them yours.")
         elif book.flown is not None and book.flown.unplanned:
@@ -275,9 +278,7 @@ class CardsPage(StepPage):
             editor.save()
         except GroundStationError as error:
             self._fail(error)
-            self.said.say("Not saved", "warning")
-        else:
-            self._tell()
+        self._tell()
 
     def _after(self, row: int | None = None) -> None:
         """Show the cards after they were changed as a whole."""
