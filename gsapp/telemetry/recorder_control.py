@@ -14,15 +14,18 @@ from pathlib import Path
 from gsapp.flight.names import LOCK_FILE, LOG_FILE, STATUS_FILE, STOP_FILE
 from gsapp.foundation import LinkError
 from gsapp.foundation.locking import holder
-from gsapp.telemetry.address import parse_link
+from gsapp.telemetry.address import LinkAddress, parse_link
 from gsapp.telemetry.detaching import start_detached
 from gsapp.telemetry.recorder_process import note_lock, note_path
+from gsapp.telemetry.sources.serial_port import same_port
 from gsapp.telemetry.status import RecorderStatus, read_status, runtime_folder
 
 _START_SECONDS = 20.0
 _LOOK_SECONDS = 0.02
 _SETTLED_US = 1_500_000
 """After so long a recorder whose state is not in its folder has a disk that takes nothing."""
+_SERIAL = ("serial", "text")
+_LISTENING = ("udpin", "tcpin")
 # Children of this process by the id of the recorder, kept so that they do not stay behind as
 # zombies. On Windows the child may be a launcher, which has another id and ends a moment later.
 _children: dict[int, subprocess.Popen[bytes]] = {}
@@ -133,7 +136,8 @@ def start_recorder(
     deadline = time.monotonic() + _START_SECONDS
     while time.monotonic() < deadline:
         if child.poll() is not None:
-            raise LinkError(_last_words(place / LOG_FILE, log_start, child.returncode))
+            words = _last_words(place / LOG_FILE, log_start, child.returncode)
+            raise LinkError(_already_recorded(link, place) or words)
         if (found := _recording(handle)) is not None:
             _children[found.pid] = child
             return found
@@ -169,6 +173,29 @@ def _recording(handle: RecorderHandle) -> RecorderHandle | None:
     if settling and (in_folder is None or in_folder.pid != pid):
         return None
     return found if handle.pid in (pid, status.parent) else None
+
+
+def _already_recorded(link: str, place: Path) -> str:
+    """Return where the port of a link is recorded by another recorder of this user, in words.
+
+    To a recorder that meets it, it is one of the programs that keep a port for themselves.
+    """
+    address = parse_link(link)
+    for other in find_recorders():
+        status = None if other.folder == place else other.status()
+        if status is not None and _meet(address, parse_link(status.link)):
+            return (
+                f"{address}: it is recorded into {other.folder} already; end that recording, or "
+                "name that flight to watch it"
+            )
+    return ""
+
+
+def _meet(one: LinkAddress, other: LinkAddress) -> bool:
+    """Return whether two links need one port of this computer for themselves."""
+    if one.kind in _SERIAL:
+        return other.kind in _SERIAL and same_port(one.path, other.path)
+    return one.kind in _LISTENING and (one.kind, one.port) == (other.kind, other.port)
 
 
 def _last_words(log: Path, start: int, code: int) -> str:

@@ -542,6 +542,17 @@ def test_what_cannot_begin_says_why(tmp_path, port) -> None:
 
 
 @pytest.mark.usefixtures("recorders")
+def test_a_port_that_is_recorded_already_names_the_flight(tmp_path, port) -> None:
+    """To close another program is no advice where the program is this one."""
+    link, _, _ = udp_link(port)
+    former = start_recorder(link, tmp_path / "flight 1")
+    with pytest.raises(LinkError) as refused:
+        start_recorder(link, tmp_path / "flight 2")
+    assert f"recorded into {tmp_path / 'flight 1'} already" in str(refused.value)
+    assert former.alive()
+
+
+@pytest.mark.usefixtures("recorders")
 def test_a_link_that_is_not_there_yet_is_waited_for(tmp_path, frames, port, patience) -> None:
     number = port(socket.SOCK_STREAM)
     handle = start_recorder(f"tcp:127.0.0.1:{number}", tmp_path)
