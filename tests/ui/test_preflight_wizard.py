@@ -348,6 +348,19 @@ def test_volts_that_stop_are_not_left_standing(
     assert (cue.state, cue.state_words) == ("unknown", "Catching up")
 
 
+def test_nothing_is_calibrated_by_a_replay(at_bench: Open) -> None:
+    """Its volts would make a certificate of today, and those of practice one that counts."""
+    window = at_bench("elevator_left")
+    window.desk.session.replaying = object()
+    window.desk.changed.emit()
+    assert "This is a replay" in window.page.start.sentence.text()
+    begin(window)
+    window.set_surface("elevator_left", 20.0)
+    window.desk.pass_time(3.0)
+    window.press(KEY.Key_Space)
+    assert window.view.phase == "begin"  # still waits for the first volts
+
+
 def let_no_volts_come(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let two seconds pass in which nothing arrives."""
     later = time.monotonic() + 2.0

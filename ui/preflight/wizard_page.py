@@ -225,19 +225,26 @@ class WizardPage(QWidget):
         plan = shelf.plan()
         self.start.show_standings(standings_of(plan, shelf))
         self.start.offer_who(shelf.who())
-        live = self._desk.session is not None
-        self.start.sentence.say(
-            "Put the protractor on the surface that is called, bring it to each angle and hold: "
-            "points are taken by themselves."
-            if live
-            else f"No aircraft is connected: {key_text('Ctrl+L')} connects one.",
-            "" if live else "caution",
-        )
+        self._say_whether_live()
         left = unfinished(shelf.journal)
         self.start.resume.setVisible(left)
         self.start.resume.say("A calibration was not finished: every step of it is kept.")
         made = bool(shelf.store.in_force())
         self.actions_bar.show_offers(self._start_offers(left=left, made=made))
+
+    def _say_whether_live(self) -> None:
+        """Say what to do, or what is missing for it."""
+        session, connects = self._desk.session, f"{key_text('Ctrl+L')} connects one."
+        if session is None:
+            self.start.sentence.say(f"No aircraft is connected: {connects}", "caution")
+        elif session.replaying is not None:
+            words = f"This is a replay, and no aircraft to calibrate: {connects}"
+            self.start.sentence.say(words, "caution")
+        else:
+            self.start.sentence.say(
+                "Put the protractor on the surface that is called, bring it to each angle and "
+                "hold: points are taken by themselves."
+            )
 
     @staticmethod
     def _start_offers(*, left: bool, made: bool) -> tuple[Offer, ...]:

@@ -114,7 +114,10 @@ class WizardRun(QObject):
 
     def _feed(self) -> None:
         session = self._desk.session
-        if session is None or (self._next is None and not session.feed.present):
+        if session is None or session.replaying is not None:
+            # Volts of another day say nothing about the instruments as they are now.
+            return
+        if self._next is None and not session.feed.present:
             # What was recorded before is no movement of now.
             return
         history = session.history
