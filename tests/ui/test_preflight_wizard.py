@@ -387,6 +387,17 @@ def test_no_point_is_taken_of_volts_that_no_longer_come(
     assert len(window.view.certificates["elevator_left"].points) == 10
 
 
+def test_two_points_lie_on_their_line(at_bench: Open) -> None:
+    """A bar of its full length beside +0.00 would be the rounding of the computer."""
+    window = at_bench("rudder")
+    begin(window)
+    with pytest.raises(AssertionError):
+        work_through(window, most=3)
+    rows = [row for row in window.page.work.points.rows if row.index is not None]
+    assert [row.residual for row in rows] == ["+0.00°", "+0.00°"]
+    assert all(abs(row.share) < 0.01 for row in rows)
+
+
 # Gyros, accelerometers, pressures
 
 

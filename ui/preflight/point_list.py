@@ -28,7 +28,8 @@ class PointRow:
         ``up``, ``down``, ``left``, ``right``: how the trailing edge moves as it is reached; empty
         where that does not matter.
     share : float
-        Residual over the largest of them, -1 to 1.
+        Residual over the largest of them, or over the error of a setting where that is larger; -1
+        to 1.
     remark : str
         What is odd about it; empty for nothing.
     index : int or None

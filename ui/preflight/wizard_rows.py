@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 _STALE = 2.0
 """Seconds after which a value is not one of now."""
+_ROUNDING = 1e-6
+"""In the unit of an instrument: a residual below that is the computer's, of a line through two."""
 
 
 def standings_of(plan: CalibrationPlan, shelf: Shelf) -> tuple[Standing, ...]:
@@ -77,7 +79,8 @@ def point_rows(view: WizardView) -> tuple[PointRow, ...]:
         return ()
     calibration = view.calibration
     residuals = view.off_curve
-    largest = max((abs(residual) for residual in residuals), default=0.0) or 1.0
+    # What is less than the error of a setting is drawn as little, however little the others are.
+    largest = max(*map(abs, residuals), instrument.setting_error or 0.0, _ROUNDING)
     odd = calibration.quality.outliers if calibration is not None else ()
     rows = [
         PointRow(
