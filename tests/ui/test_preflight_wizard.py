@@ -398,6 +398,26 @@ def test_two_points_lie_on_their_line(at_bench: Open) -> None:
     assert all(abs(row.share) < 0.01 for row in rows)
 
 
+def test_the_surfaces_at_the_end_are_those_of_now(
+    at_bench: Open, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    window = at_bench("rudder")
+    begin(window)
+    window.press(KEY.Key_Escape)
+    window.press(KEY.Key_Return)
+    window.desk.pass_time(1.0)
+    assert window.page.summary.isVisible()
+    shown: list[int] = []
+    monkeypatch.setattr(window.page.summary, "show_together", lambda rows: shown.append(len(rows)))
+    monkeypatch.setattr(
+        "ui.preflight.wizard_page.together_of", lambda history: [history] if history else []
+    )
+    window.desk.told.emit()
+    let_no_volts_come(monkeypatch)
+    window.desk.told.emit()
+    assert shown == [1, 0]
+
+
 # Gyros, accelerometers, pressures
 
 

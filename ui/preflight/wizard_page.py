@@ -213,7 +213,8 @@ class WizardPage(QWidget):
 
     def _told(self) -> None:
         if self.isVisible() and self.pages.currentWidget() is self.summary:
-            self.summary.show_together(together_of(self._desk.history))
+            heard = self.run is not None and not self.run.silent
+            self.summary.show_together(together_of(self._desk.history if heard else None))
 
     def _refresh(self) -> None:
         if not self.isVisible():
