@@ -427,6 +427,9 @@ def test_the_page_has_a_window_of_its_own_that_obeys_its_keys(
     assert own.isVisible()
     # There is one screen here: it does not cover it unasked.
     assert not own.isFullScreen()
+    # Its title bar is on the screen, too.
+    around = own.screen().availableGeometry()
+    assert around.adjusted(8, 32, -8, -8).contains(own.geometry())
     assert window.store.current.pilot_window
     assert own.canvas.sheet.word == "TOO SMALL"
     # Also while the main window shows another place.

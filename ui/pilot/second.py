@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from PySide6.QtCore import QEvent, QKeyCombination, Qt, Signal
+from PySide6.QtCore import QEvent, QKeyCombination, QPoint, QRect, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QGuiApplication, QKeyEvent, QKeySequence, QScreen
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
@@ -14,7 +14,7 @@ from ui.look import Look
 from ui.pilot.canvas import PilotCanvas
 
 _SHARE: Final = 0.75
-"""Of the only screen that there is, if the window cannot fill a second one."""
+"""Of its screen, where the window does not fill it: on the only one, or after F11 on a second."""
 
 
 class PilotWindow(QWidget):
@@ -54,12 +54,14 @@ class PilotWindow(QWidget):
         other = other_screen(main.screen(), QGuiApplication.screens())
         here = other or main.screen()
         room = here.availableGeometry()
-        self.setGeometry(room)
+        # In the middle: at its edge the title bar would stand beyond the screen.
+        place = QRect(QPoint(), _SHARE * room.size())
+        place.moveCenter(room.center())
+        self.setGeometry(place)
         if other is not None:
             self.showFullScreen()
-            return
-        self.resize(round(_SHARE * room.width()), round(_SHARE * room.height()))
-        self.show()
+        else:
+            self.show()
 
     def toggle_full_screen(self) -> None:
         """Fill the screen, or come back to the window as it was."""
