@@ -83,13 +83,12 @@ def fetch(
     from gsapp.cli._results import on_screen, result_text, write_result
     from gsapp.cli._screen import Screen
     from gsapp.flight.onboard.keeping import place_log
-    from gsapp.telemetry.address import parse_link
-    from gsapp.telemetry.log_download import LogFetcher
+    from gsapp.telemetry.log_download import LogFetcher, parse_log_link
 
     console = Screen(stderr=on_screen(json))
     if link:
         with wrong_call():
-            parse_link(link)
+            parse_log_link(link)
     with _shown(console) as tell, LogFetcher(flight, link, tell=tell) as fetcher:
         if listing:
             entries = fetcher.list()

@@ -159,6 +159,7 @@ def test_a_wrong_call_exits_with_2(call: tuple[str, ...]) -> None:
         (("fly", "--out", "x", "--hide", "aero.Cm.none"), "no effect is called"),
         (("fly", "--out", "x", "--fault", "alpha:spam"), "is not a fault"),
         (("onboard", "flight", "--link", "udpin"), "lacks its port"),
+        (("onboard", "flight", "--link", "text:COM5:9600"), "nobody can be asked for a log"),
         (("debrief",), "nothing to debrief"),
         (("export", "f.csv", "--to", "csv", "--out", "x.mat"), "of another format than --to csv"),
         (("estimate", "flight.csv", "--stand-in", "speed=30"), "no channel is called 'speed'"),

@@ -17,7 +17,7 @@ from PySide6.QtWidgets import QDialog
 
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.onboard import OnboardLogState
-from gsapp.telemetry.address import parse_link
+from gsapp.telemetry.log_download import parse_log_link
 from gsapp.telemetry.recorder_control import find_recorders
 from gsapp.telemetry.status import RUNTIME_VARIABLE
 from ui.look import Look
@@ -80,7 +80,7 @@ def test_the_dialog_asks_for_what_is_there(flown, qtbot):
         path=folder.path, name="f", in_force="now.bin", state=state, kept=("now.bin", "old.bin"),
         link="udpin:127.0.0.1:15000",
     )  # fmt: skip
-    dialog = OnboardDialog(Look(), (logs,), (), parse_link, tuple)
+    dialog = OnboardDialog(Look(), (logs,), (), parse_log_link, tuple)
     qtbot.addWidget(dialog)
     dialog.show()
     assert "it moves otherwise" in dialog.now.text()
@@ -104,6 +104,19 @@ def test_the_dialog_asks_for_what_is_there(flown, qtbot):
         assert dialog.job == job
     QTest.keyClick(dialog, Qt.Key.Key_Return)
     assert dialog.result() == QDialog.DialogCode.Accepted
+
+
+@pytest.mark.parametrize("link", ["text:/dev/ttyACM0:9600", "box.tlog"])
+def test_no_log_is_asked_for_where_nobody_can_be_asked(tmp_path, qtbot, monkeypatch, link):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "box.tlog").touch()
+    dialog = OnboardDialog(
+        Look(), (FlightLogs(path=tmp_path, name="f"),), (link,), parse_log_link, tuple
+    )
+    qtbot.addWidget(dialog)
+    dialog.origin.setCurrentIndex(1)
+    assert not dialog.button.isEnabled()
+    assert "nobody can be asked for a log" in dialog.link.sentence.text()
 
 
 def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_path):

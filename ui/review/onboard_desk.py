@@ -94,15 +94,15 @@ class OnboardDesk(QObject):
 
     def ask(self) -> None:
         """Ask for flight and log, and begin."""
-        from ui.choices import connect_choices
+        from gsapp.telemetry.log_download import parse_log_link
+        from ui.choices import serial_ports
         from ui.review.onboard_dialog import OnboardDialog
 
         flights = self.offered()
         if not flights:
             return
-        choices = connect_choices()
         dialog = OnboardDialog(
-            self._look, flights, self._store.current.links, choices.parse, choices.list_ports,
+            self._look, flights, self._store.current.links, parse_log_link, serial_ports,
             self._parent.window(),
         )  # fmt: skip
         if dialog.exec():

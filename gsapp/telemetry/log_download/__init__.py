@@ -6,5 +6,6 @@ download follows its record and asks for what is missing, until every byte is th
 
 from gsapp.telemetry.log_download.fetching import Fetched, LogFetcher
 from gsapp.telemetry.log_download.protocol import DownloadState, LogEntry
+from gsapp.telemetry.log_download.recorder_line import parse_log_link
 
-__all__ = ["DownloadState", "Fetched", "LogEntry", "LogFetcher"]
+__all__ = ["DownloadState", "Fetched", "LogEntry", "LogFetcher", "parse_log_link"]

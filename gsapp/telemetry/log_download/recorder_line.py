@@ -11,6 +11,7 @@ from gsapp.flight.names import FRAMES_FILE
 from gsapp.flight.raw import FrameFile
 from gsapp.foundation import FlightError, LinkError
 from gsapp.foundation.locking import holder
+from gsapp.telemetry.address import LinkAddress, parse_link
 from gsapp.telemetry.outbox import ask_recorder
 from gsapp.telemetry.recorder_control import (
     RecorderHandle,
@@ -93,6 +94,28 @@ class RecorderLine:
                 shutil.rmtree(self._handle.folder, ignore_errors=True)
 
 
+def parse_log_link(text: str) -> LinkAddress:
+    """Read a LINK over which an autopilot can be asked for its logs.
+
+    Parameters
+    ----------
+    text : str
+        As typed.
+
+    Raises
+    ------
+    LinkError
+        If it is none, or one over which no such messages go.
+    """
+    address = parse_link(text)
+    if address.kind in ("text", "flight"):
+        raise LinkError(
+            f"nobody can be asked for a log over '{text}'; name a link for MAVLink, such as "
+            "serial:/dev/ttyACM0:115200"
+        )
+    return address
+
+
 def _left_behind(place: Path, ours: Path) -> bool:
     """Return whether a recorder was started for a download that was killed."""
     if place.name != LINE_FOLDER:
@@ -130,6 +153,7 @@ def open_line(link: str, flight: Path, folder: Path) -> RecorderLine:
             f"nothing records into {flight}, so that the link is not known; name it, as "
             "serial:/dev/ttyACM0:115200"
         )
+    parse_log_link(link)
     for handle in find_recorders():
         status = handle.status()
         if status is not None and status.link == link:
