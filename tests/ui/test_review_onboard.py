@@ -106,6 +106,19 @@ def test_the_dialog_asks_for_what_is_there(flown, qtbot):
     assert dialog.result() == QDialog.DialogCode.Accepted
 
 
+def test_tab_goes_through_the_link_as_one_reads(tmp_path, qtbot):
+    """Its fields are laid out only once the link is chosen."""
+    logs = FlightLogs(path=tmp_path, name="f", link="udpin:127.0.0.1:15000")
+    dialog = OnboardDialog(Look(), (logs,), (), parse_log_link, tuple)
+    qtbot.addWidget(dialog)
+    dialog.show()
+    QTest.keyClick(dialog.origin, Qt.Key.Key_Down)
+    link = dialog.link
+    for field in (link.kind, link.host, link.port, link.text):
+        QTest.keyClick(dialog.focusWidget(), Qt.Key.Key_Tab)
+        assert dialog.focusWidget() is field
+
+
 @pytest.mark.parametrize("link", ["text:/dev/ttyACM0:9600", "box.tlog"])
 def test_no_log_is_asked_for_where_nobody_can_be_asked(tmp_path, qtbot, monkeypatch, link):
     monkeypatch.chdir(tmp_path)

@@ -209,17 +209,21 @@ class FormDialog(PassingDialog):
             self.grid.addWidget(below, row + 1, 0 if self._stacked else 1, 1, -1)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Let Tab go as one reads, and begin in the first field."""
+        """Begin in the first field."""
         super().showEvent(event)
         for button in self.findChildren(QPushButton):
             # Enter does what the dialog is for, not what the nearest button would do.
             button.setAutoDefault(False)
         self.button.setDefault(True)
         chain = self.tab_chain()
-        for former, latter in pairwise(chain):
-            QWidget.setTabOrder(former, latter)
         if chain and not self._body.isAncestorOf(self.focusWidget() or self):
             chain[0].setFocus(Qt.FocusReason.TabFocusReason)
+
+    def focusNextPrevChild(self, forward: bool) -> bool:
+        """Let Tab go as one reads; what was hidden until now has its place only now."""
+        for former, latter in pairwise(self.tab_chain()):
+            QWidget.setTabOrder(former, latter)
+        return super().focusNextPrevChild(forward)
 
     def tab_chain(self) -> list[QWidget]:
         """Return what Tab goes through: the fields from top to bottom, then the buttons."""
