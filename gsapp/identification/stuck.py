@@ -1,7 +1,6 @@
 """Channels that show one value through a whole maneuver, and surfaces that nobody saw move.
 
-A potentiometer, vane or gyro that lives is never the same to the last bit for seconds. What a
-stuck instrument did not see must not pass for a motion that was not there.
+What a stuck instrument did not see must not pass for a motion that was not there.
 """
 
 from __future__ import annotations
@@ -12,6 +11,7 @@ from typing import Final
 
 import numpy as np
 
+from gsapp.flight.maneuvers.stillness import stands_still, stated_noise
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import SURFACES, Axis
 from gsapp.identification.maneuver import Maneuver
@@ -26,8 +26,6 @@ _MOVING: Final[Mapping[Axis, tuple[str, ...]]] = {
     "both": ("alpha", "q", "beta", "p", "r"),
 }
 """What an input of each axis must move."""
-_SAME: Final = 1e-9
-"""Share of its size that a value may change by, brought to another time, and still be the same."""
 _WORDS: Final = {"de": "elevator", "da": "ailerons", "dr": "rudder"}
 
 
@@ -41,13 +39,13 @@ def check_size(maneuver: Maneuver) -> None:
         )
 
 
-def stands_still(maneuver: Maneuver, channel: str) -> bool:
-    """Return whether a channel was measured and is the same to the last bit in every sample."""
+def _rests(maneuver: Maneuver, channel: str) -> bool:
+    """Return whether a channel was measured and moves by less than its own noise."""
     samples = maneuver.samples(channel)
     samples = samples[np.isfinite(samples)]
-    if samples.size < FEWEST_SAMPLES:
-        return False
-    return bool(np.ptp(samples) <= _SAME * np.abs(samples).max())
+    return samples.size >= FEWEST_SAMPLES and stands_still(
+        samples, stated_noise(maneuver.aircraft)[channel]
+    )
 
 
 def sound(maneuvers: Sequence[Maneuver], axis: Axis) -> tuple[list[Maneuver], list[str]]:
@@ -144,7 +142,7 @@ def without_stuck(maneuver: Maneuver, axis: Axis) -> tuple[Maneuver, tuple[str, 
     """
     if set(SURFACES[axis]).isdisjoint(maneuver.inputs):
         return maneuver, ()
-    stuck = [name for name in _MOVING[axis] if stands_still(maneuver, name)]
+    stuck = [name for name in _MOVING[axis] if _rests(maneuver, name)]
     if not stuck:
         return maneuver, ()
     block = maneuver.block
@@ -176,7 +174,7 @@ def unseen_surfaces(
             continue
         if not maneuver.has(name):
             yield name, f"the {_WORDS[name]} ({name}) was not measured"
-        elif stands_still(maneuver, name) and kinds[name] == "position":
+        elif _rests(maneuver, name) and kinds[name] == "position":
             # A command that nobody gave is known to rest.
             yield name, f"{name} stays at {_value(maneuver, name):.4g} rad throughout (stuck?)"
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from gsapp.flight.maneuvers.dead import AIRSPEED, dead_instruments
 from gsapp.identification.campaign import CampaignSettings, run_campaign
 from gsapp.identification.maneuver import Maneuver, cut_maneuver
 from gsapp.identification.stand_ins import campaign_stand_ins
+from gsapp.identification.stuck import unseen_surfaces
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
 
@@ -114,3 +116,60 @@ def test_without_others_the_aircraft_file_suggests_them() -> None:
     assert known["V"].value == pytest.approx(100 * 0.3048, rel=0.01)
     assert known["V"].std == pytest.approx(0.1 * known["V"].value)
     assert campaign_stand_ins([]) == {}
+
+
+def flickering(samples: np.ndarray, step: float) -> np.ndarray:
+    """Return what a stuck potentiometer records: one count more or less, and its supply."""
+    random = np.random.default_rng(5)
+    counts = random.integers(0, 2, len(samples)) - 1e-3 * random.standard_normal(len(samples))
+    return np.asarray(samples[0] + step * counts)
+
+
+def changed(block: Block, **columns: np.ndarray) -> Block:
+    """Return a block with other or further columns."""
+    kept = [name for name in block.channels if name not in columns]
+    return Block(
+        channels=(*kept, *columns),
+        times=block.times,
+        values=np.column_stack((block.select(kept).values, *columns.values())),
+    )
+
+
+@pytest.mark.parametrize("method", ["ml", "ee"])
+def test_a_vane_stuck_on_a_flickering_count_is_as_good_as_none(method: Literal["ml", "ee"]) -> None:
+    """Taken as measured it gave equation error a Cl_p of a tenth of its size."""
+    block = fly(2, "lat", model=MODEL).maneuver.block
+    stuck = cut(changed(block, beta=flickering(block["beta"], 0.025 * DEGREE)))
+    assert "beta" not in stuck.block.channels
+    assert stuck.remarks[0].startswith("beta was dead")
+    none = cut(block.select([name for name in block.channels if name != "beta"]))
+    found, usual = (
+        run_campaign([one], CampaignSettings(method=method)).results[0].estimate
+        for one in (stuck, none)
+    )
+    assert found is not None
+    assert usual is not None
+    assert found.value("Cl_da") is not None
+    assert found.derivatives == usual.derivatives
+
+
+def test_a_surface_of_which_one_half_is_stuck_is_not_measured() -> None:
+    """Its mean shows half of what was flown, so each of its derivatives would be doubled."""
+    block = fly(2, "lon", model=MODEL).maneuver.block
+    moved, stuck = block["de"], flickering(block["de"], 0.02 * DEGREE)
+    half = changed(block, elevator_left=stuck, elevator_right=moved, de=0.5 * (stuck + moved))
+    lost = cut(half, ("de",))
+    assert not {"de", "elevator_left"} & set(lost.block.channels)
+    assert lost.remarks[0].startswith("elevator_left was dead")
+    whole = cut(changed(block, elevator_left=moved, elevator_right=moved), ("de",))
+    assert {"de", "elevator_left"} <= set(whole.block.channels)
+
+
+def test_a_rudder_at_rest_with_its_noise_is_no_stuck_one() -> None:
+    """Only what moves by less than its noise does not live."""
+    block = fly(61, "lat", model=MODEL, still=("dr",)).maneuver.block
+    noise = AIRCRAFT.sensors.surfaces.noise
+    alive = noise * np.random.default_rng(3).standard_normal(len(block))
+    for record, seen in ((alive, True), (flickering(alive, 0.5 * noise), False)):
+        maneuver = cut(changed(block, dr=record), ("da",))
+        assert (not [name for name, _ in unseen_surfaces(maneuver, "lat")]) is seen

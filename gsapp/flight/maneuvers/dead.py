@@ -6,7 +6,7 @@ worth as much as if it had never been mounted.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Final
 
 import numpy as np
@@ -14,7 +14,9 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.flight.maneuvers.clipping import at_range_end, instrument_ranges
 from gsapp.flight.maneuvers.signals import SURFACES
+from gsapp.flight.maneuvers.stillness import HALVES, stands_still, stated_noise
 from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE
 
 AIRSPEED: Final = ("V", "Vc", "qbar", "dynamic_pressure")
 """Channels that all come from the one probe."""
@@ -26,8 +28,10 @@ _BEYOND_TRAVEL: Final = 0.5
 _NO_SPEED: Final = 0.3
 """An aircraft that answers to its surfaces flies faster than this share of its stall speed."""
 _FEWEST: Final = 20
-_SAME: Final = 1e-9
-"""Share of its size that a value may change by, brought to another time, and still be the same."""
+_FEWEST_STILL: Final = 40
+"""Among so many samples noise reaches over four of its standard deviations."""
+_PARTNER_MOVED: Final = 1.0 * DEGREE
+"""A half of a surface that stays where it is while the other moves so far is stuck."""
 
 
 def dead_instruments(
@@ -62,9 +66,38 @@ def dead_instruments(
     if speed.size >= _FEWEST and float(speed.max()) < _NO_SPEED * aircraft.limits.stall_speed:
         found["airspeed"] = AIRSPEED
     pressure = _present(samples("dynamic_pressure"))
-    if pressure.size >= _FEWEST and np.ptp(pressure) <= _SAME * np.abs(pressure).max():
+    if pressure.size >= _FEWEST and stands_still(pressure):
         # No maneuver is flown at one speed to the last bit: the tube is blocked, the sensor stuck.
         found["airspeed"] = AIRSPEED
+    return {**found, **_stuck(samples, stated_noise(aircraft))}
+
+
+def _stuck(
+    samples: Callable[[str], FloatArray], noise: Mapping[str, float]
+) -> dict[str, tuple[str, ...]]:
+    """Return what moves by less than its own noise, and halves of surfaces that stay behind.
+
+    What is the same to the last bit may be a motion that there was not; what to make of it is for
+    those to say who know what was moved.
+    """
+    found: dict[str, tuple[str, ...]] = {}
+    for name in ("alpha", "beta", "p", "q", "r"):
+        values = _present(samples(name))
+        if (
+            values.size >= _FEWEST_STILL
+            and stands_still(values, noise[name])
+            and not stands_still(values)
+        ):
+            found[name] = (name,)
+    for surface, halves in HALVES.items():
+        shown = [_present(samples(name)) for name in halves]
+        for name, own, other in zip(halves, shown, shown[::-1], strict=True):
+            if (
+                min(own.size, other.size) >= _FEWEST_STILL
+                and stands_still(own, noise[name])
+                and np.ptp(other) > _PARTNER_MOVED
+            ):
+                found[name] = (name, surface)
     return found
 
 
