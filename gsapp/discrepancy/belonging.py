@@ -33,7 +33,7 @@ def check_model(model: Model, maneuvers: Sequence[Maneuver]) -> None:
     model : Model
         The one that was given.
     maneuvers : sequence of Maneuver
-        Those that hold a normal acceleration.
+        Those that hold a normal acceleration and an angle of attack count.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def check_model(model: Model, maneuvers: Sequence[Maneuver]) -> None:
     for one in maneuvers:
         samples = one.samples("an")
         good = np.isfinite(samples)
-        if not good.any():
+        if not (good.any() and one.has("alpha")):
             continue
         flight_model = FlightModel(one.aircraft, model)
         motion = measured_motion(one)

@@ -111,6 +111,11 @@ def test_a_channel_without_which_nothing_can_be_said(write: Write, channel: str)
     assert f"has no {channel}; record" in sentence
 
 
+def test_a_lost_vane_is_not_the_fault_of_the_model(write: Write) -> None:
+    """Without angle of attack no model can be compared; it looked like one of another aircraft."""
+    assert "has no alpha; record" in told(write(without=("alpha",)), model="b777")
+
+
 def test_names_that_do_not_exist(write: Write) -> None:
     """Effects before any flight is read, maneuvers before the search; the nearest is proposed."""
     path = write()

@@ -31,6 +31,7 @@ from gsapp.discrepancy.filtering.record import STATES, Record, record_of
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
 from gsapp.dynamics.sensors import OutputModel
 from gsapp.dynamics.simulation import open_loop
+from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
 
 
@@ -350,6 +351,14 @@ def test_what_the_smoother_expects_is_what_it_finds() -> None:
     for seen, usual in zip(process, by_process, strict=True):
         found = np.mean((seen[steps] @ entries) ** 2, axis=0)
         assert found == pytest.approx(np.diag(entries.T @ usual @ entries), rel=0.12)
+
+
+def test_a_filter_that_does_not_forget_is_a_fit_that_ran_away() -> None:
+    """Which a search passes over: a failure of the algebra would end it."""
+    toy = Toy(TOY_NOISE, n=400, seed=5)
+    own = filter_of(toy.linearization(), TOY_NOISE, toy.motion())
+    with pytest.raises(FlightError, match="ran away"):
+        replace(own, propagation=4.0 * own.propagation).expected()
 
 
 # --- what does not count -------------------------------------------------------------------------

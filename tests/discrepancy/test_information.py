@@ -192,3 +192,17 @@ def test_cosines_tell_what_looks_alike() -> None:
     assert cosines["m"] == pytest.approx(-1.0, abs=1e-7)
     c, d = (left_of(one.columns[:, :2], one.columns[:, k]) for k in (2, 3))
     assert cosines["d"] == pytest.approx(float(c @ d / np.sqrt((c @ c) * (d @ d))), rel=1e-6)
+
+
+def test_what_nothing_is_known_of_stays_where_it_is() -> None:
+    """A derivative by sideslip where no vane showed any: it moves nothing, others as without it."""
+    one = rows(4)
+    blind = Rows(NAMES, one.columns * (np.array(NAMES) != "c"), one.residual)
+    moves, covariance = blind.information().solution(NAMES)
+    others = [name for name in NAMES if name != "c"]
+    expected, bounds = blind.information().solution(others)
+    kept = [NAMES.index(name) for name in others]
+    assert moves[NAMES.index("c")] == 0.0
+    assert moves[kept] == pytest.approx(expected, rel=1e-6)
+    assert covariance[np.ix_(kept, kept)] == pytest.approx(bounds, rel=1e-6)
+    assert covariance[NAMES.index("c"), NAMES.index("c")] > 1e6

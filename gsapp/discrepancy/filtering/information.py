@@ -85,10 +85,14 @@ class Information:
         )
 
     def solution(self, names: Sequence[str]) -> tuple[FloatArray, FloatArray]:
-        """Return values and covariance of these parameters, all others zero."""
+        """Return values and covariance of these parameters, all others zero.
+
+        One that nothing is known of is zero, with a bound beyond any other.
+        """
         places = self.places(names)
         block = self.matrix[np.ix_(places, places)]
-        scale = np.sqrt(np.maximum(block.diagonal(), 1e-300))
+        known = block.diagonal()
+        scale = np.sqrt(np.where(known > 0.0, known, 1.0))
         normal = block / scale[:, None] / scale + _RIDGE * np.eye(len(places))
         covariance = np.linalg.inv(normal) / scale[:, None] / scale
         return covariance @ self.matrix[places, -1], covariance

@@ -33,6 +33,7 @@ from gsapp.quantities import BoolArray, FloatArray
 _MANY = 6
 _LEAST = 1e-9
 """Process noise that every state has, in units of the scales squared per second."""
+_RAN_AWAY = "the fit of a model ran away; refuse the effect, or check the data"
 
 
 class Adjoints(NamedTuple):
@@ -190,7 +191,10 @@ class Filter:
         C = self.by_state.mean(axis=0)
         scales = np.concatenate((self.blocks.scales, self.colors.sizes))
         C_s, M_s = C * scales, M * scales / scales[:, None]
-        state = steady_sum(M_s, C_s.T @ precision @ C_s)
+        try:
+            state = steady_sum(M_s, C_s.T @ precision @ C_s)
+        except LinAlgError as error:
+            raise FlightError(_RAN_AWAY) from error
         return state / scales[:, None] / scales, precision
 
     def kept_colors(self, z: FloatArray, b: FloatArray) -> FloatArray:
@@ -346,7 +350,7 @@ def _steady(
         except (LinAlgError, ValueError):
             continue
     else:
-        raise FlightError("the fit of a model ran away; refuse the effect, or check the data")
+        raise FlightError(_RAN_AWAY)
     return (
         P * scales[:, None] * scales,
         shared * scales[:, None] * units,

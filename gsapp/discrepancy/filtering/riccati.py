@@ -66,14 +66,15 @@ def steady_sum(A: FloatArray, first: FloatArray) -> FloatArray:
         If the powers grow.
     """
     total, power = first, A
-    for _ in range(_ROUNDS):
-        change = power.T @ total @ power
-        total = total + change
-        if not np.isfinite(total).all():
-            break
-        if np.abs(change).max() <= _SETTLED * np.abs(total).max():
-            return total
-        power = power @ power
+    with np.errstate(over="ignore", invalid="ignore"):
+        for _ in range(_ROUNDS):
+            change = power.T @ total @ power
+            total = total + change
+            if not np.isfinite(total).all():
+                break
+            if np.abs(change).max() <= _SETTLED * np.abs(total).max():
+                return total
+            power = power @ power
     raise LinAlgError("the sum has no limit: the system does not forget")
 
 
