@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -35,8 +35,8 @@ class Condition:
     ----------
     U1 : float
         Airspeed, m/s.
-    alpha1, climb_angle : float
-        rad.
+    alpha1, climb_angle, de1 : float
+        rad; de1 is the elevator.
     rho : float
         kg/m^3.
     mass : float
@@ -52,6 +52,7 @@ class Condition:
     mass: float
     alpha1: float = 0.0
     climb_angle: float = 0.0
+    de1: float = 0.0
     rho: float = SEA_LEVEL_DENSITY
     stability_axes: bool = False
     thrust_slope: float = 0.0
@@ -109,6 +110,47 @@ class _Scales:
         )
 
 
+def steady_flight(
+    aircraft: Aircraft, condition: Condition, derivatives: Mapping[str, float]
+) -> tuple[Condition, dict[str, float]]:
+    """Return what keeps straight and level flight steady, completed to what speed changes.
+
+    Thrust carries the drag and falls with speed as the aircraft file says; its moment, where the
+    engines sit off the CG, is held by that of the air, which grows with qbar.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+    condition : Condition
+        Its `thrust_slope` is set.
+    derivatives : mapping of str to float
+        With ``CA_0`` and ``CA_alpha``; ``CA_de`` counts where it is given, at `Condition.de1`.
+
+    Returns
+    -------
+    condition : Condition
+    derivatives : dict of str to float
+        With ``CL1``, ``CD1`` and ``Cm_V``.
+    """
+    given, alpha1 = derivatives.get, condition.alpha1
+    s, c = math.sin(alpha1), math.cos(alpha1)
+    qS = condition.qbar * aircraft.geometry.wing_area
+    weight = condition.mass * GRAVITY
+    CA1 = given("CA_0", 0.0) + given("CA_alpha", 0.0) * alpha1 + given("CA_de", 0.0) * condition.de1
+    # L + T sin a1 = W, D = T cos a1, and C_A = C_D cos a1 - C_L sin a1.
+    thrust = qS * CA1 + weight * s
+    propulsion = aircraft.propulsion
+    slope = -thrust / (propulsion.zero_thrust_speed - condition.U1)
+    below = float(np.mean([z for _, _, z in propulsion.position])) if propulsion.position else 0.0
+    by_speed = below * (slope * condition.U1 - 2.0 * thrust)
+    return replace(condition, thrust_slope=slope * c), {
+        **derivatives,
+        "CL1": (weight - thrust * s) / qS,
+        "CD1": thrust * c / qS,
+        "Cm_V": given("Cm_V", 0.0) + by_speed / (qS * aircraft.geometry.chord),
+    }
+
+
 def longitudinal_model(
     aircraft: Aircraft, condition: Condition, derivatives: Mapping[str, float]
 ) -> LinearModel:
@@ -120,8 +162,8 @@ def longitudinal_model(
     condition : Condition
     derivatives : mapping of str to float
         ``CN_alpha CN_q CN_de CA_alpha CA_q CA_de Cm_alpha Cm_q Cm_de``, those left out are zero.
-        ``CL1`` and ``CD1`` are the steady coefficients; CL1 follows from the weight where left
-        out, CD1 from ``CN_0``... at alpha1 is not guessed: zero. ``Cm_alphadot`` and
+        ``CL1`` and ``CD1`` are the steady coefficients (`steady_flight`); CL1 follows from the
+        weight where left out, CD1 is not guessed: zero. ``Cm_alphadot`` and
         ``CL_alphadot`` are the lag of the downwash (over c/2U1), ``Cm_V`` the moment that speed
         brings beyond qbar, over U1.
 

@@ -22,6 +22,7 @@ from gsapp.identification.linear_models.appendix_a import (
     Condition,
     lateral_model,
     longitudinal_model,
+    steady_flight,
 )
 from gsapp.identification.linear_models.batch_least_squares import batch_least_squares
 from gsapp.identification.linear_models.prediction_error import prediction_error
@@ -38,6 +39,8 @@ from gsapp.identification.motion import measured_motion
 from gsapp.identification.statistics import response_fit
 from gsapp.quantities import FloatArray
 
+DRAG = ("CA_0", "CA_alpha")
+"""Without these nothing is known of how speed changes."""
 _RATE = 50.0
 """Subspace models are made at this rate, Hz: quicker samples only lengthen the horizon."""
 
@@ -70,9 +73,10 @@ def mean_condition(maneuvers: Sequence[Maneuver]) -> Condition:
         motion = measured_motion(maneuver)
         first = slice(0, max(1, round(0.3 / maneuver.dt)))
         V, alpha = motion.state("V")[first].mean(), motion.state("alpha")[first].mean()
-        rows.append((V, alpha, motion.input("rho")[first].mean(), maneuver.mass))
-    V, alpha, rho, mass = (float(value) for value in np.mean(rows, axis=0))
-    return Condition(U1=V, alpha1=alpha, rho=rho, mass=mass)
+        de, rho = motion.input("de")[first].mean(), motion.input("rho")[first].mean()
+        rows.append((V, alpha, de, rho, maneuver.mass))
+    V, alpha, de, rho, mass = (float(value) for value in np.mean(rows, axis=0))
+    return Condition(U1=V, alpha1=alpha, de1=de, rho=rho, mass=mass)
 
 
 def at_accelerometer(model: LinearModel, position: Vector) -> LinearModel:
@@ -99,9 +103,16 @@ def model_of_derivatives(
     axis: LinearAxis,
     derivatives: Mapping[str, float],
 ) -> LinearModel:
-    """Return the linear model of derivatives (maximum likelihood, say), accelerometer in place."""
-    build = longitudinal_model if axis == "lon" else lateral_model
-    model = build(aircraft, condition, derivatives)
+    """Return the linear model of derivatives (maximum likelihood, say), accelerometer in place.
+
+    Speed and pitch angle are held where drag is not known: what damps the phugoid would be missing.
+    """
+    if axis == "lat":
+        model = lateral_model(aircraft, condition, derivatives)
+    else:
+        model = longitudinal_model(aircraft, *steady_flight(aircraft, condition, derivatives))
+        if not all(name in derivatives for name in DRAG):
+            model = without_slow_states(model)
     return at_accelerometer(model, aircraft.sensors.accelerometer.position)
 
 

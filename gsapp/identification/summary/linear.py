@@ -9,7 +9,11 @@ from gsapp.dynamics.linearization import LinearModel
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import SURFACES
 from gsapp.identification.campaign import CampaignResult, CampaignSettings
-from gsapp.identification.linear_models.comparison import mean_condition, model_of_derivatives
+from gsapp.identification.linear_models.comparison import (
+    DRAG,
+    mean_condition,
+    model_of_derivatives,
+)
 from gsapp.identification.linear_models.signals import LinearAxis
 from gsapp.identification.summary.campaign_summary import CampaignSummary
 
@@ -82,4 +86,8 @@ def linear_models(
             )
         except FlightError as error:
             remarks.append(f"{NO_MODEL} {words} model: {error}")
+            continue
+        if axis == "lon" and "V" not in found[axis].states:
+            missing = ", ".join(name for name in DRAG if name not in values)
+            remarks.append(f"{NO_MODEL} model of speed and pitch angle: {missing} not known")
     return found, tuple(remarks)
