@@ -78,7 +78,7 @@ def run(
     from gsapp.foundation import FlightError
     from gsapp.identification.campaign import CampaignSettings, run_campaign
     from gsapp.identification.instrument_effects import freed
-    from gsapp.identification.linear_models.files import published_errors
+    from gsapp.identification.linear_models.files import PUBLISHED_AIRCRAFT, published_errors
     from gsapp.identification.maximum_likelihood import MLSettings
     from gsapp.identification.moment_reference import about_flown_cg
 
@@ -131,8 +131,10 @@ def run(
     if out is not None:
         _save(out, found, [one.flight.name for one in every[:-1]])
     warn_of_aircraft(console, (one.aircraft for one in every), rests_on_it=True)
+    # What the source found is no measure for another aircraft.
+    published = published_errors() if other.aircraft.name == PUBLISHED_AIRCRAFT else {}
     for axis, models in found.items():
-        _describe(console, axis, models, published_errors(), other.flight.name)
+        _describe(console, axis, models, published, other.flight.name)
     for sentence in reasons:
         console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
 
@@ -226,8 +228,8 @@ def _describe(
 
     table = Table(
         title=f"{_AXES[axis]}: RMS error over range in {flight}, %",
-        caption="whole flight; its maneuvers, each from its own start; the source's (tables 7.4.1, "
-        "7.4.2)",
+        caption="whole flight; its maneuvers, each from its own start"
+        + ("; the source's (tables 7.4.1, 7.4.2)" if published else ""),
         title_justify="left",
         caption_justify="left",
         box=box.SIMPLE_HEAD,
@@ -242,8 +244,8 @@ def _describe(
             channel,
             *(
                 f"{_shown(one.rms_over_range_pct.get(channel))}; "
-                f"{_shown(one.by_maneuver_pct.get(channel))}; "
-                f"{getattr(published[channel], name):z.2f}"
+                f"{_shown(one.by_maneuver_pct.get(channel))}"
+                + (f"; {getattr(published[channel], name):z.2f}" if published else "")
                 for name, one in models.items()
             ),
         )

@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
+from importlib.resources import files
 from pathlib import Path
 from typing import get_args
 
@@ -257,6 +258,24 @@ def test_linear_models_are_fitted_on_one_flight_and_judged_on_another(
                 assert 0.0 < one["rms_over_range_pct"][output] < 40.0, (axis, name, output)
     model = load_linear_model(tmp_path / "models" / "ml-lat.toml").model()
     assert model.states == ("beta", "p", "r", "phi")
+
+
+@pytest.mark.parametrize("name", ["B777", "Gull"])
+def test_errors_of_the_source_stand_beside_its_own_aircraft_alone(
+    flights: Path, tmp_path: Path, name: str
+) -> None:
+    """For another aircraft they are no measure."""
+    shipped = files("gsapp.aircraft") / "files" / "b777.toml"
+    own = tmp_path / "own.toml"
+    own.write_text(
+        shipped.read_text(encoding="utf-8").replace('name = "B777"', f'name = "{name}"'),
+        encoding="utf-8",
+    )
+    done = gsapp("linear-models", flights / "flight5.csv", "--validate", flights / "flight6.csv",
+                 "--aircraft", own)  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert ("tables 7.4.1" in done.stdout) is (name == "B777")
+    assert ("; 13.51" in done.stdout) is (name == "B777")
 
 
 def test_a_report_is_complete_and_a_button_writes_the_same_page(

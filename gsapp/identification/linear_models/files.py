@@ -17,6 +17,8 @@ from gsapp.quantities import FloatArray, channel
 from gsapp.quantities.fields import Speed
 
 SHIPPED = Shipped(folder=Path(__file__).parent / "published", kind="linear model")
+PUBLISHED_AIRCRAFT = "B777"
+"""The aircraft that the published models and errors are of, by the name in its file."""
 _ERRORS = Path(__file__).parent / "published_errors.toml"
 Matrix = tuple[tuple[float, ...], ...]
 
