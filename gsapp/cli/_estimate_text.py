@@ -9,6 +9,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
+from gsapp.cli._bounded import bounded
 from gsapp.cli._tables import print_whole
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from gsapp.identification.results import Estimate
     from gsapp.identification.runs.outcome import Outcome
 
-_FIXED, _EACH = 44, 17
+_FIXED, _EACH = 52, 22
 """Characters that the means take, and each column of a maneuver's own."""
 _BY_EQUATIONS = "equation error"
 """Heads what stands beside maximum likelihood in gusts."""
@@ -118,12 +119,13 @@ def _rows(result: CampaignResult) -> list[str]:
 def _summary(value: CampaignValue | None) -> list[str]:
     if value is None:
         return ["unknown", "", "", ""]
-    scatter = "" if value.scatter is None else f"{value.scatter:z.4f}"
-    return [f"{value.mean:z.4f}", f"{value.std:z.4f}", scatter, str(value.n)]
+    mean, std = bounded(value.mean, value.std)
+    scatter = "" if value.scatter is None else bounded(value.scatter, value.std)[0]
+    return [mean, std, scatter, str(value.n)]
 
 
 def _mean(value: CampaignValue | None) -> str:
-    return "" if value is None else f"{value.mean:z.4f} ±{value.std:z.4f} {value.n:3d}"
+    return "" if value is None else f"{' ±'.join(bounded(value.mean, value.std))} {value.n:3d}"
 
 
 def _cell(estimate: Estimate | None, name: str) -> str | Text:
@@ -134,7 +136,7 @@ def _cell(estimate: Estimate | None, name: str) -> str | Text:
         return Text(f"held {one.value:z.4g}" if one.value else "held", "dim")
     if one.value is None or one.std is None:
         return Text(one.status, "dim")
-    return f"{one.value:z.3f} ±{one.std:z.3f}"
+    return " ±".join(bounded(one.value, one.std, least=3))
 
 
 def _sentences(outcome: Outcome) -> list[str]:

@@ -7,6 +7,8 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from gsapp.cli._bounded import bounded
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -168,7 +170,7 @@ def _describe(
         last = str(len(one.runs))
         if derivative is not None:
             shown = [
-                f"{runs[number].method} {value.value:z.4f} ±{value.std:z.4f}"
+                f"{runs[number].method} {' ±'.join(bounded(value.value, value.std))}"
                 for number in one.runs
                 if (value := runs[number].estimates.get(derivative)) is not None
                 and value.value is not None

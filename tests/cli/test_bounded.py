@@ -1,0 +1,21 @@
+"""Values on the screen: in line with one another, and no bound of zero."""
+
+from __future__ import annotations
+
+import pytest
+
+from gsapp.cli._bounded import bounded
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "shown"),
+    [
+        (-22.97391, 0.10781, ("-22.9739", "0.1078")),
+        (0.0149608, 0.0000291, ("0.014961", "0.000029")),
+        (-0.00000042, 0.0000037, ("-0.0000004", "0.0000037")),
+        (0.5, 0.0, ("0.50000000", "0.00000000")),
+    ],
+)
+def test_a_small_bound_keeps_two_digits(value: float, std: float, shown: tuple[str, str]) -> None:
+    """Constant terms of a calm flight were told as 0.0000 with a bound of 0.0000."""
+    assert bounded(value, std) == shown
