@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -246,8 +245,6 @@ class History:
         Channels to begin with; a block may bring further ones.
     rate : float
         Samples per second of the grid, Hz.
-    folder : Path or None
-        Where the temporary file lies; by default the user's cache folder.
 
     Attributes
     ----------
@@ -258,12 +255,12 @@ class History:
         of a channel were rewritten, or the `horizon` went back. What was cached is then void.
     """
 
-    def __init__(self, channels: Sequence[str], rate: float, folder: Path | None = None) -> None:
+    def __init__(self, channels: Sequence[str], rate: float) -> None:
         if not (rate > 0.0 and math.isfinite(rate)):
             raise ValueError(f"the rate of a history is a positive number of Hz, not {rate}")
         self.rate = float(rate)
         self.revision = 0
-        self._pool = SpillPool(folder)
+        self._pool = SpillPool()
         self._tracks = {channel_id: _Track(self._pool) for channel_id in channels}
         self._first: int | None = None
         self._end: int | None = None

@@ -41,11 +41,6 @@ class SpillPool:
     The file has no name where the system allows it and vanishes with the process, however that
     ends. Should the disk be full, the pool goes on in memory and `on_disk` turns False.
 
-    Parameters
-    ----------
-    folder : Path or None
-        Where the file lies; None takes `spill_folder`.
-
     Attributes
     ----------
     values : ndarray, shape (capacity,)
@@ -54,7 +49,7 @@ class SpillPool:
         Whether the numbers lie in a file.
     """
 
-    def __init__(self, folder: Path | None = None) -> None:
+    def __init__(self) -> None:
         self._file: IO[bytes] | None = None
         self._map: mmap.mmap | None = None
         self._used = 0
@@ -62,7 +57,7 @@ class SpillPool:
         with contextlib.suppress(OSError):
             # Unbuffered: what is written must be seen by the map at once.
             self._file = tempfile.TemporaryFile(  # noqa: SIM115 - lives as long as the pool
-                prefix="gsapp-", dir=folder or spill_folder(), buffering=0
+                prefix="gsapp-", dir=spill_folder(), buffering=0
             )
         self.on_disk = self._file is not None
 

@@ -73,7 +73,7 @@ class TrainingMission(Mission):
             yield from self._engines()
             yield from self._takeoff()
             self._in_pattern = True
-            yield from self._turn(self._downwind, "pattern")
+            yield from self._turn(self._downwind)
             yield from self._round(self._downwind)
         else:
             self._in_pattern = True
@@ -84,7 +84,7 @@ class TrainingMission(Mission):
         while not (self.landing_asked and leg is self._downwind):
             yield from self._straight(leg)
             leg = self._upwind if leg is self._downwind else self._downwind
-            yield from self._turn(leg, "pattern")
+            yield from self._turn(leg)
         self._in_pattern = False
         yield from self._approach()
         yield from self._rollout()

@@ -212,7 +212,7 @@ class Mission:
         left = list(self._plan.maneuvers)
         leg = self._downwind
         for _ in range(MOST_LEGS):
-            yield from self._turn(leg, "pattern")
+            yield from self._turn(leg)
             if not left:
                 # The approach starts from a downwind leg.
                 if leg is self._downwind:
@@ -222,11 +222,10 @@ class Mission:
                 left.pop(0)
             leg = self._upwind if leg is self._downwind else self._downwind
 
-    def _turn(self, leg: Leg, phase: str, *, speed: float | None = None) -> Stage:
+    def _turn(self, leg: Leg) -> Stage:
         """Turn towards the pattern onto a leg."""
         pattern = self._plan.pattern
-        speed = pattern.speed if speed is None else speed
-        view = yield Intent(phase=phase, path=0.0, bank=0.5 * pattern.bank, speed=speed)
+        view = yield Intent(phase="pattern", path=0.0, bank=0.5 * pattern.bank, speed=pattern.speed)
         while True:
             left = leg.off_course(view)
             if left < -1.5:
@@ -235,10 +234,10 @@ class Mission:
             if left < 0.75 * abs(view.bank):
                 return
             view = yield Intent(
-                phase=phase,
+                phase="pattern",
                 path=self._turning_path(view),
                 bank=self._turning_bank(view, leg, left),
-                speed=speed,
+                speed=pattern.speed,
             )
 
     def _turning_path(self, view: View) -> float:

@@ -10,7 +10,7 @@ from typing import Final
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model
 from gsapp.excitation.doublets.verdict import Verdict
-from gsapp.excitation.information.budget import LONGEST, RESERVE, FlightBudget
+from gsapp.excitation.information.budget import LONGEST, FlightBudget
 from gsapp.excitation.information.first_air import FirstAir
 from gsapp.excitation.information.learning import (
     AXES,
@@ -52,8 +52,8 @@ class InformationBook:
         Of the rows, Hz.
     wanted : mapping of str to float, optional
         Bounds asked for, per radian; what has reached its own does not count any more.
-    longest, reserve : float
-        Of the flight, and of it for coming home, s.
+    longest : float
+        Of the flight, s.
     system : {"US", "SI"}
         Units of the words.
     """
@@ -66,7 +66,6 @@ class InformationBook:
         *,
         wanted: Mapping[str, float] | None = None,
         longest: float = LONGEST,
-        reserve: float = RESERVE,
         system: str = "US",
     ) -> None:
         self._aircraft, self._model = aircraft, model
@@ -74,7 +73,7 @@ class InformationBook:
         self._every = max(1, round(FRAME * rate))
         self._wanted = dict(wanted or {})
         self._system = system
-        self.budget = FlightBudget(aircraft, rate, longest=longest, reserve=reserve)
+        self.budget = FlightBudget(aircraft, rate, longest=longest)
         self.restart()
 
     def restart(self) -> None:

@@ -38,7 +38,7 @@ class FlightBudget:
         Fuel on board and its flows; None: by the clock alone, from the first row on.
     rate : float
         Of the rows, Hz.
-    longest, reserve : float
+    longest : float
         s.
 
     Attributes
@@ -53,11 +53,10 @@ class FlightBudget:
         rate: float,
         *,
         longest: float = LONGEST,
-        reserve: float = RESERVE,
     ) -> None:
         self._aircraft = aircraft
         self._rate = rate
-        self.longest, self.reserve = longest, reserve
+        self.longest = longest
         self._frame = max(1, round(FRAME * rate))
         self.restart()
 
@@ -182,7 +181,7 @@ class FlightBudget:
         by_fuel = self._by_fuel(flown)
         if by_fuel is not None:
             left = min(left, by_fuel)
-        return max(left - self.reserve, 0.0)
+        return max(left - RESERVE, 0.0)
 
     def _by_fuel(self, flown: float) -> float | None:
         """Return how long the fuel lasts, s; None where the file says nothing of fuel."""
