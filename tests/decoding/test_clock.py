@@ -78,6 +78,34 @@ def test_32_bit_microseconds_take_their_turn_from_another_message() -> None:
     assert case.kinds == []
 
 
+def test_32_bit_microseconds_that_join_later_take_their_turn_at_once() -> None:
+    """A component that only sends SERVO_OUTPUT_RAW, on the same clock, is heard two hours late."""
+    case = Case()
+    true = 2 * US_TURN - 30_000
+    for k in range(10):
+        case.stamp(true + 20_000 * k, 20_000 * k, period=MS_TURN, item="attitude")
+        if k:
+            narrow = (true + 20_000 * k) % US_TURN
+            case.stamp(narrow, 20_000 * k, component=2, period=US_TURN, item="servo")
+    servo = [time for item, time in case.placed if item == "servo"]
+    assert servo == [true + 20_000 * k for k in range(1, 10)]
+    assert case.kinds == []
+
+
+@pytest.mark.parametrize("minutes", [10, 50, 100])
+def test_a_restart_is_no_turn_of_a_32_bit_count(minutes: int) -> None:
+    """Halfway through its count, too: zero is then as near ahead as behind."""
+    case = Case()
+    last = minutes * 60_000_000
+    for k in range(100):
+        case.stamp((last + 10_000 * k) % US_TURN, 10_000 * k, period=US_TURN)
+        case.stamp(last + 10_000 * k, 10_000 * k, item="other")
+    for k in range(100):
+        case.stamp(10_000 * k, 4_000_000 + 10_000 * k, period=US_TURN)
+    assert case.kinds == ["restart"]
+    assert case.clock.now == last + 4_990_000
+
+
 def test_32_bit_microseconds_alone_still_count() -> None:
     """With nothing else on the link they are taken as they are, when the record ends."""
     case = Case()
@@ -322,14 +350,20 @@ def test_without_any_stamp_flight_time_is_arrival() -> None:
     assert case.kinds == ["no-clock"]
 
 
-def test_a_computer_whose_clock_is_set_begins_its_delays_anew() -> None:
-    """An hour's jump of the host clock is noticed; stamps are not touched by it."""
+@pytest.mark.parametrize("leap", [3_600_000_000, -3_600_000_000])
+@pytest.mark.parametrize("period", [0, MS_TURN])
+def test_a_computer_whose_clock_is_set_begins_its_delays_anew(leap: int, period: int) -> None:
+    """An hour's jump of the host clock keeps no stamp back; ahead it could be a delay, and is told.
+
+    Back it needs no word: nothing arrives before it was sent, so the delays are known at once.
+    """
     case = Case()
     for k in range(200):
-        case.stamp(10_000 * k, 10_000 * k + (3_600_000_000 if k >= 100 else 0))
+        case.stamp(10_000 * k, 10_000 * k + (leap if k >= 100 else 0), period=period)
+        assert len(case.times) == (k + 1 if k else 0)
     assert case.times == [10_000 * k for k in range(200)]
-    assert case.kinds == ["host-step"]
-    assert case.clock.flight_time(HOST + 3_602_000_000) == pytest.approx(2_000_000, abs=1000)
+    assert case.kinds == (["host-step"] if leap > 0 else [])
+    assert case.clock.flight_time(HOST + leap + 2_000_000) == pytest.approx(2_000_000, abs=1000)
 
 
 @pytest.mark.parametrize("leap", [45_000_000, 3_600_000_000, 20 * 365 * 86_400_000_000])

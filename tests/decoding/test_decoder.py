@@ -309,9 +309,12 @@ def test_a_second_aircraft_is_left_out_and_named(cases: SimpleNamespace) -> None
         assert f"system = {3 - first}" in others[0].text
 
 
-def test_a_ground_station_is_never_taken_for_the_aircraft(cases: SimpleNamespace) -> None:
+@pytest.mark.parametrize("system", [250, 255])
+def test_a_ground_station_is_never_taken_for_the_aircraft(
+    cases: SimpleNamespace, system: int
+) -> None:
     """MANUAL_CONTROL of a ground station heard first neither counts nor is reported."""
-    ground, aircraft = cases.Sender(system=255, component=190), cases.Sender(system=7)
+    ground, aircraft = cases.Sender(system=system, component=190), cases.Sender(system=7)
     decoder = Decoder(load_channel_map("px4"))
     records = []
     for k in range(10):
@@ -345,19 +348,45 @@ def test_unknown_messages_are_counted_and_named(cases: SimpleNamespace) -> None:
     assert decoder.unknown == {54_321: 3}
     assert [notice.kind for notice in decoder.notices] == ["unknown-message"]
     assert "54321" in decoder.notices[0].text
+    assert decoder.notices[0].time is None  # no clock was heard yet
     assert decoder.health.unknown == 3
 
 
 def test_mavlink_1_and_2_mixed(cases: SimpleNamespace) -> None:
-    """Both versions of one message give one channel."""
+    """Both versions of one message give the same channels."""
     send = cases.Sender()
     decoder = Decoder(load_channel_map("ardupilot-plane"))
     records = [
-        send(10_000 * k, "attitude", 10 * k, 0.01 * k, 0, 0, 0, 0, 0, v1=k % 2 == 0)
+        send(10_000 * k, "attitude", 10 * k, 0.01 * k, 0, 0.02 * k, 0, 0, 0, v1=k % 2 == 0)
         for k in range(20)
     ]
     found = cases.gather(decoder.feed(records))
     np.testing.assert_allclose(found["phi"][1], 0.01 * np.arange(20), rtol=1e-6)
+    np.testing.assert_allclose(found["psi"][1], 0.02 * np.arange(20), rtol=1e-6)
+
+
+def test_system_time_lays_two_ways_of_counting_together(cases: SimpleNamespace) -> None:
+    """A box dates its samples and counts its attitude from boot; another aircraft is not asked.
+
+    Placed by arrival, the samples would be late by what the link takes longer for them.
+    """
+    box, other = cases.Sender(), cases.Sender(system=2)
+    decoder = Decoder(load_channel_map("b777"))
+    switched_on = cases.HOST - 7_000_000_000
+    records = []
+    for k in range(100):
+        boot = 40_000 + 10 * k
+        records.append(box.attitude(10_000 * k, boot, 0.0))
+        if k == 0:
+            for send, off in ((box, 0), (other, 30_000)):
+                unix = switched_on + 1000 * boot + off
+                records.append(send(10_000 * k, "system_time", unix, boot))
+        else:
+            dated = switched_on + 1000 * boot
+            records.append(box.daq(10_000 * k + 8_000, dated, [0.01 * k] * 20))
+    found = cases.gather(decoder.feed(records) + decoder.finish())
+    assert (found["alpha"][0][0], found["alpha"][0][-1]) == (4_001, 4_099)
+    assert "other-clock" not in [notice.kind for notice in decoder.notices]
 
 
 def test_status_texts(cases: SimpleNamespace) -> None:
