@@ -25,8 +25,9 @@ from gsapp.decoding.gridder import Gridder
 from gsapp.decoding.messages import decode_columns, message_id, message_layout, number_reader
 from gsapp.decoding.pipeline import Pipeline
 from gsapp.decoding.rows import Rows, Sheet
+from gsapp.decoding.stream import linear_factors
 from gsapp.flight.records import RawRecord
-from gsapp.quantities import Block, channel
+from gsapp.quantities import CHANNELS, Block, channel, to_si
 
 MAPS = ("b777", "b777-thin", "ardupilot-plane", "px4")
 SPECIAL = (0.0, -0.0, 1.0, -1.0, math.pi, -math.pi, math.nan, 1e-320, -1e-320, 1e300, -1e300)
@@ -130,6 +131,19 @@ def test_streams_convert_alike(name: str, seed: int) -> None:
         two = many.convert(decode_columns(number, payloads), len(payloads))
         assert same(one, two), few.message
     assert pipelines[0].clipped == pipelines[1].clipped
+
+
+def test_a_raw_number_becomes_si_as_its_unit_says() -> None:
+    """Units with a zero of their own, such as degC, are scaled before they are shifted."""
+    for spec in CHANNELS.values():
+        for unit in spec.allowed_units:
+            entry = MapEntry(
+                channel=spec.id, source="x", message="m", inputs=(FieldRef(field="x"),),
+                unit=unit, scale=0.01, offset=-3.0,
+            )  # fmt: skip
+            factor, shift = linear_factors(entry)
+            expected = to_si(4711.0 * 0.01 - 3.0, unit, spec.quantity)
+            assert 4711.0 * factor + shift == pytest.approx(expected, rel=1e-12), (spec.id, unit)
 
 
 def laid(rows: Iterable[Rows]) -> list[tuple[int, bytes, bytes | None]]:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from gsapp.foundation import UnknownNameError
@@ -44,8 +44,9 @@ def brute(
 
 
 def noise(seed: int, count: int, missing: float) -> np.ndarray:
+    """Return noise, on a slope two times of three: a bin then has its extremes at its edges."""
     generator = np.random.default_rng(seed)
-    values = generator.normal(size=count)
+    values = generator.normal(size=count) + (seed % 3 - 1.0) * np.arange(count)
     values[generator.random(count) < missing] = np.nan
     return values
 
@@ -61,12 +62,28 @@ pieces = st.lists(
 )
 
 
+@example(  # edges that cut through cells of two levels
+    start=-1000, pieces=[(0, 6000, 0.0)] * 3, size=1500, share=0.0, count=12, seed=0, horizon=None
+)
+@example(  # the latest number is overwritten by nothing, others beside it by numbers
+    start=0,
+    pieces=[(0, 100, 0.0), (-10, 10, 0.3)],
+    size=7,
+    share=0.0,
+    count=9,
+    seed=0,
+    horizon=None,
+)
 @settings(deadline=None, max_examples=50)
 @given(
     start=st.integers(-70_000, 70_000),
     pieces=pieces,
-    size=st.one_of(st.integers(1, 1200), st.sampled_from([16, 256, 544, 600, 4096, 70_000])),
-    shift=st.integers(-3, 40),
+    size=st.one_of(
+        st.integers(1, 1200),
+        st.integers(1024, 9000),  # whose edges cut through cells of several levels
+        st.sampled_from([16, 256, 544, 600, 4096, 70_000]),
+    ),
+    share=st.floats(-0.2, 1.0),  # of the flight before the first bin
     count=st.integers(1, 120),
     seed=st.integers(0, 1000),
     horizon=st.none() | st.integers(-2000, 40_000),
@@ -75,7 +92,7 @@ def test_extremes_samples_and_last_are_those_of_a_plain_search(
     start: int,
     pieces: list[tuple[int, int, float]],
     size: int,
-    shift: int,
+    share: float,
     count: int,
     seed: int,
     horizon: int | None,
@@ -101,7 +118,7 @@ def test_extremes_samples_and_last_are_those_of_a_plain_search(
             history.horizon = limit / RATE
             seen = {index: value for index, value in truth.items() if index <= limit}
             end = min(end, limit)
-        first_bin = min(truth) // size + shift
+        first_bin = int(min(truth) + share * (max(truth) - min(truth))) // size
         low, high = history.extremes("q", first_bin, first_bin + count, size)
         one = history.extremes("q", first_bin, first_bin + 1, size)
         got = history.samples("q", min(truth) - 5, max(truth) + 5)
