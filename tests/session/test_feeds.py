@@ -56,14 +56,16 @@ class Watcher:
         self.resets = 0
         self.seen: dict[str, list[float]] = {}
         self.times: dict[str, list[float]] = {}
+        self.settled = True
 
     def feed(self, given: Block) -> None:
+        self.settled = False
         for column, name in enumerate(given.channels):
             self.seen.setdefault(name, []).extend(given.values[:, column].tolist())
             self.times.setdefault(name, []).extend(given.times.tolist())
 
     def settle(self) -> None:
-        pass
+        self.settled = True
 
     def reset(self) -> None:
         self.resets += 1
@@ -82,6 +84,7 @@ class Thinker(Watcher):
         return self.left > 0 and time >= 9.0
 
     def settle(self) -> None:
+        super().settle()
         self.left -= self.left > 0 and bool(self.times) and self.times["q"][-1] > 8.0
 
 
@@ -390,8 +393,10 @@ def test_whenever_a_window_opens_watchers_see_the_flight_in_order(
     for piece in pieces:
         feed.advance(clock.time + 0.01)
         reader.come = min(reader.come + piece, len(blocks))
+        assert all(watcher.settled for watcher in watchers)
     feed.finish()
     for watcher in watchers:
+        assert watcher.settled
         for name, seen in watcher.seen.items():
             given = [k for k in seen if not math.isnan(k)]
             count = history.span(name)[1] - 500
