@@ -238,6 +238,21 @@ def test_the_brush_is_round_and_symmetric():
         assert halves == pytest.approx(halves[::-1])
 
 
+def test_a_computed_trace_is_dashed_where_the_samples_are():
+    """Two thirds drawn, one left free; the dashes go along with the samples."""
+    history = history_of(np.zeros(2000))
+    view = view_of(history, width=300, window=3.0)
+    picture, geometry = picture_of(view, (fixed("alpha", style="computed"),), height=61)
+    picture.advance(history, view)
+    (trace,) = picture.raster.charts[0].traces
+    box, plot = geometry.charts[0], geometry.plot
+    row = seen(picture, view)[box.y - plot.y + 30]
+    red, green, blue = trace.color
+    drawn = row == (0xFF000000 | red << 16 | green << 8 | blue)
+    places = np.arange(drawn.size) + view.columns[0]
+    assert drawn.tolist() == ((places // trace.dash) % 3 != 2).tolist()
+
+
 def test_a_value_off_the_scale_stays_visible_at_the_edge():
     """Proves that a value beyond a fixed range is not taken for a gap."""
     history = history_of(np.full(400, 7.0))
@@ -424,12 +439,13 @@ def test_after_a_long_silence_of_the_window_columns_are_asked_for():
 
 
 def test_an_axis_follows_what_is_in_sight():
-    """Proves that an automatic range holds all values in sight, and that ticks lie in it."""
+    """Proves that an automatic range holds all values in sight, and grid and limits go along."""
     t = np.arange(3000) / RATE
     history = history_of(0.3 * np.sin(t), ("alpha",))
     view = view_of(history, window=20.0)
     strip = Strip(traces=(Trace(channel="alpha"),))
-    chart = make_chart(strip, 0, DAYLIGHT, "US", None)
+    limits = Bands(caution_low=-0.25, caution_high=0.1, warning_high=0.2)
+    chart = make_chart(strip, 0, DAYLIGHT, "US", limits)
     geometry = arrange(300, 300, 1.0, COLUMNS, [("", [1.0])], (), 0, False)
     picture = Picture({0: chart}, geometry, DAYLIGHT, 1.0)
     picture.advance(history, view)
@@ -439,3 +455,7 @@ def test_an_axis_follows_what_is_in_sight():
     assert chart.high - chart.low < 2.2 * math.degrees(0.6)
     assert all(chart.low <= tick <= chart.high for tick in chart.ticks)
     assert not picture.follow_ranges(view, at_once=False)
+    picture.advance(history, view)
+    fresh = Picture({0: chart}, geometry, DAYLIGHT, 1.0)
+    fresh.advance(history, view)
+    assert np.array_equal(seen(picture, view), seen(fresh, view))
