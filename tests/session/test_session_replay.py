@@ -26,6 +26,7 @@ from gsapp.flight.summary import summarize
 from gsapp.foundation import FlightError, GroundStationError
 from gsapp.session import MAX_SPEED, Session
 from gsapp.session.feeds import parse_speed
+from gsapp.session.limits import Bands
 from gsapp.session.running import run_through
 from gsapp.session.states import USUAL_PATIENCE
 
@@ -244,6 +245,28 @@ def test_a_replay_goes_at_its_speed(tmp_path: Path, box: Any) -> None:
     now[0] += 1.0
     session.update()
     assert session.now == pytest.approx(start + 4.0, abs=0.011)
+
+
+def test_limits_typed_under_way_count_from_then_on(tmp_path: Path) -> None:
+    """Alpha swings up to 5 deg: typed at 4 deg it alarms, and no more once they are taken back."""
+    now = [0.0]
+    path = flight_csv(tmp_path / "flight.csv")
+    session = Session.replay(path, clock=lambda: now[0], cues=False)
+
+    def play(seconds: float) -> list[str]:
+        for _ in range(round(seconds / 0.1)):
+            now[0] += 0.1
+            session.update()
+        return [alarm.key for alarm in session.board.standing]
+
+    assert play(4.0) == []
+    session.type_limits("alpha", Bands(warning_high=math.radians(4.0)))
+    assert session.board.standing == ()  # what was before does not count
+    assert play(3.9) == ["alpha:high"]
+    assert session.acknowledge_all() == 1
+    assert play(0.2) == ["alpha:high"]
+    session.type_limits("alpha", None)
+    assert play(0.2) == []
 
 
 def test_acknowledgments_of_the_flight_hold_in_its_replay(tmp_path: Path, box: Any) -> None:
