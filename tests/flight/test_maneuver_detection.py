@@ -14,6 +14,8 @@ from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.pilot.flight import VirtualFlight, fly
 from gsapp.flight import Flight, load_flight
 from gsapp.flight.maneuvers import ManeuverDetector, detect, find_maneuvers
+from gsapp.flight.maneuvers.airborne import FRAME, AirborneWatch, flying_speed
+from gsapp.flight.maneuvers.signals import COLUMN, SIGNALS
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
@@ -30,6 +32,20 @@ AIR_DATA = ("V", "alpha", "beta")
 @pytest.fixture(scope="module")
 def flown() -> VirtualFlight:
     return fly("short", seed=9)
+
+
+def test_it_flies_from_a_little_above_the_stall_until_a_little_below():
+    """By airspeed alone; between the two it goes on as it was, and a single frame is no proof."""
+    watch, stall = AirborneWatch(AIRCRAFT), flying_speed(AIRCRAFT)
+    means = np.full(len(SIGNALS), np.nan)
+    told = []
+    shares = (0.0, 0.9, 1.0, 1.0, 1.2, 1.0, 1.1, 1.1, 0.95, 0.95, 0.8, 0.95, 0.85, 0.85, 1.0, 1.0)
+    for number, share in enumerate(shares):
+        means[COLUMN["V"]] = share * stall
+        watch.add(number * FRAME, means)
+        told.append(watch.airborne)
+    assert told == [7 <= number < 13 for number in range(len(shares))]
+    assert watch.judged_by == "airspeed"
 
 
 @pytest.mark.parametrize("surface", ["de", "da", "dr"])

@@ -117,11 +117,15 @@ def test_too_small_an_input_is_told_by_its_answer():
     assert any("too small" in reason and "times its noise" in reason for reason in found.reasons)
 
 
-def test_an_excursion_beyond_the_linear_range_is_too_large():
+@pytest.mark.parametrize("side", [12.0, -20.0])
+def test_an_excursion_beyond_the_linear_range_is_too_large(side: float):
+    """Upward or downward, it is told how far."""
     flight = made()
-    alpha = flight.block["alpha"] + 12.0 * DEGREE * during(flight, AT + 0.5, AT + 2.0)
-    found = graded(changed(flight, alpha=alpha))
-    assert any("too large: alpha reached" in reason for reason in found.reasons)
+    alpha = flight.block["alpha"] + side * DEGREE * during(flight, AT + 0.5, AT + 2.0)
+    (told,) = (each for each in graded(changed(flight, alpha=alpha)).reasons if "alpha" in each)
+    reached = float(told.removeprefix("too large: alpha reached ").split()[0])
+    end = (np.max if side > 0.0 else np.min)(alpha[during(flight, AT, AT + 2.0)]) / DEGREE
+    assert reached == pytest.approx(end, abs=1.5)
 
 
 def test_clipped_samples_are_counted():
