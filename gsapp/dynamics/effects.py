@@ -8,20 +8,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from gsapp.aircraft import Aircraft
-from gsapp.dynamics.arithmetic import Value, choose
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.buildup import COEFFICIENT_TITLES, reads_of
+from gsapp.dynamics.effect_terms import (
+    FallOffTerm,
+    MemoryTerm,
+    OffsetTerm,
+    SpeedTerm,
+    StallTerm,
+    ThrustErrorTerm,
+    ThrustFadeTerm,
+)
 from gsapp.dynamics.terms import (
     COEFFICIENTS,
     Monomial,
     Parameter,
     Term,
     TermFactory,
-    TermJacobian,
-    Values,
     register,
 )
 
@@ -35,226 +40,6 @@ _V_REF = Parameter(
     description="speed at which the term is zero",
     free=False,
 )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SpeedTerm(Term):
-    """Coefficient that changes with speed itself: parameter * (V/V_ref - 1)."""
-
-    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the change from the reference speed."""
-        del states
-        return parameters[0] * (reads[0] / parameters[1] - 1.0)
-
-    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
-        del states
-        slope, reference = parameters
-        ratio = reads[0] / reference
-        return TermJacobian(
-            reads=(slope / reference,), parameters=(ratio - 1.0, -slope * ratio / reference)
-        )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MemoryTerm(Term):
-    """Target that follows a variable with one lag: scale * parameter * (x - lagged x).
-
-    For slow changes it equals scale * parameter * tau * x'.
-
-    Attributes
-    ----------
-    scale : float
-        A fixed factor.
-    """
-
-    scale: float = 1.0
-
-    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the part that has not settled yet."""
-        return self.scale * parameters[0] * (reads[0] - states[0])
-
-    def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
-        """Return (x - state)/tau."""
-        return ((reads[0] - states[0]) / parameters[1],)
-
-    def rest(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
-        """Return x itself: all has settled."""
-        del parameters
-        return (reads[0],)
-
-    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
-        tau = parameters[1]
-        size = self.scale * parameters[0]
-        difference = reads[0] - states[0]
-        return TermJacobian(
-            reads=(size,),
-            states=(-size,),
-            parameters=(self.scale * difference, 0.0),
-            rate_reads=((1.0 / tau,),),
-            rate_states=((-1.0 / tau,),),
-            rate_parameters=((0.0, -difference / (tau * tau)),),
-        )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StallTerm(Term):
-    """Departure from the linear coefficient beyond the linear angles of attack.
-
-    Exactly zero between `alpha_low` and `alpha_high`; outside it starts as a parabola and turns
-    into a line of the slope `slope`: with e the excess over the limit, slope * e^2/(|e| + width).
-    An even coefficient (drag) takes |e|.
-
-    Attributes
-    ----------
-    even : bool
-        Whether the term has the same sign on both sides.
-    """
-
-    even: bool = False
-
-    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the departure."""
-        del states
-        excess, sign = self._excess(reads[0], parameters)
-        slope, width = parameters[0], parameters[1]
-        return slope * sign * excess * excess / (excess + width)
-
-    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
-        del states
-        excess, sign = self._excess(reads[0], parameters)
-        slope, width = parameters[0], parameters[1]
-        shape = excess * excess / (excess + width)
-        by_excess = slope * sign * excess * (excess + 2.0 * width) / (excess + width) ** 2
-        above = reads[0] > parameters[3]
-        direction = choose(above, 1.0, -1.0)
-        return TermJacobian(
-            reads=(by_excess * direction,),
-            parameters=(
-                sign * shape,
-                -slope * sign * shape / (excess + width),
-                choose(above, 0.0, 1.0) * by_excess,
-                choose(above, -1.0, 0.0) * by_excess,
-            ),
-        )
-
-    def _excess(self, alpha: Value, parameters: Values) -> tuple[Value, Value]:
-        low, high = parameters[2], parameters[3]
-        above = choose(alpha > high, alpha - high, 0.0)
-        below = choose(alpha < low, low - alpha, 0.0)
-        sign = 1.0 if self.even else choose(alpha < low, -1.0, 1.0)
-        return above + below, sign
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FallOffTerm(Term):
-    """Effectiveness of a surface that falls off beyond a deflection, alike to both sides.
-
-    Exactly zero up to `onset`; with e = |x| - onset beyond it, slope * e^2/(e + width) * sign(x).
-    """
-
-    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the change of the coefficient."""
-        del states
-        excess, sign = _beyond(reads[0], parameters[1])
-        return parameters[0] * sign * excess * excess / (excess + parameters[2])
-
-    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
-        del states
-        slope, width = parameters[0], parameters[2]
-        excess, sign = _beyond(reads[0], parameters[1])
-        shape = excess * excess / (excess + width)
-        by_excess = slope * excess * (excess + 2.0 * width) / (excess + width) ** 2
-        return TermJacobian(
-            reads=(by_excess,),
-            parameters=(sign * shape, -sign * by_excess, -slope * sign * shape / (excess + width)),
-        )
-
-
-def _beyond(x: Value, onset: Value) -> tuple[Value, Value]:
-    """Return how far |x| lies beyond the onset, zero before it, and the sign of x."""
-    over = choose(x > onset, x - onset, 0.0)
-    under = choose(x < -onset, -onset - x, 0.0)
-    return over + under, choose(x < 0.0, -1.0, 1.0)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ThrustFadeTerm(Term):
-    """Thrust that changes otherwise with speed: parameter * T * (V/V_ref - 1)."""
-
-    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the change from the reference speed."""
-        del states
-        return parameters[0] * reads[0] * (reads[1] / parameters[1] - 1.0)
-
-    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
-        del states
-        thrust, V = reads
-        fade, reference = parameters
-        ratio = V / reference
-        return TermJacobian(
-            reads=(fade * (ratio - 1.0), fade * thrust / reference),
-            parameters=(thrust * (ratio - 1.0), -fade * thrust * ratio / reference),
-        )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ThrustErrorTerm(Term):
-    """A share of the thrust of the aircraft file: parameter * k throttle rho (1 - V/V_0).
-
-    Attributes
-    ----------
-    per_density : float
-        Thrust of all engines at rest over density, N m^3/kg.
-    zero_thrust_speed : float
-        m/s.
-    """
-
-    per_density: float
-    zero_thrust_speed: float
-
-    def _thrust(self, reads: Values) -> Value:
-        throttle, rho, V = reads
-        return self.per_density * throttle * rho * (1.0 - V / self.zero_thrust_speed)
-
-    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return what is added to the thrust."""
-        del states
-        return parameters[0] * self._thrust(reads)
-
-    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return the partial derivatives."""
-        del states
-        throttle, rho, V = reads
-        size = parameters[0] * self.per_density
-        left = 1.0 - V / self.zero_thrust_speed
-        return TermJacobian(
-            reads=(
-                size * rho * left,
-                size * throttle * left,
-                -size * throttle * rho / self.zero_thrust_speed,
-            ),
-            parameters=(self._thrust(reads),),
-        )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OffsetTerm(Term):
-    """A constant added to the target: a value of the aircraft file that is wrong."""
-
-    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
-        """Return the parameter."""
-        del reads, states
-        return parameters[0]
-
-    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
-        """Return 1 for the parameter."""
-        del reads, states, parameters
-        return TermJacobian(reads=(), parameters=(1.0,))
 
 
 # --- aerodynamic effects ------------------------------------------------------------------------
