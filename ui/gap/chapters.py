@@ -5,8 +5,8 @@ from __future__ import annotations
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from ui.gap.pictures import Selection
 from ui.gap.request import Answer
+from ui.gap.selection import Selection
 from ui.look import Look
 
 

@@ -17,9 +17,8 @@ from ui.gap.pictures import (
     map_picture,
     region_picture,
     trace_picture,
-    variables,
-    view_of,
 )
+from ui.gap.selection import variables, view_of
 from ui.gap.tables import MapLegend, MapView
 from ui.look import Look
 from ui.pages import label

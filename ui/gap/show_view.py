@@ -13,13 +13,8 @@ from ui.gap.chapters import ChapterView
 from ui.gap.chart import Band, Chart, Curve
 from ui.gap.parts import Choice, Lines, Pair, button_row
 from ui.gap.phrases import channel_text, closed_text, joined, maneuver_text
-from ui.gap.pictures import (
-    bar_pairs,
-    gap_lines,
-    overlay_picture,
-    step_names,
-    waterfall,
-)
+from ui.gap.pictures import bar_pairs, gap_lines, overlay_picture, waterfall
+from ui.gap.selection import step_names
 from ui.look import Look
 from ui.pages import label
 

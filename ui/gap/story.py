@@ -27,16 +27,9 @@ from ui.gap.chapters import ChapterView
 from ui.gap.find_view import FindView
 from ui.gap.name_view import NameView
 from ui.gap.phrases import verdict_state, verdict_text
-from ui.gap.pictures import (
-    Selection,
-    beginning,
-    closed_most,
-    effect_of_step,
-    held,
-    kept_out,
-    step_names,
-)
+from ui.gap.pictures import effect_of_step
 from ui.gap.request import Answer
+from ui.gap.selection import Selection, beginning, closed_most, held, kept_out, step_names
 from ui.gap.show_view import ShowView
 from ui.gap.steps import CHAPTERS
 from ui.glyphs import State, paint_state
