@@ -362,6 +362,7 @@ class Desk(QObject):
         if tells:
             self._told_at = now
             self._tell(session)
+        self._fault = ""
 
     @staticmethod
     def _hurries(session: Session) -> bool:
@@ -379,8 +380,10 @@ class Desk(QObject):
         return (session.now, session.history.revision) != self._seen
 
     def _idle_time(self, now: float) -> float | None:
-        """Return the flight time to paint up to while nothing comes: it goes on, so that values
-        grow stale and the gap is seen."""  # noqa: D205, D209
+        """Return the flight time to paint up to while nothing comes.
+
+        It goes on, so that values grow stale and the gap is seen.
+        """
         session = self.session
         if session is None or session.now is None:
             return None
@@ -397,9 +400,11 @@ class Desk(QObject):
             self._finished = True
             session.finish()
             self.ended.emit(session.path)
-        if snapshot.problem and snapshot.problem != self._problem:
+        if snapshot.problem != self._problem:
+            # What heals and fails again is told again.
             self._problem = snapshot.problem
-            self.remarked.emit("caution", snapshot.problem)
+            if snapshot.problem:
+                self.remarked.emit("caution", snapshot.problem)
         if not self._remarked and self.is_loaded:
             self._remarked = True
             if self._back_to is not None:

@@ -9,7 +9,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +36,7 @@ from gsapp.flight.folder import FlightFolder
 from gsapp.flight.raw.files import RawFile
 from gsapp.foundation import FlightError
 from gsapp.session import Session
+from gsapp.session.snapshot import SessionSnapshot
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders
 from ui.dialogs.link import LinkDialog
 from ui.dialogs.requests import ConnectRequest
@@ -476,6 +477,7 @@ def test_a_record_that_cannot_be_read_floods_neither_window_nor_log(
 def test_what_fails_in_a_replay_is_told_once(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """And again only where it went well in between."""
     window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
     until(qtbot, lambda: window.desk.is_loaded)
     calls: list[float] = []
@@ -484,12 +486,41 @@ def test_what_fails_in_a_replay_is_told_once(
         calls.append(budget)
         raise ZeroDivisionError("in the middle")
 
-    monkeypatch.setattr(Session, "update", fail)
     window.desk.toggle_play()
-    until(qtbot, lambda: any("in the middle" in text for text in window.banners.texts()))
-    qtbot.wait(1500)
-    assert len([text for text in window.banners.texts() if "in the middle" in text]) == 1
-    assert len(calls) <= 4
+    for _ in range(2):
+        calls.clear()
+        with monkeypatch.context() as patch:
+            patch.setattr(Session, "update", fail)
+            until(qtbot, lambda: any("in the middle" in text for text in window.banners.texts()))
+            window.banners.dismiss()
+            qtbot.wait(1000)
+            assert window.banners.texts() == ()
+            assert len(calls) <= 4
+        now = window.desk.session.now
+        until(qtbot, lambda before=now: window.desk.session.now != before)
+
+
+def test_what_heals_and_fails_again_is_told_again(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A crew that closed the banner of the first time would else look at charts that stand."""
+    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.desk.is_loaded)
+    snapshot, problem, asked = Session.snapshot, [""], [0]
+
+    def look(session: Session) -> SessionSnapshot:
+        asked[0] += 1
+        return replace(snapshot(session), problem=problem[0])
+
+    monkeypatch.setattr(Session, "snapshot", look)
+    for _ in range(2):
+        problem[0] = "raw.tlog cannot be read (Device not configured)"
+        until(qtbot, lambda: problem[0] in window.banners.texts())
+        while window.banners.texts():
+            window.banners.dismiss()
+        problem[0], before = "", asked[0]
+        until(qtbot, lambda seen=before: asked[0] > seen + 2)
+        assert window.banners.texts() == ()
 
 
 @pytest.mark.parametrize("moment", ["early", "late", "done"])
