@@ -30,8 +30,9 @@ HERE = Path(__file__).resolve().parent
 PROJECT = HERE.parent
 VENV = PROJECT / ".venv"
 OLDEST, NEWEST = (3, 11), (3, 14)
-# No restart after a crash: the rest of the file would be waited for without end.
-ON_TWO_CORES = ["-n2", "--dist=loadfile", "--no-loadscope-reorder", "--max-worker-restart=0"]
+# A third while two wait for what they watch; no restart after a crash: the rest of the file would
+# be waited for without end.
+ON_TWO_CORES = ["-n3", "--dist=loadfile", "--no-loadscope-reorder", "--max-worker-restart=0"]
 LONGEST_CHECK = 40.0  # minutes, five times what the tests take on two cores
 
 # Shared library -> Debian package. PySide6's wheels bring Qt but not what Qt stands on.
