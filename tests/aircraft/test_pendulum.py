@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
+
+from command_kit import gsapp
 
 from gsapp.aircraft.pendulum import (
     BifilarSwing,
@@ -225,17 +228,12 @@ def test_a_cradle_that_was_not_swung_alone_is_refused(tmp_path: Path) -> None:
 def test_command_prints_a_table_and_writes_json(tmp_path: Path) -> None:
     """The command from outside: table for people, SI for programs, exit codes."""
     out = tmp_path / "inertia.json"
-    command = [sys.executable, "-m", "gsapp.cli", "inertia"]
-    done = subprocess.run(
-        [*command, str(written(tmp_path)), "--json", str(out)],
-        capture_output=True, encoding="utf-8", check=True,
-    )  # fmt: skip
+    done = gsapp("inertia", written(tmp_path), "--json", out)
+    assert done.returncode == 0, done.stderr
     assert "ixx" in done.stdout
     content = json.loads(out.read_text(encoding="utf-8"))
     expected = inertia_of(load_swings(tmp_path / "swings.toml")).values["ixx"]
     assert content["inertia"]["ixx"]["value"] == pytest.approx(expected.value)
-    failed = subprocess.run(
-        [*command, str(tmp_path / "none.toml")], capture_output=True, encoding="utf-8", check=False
-    )
+    failed = gsapp("inertia", tmp_path / "none.toml")
     assert failed.returncode == 1
     assert "cannot be read" in failed.stderr

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 from pathlib import Path
 
@@ -11,6 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
+
+from command_kit import gsapp
 
 from gsapp.flight import load_flight
 from gsapp.flight.processing import (
@@ -190,12 +193,6 @@ def test_rename_swaps_and_refuses_what_makes_no_sense() -> None:
         rename_channels(start, {"p": "pitchrate"})
     with pytest.raises(UnknownNameError):
         without_channels(start, ["r"])
-
-
-def gsapp(*arguments: object) -> subprocess.CompletedProcess[str]:
-    """Run the program."""
-    command = [sys.executable, "-m", "gsapp.cli", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, encoding="utf-8", check=False)
 
 
 def test_commands_do_the_same_from_outside(tmp_path: Path) -> None:
