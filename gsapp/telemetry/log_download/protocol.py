@@ -31,7 +31,9 @@ _LEAST_WINDOW: Final = 64 * PIECE
 _MOST_WINDOW: Final = 4096 * PIECE
 _WINDOW_SECONDS: Final = 2.0
 _ROUND_TRIP: Final = 0.15
-"""Seconds that asking costs: what comes meanwhile may as well be sent twice."""
+"""Seconds that asking costs at least: what comes meanwhile may as well be sent twice."""
+_TELLING: Final = _LEAST_WINDOW // 2
+"""Bytes of one answer that tell the pace of the link: of fewer, asking takes most of the time."""
 _FIRST_SILENCE: Final = 1.5
 _LEAST_SILENCE, _MOST_SILENCE = 0.25, 2.0
 _SILENT_PIECES: Final = 20
@@ -136,6 +138,9 @@ class LogConversation:
         self._asked_again = 0
         self._cut_off = 0
         self._came: deque[tuple[float, int]] = deque()
+        self._answered = 0
+        self._pace: float | None = None
+        self._trip = _ROUND_TRIP
         self._interval = 0.0
 
     def state(self, now: float) -> DownloadState:
@@ -230,9 +235,8 @@ class LogConversation:
             return
         offset, count = message.ofs, min(message.count, PIECE)
         count = max(min(count, entry.size - offset), 0)
-        if self._heard_at >= 0.0 and self._request is not None:
-            gap = min(now - self._heard_at, _MOST_SILENCE)
-            self._interval += 0.1 * (gap - self._interval)
+        if self._request is not None:
+            self._time(count, now)
         self._heard_at = now
         if self.missing.within(offset, offset + count):
             # What could not be kept has not come.
@@ -246,6 +250,17 @@ class LogConversation:
                 self._hear_end(offset + count)
         if not self.missing:
             self.phase = "done"
+
+    def _time(self, count: int, now: float) -> None:
+        """Take from a piece what asking costs, and how fast pieces follow each other."""
+        if self._heard_at > self._asked_at:
+            gap = min(now - self._heard_at, _MOST_SILENCE)
+            self._interval += 0.1 * (gap - self._interval)
+        else:
+            self._trip = now - self._asked_at
+        self._answered += count
+        if self._answered >= _TELLING and now > self._asked_at:
+            self._pace = self._answered / (now - self._asked_at)
 
     def _hear_end(self, end: int) -> None:
         """Note that the log ended before the size that was announced."""
@@ -289,18 +304,17 @@ class LogConversation:
             if now - max(self._heard_at, self._asked_at) < self._silence():
                 return []
             # The end of what was asked for is lost, or the request was.
-            if self._heard_at < self._asked_at:
+            if self._heard_at <= self._asked_at:
                 self._cursor = self._request[0]
             self._request = None
-        rate = self._rate(now)
-        most = round(min(max(_WINDOW_SECONDS * rate, _LEAST_WINDOW), _MOST_WINDOW) / PIECE) * PIECE
-        wanted = self.missing.next_from(self._cursor, most, round(_ROUND_TRIP * rate))
+        most, join = self._window()
+        wanted = self.missing.next_from(self._cursor, most, join)
         if wanted is None:
             return []
         start, stop = wanted
         self._asked_again += start < self._furthest
         self._cursor, self._furthest = stop, max(self._furthest, stop)
-        self._request, self._asked_at = wanted, now
+        self._request, self._asked_at, self._answered = wanted, now, 0
         return [
             self._pack(
                 self._names.MAVLink_log_request_data_message(
@@ -309,9 +323,21 @@ class LogConversation:
             )
         ]
 
+    def _window(self) -> tuple[int, int]:
+        """Return how many bytes to ask for at once, and across how many that are there already.
+
+        It follows the pace of the link, not of what comes new: that falls where little is missing,
+        and each lost piece would be asked for by itself. Where the pace is not known yet, the first
+        answer shall be long enough to tell it.
+        """
+        if self._pace is None:
+            return _LEAST_WINDOW, _LEAST_WINDOW
+        most = min(max(_WINDOW_SECONDS * self._pace, _LEAST_WINDOW), _MOST_WINDOW)
+        return round(most / PIECE) * PIECE, round(max(self._trip, _ROUND_TRIP) * self._pace)
+
     def _silence(self) -> float:
         """Return after how many seconds without a piece there will be none."""
-        if self._heard_at < self._asked_at:
+        if self._heard_at <= self._asked_at:
             return _FIRST_SILENCE
         return min(max(_SILENT_PIECES * self._interval, _LEAST_SILENCE), _MOST_SILENCE)
 
