@@ -70,3 +70,22 @@ def test_a_torn_end_is_told(tmp_path: Path, cut: int) -> None:
 def test_dropouts_are_told(tmp_path: Path, count: int, often: str) -> None:
     flight = load_flight(written(tmp_path, short_log(dropouts=count)))
     assert flight.remarks == (f"the logger of x.ulg dropped out {often} in all",)
+
+
+def test_damage_and_a_time_that_cannot_be_cost_their_samples_and_are_told(tmp_path: Path) -> None:
+    """One sample of gyros stamped an hour late; later on the length of another is overwritten.
+
+    What follows that cannot be found again, and is more than the last message.
+    """
+    log = bytearray(short_log())
+    rows = [k for k in range(len(log)) if log[k : k + 5] == b"\x26\x00D\x00\x00"]
+    assert len(rows) == ROWS
+    log[rows[50] + 5 : rows[50] + 13] = struct.pack("<Q", 3_600_000_000)
+    flight = load_flight(written(tmp_path, bytes(log)))
+    told = "left out for a time that cannot be: 1 sample of sensor_combined[0]"
+    assert flight.remarks == (told,)
+    assert flight.block["q"] == pytest.approx(0.01 * np.arange(ROWS), abs=1e-6)
+    log[rows[150] : rows[150] + 3] = b"\xff\xff\xff"
+    damaged = load_flight(written(tmp_path, bytes(log)))
+    assert set(damaged.remarks) == {told, "parts of x.ulg were damaged and are left out"}
+    assert damaged.block["q"][:150] == pytest.approx(0.01 * np.arange(150), abs=1e-6)

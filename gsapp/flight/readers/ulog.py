@@ -56,9 +56,11 @@ def read_ulog(path: Path | str, wanted: Collection[str] | None = None) -> Log:
         )
     parsed, said = _parse(file, wanted)
     remarks: list[str] = []
-    if parsed.file_corruption or "corruption" in said.casefold():
+    left, longest = _cut_off(file)
+    # A length that was damaged ends the log as a torn end does, and takes more than a message.
+    if parsed.file_corruption or "corruption" in said.casefold() or left > longest:
         remarks.append(f"parts of {file.name} were damaged and are left out")
-    elif _is_torn(file):
+    elif left:
         remarks.append(f"the last message of {file.name} was torn off; it is left out")
     dropouts = [int(dropout.duration) for dropout in parsed.dropouts]
     if dropouts:
@@ -73,10 +75,11 @@ def read_ulog(path: Path | str, wanted: Collection[str] | None = None) -> Log:
             continue
         times = stamps.astype(np.float64) * 1e-6
         good = clean_clock(times)
-        if not good.all():
+        dropped = int(good.size - good.sum())
+        if dropped:
+            counted = "1 sample" if dropped == 1 else f"{dropped} samples"
             remarks.append(
-                f"{int(good.size - good.sum())} samples of {topic.name}[{topic.multi_id}] have a "
-                "time that cannot be; left out"
+                f"left out for a time that cannot be: {counted} of {topic.name}[{topic.multi_id}]"
             )
         tables[topic.name, str(topic.multi_id)] = LogTable(
             times=times[good], fields=_fields(topic.data, good)
@@ -107,17 +110,21 @@ def _fields(data: Mapping[str, Any], good: BoolArray) -> dict[str, FloatArray]:
     return fields
 
 
-def _is_torn(file: Path) -> bool:
-    """Return whether the end of an otherwise sound log cuts off a message.
+def _cut_off(file: Path) -> tuple[int, int]:
+    """Return how many bytes stand at the end after the last whole message, and the longest one.
 
     A message is two bytes of length, one of its type, and so many bytes; pyulog passes over what
     is cut off without a word.
     """
     data = file.read_bytes()
-    place, size = _HEADER, len(data)
+    place, size, longest = _HEADER, len(data), 0
     while place + 2 < size:
-        place += 3 + data[place] + (data[place + 1] << 8)
-    return place != size
+        length = 3 + data[place] + (data[place + 1] << 8)
+        if place + length > size:
+            break
+        longest = max(longest, length)
+        place += length
+    return size - place, longest
 
 
 def _parse(file: Path, wanted: Collection[str] | None) -> tuple[Any, str]:
