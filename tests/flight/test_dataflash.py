@@ -221,6 +221,23 @@ def test_damage_costs_only_the_records_it_hits(tmp_path, kind):
             assert np.array_equal(ours.fields[field], values[keep])
 
 
+@pytest.mark.parametrize("kind", [0x80, 0xFF], ids=["known", "unknown"])
+def test_numbers_that_look_like_a_header_cost_no_record(tmp_path, kind):
+    """Of a known type where another record follows at once; of none with garbage behind, too."""
+    log = BinWriter()
+    log.define("RAW", "QII", "TimeUS,A,B")
+    look = int.from_bytes(b"\xa3\x95" + bytes((kind, 1)), "little")
+    for k in range(20):
+        log.write("RAW", 1_000_000 + 10_000 * k, look, k)
+        if kind == 0xFF:
+            log.data += b"garbage"
+    path = tmp_path / "h.bin"
+    path.write_bytes(log.data)
+    table = read_dataflash(path).tables["RAW", ""]
+    assert table.fields["A"].tolist() == [look] * 20
+    assert table.fields["B"].tolist() == list(range(20))
+
+
 def test_a_torn_end_is_told(tmp_path):
     """A log whose last record is torn opens up to it."""
     whole, _ = flight_log()

@@ -196,12 +196,14 @@ def test_every_mistake_of_a_header_at_once(tmp_path):
     assert [problem.where.split(",")[1].split()[1] for problem in found] == ["2", "3", "4"]
 
 
-def test_many_mistakes_are_counted(tmp_path):
-    """Of a thousand bad cells the first twenty are named and the others counted."""
-    rows = "".join(f"{k},bad\n" for k in range(1000))
+@pytest.mark.parametrize("ragged", [0, 15, 30])
+def test_many_mistakes_are_counted(tmp_path, ragged):
+    """Of a thousand bad cells and rows the first twenty are named and the others counted."""
+    rows = "".join("1,2,3\n" if k < ragged else f"{k},bad\n" for k in range(1000))
     found = problems_of(write(tmp_path, "time [s],q [deg/s]\n" + rows))
-    assert len(found) == 21
-    assert "980" in found[-1].what
+    assert [one.where.startswith("line") for one in found] == [True] * 20 + [False]
+    assert sum("cells where" in one.what for one in found) == min(ragged, 20)
+    assert found[-1].what == "has 980 further problems like these"
 
 
 def test_utf16_missing_and_folder(tmp_path):
