@@ -4,13 +4,14 @@ import math
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QColor, QImage, QWheelEvent
+from PySide6.QtGui import QColor, QImage, QPainter, QWheelEvent
 
 from gsapp.quantities import Block, channel
 from gsapp.session.history import History
@@ -313,6 +314,70 @@ def test_charts_are_chosen_enlarged_and_moved_by_keys(qtbot, strips):
     with qtbot.waitSignal(strips.layout_changed) as caught:
         qtbot.keyClick(strips, Qt.Key.Key_Y)
     assert caught.args[0].strips[2].range == "limits"
+
+
+def rows_with(pixels, box, color):
+    """Return the rows, and how many columns of the last of them, that hold a color in a box."""
+    part = pixels[box.y : box.y + box.height, box.x : box.x + box.width]
+    there = part == (QColor(color).rgb() & 0xFFFFFFFF)
+    found = box.y + np.flatnonzero(there.any(axis=1))
+    return found, int(there.sum(axis=1).max(initial=0))
+
+
+def test_the_chart_that_keys_go_to_is_marked_along_all_its_height(qtbot, strips):
+    """And none where the keys go elsewhere."""
+    press(qtbot, strips, Qt.Key.Key_Down)
+    geometry = strips.geometry_in_pixels
+    gutter = replace(geometry.charts[0], x=0, y=0, width=geometry.columns.gutter)
+    gutter = replace(gutter, height=strips.height())
+    marked, wide = rows_with(pixels_of(image_of(strips)), gutter, DAYLIGHT.selection)
+    chosen = geometry.charts[1]
+    assert marked.tolist() == list(range(chosen.y, chosen.y + chosen.height))
+    assert wide == 3
+    strips.clearFocus()
+    settle(qtbot, strips)
+    assert not rows_with(pixels_of(image_of(strips)), gutter, DAYLIGHT.selection)[0].size
+
+
+def test_values_at_a_cursor_stand_beside_their_own_chart_each_in_its_color(qtbot, strips):
+    """Of two lines in one chart: the first above the second."""
+    both = Strip(traces=(Trace(channel="de"), Trace(channel="alpha")))
+    group = StripGroup(name="", strips=(both, both))
+    strips.set_layout(StripLayout(name="Two", window=10.0, groups=(group,)))
+    settle(qtbot, strips)
+    press(qtbot, strips, Qt.Key.Key_C)
+    geometry = strips.geometry_in_pixels
+    pixels = pixels_of(image_of(strips))
+    ((_, column),) = geometry.cursors
+    for number, box in zip(geometry.numbers, geometry.charts, strict=True):
+        first, second = (
+            rows_with(pixels, replace(column, y=box.y, height=box.height), ink)[0]
+            for ink in strips.charts[number].inks
+        )
+        middle = box.y + box.height / 2
+        assert first.size
+        assert second.size
+        assert first[-1] < middle < second[0]
+
+
+@pytest.mark.parametrize("align", ["left", "center", "right"])
+@pytest.mark.parametrize("points", [11, 24])
+def test_a_text_stands_where_it_is_asked_for_in_its_size(qapp, align, points):
+    """Whatever font the painter came with; to what a letter keeps free beside it."""
+    image = QImage(400, 80, QImage.Format.Format_RGB32)
+    image.fill(QColor("#ffffff"))
+    pen = drawing.Pen(DAYLIGHT, 1.0)
+    painter = QPainter(image)
+    painter.setFont(pen.font(40)[0])
+    width = pen.text(painter, 200.0, 40.0, "HHHHH", "#000000", points, align=align)
+    painter.end()
+    rows_inked, columns = np.nonzero(pixels_of(image) != 0xFFFFFFFF)
+    left = 200.0 - {"left": 0.0, "center": 0.5, "right": 1.0}[align] * width
+    assert columns.min() == pytest.approx(left, abs=0.2 * points)
+    assert columns.max() == pytest.approx(left + width, abs=0.2 * points)
+    assert (rows_inked.min() + rows_inked.max()) / 2 == pytest.approx(40.0, abs=1.5)
+    capital = pen.font(points)[1].capHeight()
+    assert rows_inked.max() - rows_inked.min() + 1 == pytest.approx(capital, abs=2.0)
 
 
 def test_m_asks_for_a_mark_at_the_newest_sample_or_at_the_cursor(qtbot, strips, history):
