@@ -94,6 +94,24 @@ def test_a_log_that_drifts_is_laid_on_the_motion_within_a_sample():
         assert np.sqrt(apart[1] / part.values.size) < 0.004
 
 
+def test_of_a_long_flight_the_stretches_that_move_count():
+    """A quarter of an hour of standing still after what was flown: more stretches than compared."""
+
+    def still_after(block, end, seed):
+        noise = 0.003 * np.random.default_rng(seed).normal(size=block.values.shape)
+        flown = block.times[:, np.newaxis] < end
+        values = np.where(flown, block.values, noise)
+        return Block(channels=block.channels, times=block.times, values=values)
+
+    log, at = own_log(900.0, 3.7, 40e-6)
+    live = still_after(thin_record(900.0), 70.0, 8)
+    clock = compare_clocks(live, still_after(log, 70.0 - 3.7, 9), RATE)
+    assert clock.agreeing >= 5
+    there = clock.offset - clock.drift * (at - clock.at)
+    sure = clock.offset_std + clock.drift_std * abs(at - clock.at)
+    assert abs(there - 3.7) < 4.0 * sure
+
+
 def test_without_a_drift_samples_stay_as_they_were_measured():
     """A mere offset moves whole rows, so that every sample of the log is there to the last bit."""
     live = thin_record(120.0)
