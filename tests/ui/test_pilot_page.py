@@ -166,6 +166,28 @@ def test_the_marker_stands_where_the_speed_is_and_the_band_is_cyan(
     assert cyan.max() == pytest.approx(fast, abs=6)
 
 
+@pytest.mark.parametrize(("speed", "side"), [(60.0, "left"), (140.0, "right")])
+def test_a_speed_beyond_the_bar_is_an_arrow_at_its_end(
+    window: MainWindow, flown: Flown, speed: float, side: str
+) -> None:
+    """It points outward: on the last pixels its tip, farther in its base."""
+    page = show(window, flown, replace(BASE, speed=speed * FOOT))
+    box = inner(page.regions().gauges)
+    shown = pixels(page, box)[int(0.42 * box.height()) : int(0.95 * box.height())]
+    shown = shown[:, int(0.37 * box.width()) :]
+    ink = (shown == int(window.look.theme.text[1:], 16)).sum(axis=0)
+    columns = np.flatnonzero(ink)
+    tip, base = (columns[0], columns[-1]) if side == "left" else (columns[-1], columns[0])
+    assert abs(tip - base) > 10
+    inward = ink[columns] if side == "left" else ink[columns][::-1]
+    assert (np.diff(inward) >= -1).all()
+    assert inward[0] < 0.2 * inward[-1]
+    # The band of what is wanted lies in the middle fifths of the bar.
+    cyan = np.flatnonzero((shown == int(window.look.theme.target[1:], 16)).any(axis=0))
+    half = 2.5 * (cyan.mean() - cyan.min())
+    assert tip == pytest.approx(cyan.mean() + (half if side == "right" else -half), abs=8)
+
+
 def test_nothing_flickers_while_the_cues_stand(window: MainWindow, flown: Flown) -> None:
     """The same cues are the same pixels, and a speed that shivers moves the marker alone."""
     page = show(window, flown, STATES["go"])

@@ -83,9 +83,7 @@ def test_the_test_point_is_a_number_and_a_bar_with_the_wanted_band() -> None:
     (gauge,) = sheet("fly").gauges
     assert (gauge.title, gauge.number, gauge.unit) == ("SPEED", "97", "ft/s")
     assert gauge.wanted == "want 100 ± 5"
-    assert gauge.inside
-    assert gauge.low is not None
-    assert gauge.low < gauge.at < gauge.best < gauge.high
+    assert gauge.low < gauge.at < 0.5 < gauge.high
     (metric,) = sheet("fly", units="SI").gauges
     assert (metric.number, metric.unit, metric.wanted) == ("30", "m/s", "want 30 ± 2")
 
@@ -111,9 +109,11 @@ def test_hands_off_counts_down_and_shows_how_large_it_was() -> None:
         counts.append((shown.count, round(shown.ring, 2)))
     assert counts == [("3", 1.0), ("2", 0.67), ("1", 0.38), ("1", 0.04)]
     aileron, rudder = shown.gauges
-    assert (aileron.title, aileron.inside, rudder.title, rudder.inside) == (
-        "AILERON", True, "RUDDER", False,
-    )  # fmt: skip
+    assert (aileron.title, rudder.title) == ("AILERON", "RUDDER")
+    # The bar ends at one and a half times the largest that is wanted.
+    places = [4 / 13.5, 6.2 / 13.5, 9 / 13.5]
+    assert [aileron.low, aileron.at, aileron.high] == pytest.approx(places)
+    assert [rudder.low, rudder.at, rudder.high] == pytest.approx([7 / 21, 4.9 / 21, 14 / 21])
 
 
 def test_steering_is_not_shown_as_an_input() -> None:
@@ -136,7 +136,9 @@ def test_a_verdict_says_what_to_do_next_time_and_is_put_away() -> None:
     # The band is that of the input, not of the card that comes next.
     assert shown.gauges[1].low is None
     aileron, rudder = sheet("too-small", wanted=WANTED).gauges
-    assert (aileron.inside, rudder.inside, rudder.wanted) == (True, False, "want 7–14")
+    assert aileron.low < aileron.at < aileron.high
+    assert rudder.at < rudder.low
+    assert rudder.wanted == "want 7–14"
     assert sheet("too-small", dismissed=VERDICT.id).word == "FLY"
     old = replace(STATES["too-small"], time=VERDICT.given_at + VERDICT_STANDS + 0.1)
     assert sheet_of(Reading(cues=old, open=True)).word == "FLY"

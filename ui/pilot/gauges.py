@@ -48,9 +48,7 @@ def _about(
         f" ± {coarse_text(spec, tolerance, units, decimals)}",
         at=share,
         low=0.5 - _WIDTH,
-        best=0.5,
         high=0.5 + _WIDTH,
-        inside=value is not None and abs(value - wanted) <= tolerance,
     )
 
 
@@ -80,7 +78,5 @@ def _size(name: str, value: float | None, band: Band | None, units: str) -> Gaug
         f"–{coarse_text(spec, band.high, units, 0)}",
         at=None if value is None else value / full,
         low=band.low / full,
-        best=band.best / full,
         high=band.high / full,
-        inside=value is not None and band.low <= value <= band.high,
     )

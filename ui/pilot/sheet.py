@@ -51,10 +51,8 @@ class Gauge:
         In words: ``want 100 ± 5``; empty where nothing is wanted.
     at : float or None
         Where the value stands on the bar, 0 to 1; beyond, it stands at the end as an arrow.
-    low, best, high : float or None
+    low, high : float or None
         Where the wanted band stands on the bar; None where nothing is wanted.
-    inside : bool
-        Whether the value is in the band.
     """
 
     title: str
@@ -63,9 +61,7 @@ class Gauge:
     wanted: str = ""
     at: float | None = None
     low: float | None = None
-    best: float | None = None
     high: float | None = None
-    inside: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
