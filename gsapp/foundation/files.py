@@ -16,10 +16,11 @@ from pathlib import Path
 
 from gsapp.foundation.errors import GroundStationError
 
+_FULL: int | None = None
 if sys.platform != "win32":
     import fcntl
 
-    _FULL: int | None = getattr(fcntl, "F_FULLFSYNC", None)
+    _FULL = getattr(fcntl, "F_FULLFSYNC", None)
 
 _PATIENCE = 1.0
 """Seconds for which what others have open is tried to be renamed on Windows."""
