@@ -203,7 +203,7 @@ class CertificateStore:
         """Let a check count no more; it is kept under another name. Doing so again does nothing."""
         path = self._root / "checks" / channel_id / f"{stamp.strftime(_STAMP)}.toml"
         if path.is_file():
-            path.rename(path.with_name(f"{path.name}{_WITHDRAWN}"))
+            path.replace(path.with_name(f"{path.name}{_WITHDRAWN}"))
 
     def last_check(self, channel_id: str) -> Checked | None:
         """Return the newest check of the certificate in force; None where it was not checked.
