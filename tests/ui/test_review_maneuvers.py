@@ -26,6 +26,7 @@ from window_kit import answer_dialog, open_window, until
 import ui.window
 from gsapp.cli.maneuvers import run
 from gsapp.flight.catalog import Catalog, search_maneuvers
+from gsapp.flight.maneuvers.found import PROGRAM
 from gsapp.flight.writers import write_block
 from gsapp.quantities import CHANNELS
 from gsapp.session.review import open_reviewed
@@ -315,6 +316,23 @@ def test_what_the_estimate_takes_is_chosen_in_the_table(window, qtbot):
     page.table.sortByColumn(3, Qt.SortOrder.AscendingOrder)
     order = [page.table.model().index(row, 1).data() for row in range(5)]
     assert order == ["1", "2", "3", "4", "5"]
+
+
+def test_a_grade_goes_to_the_maneuver_that_was_asked_about(window, qtbot, tmp_path):
+    """Another window may take it out while the question stands; then no other is graded."""
+    page = page_of(window)
+    window.review.selection.choose_maneuver("2")
+
+    def grade(dialog: GradeDialog) -> None:
+        open_reviewed(tmp_path / "a.csv").remove("2")
+        until(qtbot, lambda: window.review.selection.maneuver != "2")
+        dialog.choice.setCurrentIndex(3)
+        dialog.accept()
+
+    answer_dialog(GradeDialog, grade)
+    press(qtbot, Qt.Key.Key_G, CONTROL | SHIFT)
+    assert all(one.graded_by == PROGRAM for one in page.flights.flight.maneuvers)
+    assert "there is no maneuver '2'" in page.details.said.text()
 
 
 def test_two_flights_and_another_window(window, qtbot, record, tmp_path, monkeypatch):

@@ -192,12 +192,9 @@ class ManeuverEditing(QObject):
             0, self, lambda: self._edit(lambda flight: change(flight, maneuver.id), flight)
         )
 
-    def regrade(self, grade: Grade | None, reason: str) -> None:
-        """Give the chosen maneuver a grade; None leaves it to the samples."""
-        row = self.row
-        if row is not None:
-            name = row.maneuver.id
-            self._edit(lambda flight: flight.regrade(name, grade, reason))
+    def regrade(self, flight: ReviewedFlight, name: str, grade: Grade | None, reason: str) -> None:
+        """Give a maneuver of a flight a grade; None leaves it to the samples."""
+        self._edit(lambda flight: flight.regrade(name, grade, reason), flight)
 
     def use(self, campaign_id: str, wanted: bool) -> None:
         """Let a maneuver take part in estimates, or not."""

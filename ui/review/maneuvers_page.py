@@ -278,12 +278,15 @@ class ManeuversPage(ReviewPage):
 
     def grade(self) -> None:
         """Ask for a grade and a reason."""
-        row = self.editing.row
-        if row is None:
+        name = self._selection.maneuver
+        place = self.review.located(name)
+        if place is None:
             return
-        dialog = GradeDialog(self.look, row.id, row.maneuver, self)
+        flight, maneuver = place
+        dialog = GradeDialog(self.look, name, maneuver, self)
         if dialog.exec():
-            self.editing.regrade(dialog.grade, dialog.reason.text())
+            # Another may be chosen by now: other windows go on changing the flight meanwhile.
+            self.editing.regrade(flight, maneuver.id, dialog.grade, dialog.reason.text())
 
     # Showing
 
