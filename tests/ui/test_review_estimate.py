@@ -223,6 +223,39 @@ def test_runs_are_compared_named_repeated_forgotten_and_their_settings_used_agai
     until(qtbot, lambda: page.book.run(newest) is not None)
 
 
+def test_what_is_typed_while_a_run_ends_stays(
+    made: MainWindow, page: EstimatePage, qtbot: QtBot
+) -> None:
+    """The name of a kept run and a value to hold are typed on while new values arrive."""
+    if not page.book.runs:
+        run(page, qtbot)
+    count, named = len(page.book.runs), page.book.runs[0].number
+    engine = made.review.work._engine
+    engine.hold.clear()
+    page.panel.label.setText("first")
+    press(qtbot, Qt.Key.Key_Return, CONTROL)
+    page.panel.label.setText("second")
+    page.runs.list.choose(named)
+    press(qtbot, Qt.Key.Key_N, CONTROL | SHIFT)
+    qtbot.keyClicks(QApplication.focusWidget(), "calm")
+    engine.hold.set()
+    until(qtbot, lambda: len(page.book.runs) == count + 1 and not page._runner.running, 30000)
+    qtbot.keyClicks(QApplication.focusWidget(), " air")
+    press(qtbot, Qt.Key.Key_Return)
+    until(qtbot, lambda: page.book.run(named).label == "calm air")
+    assert (page.book.runs[0].label, page.panel.label.text()) == ("first", "second")
+    page.panel.label.clear()
+    table = page.panel.derivatives
+    table.setFocus()
+    table.setCurrentIndex(table.model_of.index(table.model_of.names.index("Cm_q"), VALUE))
+    for letter in "-2":
+        qtbot.keyClicks(QApplication.focusWidget(), letter)
+    table.model_of.show_last({"Cm_q": "-20.0"})
+    qtbot.keyClicks(QApplication.focusWidget(), "2")
+    press(qtbot, Qt.Key.Key_Return)
+    until(qtbot, lambda: page._wishes.derivative("Cm_q").value == "-22")
+
+
 def test_a_run_that_is_stopped_leaves_nothing(
     made: MainWindow, page: EstimatePage, qtbot: QtBot
 ) -> None:

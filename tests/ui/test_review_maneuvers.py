@@ -335,6 +335,24 @@ def test_a_grade_goes_to_the_maneuver_that_was_asked_about(window, qtbot, tmp_pa
     assert "there is no maneuver '2'" in page.details.said.text()
 
 
+def test_a_note_is_typed_on_while_another_flight_opens(window, qtbot, record, tmp_path):
+    """All ids are others then, and what other windows change is shown: no letter is lost."""
+    page = page_of(window)
+    window.review.selection.choose_maneuver("2")
+    press(qtbot, Qt.Key.Key_B, CONTROL)
+    qtbot.keyClicks(QApplication.focusWidget(), "gut")
+    press(qtbot, Qt.Key.Key_Left)
+    open_reviewed(tmp_path / "a.csv").move("2", 35.0, 41.0)
+    until(qtbot, lambda: page.flights.flight["2"].t_start == pytest.approx(35.0, abs=0.05))
+    qtbot.keyClicks(QApplication.focusWidget(), "s")
+    page.opening.open([Path(shutil.copy(record, tmp_path / "b.csv"))])
+    until(qtbot, lambda: len(page.review.flights) == 2 and not page.opening.doing)
+    assert window.review.selection.maneuver == "1:2"
+    qtbot.keyClicks(QApplication.focusWidget(), "t, not ca")
+    press(qtbot, Qt.Key.Key_Return)
+    until(qtbot, lambda: page.flights.flight["2"].note == "gust, not cat")
+
+
 def test_two_flights_and_another_window(window, qtbot, record, tmp_path, monkeypatch):
     """A maneuver chosen anywhere brings its flight; changes made elsewhere are followed."""
     page = page_of(window)

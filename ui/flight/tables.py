@@ -12,7 +12,9 @@ from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
     QLineEdit,
+    QStyledItemDelegate,
     QTableView,
+    QWidget,
 )
 
 from ui.glyphs import State
@@ -175,6 +177,15 @@ class LinesModel(QAbstractTableModel):
         return True
 
 
+class TypedText(QStyledItemDelegate):
+    """Fields in cells; what is being typed stays, whatever the table shows anew meanwhile."""
+
+    def setEditorData(self, editor: QWidget, index: Index) -> None:
+        """Fill a field with its cell, for as long as nobody has typed into it."""
+        if not (isinstance(editor, QLineEdit) and editor.isModified()):
+            super().setEditorData(editor, index)
+
+
 class LinesView(QTableView):
     """A table of lines; Enter or a double press jumps, text columns may be edited in place.
 
@@ -218,6 +229,7 @@ class LinesView(QTableView):
         self._look = look
         self._widths = widths
         self.setModel(model)
+        self.setItemDelegate(TypedText(self))
         self.setAccessibleName(name)
         self.setShowGrid(False)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
@@ -280,10 +292,15 @@ class LinesView(QTableView):
                 self.edit(index)
                 return
 
+    @property
+    def typing(self) -> bool:
+        """Return whether somebody types into a cell."""
+        return self.state() == QAbstractItemView.State.EditingState
+
     def finish_edit(self) -> None:
         """Take what was typed so far, as Enter does."""
         editor = self.viewport().findChild(QLineEdit)
-        if self.state() == QAbstractItemView.State.EditingState and editor is not None:
+        if self.typing and editor is not None:
             delegate = self.itemDelegate()
             delegate.commitData.emit(editor)
             delegate.closeEditor.emit(editor, QAbstractItemDelegate.EndEditHint.NoHint)
@@ -297,8 +314,7 @@ class LinesView(QTableView):
             int(Qt.Key.Key_Delete): self.deleted.emit,
         }
         # Enter ends the typing in a cell and comes by here, too: then it opens nothing.
-        editing = self.state() == QAbstractItemView.State.EditingState
-        if key is not None and event.key() in acts and not editing:
+        if key is not None and event.key() in acts and not self.typing:
             acts[event.key()](key)
         else:
             super().keyPressEvent(event)

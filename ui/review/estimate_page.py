@@ -353,7 +353,9 @@ class EstimatePage(ReviewPage):
         self.refresh()
 
     def _estimated(self, outcome: Outcome) -> None:
-        self.panel.label.clear()
+        if self.panel.label.text().strip() == outcome.request.label:
+            # One that was typed meanwhile is for the next run.
+            self.panel.label.clear()
         self.estimated.emit(outcome)
 
     def show_outcome(self, outcome: Outcome | None) -> None:

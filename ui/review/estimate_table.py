@@ -10,6 +10,7 @@ from PySide6.QtGui import QColor, QFontMetrics, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
 
 from gsapp.identification.axes import axis_derivatives
+from ui.flight.tables import TypedText
 from ui.look import Look
 from ui.review.estimate_wishes import DerivativeWish, Wishes
 from ui.review.estimate_words import AS_MODEL, TREATMENTS
@@ -202,6 +203,7 @@ class DerivativeTable(QTableView):
         self._look = look
         self.model_of = DerivativeModel(look)
         self.setModel(self.model_of)
+        self.setItemDelegate(TypedText(self))
         self.setAccessibleName("Derivatives")
         self.setShowGrid(False)
         self.setAlternatingRowColors(True)

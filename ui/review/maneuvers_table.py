@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from PySide6.QtCore import (
     QItemSelection,
@@ -16,14 +17,14 @@ from PySide6.QtGui import QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
-    QStyledItemDelegate,
+    QLineEdit,
     QStyleOptionViewItem,
     QTableView,
     QWidget,
 )
 
 from gsapp.session.review.review import ManeuverRow
-from ui.flight.tables import Index
+from ui.flight.tables import Index, TypedText
 from ui.look import Look
 from ui.review.maneuvers_columns import COLUMNS, PLACES, TYPED
 from ui.review.maneuvers_model import ManeuversModel, SortedManeuvers
@@ -32,7 +33,18 @@ _HIGH = 150
 """Points of height of the head and four rows."""
 
 
-class _Typing(QStyledItemDelegate):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Begun:
+    """What is being typed: the number of the flight, the maneuver's id within it, the field."""
+
+    number: int
+    name: str
+    column: str
+    text: str
+    cursor: int
+
+
+class _Typing(TypedText):
     """Lets people type over the whole of a cell, and says what is typed there."""
 
     def createEditor(self, parent: QWidget, option: QStyleOptionViewItem, index: Index) -> QWidget:
@@ -132,13 +144,53 @@ class ManeuversTable(QTableView):
     # Rows
 
     def show_rows(self, rows: Sequence[ManeuverRow]) -> None:
-        """Show other rows; those chosen stay chosen."""
-        chosen, current = self.ids, self.current
+        """Show other rows; those chosen stay chosen, and what is being typed goes on."""
+        chosen, current, begun = self.ids, self.current, self._begun()
         self._quiet = True
         self.maneuvers.show(rows)
         self._select([name for name in chosen if name != current], current)
         self._quiet = False
         self._fit()
+        if begun is not None and self._field() is None:
+            self._go_on(begun)
+
+    def _field(self) -> QLineEdit | None:
+        """Return the field that is being typed in."""
+        field = self.indexWidget(self.currentIndex())
+        editing = self.state() == QAbstractItemView.State.EditingState
+        return field if editing and isinstance(field, QLineEdit) else None
+
+    def _begun(self) -> _Begun | None:
+        field, index = self._field(), self.currentIndex()
+        if field is None or not index.isValid():
+            return None
+        row = self._row(index)
+        return _Begun(
+            number=row.number,
+            name=row.maneuver.id,
+            column=COLUMNS[index.column()].id,
+            text=field.text(),
+            cursor=field.cursorPosition(),
+        )
+
+    def _go_on(self, begun: _Begun) -> None:
+        """Open the field again that the rows took away: its maneuver has another id now.
+
+        With a second flight all ids of the first begin with its number.
+        """
+        same = (row for row in self.maneuvers.rows
+                if (row.number, row.maneuver.id) == (begun.number, begun.name))  # fmt: skip
+        row = next(same, None)
+        if row is None:
+            return
+        self._quiet = True
+        self.edit_cell(row.id, begun.column)
+        self._quiet = False
+        field = self._field()
+        if field is not None:
+            field.selectAll()
+            field.insert(begun.text)
+            field.setCursorPosition(begun.cursor)
 
     def choose(self, campaign_id: str) -> None:
         """Put the keyboard's row on a maneuver."""

@@ -114,10 +114,13 @@ class RunsView(QWidget):
         return self._book.run(key if isinstance(key, int) else None)
 
     def show_number(self, number: int | None) -> None:
-        """Say which run figures and summary show, and put the keyboard's line there."""
+        """Say which run figures and summary show, and put the keyboard's line there.
+
+        A name that is being typed is not left for it.
+        """
         self._shown = number
         self.refresh()
-        if number is not None:
+        if number is not None and not self.list.typing:
             self.list.choose(number)
 
     def refresh(self) -> None:
