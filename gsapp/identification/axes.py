@@ -11,7 +11,6 @@ from collections.abc import Collection
 from typing import Literal
 
 from gsapp.dynamics.buildup import reads_of
-from gsapp.quantities.constants import GRAVITY
 
 Axis = Literal["lon", "lat", "both"]
 """Longitudinal, lateral-directional, or six degrees of freedom."""
@@ -43,11 +42,6 @@ DEFAULT_BIASES: dict[Axis, tuple[str, ...]] = {
 Where the force coefficients have a bias of their own (CN_0, CY_0), an accelerometer's bias is told
 from it by the flow angle's equation. A second bias in the same balance (q, r) cannot be told from
 the first, and those of alpha, beta, p and, without speed as a state, a_x not from the ``_0`` terms.
-"""
-ACCELEROMETER_OFFSET = 0.02 * GRAVITY
-"""How uncertain the zero of an accelerometer is, m/s^2.
-
-Where its bias is not fitted, no mean of a force tells it from the constant of the coefficient.
 """
 SURFACES: dict[Axis, tuple[str, ...]] = {
     "lon": ("de",),

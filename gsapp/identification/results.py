@@ -23,6 +23,9 @@ class DerivativeEstimate:
     value, std, cramer_rao : float or None
         Per radian. `std` is the honest bound (colored residuals corrected), `cramer_rao` the
         uncorrected one. All None unless `status` is ``estimated``; a held one has its value.
+    offset : float
+        The part of `std` that comes from the zero of an instrument, per radian: the same in every
+        maneuver that it flew in.
     status : str
     confounded_with : tuple of str
         What it cannot be told apart from.
@@ -33,6 +36,7 @@ class DerivativeEstimate:
     value: float | None
     std: float | None = None
     cramer_rao: float | None = None
+    offset: float = 0.0
     status: Status = "estimated"
     confounded_with: tuple[str, ...] = ()
     why: str = ""

@@ -17,12 +17,15 @@ from virtual_maneuvers import NOISE, fly
 
 from gsapp.dynamics.model import load_model
 from gsapp.foundation import FlightError
+from gsapp.identification import ftr
 from gsapp.identification.axes import axis_derivatives, free_derivatives
+from gsapp.identification.campaign import campaign_values
 from gsapp.identification.equation_error import estimate, start_values
 from gsapp.identification.equation_error.preparing import coefficients_of
 from gsapp.identification.equation_error.timing import LATE_TOGETHER, relative_delay
 from gsapp.identification.signs import suspicious_signs
 from gsapp.quantities import Block
+from gsapp.quantities.constants import GRAVITY
 
 TRUTH = load_model("b777")
 BIASES = ("CN_0", "CY_0")  # the virtual accelerometers have biases of their own
@@ -136,6 +139,23 @@ def test_levels_of_forces_allow_for_the_zero_of_their_accelerometer(axis):
             place = found.free.index(name)
             assert one.std == pytest.approx(np.sqrt(found.covariance[place, place]))
             assert one.std > 5.0 * one.cramer_rao
+
+
+@pytest.mark.parametrize("method", [estimate, ftr.estimate])
+def test_a_zero_does_not_shrink_with_the_number_of_maneuvers(method):
+    """The same accelerometer flew in all; divided by the root of n the bound was too narrow."""
+    wrong = 0.02 * GRAVITY
+    found = []
+    for seed in range(9):
+        flown = noisy(quiet("lon", seed % 3), seed)
+        found.append(method([changed(flown, an=flown.block["an"] + wrong)], "lon"))
+    alone = found[0].derivatives["CN_0"]
+    mean, slope = (campaign_values(found)[name] for name in ("CN_0", "CN_alpha"))
+    assert mean.n == slope.n == len(found)
+    assert abs(mean.mean - TRUTH.derivative("CN_0")) > 2.0 * alone.std / np.sqrt(mean.n)
+    assert abs(mean.mean - TRUTH.derivative("CN_0")) < 2.0 * mean.std
+    stds = np.array([one.derivatives["CN_alpha"].std for one in found])
+    assert slope.std == pytest.approx(np.sum(stds**-2.0) ** -0.5)
 
 
 def test_the_uncorrected_bound_is_smaller_than_the_honest_one():

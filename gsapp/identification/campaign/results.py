@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from gsapp.identification.campaign.settings import CampaignSettings
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.results import Estimate
 from gsapp.quantities import FloatArray
+
+_LEAST_OWN: Final = 1e-8
+"""Share of a variance that is a value's own at least: two squares are subtracted."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,7 +27,8 @@ class CampaignValue:
     mean : float
         Weighted by inverse variance.
     std : float
-        Standard error of the mean.
+        Standard error of the mean; what comes from the zero of an instrument does not shrink with
+        the number of maneuvers.
     scatter : float or None
         Sample deviation; None for one value.
     n : int
@@ -83,22 +88,30 @@ class CampaignResult:
 
 def campaign_values(estimates: Sequence[Estimate | None]) -> dict[str, CampaignValue]:
     """Return the means over the estimates that converged, by derivative."""
-    collected: dict[str, list[tuple[float, float]]] = {}
+    collected: dict[str, list[tuple[float, float, float]]] = {}
     for estimate in estimates:
         if estimate is None or not estimate.converged:
             continue
         for name, one in estimate.derivatives.items():
             if one.status == "estimated" and one.value is not None and one.std:
-                collected.setdefault(name, []).append((one.value, one.std))
-    return {name: mean_of(*np.array(pairs).T) for name, pairs in collected.items()}
+                collected.setdefault(name, []).append((one.value, one.std, one.offset))
+    return {name: mean_of(*np.array(found).T) for name, found in collected.items()}
 
 
-def mean_of(values: FloatArray, stds: FloatArray) -> CampaignValue:
-    """Return the weighted mean of values with their bounds, each of shape (n,)."""
-    weights = 1.0 / stds**2
+def mean_of(values: FloatArray, stds: FloatArray, offsets: FloatArray) -> CampaignValue:
+    """Return the weighted mean of values.
+
+    Parameters
+    ----------
+    values, stds, offsets : ndarray, shape (n,)
+        With their bounds, and the part of each bound that all have in common.
+    """
+    own = np.maximum(stds**2 - offsets**2, _LEAST_OWN * stds**2)
+    weights = 1.0 / own
+    weights /= weights.sum()
     return CampaignValue(
-        mean=float(weights @ values / weights.sum()),
-        std=float(1.0 / math.sqrt(weights.sum())),
+        mean=float(weights @ values),
+        std=math.sqrt(float(weights**2 @ own) + float(weights @ offsets) ** 2),
         scatter=float(np.std(values, ddof=1)) if len(values) > 1 else None,
         n=len(values),
     )

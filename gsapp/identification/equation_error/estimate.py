@@ -12,7 +12,6 @@ from gsapp.dynamics.buildup import reads_of
 from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import (
-    ACCELEROMETER_OFFSET,
     COEFFICIENTS,
     SURFACES,
     Axis,
@@ -24,7 +23,6 @@ from gsapp.identification.coefficients import Coefficients
 from gsapp.identification.equation_error.equations import (
     DRIFT,
     DRIFT_DEGREE,
-    FORCES,
     WORDS,
     Cache,
     explain,
@@ -44,6 +42,7 @@ from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import MeasuredMotion, measured_motion
 from gsapp.identification.results import DerivativeEstimate, Estimate, ResponseFit
 from gsapp.identification.stuck import judged, sound
+from gsapp.identification.zeros import offsets_of, with_offsets
 
 
 def estimate(
@@ -219,7 +218,6 @@ def _estimated(
         if weak:
             poor.append(coefficient)
         fits[coefficient] = explain(formed.equation, solution)
-        solution = _with_offset(solution, f"{coefficient}_0", maneuvers, found)
         blocks.append(solution)
         fitted.update(zip(solution.names, solution.values.tolist(), strict=True))
         courses[coefficient] = -1
@@ -243,7 +241,7 @@ def _estimated(
     names_free, covariance = _joined(blocks, derivatives)
     # Maneuvers fitted together have offsets of their own; each is drawn with its own fit.
     shown = coefficient_history(found[0], fitted, courses) if len(found) == 1 else None
-    return Estimate(
+    estimated = Estimate(
         method="ee",
         axis=axis,
         maneuvers=tuple(maneuver.id for maneuver in maneuvers),
@@ -257,6 +255,8 @@ def _estimated(
         warnings=tuple(dict.fromkeys(warnings)),
         message="solved directly" if names_free else "no derivative could be estimated",
     )
+    qbars = [one.variables["qbar"] for one in found]
+    return with_offsets(estimated, offsets_of(maneuvers, qbars))
 
 
 def _moved_beside(
@@ -289,25 +289,6 @@ def _solved(equation: Equation) -> tuple[Regression, bool]:
     if growth_by_instruments(equation) > _WEAK:
         return solve(equation.by_least_squares), True
     return solve(equation), False
-
-
-def _with_offset(
-    solution: Regression, bias: str, maneuvers: Sequence[Maneuver], found: Sequence[Coefficients]
-) -> Regression:
-    """Return a solution with the zero offset of its accelerometer in the bound of a constant."""
-    if bias.removesuffix("_0") not in FORCES or bias not in solution.names:
-        return solution
-    offsets = [
-        ACCELEROMETER_OFFSET
-        * one.mass
-        / (one.aircraft.geometry.wing_area * float(np.mean(own.variables["qbar"])))
-        for one, own in zip(maneuvers, found, strict=True)
-    ]
-    place = solution.names.index(bias)
-    covariance = solution.covariance.copy()
-    # The same instrument flew in all of them: a mean is no better.
-    covariance[place, place] += float(np.mean(offsets)) ** 2
-    return replace(solution, covariance=covariance)
 
 
 _WEAK = 1.7

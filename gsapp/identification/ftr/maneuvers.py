@@ -26,6 +26,7 @@ from gsapp.identification.results import (
 )
 from gsapp.identification.statistics import response_fit
 from gsapp.identification.stuck import judged, sound
+from gsapp.identification.zeros import offsets_of
 from gsapp.quantities import Block
 
 _UPDATES = 2.0
@@ -118,7 +119,20 @@ def estimate(
         warnings=tuple(dict.fromkeys(warnings)),
         message=("solved" if free else "nothing was excited enough for an estimate"),
     )
-    return judged(result, maneuvers, given, remarks)
+    return judged(_with_offsets(result, records, chosen), maneuvers, given, remarks)
+
+
+def _with_offsets(
+    estimate: Estimate, maneuvers: Sequence[Maneuver], settings: FTRSettings
+) -> Estimate:
+    """Return an estimate that says which part of its bounds comes from zeros of instruments."""
+    qbars = [measured_motion(one).qbar for one in maneuvers]
+    derivatives = dict(estimate.derivatives)
+    for name, offset in offsets_of(maneuvers, qbars, settings.accelerometer_offset).items():
+        if name in estimate.free:
+            one = derivatives[name]
+            derivatives[name] = replace(one, offset=min(offset, one.std or 0.0))
+    return replace(estimate, derivatives=derivatives)
 
 
 def _history(

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Literal
 
 from gsapp.foundation import FlightError
-from gsapp.identification.axes import ACCELEROMETER_OFFSET
+from gsapp.identification.zeros import ACCELEROMETER_OFFSET
 
 Gate = Literal["always", "maneuvers"]
 """Listen all the time, or only within the windows that are opened with `FTR.begin`."""

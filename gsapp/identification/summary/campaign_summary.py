@@ -39,7 +39,8 @@ class DerivativeSummary:
         Mean of the points that stand, each weighted by its own bound and what they scatter beyond
         bounds from maneuver to maneuver (`Honesty.between`) together; so is its bound.
     honesty : Honesty or None
-        Their scatter against their bounds; None for fewer than three.
+        Their scatter against their bounds; None for fewer than three, and for constants whose
+        bounds hold the zero of an instrument.
     trends : tuple of Dependence
     excluded : tuple of Point
         Those left out by hand.
@@ -173,7 +174,9 @@ def _summarize(
     off = far_off(points, count)
     kept = tuple(one for place, one in enumerate(points) if place not in off)
     values, stds = values_of(kept)
-    told = honesty(values, stds)
+    offsets = np.array([one.offset for one in kept])
+    # What all have in common does not scatter, and an instrument's zero may be another tomorrow.
+    told = None if offsets.any() else honesty(values, stds)
     between = 0.0 if told is None else told.between
     return DerivativeSummary(
         name=name,
@@ -186,7 +189,7 @@ def _summarize(
             )
             for place, sigmas in off.items()
         ),
-        value=mean_of(values, np.hypot(stds, between)),
+        value=mean_of(values, np.hypot(stds, between), offsets),
         honesty=told,
         trends=trends(kept),
         excluded=tuple(one for one in every if one.maneuver in without),

@@ -32,6 +32,8 @@ class Point:
         Of the maneuver among all, from 1.
     value, std : float
         Per radian; the honest bound.
+    offset : float
+        The part of `std` that all points have in common.
     conditions : mapping of str to float
         Means before the input (SI) of those of `CONDITIONS` that were measured.
     """
@@ -41,6 +43,7 @@ class Point:
     number: int
     value: float
     std: float
+    offset: float
     conditions: Mapping[str, float]
 
 
@@ -58,25 +61,26 @@ def points_of(result: CampaignResult, *, converged: bool = True) -> dict[str, tu
         if one.estimate is None or one.estimate.converged != converged:
             continue
         conditions = conditions_of(one.maneuver)
-        for name, (value, std) in _earned(one).items():
+        for name, (value, std, offset) in _earned(one).items():
             point = Point(
                 maneuver=one.maneuver.id,
                 flight=one.maneuver.flight,
                 number=number,
                 value=value,
                 std=std,
+                offset=offset,
                 conditions=conditions,
             )
             found.setdefault(name, []).append(point)
     return {name: tuple(points) for name, points in found.items()}
 
 
-def _earned(one: ManeuverResult) -> dict[str, tuple[float, float]]:
+def _earned(one: ManeuverResult) -> dict[str, tuple[float, float, float]]:
     estimate = one.estimate
     if estimate is None:
         return {}
     return {
-        name: (found.value, found.std)
+        name: (found.value, found.std, found.offset)
         for name, found in estimate.derivatives.items()
         if found.status == "estimated" and found.value is not None and found.std
     }
