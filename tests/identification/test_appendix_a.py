@@ -6,13 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
-from gsapp.aircraft import load_aircraft
-from gsapp.dynamics.flight_model import FlightModel
+from gsapp.aircraft import Propulsion, load_aircraft
+from gsapp.dynamics.flight_model import INPUTS, FlightModel
 from gsapp.dynamics.linearization import linearize
 from gsapp.dynamics.model import load_model
 from gsapp.dynamics.trim import trim
-from gsapp.foundation import FileProblemsError, UnknownNameError
+from gsapp.foundation import FileProblemsError, FlightError, UnknownNameError
 from gsapp.identification.linear_models.appendix_a import (
     Condition,
     lateral_derivatives,
@@ -132,6 +133,33 @@ def test_appendix_a_agrees_with_exact_linearization(speed: float) -> None:
     exact.A[longitudinal.states.index("V"), longitudinal.states.index("q")] = 0.0
     assert np.allclose(longitudinal.A, exact.A, rtol=5e-3, atol=2e-4)
     assert np.allclose(longitudinal.B, exact.B, rtol=5e-3, atol=5e-2)
+
+
+def test_a_glider_is_linear_about_its_glide() -> None:
+    """Level flight, which it cannot keep up, gave its spiral and phugoid other time constants."""
+    model, speed = load_model("b777"), 30.0
+    flight_model = FlightModel(B777, model)
+
+    def throttle(path: float) -> float:
+        try:
+            steady = trim(flight_model, V=speed, climb_angle=path)
+        except FlightError:  # so steep that throttle closed is too much
+            return -1.0
+        return float(steady.inputs[INPUTS.index("throttle")])
+
+    glide = brentq(throttle, -0.2, -0.02, xtol=1e-12)
+    assert isinstance(glide, float)
+    steady = trim(flight_model, V=speed, climb_angle=glide)
+    glider = B777.model_copy(update={"propulsion": Propulsion()})
+    condition = Condition(
+        U1=speed, mass=B777.mass.mass, alpha1=steady.polar.alpha, de1=steady.inputs[0]
+    )
+    for axis in ("lon", "lat"):
+        found = model_of_derivatives(glider, condition, axis, model.derivatives)
+        exact = linearize(flight_model, steady, states=found.states, inputs=found.inputs)
+        for one, other in zip(found.modes(), exact.modes(), strict=True):
+            # Drag times beta and X'_q, which the appendix leaves out.
+            assert one.pole == pytest.approx(other.pole, rel=0.02), one.name
 
 
 def test_without_drag_there_is_no_phugoid() -> None:

@@ -113,16 +113,17 @@ class _Scales:
 def steady_flight(
     aircraft: Aircraft, condition: Condition, derivatives: Mapping[str, float]
 ) -> tuple[Condition, dict[str, float]]:
-    """Return what keeps straight and level flight steady, completed to what speed changes.
+    """Return what keeps straight flight steady, completed to what speed changes.
 
-    Thrust carries the drag and falls with speed as the aircraft file says; its moment, where the
-    engines sit off the CG, is held by that of the air, which grows with qbar.
+    With engines it is level: thrust carries the drag and falls with speed as the aircraft file
+    says; its moment, where the engines sit off the CG, is held by that of the air, which grows
+    with qbar. Without engines the weight carries the drag, down the path at which it does so.
 
     Parameters
     ----------
     aircraft : Aircraft
     condition : Condition
-        Its `thrust_slope` is set.
+        Its `thrust_slope` is set, and without engines its `climb_angle`.
     derivatives : mapping of str to float
         With ``CA_0`` and ``CA_alpha``; ``CA_de`` counts where it is given, at `Condition.de1`.
 
@@ -137,9 +138,18 @@ def steady_flight(
     qS = condition.qbar * aircraft.geometry.wing_area
     weight = condition.mass * GRAVITY
     CA1 = given("CA_0", 0.0) + given("CA_alpha", 0.0) * alpha1 + given("CA_de", 0.0) * condition.de1
+    propulsion = aircraft.propulsion
+    if not propulsion.max_thrust:
+        # Along x nothing but drag and weight: qS C_A = -W sin theta1.
+        pitch = -math.asin(min(max(qS * CA1 / weight, -1.0), 1.0))
+        path = pitch - alpha1
+        return replace(condition, climb_angle=path), {
+            **derivatives,
+            "CL1": weight * math.cos(path) / qS,
+            "CD1": -weight * math.sin(path) / qS,
+        }
     # L + T sin a1 = W, D = T cos a1, and C_A = C_D cos a1 - C_L sin a1.
     thrust = qS * CA1 + weight * s
-    propulsion = aircraft.propulsion
     slope = -thrust / (propulsion.zero_thrust_speed - condition.U1)
     below = float(np.mean([z for _, _, z in propulsion.position])) if propulsion.position else 0.0
     by_speed = below * (slope * condition.U1 - 2.0 * thrust)

@@ -107,11 +107,15 @@ def model_of_derivatives(
 
     Speed and pitch angle are held where drag is not known: what damps the phugoid would be missing.
     """
+    known = all(name in derivatives for name in DRAG)
+    steady, completed = condition, derivatives
+    if known:
+        steady, completed = steady_flight(aircraft, condition, derivatives)
     if axis == "lat":
-        model = lateral_model(aircraft, condition, derivatives)
+        model = lateral_model(aircraft, steady, completed)
     else:
-        model = longitudinal_model(aircraft, *steady_flight(aircraft, condition, derivatives))
-        if not all(name in derivatives for name in DRAG):
+        model = longitudinal_model(aircraft, steady, completed)
+        if not known:
             model = without_slow_states(model)
     return at_accelerometer(model, aircraft.sensors.accelerometer.position)
 
