@@ -21,6 +21,25 @@ LONGITUDINAL_OUTPUTS = ("alpha", "V", "q", "theta", "an", "ax")
 LATERAL_OUTPUTS = ("beta", "p", "r", "phi", "ay")
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Steady:
+    """The steady flight that a linear model is about.
+
+    Attributes
+    ----------
+    speed : float
+        True airspeed, m/s.
+    density : float or None
+        kg/m^3.
+    mass : float or None
+        kg.
+    """
+
+    speed: float
+    density: float | None = None
+    mass: float | None = None
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LinearModel:
     """x' = A x + B u, y = C x + D u, for small changes from a steady condition.
@@ -30,6 +49,8 @@ class LinearModel:
     states, inputs, outputs : tuple of str
         SI and radians.
     A, B, C, D : ndarray
+    about : Steady or None
+        None where nobody said.
     """
 
     states: tuple[str, ...]
@@ -39,6 +60,7 @@ class LinearModel:
     B: FloatArray
     C: FloatArray
     D: FloatArray
+    about: Steady | None = None
 
     def modes(self) -> tuple[Mode, ...]:
         """Return the modes of A, named where they can be."""

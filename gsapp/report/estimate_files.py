@@ -6,6 +6,7 @@ import csv
 import io
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any, Final
 
 import numpy as np
@@ -183,6 +184,7 @@ def _mat(summary: CampaignSummary, models: Mapping[LinearAxis, LinearModel]) -> 
     for axis, model in models.items():
         content[f"linear_{axis}"] = {
             **{key: getattr(model, key) for key in ("A", "B", "C", "D")},
+            **({} if model.about is None else asdict(model.about)),
             "states": np.array(model.states, dtype=object),
             "inputs": np.array(model.inputs, dtype=object),
             "outputs": np.array(model.outputs, dtype=object),

@@ -123,7 +123,7 @@ def estimate_document(
         _values_section(reported, units),
         _online_section(reported),
         linear_section(reported.linear, units=units),
-        _modes_section(reported),
+        _modes_section(reported, units),
         _maneuvers_section(outcome.result, units),
         fits_section(outcome.result),
         provenance_section(campaign_provenance(outcome)),
@@ -250,7 +250,7 @@ def _online_section(reported: Reported) -> Section:
     return Section(title="As it formed in the air", parts=tuple(parts))
 
 
-def _modes_section(reported: Reported) -> Section:
+def _modes_section(reported: Reported, units: Units) -> Section:
     modes: dict[str, tuple[SpreadMode, ...]] = {}
     for axis in reported.outcome.models:
         try:
@@ -258,7 +258,7 @@ def _modes_section(reported: Reported) -> Section:
         except FlightError:
             # Said among the remarks by whatever made the models.
             continue
-    parts: tuple[Part, ...] = (modes_table(modes), modes_picture(modes)) if modes else ()
+    parts: tuple[Part, ...] = (modes_table(modes, units), modes_picture(modes)) if modes else ()
     return Section(title="How the aircraft moves by itself", parts=parts)
 
 

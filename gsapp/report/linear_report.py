@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from gsapp.identification.results import Method
 from gsapp.identification.summary.linear_comparison import AxisComparison, LinearComparison
+from gsapp.quantities import channel
+from gsapp.quantities.units import from_si
 from gsapp.report.document import Paragraph, Part, Section, Table
 from gsapp.report.linear_figures import linear_picture
 from gsapp.report.linear_words import (
@@ -39,9 +41,10 @@ def error_table(one: AxisComparison, method: Method) -> Table:
     )
 
 
-def _mode_table(one: AxisComparison, method: Method) -> Table:
+def _mode_table(one: AxisComparison, method: Method, units: str) -> Table:
     return Table(
-        caption=f"Modes of the {AXIS_TITLES[one.axis]} models that were compared",
+        caption=f"Modes of the {AXIS_TITLES[one.axis]} models that were compared"
+        f"{_about(one, units)}",
         columns=("model", *MODE_COLUMNS),
         rows=tuple(
             (model_name(name, method), *row)
@@ -50,6 +53,17 @@ def _mode_table(one: AxisComparison, method: Method) -> Table:
         ),
         numeric=frozenset(range(2, 1 + len(MODE_COLUMNS))),
     )
+
+
+def _speed(value: float, units: str) -> str:
+    spec = channel("V")
+    unit = spec.display_unit(units)
+    return f"{from_si(value, unit, spec.quantity):.{spec.decimals(unit)}f} {unit}"
+
+
+def _about(one: AxisComparison, units: str) -> str:
+    about = next((fitted.model.about for fitted in one.models.values()), None)
+    return "" if about is None else f", about steady flight at {_speed(about.speed, units)}"
 
 
 def linear_section(comparison: LinearComparison, *, units: str) -> Section:
@@ -65,7 +79,7 @@ def linear_section(comparison: LinearComparison, *, units: str) -> Section:
         parts.append(Paragraph(text=kept_out_words(one)))
         parts.append(error_table(one, comparison.method))
         parts.append(linear_picture(one, units=units))
-        parts.append(_mode_table(one, comparison.method))
+        parts.append(_mode_table(one, comparison.method, units))
     parts += [Paragraph(text=f"{_sentence(text)}.", kind="note") for text in comparison.remarks]
     return Section(title="Linear models against flight", parts=tuple(parts))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
@@ -206,8 +207,9 @@ def comparison_json(comparison: LinearComparison) -> dict[str, Any]:
 
 
 def linear_model_json(model: LinearModel) -> dict[str, Any]:
-    """Return matrices, names and modes of a linear model, SI."""
+    """Return matrices, names and modes of a linear model, and what it is about, SI."""
     return {
+        "about": None if model.about is None else asdict(model.about),
         **{key: getattr(model, key).tolist() for key in ("A", "B", "C", "D")},
         "states": list(model.states),
         "inputs": list(model.inputs),

@@ -10,6 +10,8 @@ import numpy as np
 from matplotlib.figure import FigureBase
 
 from gsapp.identification.summary.mode_spread import SpreadMode
+from gsapp.quantities import channel
+from gsapp.quantities.units import from_si
 from gsapp.report.document import Picture, Table, margins
 from gsapp.report.figure_parts import SIGMAS, number_text, plain
 from gsapp.report.linear_words import NEUTRAL
@@ -96,14 +98,24 @@ def _bar(std: float) -> float | None:
     return SIGMAS * std if math.isfinite(std) else None
 
 
-def modes_table(modes: Mapping[str, Sequence[SpreadMode]]) -> Table:
+def modes_table(modes: Mapping[str, Sequence[SpreadMode]], units: str) -> Table:
     """Return frequency, damping and time constant of all modes, with their bounds, to be read."""
+    spec = channel("V")
+    unit = spec.display_unit(units)
     return Table(
         caption="Modes of the linear models made from the means, with their bounds",
-        columns=("axis", "mode", "frequency [rad/s]", "damping ratio", "time constant [s]"),
+        columns=(
+            "axis",
+            f"V [{unit}]",
+            "mode",
+            "frequency [rad/s]",
+            "damping ratio",
+            "time constant [s]",
+        ),
         rows=tuple(
             (
                 axis,
+                f"{from_si(one.speed, unit, spec.quantity):.{spec.decimals(unit)}f}",
                 one.mode.name,
                 _with_bound(one.mode.frequency, one.frequency),
                 _with_bound(one.mode.damping, one.damping) if one.mode.pole.imag else "",
@@ -112,7 +124,7 @@ def modes_table(modes: Mapping[str, Sequence[SpreadMode]]) -> Table:
             for axis, found in modes.items()
             for one in found
         ),
-        numeric=frozenset({2, 3, 4}),
+        numeric=frozenset({1, 3, 4, 5}),
     )
 
 

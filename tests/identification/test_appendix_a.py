@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from scipy.optimize import brentq
 
 from gsapp.aircraft import Propulsion, load_aircraft
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
-from gsapp.dynamics.linearization import linearize
+from gsapp.dynamics.linearization import Steady, linearize
 from gsapp.dynamics.model import load_model
 from gsapp.dynamics.trim import trim
 from gsapp.foundation import FileProblemsError, FlightError, UnknownNameError
@@ -191,10 +192,12 @@ def test_derivatives_go_through_and_come_back() -> None:
 
 def test_linear_model_file_goes_to_disk_and_back(tmp_path: Path) -> None:
     """SI on disk; a wrong matrix and an unknown name are told."""
-    model = load_linear_model("seanor-bls-lateral").model()
+    steady = Steady(speed=31.5, density=1.1, mass=21.0)
+    model = replace(load_linear_model("seanor-bls-lateral").model(), about=steady)
     path = save_linear_model(model, tmp_path / "model.toml", name="mine")
     back = load_linear_model(path).model()
     assert back.states == model.states
+    assert back.about == steady
     for key in "ABCD":
         assert np.allclose(getattr(back, key), getattr(model, key), rtol=1e-12)
     path.write_text(path.read_text(encoding="utf-8").replace("de [", "dee [").replace(

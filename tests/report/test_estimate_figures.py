@@ -260,12 +260,18 @@ def test_modes_stray_as_far_as_a_moved_derivative_moves_them() -> None:
     other = next(one for one in wider if one.mode.name == "short period")
     assert other.mode == short.mode
     assert other.frequency > 3.0 * short.frequency
-    table = modes_table({"longitudinal": modes})
-    assert table.rows[0][1] == "short period"
-    assert "±" in table.rows[0][2]
+    table = modes_table({"longitudinal": modes}, "SI")
+    assert table.rows[0][2] == "short period"
+    assert "±" in table.rows[0][3]
+    # Frequencies go with speed: without it they say nothing.
+    about = found.models["lon"].about
+    assert about is not None
+    assert table.columns[1] == "V [m/s]"
+    assert table.rows[0][1] == f"{about.speed:.1f}"
+    assert 25.0 < about.speed < 40.0
     grows = replace(short, mode=replace(short.mode, pole=-short.mode.pole))
     still = replace(short, mode=replace(short.mode, pole=complex(1e-6)))
-    said = [row[-1] for row in modes_table({"longitudinal": (grows, still)}).rows]
+    said = [row[-1] for row in modes_table({"longitudinal": (grows, still)}, "SI").rows]
     assert said == [f"{table.rows[0][-1]} (grows)", "neutral"]
     figure = drawn(modes_picture({"longitudinal": modes}))
     poles = {

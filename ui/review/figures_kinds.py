@@ -276,7 +276,9 @@ def _modes(material: Material, palette: Palette, _room: Room) -> Picture | str:
 def _mode_table(material: Material) -> Table | None:
     from gsapp.report.mode_figures import modes_table
 
-    return modes_table(_spread_modes(material)) if material.outcome.models else None
+    if not material.outcome.models:
+        return None
+    return modes_table(_spread_modes(material), material.units)
 
 
 KINDS = (

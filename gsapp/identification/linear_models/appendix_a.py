@@ -19,7 +19,12 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
-from gsapp.dynamics.linearization import LATERAL_STATES, LONGITUDINAL_STATES, LinearModel
+from gsapp.dynamics.linearization import (
+    LATERAL_STATES,
+    LONGITUDINAL_STATES,
+    LinearModel,
+    Steady,
+)
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
 
@@ -61,6 +66,11 @@ class Condition:
     def qbar(self) -> float:
         """Return the dynamic pressure, Pa."""
         return 0.5 * self.rho * self.U1**2
+
+    @property
+    def about(self) -> Steady:
+        """Return the steady flight as a linear model names it."""
+        return Steady(speed=self.U1, density=self.rho, mass=self.mass)
 
     @property
     def theta1(self) -> float:
@@ -225,7 +235,7 @@ def longitudinal_model(
         states=LONGITUDINAL_STATES,
         inputs=("de",),
         outputs=LONGITUDINAL_OUTPUTS,
-        A=A, B=B, C=C, D=D,
+        A=A, B=B, C=C, D=D, about=condition.about,
     )  # fmt: skip
 
 
@@ -278,7 +288,7 @@ def lateral_model(
         states=LATERAL_STATES,
         inputs=("da", "dr"),
         outputs=LATERAL_OUTPUTS,
-        A=A, B=B, C=C, D=D,
+        A=A, B=B, C=C, D=D, about=condition.about,
     )  # fmt: skip
 
 

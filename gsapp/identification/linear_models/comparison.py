@@ -256,10 +256,11 @@ def fit_models(
     stretches = all_signals(fitted, axis)
     inputs, outputs = stretches[0].input_names, stretches[0].output_names
     found, remarks = subspace_model(stretches, order=order)
-    continuous = found.continuous(inputs, outputs)
-    derived = model_of_derivatives(fitted[0].aircraft, mean_condition(fitted), axis, derivatives)
+    condition = mean_condition(fitted)
+    continuous = replace(found.continuous(inputs, outputs), about=condition.about)
+    derived = model_of_derivatives(fitted[0].aircraft, condition, axis, derivatives)
     derived = _select_outputs(derived, outputs)
-    least = batch_least_squares(stretches).model
+    least = replace(batch_least_squares(stretches).model, about=condition.about)
     return {
         "bls": FittedModel(model=least, driven=least),
         "subspace": FittedModel(model=continuous, driven=continuous, remarks=remarks),

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from pydantic import model_validator
 
-from gsapp.dynamics.linearization import LinearModel
+from gsapp.dynamics.linearization import LinearModel, Steady
 from gsapp.flight.readers.columns import parse_name
 from gsapp.foundation import StrictModel, read_toml, toml_text, write_atomically
 from gsapp.foundation.shipped import Shipped
 from gsapp.quantities import FloatArray, channel
-from gsapp.quantities.fields import Speed
+from gsapp.quantities.fields import Density, Mass, Speed
 
 SHIPPED = Shipped(folder=Path(__file__).parent / "published", kind="linear model")
 PUBLISHED_AIRCRAFT = "B777"
@@ -29,8 +29,8 @@ class LinearModelFile(StrictModel):
     Attributes
     ----------
     name, source : str
-    speed : float or None
-        Steady airspeed, m/s.
+    speed, density, mass : float or None
+        Of the steady flight that the model is about: true airspeed, m/s; kg/m^3; kg.
     states, inputs, outputs : tuple of str
         Each ``id [unit]``: the units in which the matrices are written.
     A, B, C, D : matrices
@@ -39,6 +39,8 @@ class LinearModelFile(StrictModel):
     name: str
     source: str = ""
     speed: Speed | None = None
+    density: Density | None = None
+    mass: Mass | None = None
     states: tuple[str, ...]
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
@@ -72,6 +74,9 @@ class LinearModelFile(StrictModel):
             B=x[:, None] * np.array(self.B) / u,
             C=y[:, None] * np.array(self.C) / x,
             D=y[:, None] * np.array(self.D) / u,
+            about=None
+            if self.speed is None
+            else Steady(speed=self.speed, density=self.density, mass=self.mass),
         )
 
 
@@ -102,12 +107,25 @@ def linear_model_text(model: LinearModel, *, name: str, source: str = "") -> str
     content: dict[str, Any] = {
         "name": name,
         "source": source,
+        **_steady(model.about),
         "states": labels(model.states),
         "inputs": labels(model.inputs),
         "outputs": labels(model.outputs),
         **{key: getattr(model, key).tolist() for key in ("A", "B", "C", "D")},
     }
     return toml_text(content)
+
+
+def _steady(about: Steady | None) -> dict[str, str]:
+    """Return what a file says of the steady flight."""
+    if about is None:
+        return {}
+    known = {
+        "speed": (about.speed, "m/s"),
+        "density": (about.density, "kg/m^3"),
+        "mass": (about.mass, "kg"),
+    }
+    return {key: f"{value:.6g} {unit}" for key, (value, unit) in known.items() if value is not None}
 
 
 class PublishedErrors(StrictModel):

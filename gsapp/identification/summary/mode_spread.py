@@ -23,6 +23,8 @@ class SpreadMode:
     Attributes
     ----------
     mode : Mode
+    speed : float
+        True airspeed of the steady flight, m/s.
     real, imaginary : float
         Standard deviations of the pole's parts, 1/s.
     frequency, damping, time_constant : float
@@ -31,6 +33,7 @@ class SpreadMode:
     """
 
     mode: Mode
+    speed: float
     real: float
     imaginary: float
     frequency: float
@@ -78,11 +81,14 @@ def mode_spread(
             (name, one.value.mean, one.value.std) for name, one in summary.derivatives.items()
         )
     ]
-    return tuple(_spread(one, place, sides, middle) for place, one in enumerate(middle))
+    return tuple(
+        _spread(one, condition.U1, place, sides, middle) for place, one in enumerate(middle)
+    )
 
 
 def _spread(
     mode: Mode,
+    speed: float,
     place: int,
     sides: Sequence[tuple[tuple[Mode, ...], tuple[Mode, ...]]],
     middle: tuple[Mode, ...],
@@ -101,6 +107,6 @@ def _spread(
         squares = [sum_ + (0.5 * step) ** 2 for sum_, step in zip(squares, steps, strict=True)]
     real, imaginary, frequency, damping, time_constant = map(math.sqrt, squares)
     return SpreadMode(
-        mode=mode, real=real, imaginary=imaginary, frequency=frequency, damping=damping,
-        time_constant=time_constant,
+        mode=mode, speed=speed, real=real, imaginary=imaginary, frequency=frequency,
+        damping=damping, time_constant=time_constant,
     )  # fmt: skip
