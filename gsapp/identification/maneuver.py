@@ -16,6 +16,7 @@ from gsapp.flight.uniform import typical_step
 from gsapp.foundation import FlightError
 from gsapp.identification.air import with_air_data
 from gsapp.identification.alignment import aligned, lateness, touched
+from gsapp.identification.chords import with_curves
 from gsapp.quantities import Block, BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
 from gsapp.quantities.fields import Position
@@ -174,8 +175,9 @@ def cut_maneuver(
 ) -> Maneuver:
     """Cut one maneuver from a flight, its channels brought to their right times.
 
-    Speed, dynamic pressure and density are added where they follow from what was measured.
-    Instruments that were dead throughout are left out, and `Maneuver.remarks` says so.
+    An attitude slower than the grid is curved between its samples. Speed, dynamic pressure and
+    density are added where they follow from what was measured. Instruments that were dead
+    throughout are left out, and `Maneuver.remarks` says so.
 
     Parameters
     ----------
@@ -214,7 +216,7 @@ def cut_maneuver(
     )
     inner = slice(int(low) - wide.start, int(high) - wide.start)
     weather = None if flight.info is None else flight.info.weather
-    block = with_air_data(aligned(around, aircraft), weather)
+    block = with_air_data(aligned(with_curves(around), aircraft), weather)
     block = Block(channels=block.channels, times=block.times[inner], values=block.values[inner])
     late, step = lateness(aircraft), typical_step(around.times)
     clipped = {
