@@ -149,7 +149,7 @@ def _describe(console: Console, result: CompatibilityResult) -> None:
     from rich import box
     from rich.table import Table
 
-    from gsapp.identification.compatibility.wording import error_quantity
+    from gsapp.identification.compatibility.wording import error_with_bound
 
     if result.parameters:
         table = Table(
@@ -162,7 +162,7 @@ def _describe(console: Console, result: CompatibilityResult) -> None:
             if one.value is None or one.std is None:
                 table.add_row(name, "not observable", "", one.why)
             else:
-                value, std = error_quantity(name, one.value), error_quantity(name, one.std)
+                value, std = error_with_bound(name, one.value, one.std)
                 table.add_row(name, value, std, "")
         print_whole(console, table)
     open_signs = [name for name, sign in result.signs.items() if sign == "not-observable"]

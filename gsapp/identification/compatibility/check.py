@@ -33,7 +33,13 @@ from gsapp.identification.compatibility.settings import (
     SHOWN,
     CompatibilitySettings,
 )
-from gsapp.identification.compatibility.wording import error_quantity, listed, quantity, title
+from gsapp.identification.compatibility.wording import (
+    error_quantity,
+    error_with_bound,
+    listed,
+    quantity,
+    title,
+)
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.results import ResponseFit, ResponseHistory
 from gsapp.identification.statistics import response_fit
@@ -199,7 +205,7 @@ def _errors(
         if excess <= _CERTAIN * one.std:
             continue
         channel, _, kind = name.partition(".")
-        value, std = error_quantity(name, one.value), error_quantity(name, one.std)
+        value, std = error_with_bound(name, one.value, one.std)
         spread = f"{value} \N{PLUS-MINUS SIGN} {std}"
         said = {
             "bias": f"{title(channel)} is off by {spread}",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from gsapp.identification.compatibility.settings import ACCELERATIONS, RATES
@@ -21,17 +22,21 @@ def listed(names: Sequence[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
-def quantity(name: str, value: float) -> str:
-    """Return a value of a channel with its unit: degrees, g, m/s."""
+def _shown(name: str) -> tuple[float, str]:
+    """Return what a value of a channel is divided by to be shown, and its unit."""
     base = name.partition(".")[0]
     if base in RATES:
-        return f"{value / DEGREE:.2g} deg/s"
+        return DEGREE, "deg/s"
     if base in ACCELERATIONS:
-        return f"{value / GRAVITY:.2g} g"
-    spec = channel(base)
-    if spec.unit == "rad":
-        return f"{value / DEGREE:.2g} deg"
-    return f"{value:.2g} {spec.unit}"
+        return GRAVITY, "g"
+    unit = channel(base).unit
+    return (DEGREE, "deg") if unit == "rad" else (1.0, unit)
+
+
+def quantity(name: str, value: float) -> str:
+    """Return a value of a channel with its unit: degrees, g, m/s."""
+    divisor, unit = _shown(name)
+    return f"{value / divisor:.2g} {unit}"
 
 
 def error_quantity(parameter: str, value: float) -> str:
@@ -40,3 +45,13 @@ def error_quantity(parameter: str, value: float) -> str:
     if kind == "scale":
         return f"{value:.3g}"
     return f"{1e3 * value:z.0f} ms" if kind == "delay" else quantity(name, value)
+
+
+def error_with_bound(parameter: str, value: float, std: float) -> tuple[str, str]:
+    """Return the value of an error and its bound, both with two digits of the bound."""
+    name, _, kind = parameter.partition(".")
+    divisor, unit = {"scale": (1.0, ""), "delay": (1e-3, "ms")}.get(kind) or _shown(name)
+    std /= divisor
+    digits = max(0, 1 - math.floor(math.log10(std))) if 0.0 < std < math.inf else 3
+    value_text, std_text = f"{value / divisor:z.{digits}f}", f"{std:.{digits}f}"
+    return f"{value_text} {unit}".rstrip(), f"{std_text} {unit}".rstrip()
