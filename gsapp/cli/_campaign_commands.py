@@ -1,0 +1,617 @@
+"""Commands on maneuvers of one or more flights, and on what was found from them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from gsapp.cli._options import FlightPath, JsonFile, MapName, OtherCertificates
+
+FlightPaths = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="FLIGHT",
+        readable=False,
+        help="Flight folders, .csv, .tlog, .bin, .ulg, .mat, .parquet",
+    ),
+]
+AircraftName = Annotated[
+    str | None,
+    typer.Option(
+        "--aircraft",
+        metavar="FILE",
+        help="Aircraft: a file, or the name of a shipped one; else the copy in the flight folder",
+    ),
+]
+ManeuverList = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--maneuver",
+        metavar="START:STOP",
+        help="Seconds, in place of what would be found; K:START:STOP for the K-th flight; "
+        "repeatable",
+    ),
+]
+AsFound = Annotated[
+    bool, typer.Option("--as-found", help="Leave out what was changed by hand in the review")
+]
+EveryGrade = Annotated[
+    bool,
+    typer.Option("--every-grade", help="Keep maneuvers graded unfit (D)"),
+]
+Method = Annotated[
+    Literal["ml", "ee", "ftr"],
+    typer.Option(help="Maximum likelihood, equation error, or Fourier transform regression"),
+]
+Axis = Annotated[
+    Literal["lon", "lat", "both"],
+    typer.Option(help="Use maneuvers of one axis only; both: each by the surfaces it moved"),
+]
+Joint = Annotated[
+    bool,
+    typer.Option("--joint", help="Fit all maneuvers of an axis together, too"),
+]
+Dated = Annotated[
+    bool,
+    typer.Option("--date/--no-date", help="Say when it was written"),
+]
+CatalogFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--catalog", readable=False, metavar="FILE", help="Keep the results in this catalog"
+    ),
+]
+
+
+def maneuvers(
+    flight: FlightPath,
+    aircraft: AircraftName = None,
+    channel_map: MapName = None,
+    calibration: OtherCertificates = None,
+    as_found: AsFound = False,
+    catalog: CatalogFile = None,
+    json: JsonFile = None,
+) -> None:
+    """Find the maneuvers of a flight and grade them.
+
+    What was changed by hand counts.
+
+    Example: gsapp maneuvers flights/2026-05-12-a --json maneuvers.json
+    """
+    from gsapp.cli import maneuvers as command
+
+    command.run(
+        flight=flight,
+        aircraft=aircraft,
+        channel_map=channel_map,
+        calibration=calibration,
+        as_found=as_found,
+        json=json,
+        catalog=catalog,
+    )
+
+
+def debrief(
+    flights: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="FLIGHT", readable=False, help="Without any, the trends of the catalog"
+        ),
+    ] = None,
+    aircraft: AircraftName = None,
+    model: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="What is known of the aerodynamics: a model file, or the name of a shipped one; "
+            "by default the one shipped for the aircraft",
+        ),
+    ] = None,
+    channel_map: MapName = None,
+    calibration: OtherCertificates = None,
+    cards: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="Test cards in place of the flight's own: a file, or the name of a shipped set",
+        ),
+    ] = None,
+    catalog: CatalogFile = None,
+    json: JsonFile = None,
+) -> None:
+    """Tell what every input of a flight was worth.
+
+    Also how the test cards were flown, and trends from flight to flight.
+
+    Verdicts are those that the pilot heard in flight: too small, too large, not trimmed, spoiled,
+    good, and what to do next time. With a catalog they are kept beside the grades of the
+    maneuvers, and its flights are compared.
+
+    Example: gsapp debrief flights/2026-05-12-a --catalog campaign.sqlite
+
+    Example: gsapp debrief --catalog campaign.sqlite
+    """
+    from gsapp.cli import debrief as command
+
+    command.run(
+        flights=flights or [], aircraft=aircraft, model=model, channel_map=channel_map,
+        calibration=calibration, cards=cards, catalog=catalog, json=json,
+    )  # fmt: skip
+
+
+def estimate(
+    flights: FlightPaths,
+    aircraft: AircraftName = None,
+    method: Method = "ml",
+    axis: Axis = "both",
+    six_degrees: Annotated[
+        bool, typer.Option("--six-degrees", help="Fit all six degrees of freedom together")
+    ] = False,
+    weights: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="Weights of the responses, such as the shipped table-6.2.7; "
+            "by default the noise is estimated",
+        ),
+    ] = None,
+    hold: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=VALUE", help="Hold a derivative; repeatable"),
+    ] = None,
+    free: Annotated[
+        str | None,
+        typer.Option(metavar="NAME,..", help="Estimate these alone; the model's values elsewhere"),
+    ] = None,
+    prior: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=VALUE:STD", help="A-priori value; repeatable"),
+    ] = None,
+    stand_in: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE", help="SI constant for what was not measured, as V=30; repeatable"
+        ),
+    ] = None,
+    states: Annotated[
+        str | None,
+        typer.Option(metavar="ID,..", help="Active states; the others come from measurement"),
+    ] = None,
+    responses: Annotated[
+        str | None,
+        typer.Option(metavar="ID,..", help="Responses compared with measurement"),
+    ] = None,
+    biases: Annotated[
+        str | None,
+        typer.Option(metavar="ID,..", help="Responses whose sensor bias is free"),
+    ] = None,
+    scales: Annotated[
+        str | None,
+        typer.Option(metavar="ID,..", help="Responses whose scale factor is free"),
+    ] = None,
+    shifts: Annotated[
+        str | None,
+        typer.Option(metavar="ID,..", help="Responses whose time shift is free"),
+    ] = None,
+    euler: Annotated[
+        bool, typer.Option("--euler", help="Integrate by Euler's rule, not Runge and Kutta's")
+    ] = False,
+    bound_factor: Annotated[
+        float | None,
+        typer.Option(
+            metavar="X",
+            help="Multiply the Cramer-Rao bounds in place of the correction for colored "
+            "residuals; the source: 10",
+        ),
+    ] = None,
+    joint: Joint = False,
+    model: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE", help="Model: its effects are known, its values held where not free"
+        ),
+    ] = None,
+    maneuver: ManeuverList = None,
+    every_grade: EveryGrade = False,
+    as_found: AsFound = False,
+    channel_map: MapName = None,
+    calibration: OtherCertificates = None,
+    catalog: CatalogFile = None,
+    label: Annotated[
+        str, typer.Option(metavar="TEXT", help="What the run is called in the catalog")
+    ] = "",
+    json: JsonFile = None,
+) -> None:
+    """Estimate stability and control derivatives, with bounds.
+
+    The bounds are honest: they count that residuals are colored.
+
+    Example: gsapp estimate flights/a flights/b --aircraft b777 --json derivatives.json
+
+    Example: gsapp estimate flights/a --method ml --axis lon --weights table-6.2.7 --hold CN_q=5
+
+    Example: gsapp estimate flights/a --catalog campaign.sqlite --label "weights of the source"
+
+    Example: gsapp estimate doublet.csv --maneuver 2:12 --free Cm_alpha,Cm_q,Cm_de --model b777
+    """
+    from gsapp.cli import estimate as command
+
+    command.run(
+        flights=flights, aircraft=aircraft, method=method, axis=axis, six_degrees=six_degrees,
+        weights=weights, hold=hold or (), free=free, prior=prior or (), stand_in=stand_in or (),
+        states=states, responses=responses, biases=biases, scales=scales, shifts=shifts,
+        euler=euler, bound_factor=bound_factor, joint=joint, model=model,
+        maneuver=maneuver or (), every_grade=every_grade, as_found=as_found,
+        channel_map=channel_map, calibration=calibration, catalog=catalog, label=label, json=json,
+    )  # fmt: skip
+
+
+def report(
+    flights: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="FLIGHT|DIR",
+            readable=False,
+            help="Flights, or folders that hold some",
+            show_default=False,
+        ),
+    ],
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="FILE",
+            readable=False,
+            help="A .html or .pdf file; or a folder for both, all pictures, and the results as "
+            "CSV, MATLAB, JSON, model and linear models",
+        ),
+    ],
+    aircraft: AircraftName = None,
+    method: Method = "ml",
+    axis: Axis = "both",
+    weights: Annotated[
+        str | None,
+        typer.Option(metavar="FILE", help="Weights of the responses; by default the noise counts"),
+    ] = None,
+    model: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="What was known before: its effects count, its values are drawn beside and held "
+            "where not free",
+        ),
+    ] = None,
+    joint: Joint = False,
+    maneuver: ManeuverList = None,
+    every_grade: EveryGrade = False,
+    as_found: AsFound = False,
+    validate: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FLIGHT",
+            readable=False,
+            help="One of the flights, to judge linear models on; repeatable; by default the last",
+        ),
+    ] = None,
+    units: Annotated[Literal["US", "SI"], typer.Option(help="Of pictures and tables")] = "US",
+    dated: Dated = True,
+    channel_map: MapName = None,
+    calibration: OtherCertificates = None,
+    json: JsonFile = None,
+) -> None:
+    """Write the report on one flight or a campaign.
+
+    It gives derivatives that can be defended.
+
+    Example: gsapp report flights/e --aircraft b777 --out "flight E.pdf"
+
+    Example: gsapp report flights --model b777 --out results
+    """
+    from gsapp.cli import report as command
+
+    command.run(
+        flights=flights, out=out, aircraft=aircraft, method=method, axis=axis, weights=weights,
+        model=model, joint=joint, maneuver=maneuver or (), every_grade=every_grade,
+        as_found=as_found, units=units, dated=dated, channel_map=channel_map,
+        calibration=calibration, validate=validate or (), json=json,
+    )  # fmt: skip
+
+
+def compatibility(
+    flights: FlightPaths,
+    aircraft: AircraftName = None,
+    maneuver: ManeuverList = None,
+    as_found: AsFound = False,
+    free: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ID.KIND", help="Estimate this error, too, as q.scale or V.delay; repeatable"
+        ),
+    ] = None,
+    channel_map: MapName = None,
+    calibration: OtherCertificates = None,
+    json: JsonFile = None,
+) -> None:
+    """Check the instruments against one another.
+
+    No aerodynamic model is needed.
+
+    Rates, accelerations, flow angles and speed must follow from one motion: bias, scale factor
+    and delay of each instrument, reversed axes, redundant sensors that disagree.
+
+    Example: gsapp compatibility flights/2026-05-12-a --aircraft b777
+    """
+    from gsapp.cli import compatibility as command
+
+    command.run(
+        flights=flights, aircraft=aircraft, maneuver=maneuver or (), as_found=as_found,
+        free=free or (), channel_map=channel_map, calibration=calibration, json=json,
+    )  # fmt: skip
+
+
+def terms(
+    flights: FlightPaths,
+    coefficient: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="CN, CA, CY, Cl, Cm or Cn; repeatable; all by default"),
+    ] = None,
+    aircraft: AircraftName = None,
+    model: Annotated[
+        str | None,
+        typer.Option(metavar="FILE", help="A model whose effects are taken as known"),
+    ] = None,
+    maneuver: ManeuverList = None,
+    channel_map: MapName = None,
+    calibration: OtherCertificates = None,
+    json: JsonFile = None,
+) -> None:
+    """Choose the terms that each coefficient needs.
+
+    They are linear ones, effects, and products without a name.
+
+    Equation error, stepwise: a term enters if it is proven and predicts stretches of the record
+    that were left out; it goes again if later ones make it superfluous.
+
+    Example: gsapp terms flights/a flights/b --coefficient Cm --aircraft b777
+    """
+    from gsapp.cli import terms as command
+
+    command.run(
+        flights=flights, coefficient=coefficient or (), aircraft=aircraft, model=model,
+        maneuver=maneuver or (), channel_map=channel_map, calibration=calibration, json=json,
+    )  # fmt: skip
+
+
+def catalog(
+    file: Annotated[
+        Path, typer.Argument(metavar="CATALOG", readable=False, help="As --catalog wrote it")
+    ],
+    flight: Annotated[str | None, typer.Option(help="Of this flight")] = None,
+    inputs: Annotated[
+        str | None,
+        typer.Option(metavar="da+dr", help="Exactly these surfaces moved"),
+    ] = None,
+    kind: Annotated[
+        Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep", "retrim", "none"] | None,
+        typer.Option(help="Shape of the input"),
+    ] = None,
+    worst_grade: Annotated[
+        Literal["A", "B", "C", "D"], typer.Option(help="Leave worse ones out")
+    ] = "D",
+    where: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="CHANNEL=LEAST:MOST", help="Condition before the input, as 'V=90 ft/s:'"
+        ),
+    ] = None,
+    note: Annotated[
+        str | None,
+        typer.Option(help="Words that stand in the note"),
+    ] = None,
+    derivative: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Show every estimate of this derivative"),
+    ] = None,
+    csv: Annotated[
+        Path | None,
+        typer.Option(readable=False, metavar="FILE", help="Write what was found as a table"),
+    ] = None,
+    json: JsonFile = None,
+) -> None:
+    """Search the maneuvers and estimates of a campaign.
+
+    Example: gsapp catalog campaign.sqlite --inputs da+dr --where "V=90 ft/s:110 ft/s"
+    """
+    from gsapp.cli import catalog as command
+
+    command.run(
+        catalog=file, flight=flight, inputs=inputs, kind=kind, worst_grade=worst_grade,
+        where=where or (), note=note, derivative=derivative, csv=csv, json=json,
+    )  # fmt: skip
+
+
+def runs(
+    catalog: Annotated[
+        Path, typer.Argument(metavar="CATALOG", readable=False, help="File of the campaign")
+    ],
+    what: Annotated[
+        Literal["list", "show", "compare", "repeat", "report", "forget", "recall", "rename"],
+        typer.Argument(help="What to do with the runs in it"),
+    ] = "list",
+    rest: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="N|LABEL", help="Numbers of runs; a label"),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            readable=False,
+            metavar="PLACE",
+            help="Of the report: a .html or .pdf file, or a folder",
+        ),
+    ] = None,
+    units: Annotated[Literal["US", "SI"], typer.Option(help="Of the report")] = "US",
+    dated: Dated = True,
+    json: JsonFile = None,
+) -> None:
+    """List the runs kept in a catalog, compare or repeat them.
+
+    They can also be shown, reported, renamed, forgotten and recalled.
+
+    A run that is repeated uses the same maneuvers with the same edges and settings; it gives the
+    same numbers to the last bit, or you are told what has changed.
+
+    Example: gsapp runs campaign.sqlite
+
+    Example: gsapp runs campaign.sqlite compare 3 5
+
+    Example: gsapp runs campaign.sqlite repeat 3
+
+    Example: gsapp runs campaign.sqlite report 3 --out results
+    """
+    from gsapp.cli import runs as command
+
+    try:
+        command.check(what, rest or (), out)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+    command.run(
+        catalog=catalog, what=what, rest=rest or (), out=out, units=units, dated=dated, json=json
+    )
+
+
+def linear_models(
+    flights: FlightPaths,
+    validate: Annotated[
+        Path,
+        typer.Option(readable=False, metavar="FLIGHT", help="Flight that the models are judged on"),
+    ],
+    aircraft: AircraftName = None,
+    model: Annotated[
+        str | None,
+        typer.Option(metavar="FILE", help="A model whose effects are taken as known"),
+    ] = None,
+    order_lon: Annotated[
+        str, typer.Option(metavar="N|auto", help="Order of the longitudinal subspace model")
+    ] = "2",
+    order_lat: Annotated[
+        str, typer.Option(metavar="N|auto", help="Order of the lateral-directional one")
+    ] = "4",
+    channel_map: MapName = None,
+    calibration: OtherCertificates = None,
+    as_found: AsFound = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(readable=False, metavar="DIR", help="Write the models here, one file each"),
+    ] = None,
+    json: JsonFile = None,
+) -> None:
+    """Fit three linear models, and judge them on another flight.
+
+    Batch least squares, subspace with prediction error, and maximum likelihood derivatives
+    through appendix A; RMS error over range as in tables 7.4.1 and 7.4.2 of the source.
+
+    Example: gsapp linear-models flights/a --validate flights/b --aircraft b777
+    """
+    from gsapp.cli import linear_models as command
+
+    command.run(
+        flights=flights, validate=validate, aircraft=aircraft, model=model,
+        order_lon=order_lon, order_lat=order_lat, channel_map=channel_map,
+        calibration=calibration, as_found=as_found, out=out, json=json,
+    )  # fmt: skip
+
+
+def discrepancy(
+    flights: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="FLIGHT",
+            readable=False,
+            help="Flight folders, .csv, .tlog, .bin, .ulg, .mat, .parquet",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            readable=False,
+            metavar="DIR",
+            help="Folder for the revised model, report.html, report.pdf, figures, discrepancy.json",
+        ),
+    ] = None,
+    aircraft: AircraftName = None,
+    model: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="The model to be judged: a file, or the name of a shipped one; without it the "
+            "linear build-up is fitted",
+        ),
+    ] = None,
+    catalog: Annotated[
+        bool, typer.Option("--catalog", help="List the effects that can be named, and stop")
+    ] = False,
+    maneuver: ManeuverList = None,
+    every_grade: EveryGrade = False,
+    as_found: AsFound = False,
+    refuse: Annotated[
+        list[str] | None,
+        typer.Option(metavar="ID", help="Never name this effect; repeatable"),
+    ] = None,
+    force: Annotated[
+        list[str] | None,
+        typer.Option(metavar="ID", help="Put this effect in, whatever the evidence; repeatable"),
+    ] = None,
+    held_out: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="MANEUVER",
+            help="Keep this maneuver out of naming and fitting; repeatable; by default one of each "
+            "kind, about a quarter",
+        ),
+    ] = None,
+    most_effects: Annotated[
+        int, typer.Option(metavar="N", min=0, help="Stop after so many effects")
+    ] = 4,
+    draw: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="MANEUVER",
+            help="Draw this maneuver in full in the report; repeatable; by default the worst of "
+            "those kept out",
+        ),
+    ] = None,
+    units: Annotated[
+        Literal["us", "si"], typer.Option(help="Units on the screen and in the report")
+    ] = "us",
+    channel_map: MapName = None,
+    calibration: OtherCertificates = None,
+    json: JsonFile = None,
+) -> None:
+    """Name and add the effect that a model lacks.
+
+    Find where simulation and flight disagree, name the effect, add it, show the gap shrink.
+
+    Example: gsapp discrepancy flights/a flights/b --aircraft b777 --model b777 --out missing
+
+    Example: gsapp discrepancy flights/a --out missing --refuse aero.Cm.speed
+    --held-out 3 --held-out 7
+
+    Example: gsapp discrepancy --catalog
+    """
+    if catalog:
+        from gsapp.cli._effects_text import run as list_effects
+
+        list_effects(json=json)
+        return
+    if not flights or out is None:
+        raise typer.BadParameter("give FLIGHT... and --out DIR, or --catalog")
+    from gsapp.cli import discrepancy as command
+
+    command.run(
+        flights=flights, out=out, aircraft=aircraft, model=model, maneuver=maneuver or (),
+        every_grade=every_grade, as_found=as_found, refuse=refuse or (), force=force or (),
+        held_out=held_out or (), most_effects=most_effects, draw=draw or (), units=units,
+        channel_map=channel_map, calibration=calibration, json=json,
+    )  # fmt: skip
