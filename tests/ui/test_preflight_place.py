@@ -444,6 +444,25 @@ def test_what_telemetry_says_cannot_be_ticked_by_hand(window: MainWindow, qtbot:
     assert state_of(window, "link") == "open"
 
 
+def test_nothing_is_ticked_begun_anew_or_started_in_a_replay(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    """What the crew saw before that flight stays as it was."""
+    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.desk.is_loaded, _PATIENCE_MS)
+    page = go(window, qtbot, 3)
+    before, items = page.book.ticks, page.book.items
+    item = next(item for item in items if item.can_tick)
+    assert not page.book.toggle(item.id)
+    page.book.restart()
+    assert page.book.start() == ""
+    assert page.book.ticks == before
+    page.list.choose(item.id)
+    press(qtbot, Qt.Key.Key_Space)
+    assert "This is a replay" in page.said.text()
+    assert page.book.ticks == before
+
+
 def test_without_a_flight_there_is_nothing_to_start(window: MainWindow, qtbot: QtBot) -> None:
     go(window, qtbot, 3)
     press(qtbot, Qt.Key.Key_Return, CONTROL)
