@@ -140,10 +140,9 @@ def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_pat
     """
     window, folder, log = reviewed
     port = free_port()
+    command = [sys.executable, AUTOPILOT, str(port), str(log), str(tmp_path / "heard"), "0.0"]
     # So slow that there is time to stop it.
-    served = subprocess.Popen(
-        [sys.executable, AUTOPILOT, str(port), str(log), str(tmp_path / "heard"), "0.0", "2"]
-    )
+    served = subprocess.Popen([*command, "2"])
     card = folder.info_file.read_bytes()
     desk = window.review.onboard
 
@@ -178,6 +177,9 @@ def test_a_log_is_fetched_stopped_killed_and_taken_back(reviewed, qtbot, tmp_pat
             lambda: any("what came of a log is kept" in words for words in banners(window))
         )
         assert folder.info_file.read_bytes() == card
+        served.kill()
+        served.wait()
+        served = subprocess.Popen([*command, "16"])
         press(window, KEYS, answer)
         qtbot.waitUntil(
             lambda: window.review.review.flights[0].flight.onboard is not None, timeout=60_000
