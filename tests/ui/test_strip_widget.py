@@ -17,6 +17,7 @@ from gsapp.quantities import Block, channel
 from gsapp.session.history import History
 from gsapp.session.limits import Bands
 from ui.flight.picture import Origin
+from ui.flight.values import value_lines
 from ui.strips import (
     KEY_ACTIONS,
     Mark,
@@ -314,6 +315,36 @@ def test_charts_are_chosen_enlarged_and_moved_by_keys(qtbot, strips):
     with qtbot.waitSignal(strips.layout_changed) as caught:
         qtbot.keyClick(strips, Qt.Key.Key_Y)
     assert caught.args[0].strips[2].range == "limits"
+
+
+def test_a_heading_differs_by_the_short_way_at_the_chart_and_in_the_table(qtbot):
+    """From 175 to -175 degrees is a turn of 10 to the right, and not one of 350 to the left."""
+    times = np.arange(200) / RATE
+    heading = np.radians(np.where(times < 1.0, 175.0, -175.0))
+    history = History(("psi", "temperature"), RATE)
+    values = np.column_stack((heading, np.where(times < 1.0, 288.15, 298.15)))
+    history.append(Block(channels=("psi", "temperature"), times=times, values=values))
+    widget = StripChart(timed=False)
+    qtbot.addWidget(widget)
+    strips = tuple(Strip(traces=(Trace(channel=name),)) for name in history.channels)
+    groups = (StripGroup(name="", strips=strips),)
+    widget.set_layout(StripLayout(name="Turn", window=10.0, groups=groups))
+    widget.set_history(history)
+    widget.show()
+    settle(qtbot, widget)
+    for cursors, said in (((0.5, 1.5), ("10", "18")), ((1.5, 0.5), ("-10", "-18"))):
+        for name, time in zip("ab", cursors, strict=True):
+            widget.set_cursor(name, time)
+        settle(qtbot, widget)
+        charts = [widget.cursor_texts(number)["delta"][0] for number in (0, 1)]
+        table = [
+            line.cells[-1]
+            for line in value_lines(history, history.channels, widget.view.cursors, "US")
+        ]
+        for texts in (charts, table):
+            numbers = [float(text.replace("\N{MINUS SIGN}", "-")) for text in texts]
+            assert numbers == pytest.approx([float(text) for text in said])
+    history.close()
 
 
 def rows_with(pixels, box, color):

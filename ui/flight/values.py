@@ -9,7 +9,7 @@ from typing import Protocol
 
 from gsapp.quantities import FloatArray, channel
 from ui.flight.tables import Line
-from ui.strips.charts import BEYOND, BEYOND_WORDS, beyond_calibration
+from ui.strips.charts import BEYOND, BEYOND_WORDS, beyond_calibration, difference
 from ui.strips.furniture import Display, Source
 from ui.words import DASH, clock_text, number_text, symbol_text, unit_text
 
@@ -66,7 +66,7 @@ def value_lines(
             (BEYOND if beyond[key] else "") + number_text(display.shown(value), display.decimals)
             for key, value in values.items()
         ]
-        difference = (values["b"] - values["a"]) * display.factor
+        apart = display.factor * difference(spec, values["a"], values["b"])
         unit = unit_text(display.unit)
         uncalibrated = source is not None and not source.calibrated
         said = " uncal" if uncalibrated else ""
@@ -75,7 +75,7 @@ def value_lines(
         lines.append(
             Line(
                 key=name,
-                cells=(title, *shown, number_text(difference, display.decimals)),
+                cells=(title, *shown, number_text(apart, display.decimals)),
                 italic=source is not None and source.kind == "estimated",
                 detail=f"{spec.title}{f' in {unit}' if unit else ''}"
                 + (", uncalibrated" if uncalibrated else "")

@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from gsapp.quantities import ChannelSpec, channel
+from gsapp.decoding.stream import CIRCULAR
+from gsapp.quantities import ChannelSpec, base_id, channel
 from ui.strips.columns import Samples
 from ui.strips.furniture import Display, Limits, Source, State, limit_state
 from ui.strips.geometry import Box
@@ -251,6 +252,15 @@ def beyond_calibration(source: Source | None, value_of: Callable[[str], float]) 
         if value < low or value > high:
             return True
     return False
+
+
+def difference(spec: ChannelSpec, first: float, second: float) -> float:
+    """Return how far the second value of a channel is from the first, both SI.
+
+    Of an angle that begins anew after a turn it is the short way, as between two samples.
+    """
+    apart = second - first
+    return (apart + math.pi) % math.tau - math.pi if base_id(spec.id) in CIRCULAR else apart
 
 
 def _latest(history: Samples, name: str) -> float:

@@ -31,6 +31,7 @@ from ui.strips.charts import (
     Chart,
     Reading,
     beyond_calibration,
+    difference,
     make_chart,
     read_value,
 )
@@ -368,20 +369,25 @@ class StripChart(QWidget):
         texts: dict[str, list[str]] = {}
         values: dict[str, list[float]] = {}
         marks: dict[str, list[str]] = {}
+        shown: dict[str, list[float]] = {}
         for name, time in self.view.cursors.items():
-            values[name] = [
-                display.shown(self.value_at(spec.id, time))
-                for spec, display in zip(chart.specs, chart.displays, strict=True)
-            ]
+            values[name] = [self.value_at(spec.id, time) for spec in chart.specs]
             marks[name] = [BEYOND if self._beyond_at(spec.id, time) else "" for spec in chart.specs]
+            shown[name] = [
+                display.shown(value)
+                for value, display in zip(values[name], chart.displays, strict=True)
+            ]
         if "a" in values and "b" in values:
-            values["delta"] = [
-                other - one for one, other in zip(values["a"], values["b"], strict=True)
+            shown["delta"] = [
+                display.factor * difference(spec, one, other)
+                for spec, display, one, other in zip(
+                    chart.specs, chart.displays, values["a"], values["b"], strict=True
+                )
             ]
             marks["delta"] = [
                 one or other for one, other in zip(marks["a"], marks["b"], strict=True)
             ]
-        for name, row in values.items():
+        for name, row in shown.items():
             texts[name] = [
                 DASH if math.isnan(value) else mark + number_text(value, display.decimals)
                 for value, mark, display in zip(row, marks[name], chart.displays, strict=True)
