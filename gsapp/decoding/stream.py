@@ -20,12 +20,8 @@ from calibration.certificate import reference_ratio
 from gsapp.decoding.channel_map import FieldRef, MapEntry, Selector
 from gsapp.decoding.conversions import CONVERSIONS, Conversion
 from gsapp.decoding.grid import Numbers, columns_at
-from gsapp.quantities import FloatArray, base_id, channel, to_si
+from gsapp.quantities import CIRCULAR, STEPWISE, FloatArray, base_id, channel, to_si
 
-CIRCULAR = frozenset({"phi", "psi", "track", "longitude"})
-"""Angles that begin anew after a turn: between two samples they take the short way."""
-STEPWISE = frozenset({"rate_switch", "gear", "gps_satellites"})
-"""Switches and counts: they keep the former value between two samples."""
 _RAIL = 1e-3
 _FEW_SAMPLES, _FEW_NUMBERS = 8, 200
 Columns = Mapping[str, np.ndarray[tuple[int, ...], np.dtype[np.generic]]]

@@ -27,6 +27,7 @@ from gsapp.flight.processing import (
     shifted,
     without_channels,
 )
+from gsapp.flight.processing.sampling import Interpolation
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.quantities import Block
@@ -128,6 +129,19 @@ def test_resampling_up_and_down_gives_the_signal_back() -> None:
     turned = resample(start, 100.0)
     straight = (3.0 + 0.8 * turned.times) % (2 * np.pi)
     assert np.max(np.abs(np.angle(np.exp(1j * (turned["psi"] - straight))))) < 1e-9
+
+
+@pytest.mark.parametrize("rate", [20.0, 100.0, 250.0])
+@pytest.mark.parametrize("kind", ["linear", "cubic"])
+def test_a_switch_stays_a_switch_at_any_rate(rate: float, kind: Interpolation) -> None:
+    """It has the value of the sample before, never one between; no filter rounds it."""
+    thrown = {"rate_switch": lambda t: 1.0 * (t >= 3.0), "gps_satellites": lambda t: t // 0.25}
+    found = resample(block(q=sine(1.0), **thrown), rate, kind=kind)
+    for name, value in thrown.items():
+        before = np.floor(found.times * 100.0 + 1e-6) / 100.0
+        assert np.array_equal(found[name], value(before + 1e-9)), name
+    smooth = low_pass(block(**thrown), 5.0)
+    assert np.array_equal(smooth.values, block(**thrown).values)
 
 
 @pytest.mark.parametrize(

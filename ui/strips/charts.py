@@ -6,8 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from gsapp.decoding.stream import CIRCULAR
-from gsapp.quantities import ChannelSpec, base_id, channel
+from gsapp.quantities import CIRCULAR, ChannelSpec, base_id, channel
 from ui.strips.columns import Samples
 from ui.strips.furniture import Display, Limits, Source, State, limit_state
 from ui.strips.geometry import Box

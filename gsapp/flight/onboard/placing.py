@@ -7,12 +7,11 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from gsapp.decoding.stream import CIRCULAR, STEPWISE
 from gsapp.flight.cache import Decoded
 from gsapp.flight.onboard.clocks import NoClockError, compare_clocks
 from gsapp.flight.onboard.record import LogClock, OnboardLogState
 from gsapp.flight.uniform import overlay
-from gsapp.quantities import Block, FloatArray, base_id
+from gsapp.quantities import CIRCULAR, STEPWISE, Block, FloatArray, base_id
 
 _ON_A_ROW = 1e-6
 """Of a row; nearer than that a sample is taken as it is."""

@@ -15,11 +15,10 @@ from scipy.interpolate import CubicSpline
 
 from gsapp.flight.uniform import typical_step
 from gsapp.foundation import FlightError
-from gsapp.quantities import Block, FloatArray
+from gsapp.quantities import CIRCULAR, STEPWISE, Block, FloatArray, base_id
 
 LONGEST_HOLE = 2.5
 """Samples farther apart than so many of their own periods have a gap between them."""
-_TURNS = ("psi", "track", "phi", "longitude")
 _ORDER = 4
 _SHARE = 0.4
 """Corner of the filter before decimation, over the new rate; 0.5 would be half of it."""
@@ -33,7 +32,8 @@ def low_pass(block: Block, corner: float) -> Block:
     """Filter every channel both ways with a fourth-order Butterworth low-pass.
 
     Both ways makes eight orders and no shift of phase; the corner is where 3 dB are lost after
-    both. A stretch too short for the filter to settle in is left out (missing).
+    both. A stretch too short for the filter to settle in is left out (missing). Switches and
+    counts stay as they are.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def low_pass(block: Block, corner: float) -> Block:
         for rows in _stretches(block.times, own):
             # A slow channel has its own rate on the common grid.
             period = typical_step(block.times[rows]) if rows.size > 1 else np.nan
-            if not rows.size > 1 or corner * period >= 0.5:
+            if base_id(name) in STEPWISE or not rows.size > 1 or corner * period >= 0.5:
                 values[rows, column] = own[rows]
                 continue
             sections = _filter(corner * period)
@@ -93,7 +93,7 @@ def resample(
         Of the low-pass, Hz; by default 0.4 of the new rate where that is lower than the old one,
         else none. 0 turns it off.
     kind : {"linear", "cubic"}
-        Interpolation between samples; never over a gap.
+        Interpolation between samples; never over a gap. Switches and counts keep the former one.
 
     Raises
     ------
@@ -130,7 +130,9 @@ def resample(
             at = block.times[rows]
             inside = slice(*np.searchsorted(times, (at[0] - 1e-9, at[-1] + 1e-9)))
             new, straight = times[inside], _unwound(name, own[rows])
-            if kind == "cubic" and rows.size > 3:
+            if base_id(name) in STEPWISE:
+                found = own[rows][np.searchsorted(at, new + 1e-9, side="right") - 1]
+            elif kind == "cubic" and rows.size > 3:
                 found = CubicSpline(at, straight)(new)
             else:
                 found = np.interp(new, at, straight)
@@ -164,12 +166,12 @@ def _settling(corner: float) -> int:
 
 
 def _unwound(name: str, samples: FloatArray) -> FloatArray:
-    return np.unwrap(samples) if name.partition(".")[0] in _TURNS else samples
+    return np.unwrap(samples) if base_id(name) in CIRCULAR else samples
 
 
 def _rewound(name: str, samples: FloatArray, given: FloatArray) -> FloatArray:
     """Return angles in the turn that the channel was given in."""
-    if name.partition(".")[0] not in _TURNS:
+    if base_id(name) not in CIRCULAR:
         return samples
     start = 0.0 if given.min() >= 0.0 and given.max() > np.pi else -np.pi
     wound: FloatArray = (samples - start) % (2.0 * np.pi) + start
