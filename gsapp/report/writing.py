@@ -19,7 +19,7 @@ def check_place(out: Path) -> None:
     GroundStationError
         If a file has another ending than ``.html`` or ``.pdf``.
     """
-    if out.suffix not in ("", ".html", ".pdf") and not out.is_dir():
+    if out.suffix.casefold() not in ("", ".html", ".pdf") and not out.is_dir():
         raise GroundStationError(
             f"a report cannot be written as '{out.name}'; give a folder, or a file that ends in "
             ".html or .pdf"
@@ -72,7 +72,7 @@ def write_document(
 def _rendered(
     document: Document, out: Path, beside: Mapping[str, bytes], tell: Tell
 ) -> dict[Path, bytes | str]:
-    if out.suffix == ".pdf":
+    if out.suffix.casefold() == ".pdf":
         return {out: pdf_pages(document, tell=tell)}
     folder = is_folder(out)
     # Pictures and pages of paper take about as long as each other.

@@ -47,6 +47,7 @@ from gsapp.report.document import (
 )
 from gsapp.report.html import html_page
 from gsapp.report.pdf import pdf_pages
+from gsapp.report.writing import write_document
 
 NOON = datetime(2026, 5, 12, 12, 0, tzinfo=UTC)
 
@@ -195,6 +196,13 @@ def test_only_known_maneuvers_and_endings_are_taken(tmp_path: Path) -> None:
     with pytest.raises(GroundStationError, match=r"\.html or \.pdf"):
         write_report(found, tmp_path / "a.doc")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("name", "begin"), [("A.PDF", b"%PDF"), ("a.Html", b"<!DOCTYPE html>")])
+def test_an_ending_may_be_written_in_capitals(tmp_path: Path, name: str, begin: bytes) -> None:
+    document = Document(title="t", sections=(Section(title="s", parts=(Paragraph(text="p"),)),))
+    (path,) = write_document(document, tmp_path / name)
+    assert path.read_bytes().startswith(begin)
 
 
 def test_the_map_of_channels_is_measured_less_computed_over_the_noise() -> None:
