@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction, QHideEvent, QShowEvent
-from PySide6.QtWidgets import QFileDialog, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
 from ui.commands import Need
+from ui.dialogs.saving import file_to_write
 from ui.faults import FaultDesk
 from ui.frame.banners import BannerStack
 from ui.frame.work_banner import WorkBanner
@@ -362,8 +363,8 @@ class GapPlace(QWidget):
 
         model = answer.discrepancy.steps[story.selection.step].model
         start = first_folder(self._store.current) / f"{model.name}.toml"
-        path, _kind = QFileDialog.getSaveFileName(self, "Save the model", str(start), _MODELS)
-        if path:
+        path = file_to_write(self, "Save the model", start, _MODELS)
+        if path is not None:
             written = save_model(model, path)
             self._banners.show_banner("note", f"The model is saved as {written}.")
 
@@ -374,9 +375,9 @@ class GapPlace(QWidget):
             return
         name = answer.request.flights[0].stem if answer.request.flights else "flight"
         start = first_folder(self._store.current) / f"{name} model gap.html"
-        path, _kind = QFileDialog.getSaveFileName(self, "Write the report", str(start), _REPORTS)
-        if path:
-            self.search.write_report(Path(path), self._look.units)
+        path = file_to_write(self, "Write the report", start, _REPORTS)
+        if path is not None:
+            self.search.write_report(path, self._look.units)
 
     def _written(self, path: Path) -> None:
         from PySide6.QtCore import QUrl

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
 from gsapp.foundation import GroundStationError
 from ui.commands import Need
 from ui.dialogs.form import Sentence
+from ui.dialogs.saving import file_to_write
 from ui.flight.controls import ActionButton
 from ui.gap.parts import button_row
 from ui.look import Look
@@ -334,11 +335,11 @@ class CardsPage(StepPage):
         if file is None:
             return
         start = first_folder(self._store.current) / "test cards.toml"
-        path, _kind = QFileDialog.getSaveFileName(self, "Save the test cards", str(start), _FILES)
-        if not path:
+        path = file_to_write(self, "Save the test cards", start, _FILES)
+        if path is None:
             return
         try:
-            file.save_as(Path(path))
+            file.save_as(path)
         except GroundStationError as error:
             self._fail(error)
         else:

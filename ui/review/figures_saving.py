@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QGuiApplication, QImage
-from PySide6.QtWidgets import QFileDialog, QWidget
+from PySide6.QtWidgets import QWidget
 
+from ui.dialogs.saving import file_to_write
 from ui.review.figure_drawing import Room
 from ui.review.figures_kinds import FigureKind
 from ui.review.figures_material import Material
@@ -60,14 +61,9 @@ class FigureSaver(QObject):
         if make is None:
             return
         start = first_folder(self._store.current) / "figure.png"
-        path, kind = QFileDialog.getSaveFileName(
-            self._window, "Save the figure", str(start), _KINDS
-        )
-        if path:
-            chosen = Path(path)
-            if not chosen.suffix:
-                chosen = chosen.with_suffix(kind[kind.index("*") + 1 : kind.index(")")])
-            self.save(make, chosen)
+        path = file_to_write(self._window, "Save the figure", start, _KINDS)
+        if path is not None:
+            self.save(make, path)
 
     def save(self, make: Callable[[], Any], path: Path) -> None:
         """Save the figure, or its numbers, by the ending of the name."""

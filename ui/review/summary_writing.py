@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, QUrl, Signal
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from ui.dialogs.saving import file_to_write
 from ui.review.jobs import BeginJob, ReportJob
 from ui.settings import SettingsStore, first_folder
 from ui.work import CancelledError, Progress, Work
@@ -53,14 +54,9 @@ class SummaryWriter(QObject):
     def ask_report(self, outcome: Outcome, units: str, linear: LinearComparison | None) -> None:
         """Ask for a file and write the report there."""
         start = self._folder() / f"{_title(outcome)} report.html"
-        path, kind = QFileDialog.getSaveFileName(
-            self._window, "Write the report", str(start), _REPORTS
-        )
-        if path:
-            chosen = Path(path)
-            if chosen.suffix not in (".html", ".pdf"):
-                chosen = chosen.with_name(f"{chosen.name}{'.pdf' if '.pdf' in kind else '.html'}")
-            self.report(outcome, chosen, units, linear)
+        path = file_to_write(self._window, "Write the report", start, _REPORTS)
+        if path is not None:
+            self.report(outcome, path, units, linear)
 
     def ask_everything(self, outcome: Outcome, units: str, linear: LinearComparison | None) -> None:
         """Ask for a folder and write the report, its figures and all files there."""
@@ -85,14 +81,10 @@ class SummaryWriter(QObject):
         """Ask for a place and write one of the files of a campaign there."""
         ending = Path(name).suffix
         start = self._folder() / f"{_title(outcome)} {name}"
-        path, _kind = QFileDialog.getSaveFileName(
-            self._window, "Write the file", str(start), f"{ending[1:].upper()} (*{ending})"
-        )
-        if path:
-            chosen = Path(path)
-            self.file(
-                outcome, name, chosen if chosen.suffix else chosen.with_suffix(ending), linear
-            )
+        kind = f"{ending[1:].upper()} (*{ending})"
+        path = file_to_write(self._window, "Write the file", start, kind)
+        if path is not None:
+            self.file(outcome, name, path, linear)
 
     def file(
         self, outcome: Outcome, name: str, path: Path, linear: LinearComparison | None
