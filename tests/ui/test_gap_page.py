@@ -564,6 +564,28 @@ def test_the_model_of_the_step_is_saved(
     assert model.parent == "b777"
 
 
+def test_a_name_is_proposed_for_the_model_that_every_disk_takes(
+    story: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[str] = []
+
+    def ask(_parent: object, _title: str, start: str, _kinds: str) -> tuple[str, str]:
+        asked.append(Path(start).name)
+        return "", ""
+
+    answer = story.gap.search.answer
+    steps = tuple(
+        replace(one, model=one.model.model_copy(update={"name": "B777: day 3/4"}))
+        for one in answer.discrepancy.steps
+    )
+    named = replace(answer, discrepancy=replace(answer.discrepancy, steps=steps))
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", ask)
+    monkeypatch.setattr(story.gap.search, "answer", named)
+    press(qtbot, Qt.Key.Key_3, ALT)
+    press(qtbot, Qt.Key.Key_S, CONTROL)
+    assert asked == ["B777- day 3-4.toml"]
+
+
 # Show
 
 

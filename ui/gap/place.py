@@ -23,6 +23,7 @@ from ui.gap.steps import CHAPTERS
 from ui.look import Look
 from ui.process.engine import Engine
 from ui.settings import SettingsStore, first_folder, recording_folder
+from ui.words import file_name
 from ui.work import Progress, Work
 
 if TYPE_CHECKING:
@@ -362,7 +363,7 @@ class GapPlace(QWidget):
         from gsapp.dynamics.model import save_model
 
         model = answer.discrepancy.steps[story.selection.step].model
-        start = first_folder(self._store.current) / f"{model.name}.toml"
+        start = first_folder(self._store.current) / f"{file_name(model.name) or 'model'}.toml"
         path = file_to_write(self, "Save the model", start, _MODELS)
         if path is not None:
             written = save_model(model, path)

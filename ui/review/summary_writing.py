@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -13,6 +12,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 from ui.dialogs.saving import file_to_write
 from ui.review.jobs import BeginJob, ReportJob
 from ui.settings import SettingsStore, first_folder
+from ui.words import file_name
 from ui.work import CancelledError, Progress, Work
 
 if TYPE_CHECKING:
@@ -129,4 +129,4 @@ def _title(outcome: Outcome) -> str:
     flights = [path.stem for path in outcome.request.flights]
     names = flights[0] if len(flights) == 1 else f"{flights[0]} and {len(flights) - 1} more"
     label = outcome.request.label.strip()
-    return re.sub(r'[\\/:*?"<>|]+', "-", label) or names
+    return file_name(label) or names
