@@ -145,7 +145,8 @@ def start_recorder(
     child.kill()
     child.wait()
     raise LinkError(
-        f"the recorder of {link} did not begin within {_START_SECONDS:g} s; see {place / LOG_FILE}"
+        f"the recorder of {link} did not begin within {_START_SECONDS:g} s: this computer is too "
+        f"busy, or its disk too slow; close other programs and try again, or see {place / LOG_FILE}"
     )
 
 

@@ -23,6 +23,7 @@ from gsapp.flight.names import LOCK_FILE, STATUS_FILE, STOP_FILE
 from gsapp.flight.raw import FRAMES_FILE, LINES_FILE, RawTail, RawWriter
 from gsapp.foundation import FlightError, GroundStationError, LinkError
 from gsapp.foundation.locking import FileLock, holder
+from gsapp.telemetry import recorder_control
 from gsapp.telemetry.address import LinkAddress, parse_link
 from gsapp.telemetry.clock import HostClock
 from gsapp.telemetry.outbox import ask_recorder
@@ -546,6 +547,17 @@ def test_what_cannot_begin_says_why(tmp_path, port) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(GroundStationError, match="choose another folder"):
         start_recorder(link, tmp_path / "file" / "flight")
+
+
+@pytest.mark.usefixtures("own_runtime")
+def test_what_takes_too_long_to_begin_is_ended_and_says_what_to_do(
+    tmp_path, port, monkeypatch
+) -> None:
+    """Its log is empty, as a rule: nothing went wrong, it was slow."""
+    monkeypatch.setattr(recorder_control, "_START_SECONDS", 0.01)
+    with pytest.raises(LinkError, match=r"close other programs and try again.*recorder\.log"):
+        start_recorder(udp_link(port)[0], tmp_path)
+    assert find_recorder(tmp_path) is None
 
 
 @pytest.mark.usefixtures("recorders")
