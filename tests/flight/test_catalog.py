@@ -8,6 +8,7 @@ import json
 import sqlite3
 import subprocess
 import sys
+import tempfile
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -233,6 +234,7 @@ def test_a_failure_in_between_changes_nothing(catalog):
 
 WRITER = """
 import sys
+import tempfile
 from dataclasses import replace
 from pathlib import Path
 sys.path.insert(0, sys.argv[3])
@@ -317,6 +319,54 @@ def test_a_damaged_catalog_gets_one_sentence(tmp_path):
     cut.write_bytes(bytes(data[:3000]))
     with pytest.raises(FlightError, match="damaged"), Catalog(cut) as opened:
         search_maneuvers(opened)
+
+
+_READS_ONLY = """
+import os, sys
+from gsapp.flight.catalog import Catalog, search_maneuvers, store_maneuvers
+from gsapp.foundation import FlightError
+if os.getuid() == 0:
+    os.setgid(65534); os.setuid(65534)
+try:
+    with Catalog(sys.argv[1]) as opened:
+        found = search_maneuvers(opened)
+        print(*(one.maneuver.id for one in found))
+        with opened.writing() as connection:
+            connection.execute("DELETE FROM maneuver")
+except FlightError as error:
+    print(error)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="permissions of POSIX")
+@pytest.mark.parametrize("left", [False, True], ids=["closed", "with a log left"])
+def test_a_catalog_that_may_not_be_written_is_read(left):
+    """On a locked card or another's share; what is not in it yet is not passed over."""
+    with tempfile.TemporaryDirectory() as name:
+        place = Path(name)
+        path = place / "c.sqlite"
+        with Catalog(path) as made:
+            store_maneuvers(made, FLIGHT, FOUND)
+            log = place / "c.sqlite-wal"
+            written = log.read_bytes()
+        if left:
+            log.write_bytes(written)
+        try:
+            for one in place.iterdir():
+                one.chmod(0o444)
+            place.chmod(0o555)
+            done = subprocess.run(
+                [sys.executable, "-c", _READS_ONLY, str(path)],
+                capture_output=True, text=True, timeout=240,
+            )  # fmt: skip
+        finally:
+            place.chmod(0o755)
+    lines = done.stdout.splitlines()
+    if not left:
+        assert lines[0].split() == [one.id for one in FOUND], done.stderr
+    assert "cannot be used" in lines[-1], done.stderr
+    assert "check the path, the permissions" in lines[-1]
+    assert len(lines) == (1 if left else 2)
 
 
 def test_a_newer_catalog_is_not_touched(tmp_path):

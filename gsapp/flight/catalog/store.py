@@ -14,12 +14,15 @@ from gsapp.foundation import FlightError
 
 PATIENCE: Final = 15.0
 """Seconds to wait for another program that is writing."""
+_PRIMARY: Final = 0xFF
+"""Bits of an error's code that tell its kind."""
 
 
 class Catalog:
     """One SQLite file: the maneuvers of a campaign and what was learned from them.
 
-    Several programs may use it at once. A reader never waits; writers take turns.
+    Several programs may use it at once. A reader never waits; writers take turns. One that may
+    not be written, on a locked card or a colleague's share, can be read all the same.
 
     Parameters
     ----------
@@ -42,11 +45,12 @@ class Catalog:
             )
         is_new = not self.path.exists()
         with self._words():
-            self._connection = sqlite3.connect(
-                self.path, timeout=PATIENCE, isolation_level=None, check_same_thread=True
-            )
+            self._connection = self._connected()
         try:
             with self._words():
+                if not is_new and not self._may_be_read():
+                    self._connection.close()
+                    self._connection = self._connected(beside=False)
                 self._prepare()
         except BaseException:
             self._connection.close()
@@ -54,6 +58,29 @@ class Catalog:
                 with contextlib.suppress(OSError):
                     self._leave_nothing()
             raise
+
+    def _connected(self, *, beside: bool = True) -> sqlite3.Connection:
+        """Connect to the file; without files beside it, it is taken as one that never changes."""
+        name = self.path if beside else f"{self.path.absolute().as_uri()}?mode=ro&immutable=1"
+        return sqlite3.connect(
+            name, timeout=PATIENCE, isolation_level=None, check_same_thread=True, uri=not beside
+        )
+
+    def _may_be_read(self) -> bool:
+        """Return whether a first look into the file succeeds as it is opened.
+
+        Even to read, SQLite puts files beside it for those who share it. In a folder that may not
+        be written it can do without, unless another program has left there what it wrote last.
+        """
+        try:
+            self._connection.execute("PRAGMA user_version").fetchone()
+        except sqlite3.OperationalError as error:
+            kind = error.sqlite_errorcode & _PRIMARY
+            if kind not in (sqlite3.SQLITE_READONLY, sqlite3.SQLITE_CANTOPEN):
+                raise
+            log = self.path.with_name(f"{self.path.name}-wal")
+            return log.exists() and log.stat().st_size > 0
+        return True
 
     def _leave_nothing(self) -> None:
         """Take away the file that was begun here, unless another program has filled it since."""
