@@ -223,6 +223,26 @@ def test_runs_are_compared_named_repeated_forgotten_and_their_settings_used_agai
     until(qtbot, lambda: page.book.run(newest) is not None)
 
 
+def test_runs_that_cannot_be_read_are_not_called_none(
+    made: MainWindow, page: EstimatePage, qtbot: QtBot
+) -> None:
+    """A damaged catalog may hold some; once it can be read, nothing is said of it."""
+    page.book.runs = ()
+    path = catalog_path(made.store.current)
+    kept = path.read_bytes() if path.is_file() else None
+    path.write_bytes(b"no catalog" * 500)
+    try:
+        page.book.read()
+        until(qtbot, lambda: "They cannot be read" in page.runs.empty.text())
+        assert "is damaged or no catalog" in page.runs.empty.text()
+    finally:
+        path.unlink()
+        if kept is not None:
+            path.write_bytes(kept)
+    page.book.read()
+    until(qtbot, lambda: page.runs.empty.text().startswith("None yet"))
+
+
 def test_what_is_typed_while_a_run_ends_stays(
     made: MainWindow, page: EstimatePage, qtbot: QtBot
 ) -> None:

@@ -38,6 +38,8 @@ class RunsBook(QObject):
         Other runs are known now.
     runs : tuple of KeptRun
         The newest first.
+    unread : str
+        Why they could not be read; empty where they were.
     """
 
     changed = Signal()
@@ -55,7 +57,9 @@ class RunsBook(QObject):
         self._deeds = deeds
         self._work: Work | None = None
         self._waiting: list[Act | None] = []
+        self._only_reads = True
         self.runs: tuple[KeptRun, ...] = ()
+        self.unread = ""
 
     @property
     def catalog(self) -> Path:
@@ -133,6 +137,7 @@ class RunsBook(QObject):
         if self._work is not None or not self._waiting:
             return
         act, path = self._waiting.pop(0), self.catalog
+        self._only_reads = act is None
 
         def run(_progress: Progress) -> tuple[KeptRun, ...]:
             if not path.is_file():
@@ -153,11 +158,14 @@ class RunsBook(QObject):
 
     def _read(self, runs: tuple[KeptRun, ...]) -> None:
         self._work = None
-        self.runs = runs
+        self.runs, self.unread = runs, ""
         self.changed.emit()
         self._next()
 
     def _failed(self, error: BaseException) -> None:
         self._work = None
+        if self._only_reads:
+            self.unread = str(error)
+            self.changed.emit()
         self._report_error(error)
         self._next()

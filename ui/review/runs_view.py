@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 _RUNS = ("No.", "Name", "Method", "Of", "When", "")
 _SETTINGS = ("Setting", "This run", "Marked run")
+_NONE = "None yet. Every run is kept here with its settings, to be compared and repeated."
 _VALUES = ("Derivative", "This run", "Marked run", "Apart")
 
 
@@ -60,10 +61,7 @@ class RunsView(QWidget):
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
         self._column.addWidget(label("Kept runs", "heading"))
-        self.empty = label(
-            "None yet. Every run is kept here with its settings, to be compared and repeated.",
-            "muted", wrap=True,
-        )  # fmt: skip
+        self.empty = label(_NONE, "muted", wrap=True)
         self._column.addWidget(self.empty)
         self.list = _RunList(
             look, "Kept runs", _RUNS, stretch=NAMED,
@@ -129,6 +127,8 @@ class RunsView(QWidget):
         if self.marked is not None and self._book.run(self.marked) is None:
             self.marked = None
         self.list.show_lines(run_lines(runs, self.marked, self._shown))
+        unread = self._book.unread
+        self.empty.setText(f"They cannot be read: {unread}." if unread else _NONE)
         self.empty.setVisible(not runs)
         for part in (self.list, self.buttons, self.said, self.values, self.settings):
             part.setVisible(bool(runs))
