@@ -75,4 +75,5 @@ def _desktop_bus() -> str:
     """Return the address of the desktop's bus; empty where there is none."""
     address = os.environ.get("DBUS_SESSION_BUS_ADDRESS", "")
     usual = Path(os.environ.get("XDG_RUNTIME_DIR") or "/nowhere") / "bus"
-    return address or (f"unix:path={usual}" if usual.exists() else "")
+    # Not its existence: after su, the folder is that of another user, which may not be looked into.
+    return address or (f"unix:path={usual}" if os.access(usual, os.R_OK | os.W_OK) else "")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -96,3 +97,34 @@ def test_the_screen_stays_lit_for_as_long_as_a_flight_is_recorded(
         until(qtbot, lambda: connections() == alone)
     finally:
         QDBusConnection.disconnectFromBus("desktop")
+
+
+_AS_ANOTHER_USER = """
+import os
+from PySide6.QtCore import QObject, Signal
+from ui.lit_screen import LitScreen
+class Desk(QObject):
+    changed, ended = Signal(), Signal(object)
+    records_here = True
+desk = Desk()
+screen = LitScreen(desk)
+if os.getuid() == 0:
+    os.setgid(65534); os.setuid(65534)
+desk.changed.emit()
+print("goes on")
+"""
+
+
+def test_a_folder_of_another_user_is_no_desktop(tmp_path: Path) -> None:
+    """After su the environment still names the first user's: there is nothing to ask, or to say."""
+    run = tmp_path / "run"
+    run.mkdir()
+    run.chmod(0o000)
+    environment = {**os.environ, "XDG_RUNTIME_DIR": str(run)}
+    environment.pop("DBUS_SESSION_BUS_ADDRESS", None)
+    done = subprocess.run(
+        [sys.executable, "-c", _AS_ANOTHER_USER],
+        env=environment, capture_output=True, text=True, timeout=240,
+    )  # fmt: skip
+    run.chmod(0o755)
+    assert (done.stdout, done.stderr) == ("goes on\n", "")
