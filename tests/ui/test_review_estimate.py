@@ -25,7 +25,7 @@ from gsapp.flight.catalog import Catalog
 from gsapp.identification.runs.keeping import kept_runs
 from ui.review.estimate_asking import run_request
 from ui.review.estimate_page import EstimatePage
-from ui.review.estimate_table import LAST, TREATED, VALUE
+from ui.review.estimate_table import LAST, NAME, TREATED, VALUE
 from ui.review.estimate_wishes import Wishes
 from ui.settings import catalog_path
 from ui.window import MainWindow
@@ -122,6 +122,8 @@ def test_a_derivative_is_held_by_keys_taken_back_and_explained(
     table = page.panel.derivatives
     table.setFocus()
     assert "Hold one at a value" in page.head.explained.text()
+    cells = [table.model_of.index(row, NAME) for row in range(table.model_of.rowCount())]
+    assert max(table.sizeHintForIndex(cell).width() for cell in cells) <= table.columnWidth(NAME)
     row = table.model_of.names.index("Cm_q")
     table.setCurrentIndex(table.model_of.index(row, VALUE))
     for letter in "-2x":

@@ -303,6 +303,9 @@ def test_what_the_estimate_takes_is_chosen_in_the_table(window, qtbot):
     assert (graded.grade, graded.reasons) == ("D", ("a gust",))
     assert [one.id for one in page.review.chosen()] == ["1", "3", "4", "5"]
     assert "by hand" in page.details.grade.text()
+    cell = page.table.currentIndex().siblingAtColumn(PLACES["grade"])
+    assert cell.data() == "D by hand"
+    assert page.table.sizeHintForIndex(cell).width() <= page.table.columnWidth(cell.column())
     window.activateWindow()
     page.table.setFocus()
     until(qtbot, lambda: QApplication.focusWidget() is page.table)

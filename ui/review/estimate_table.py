@@ -228,8 +228,13 @@ class DerivativeTable(QTableView):
         px = self._look.px
         for column, width in _WIDTHS.items():
             self.setColumnWidth(column, px(width))
-        metrics = QFontMetrics(self._look.font("small", strong=True))
-        names = [metrics.horizontalAdvance(name) + px(16) for name in self.model_of.effects]
+        # Strong, as they are once something is asked of them.
+        own = QFontMetrics(self._look.font("body", strong=True))
+        small = QFontMetrics(self._look.font("small", strong=True))
+        names = [
+            (small if name in self.model_of.effects else own).horizontalAdvance(name) + px(20)
+            for name in self.model_of.names
+        ]
         self.setColumnWidth(NAME, min(max([px(_WIDTHS[NAME]), *names]), px(_WIDEST)))
         taken = sum(self.columnWidth(column) for column in _WIDTHS)
         self.setColumnWidth(LAST, max(self.viewport().width() - taken, px(_LAST)))

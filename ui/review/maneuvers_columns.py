@@ -129,7 +129,7 @@ COLUMNS = (
         hint="Angle of attack at the start",
     ),
     Column(
-        id="grade", title="Grade", width=84, key=lambda row: (row.maneuver.grade, *_place(row)),
+        id="grade", title="Grade", width=100, key=lambda row: (row.maneuver.grade, *_place(row)),
         text=lambda row: grade_text(row.maneuver),
     ),
     Column(id="told", title="The pilot was told", width=180, key=_told, text=_told),
