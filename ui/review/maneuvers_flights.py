@@ -9,6 +9,7 @@ from PySide6.QtGui import QAction, QKeyEvent
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPushButton, QVBoxLayout, QWidget
 
 from gsapp.session.review.flight import ReviewedFlight
+from gsapp.session.review.review import Review
 from ui.commands import key_text
 from ui.gap.parts import button_row
 from ui.look import Look
@@ -86,8 +87,9 @@ class FlightsPanel(QWidget):
         rows = min(max(self.flights.count(), 1), _MOST)
         self.flights.setFixedHeight(rows * self._look.px(30) + 4)
 
-    def show_flights(self, flights: Sequence[ReviewedFlight], place: int, doing: str) -> None:
+    def show_flights(self, review: Review, place: int, doing: str) -> None:
         """Show the flights, one of them chosen, and what is being opened."""
+        flights = review.flights
         self.flights.blockSignals(True)
         while self.flights.count() > len(flights):
             self.flights.takeItem(self.flights.count() - 1)
@@ -97,7 +99,7 @@ class FlightsPanel(QWidget):
             count = count_text(len(flight.maneuvers), "maneuver")
             grades = grades_text(flight.maneuvers)
             item = self.flights.item(row)
-            item.setText(f"{row + 1}  {flight.name}   {count}")
+            item.setText(f"{row + 1}  {review.title(flight)}   {count}")
             item.setToolTip(f"{flight.path}\n{count}: {grades}")
         self.flights.setCurrentRow(place)
         self.flights.blockSignals(False)

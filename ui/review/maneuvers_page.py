@@ -324,7 +324,7 @@ class ManeuversPage(ReviewPage):
     def _show_flights(self) -> None:
         flights, here = self.review.flights, self.flights.flight
         place = flights.index(here) if here in flights else 0
-        self.panel.show_flights(flights, place, self.opening.doing)
+        self.panel.show_flights(self.review, place, self.opening.doing)
         self.panel.offer_open(self.flights.offers_open)
         self.changed.emit()
 

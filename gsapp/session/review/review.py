@@ -25,7 +25,7 @@ class ManeuverRow:
     id : str
         In the campaign: ``2:M4``; with one flight ``M4``.
     flight : str
-        Name of the flight.
+        Name of the flight, as `Review.title` gives it.
     number : int
         Of the flight, from 1.
     maneuver : FoundManeuver
@@ -79,6 +79,20 @@ class Review:
         """Take a flight out of the review; its files stay as they are."""
         self.flights = tuple(one for one in self.flights if one is not flight)
 
+    def title(self, flight: ReviewedFlight) -> str:
+        """Return the name of a flight; of several with that name, with the folder that parts them.
+
+        A copy on another disk is called as the flight is.
+        """
+        alike = [one.path.resolve() for one in self.flights if one.name == flight.name]
+        if len(alike) < 2:
+            return flight.name
+        own, count = flight.path.resolve(), 1
+        # No two flights under review have the same path.
+        while sum(path.parts[-count:] == own.parts[-count:] for path in alike) > 1:
+            count += 1
+        return f"{flight.name} ({'/'.join(own.parts[-count:])})"
+
     def campaign_id(self, flight: ReviewedFlight, name: str) -> str:
         """Return the id in the campaign of a flight's maneuver."""
         if len(self.flights) < 2:
@@ -98,7 +112,7 @@ class Review:
         return tuple(
             ManeuverRow(
                 id=self.campaign_id(flight, maneuver.id),
-                flight=flight.name,
+                flight=self.title(flight),
                 number=number,
                 maneuver=maneuver,
                 in_use=flight.in_use(maneuver),

@@ -203,3 +203,20 @@ def test_the_catalog_follows_and_knows_what_the_pilot_was_told(flight, tmp_path)
     assert verdict is not None
     assert verdict.advice == "half again"
     assert again.verdict(again["2"]) is None
+
+
+def test_flights_of_one_name_are_told_apart_by_their_folders(record, tmp_path):
+    """A copy is called as the flight is; alone, a flight needs no folder beside its name."""
+    review, paths = Review(), []
+    for place in ("stick/a", "disk/a", "disk/old"):
+        folder = tmp_path / place
+        folder.mkdir(parents=True)
+        paths.append(Path(shutil.copy(record, folder / "a.csv")))
+    first, second, third = (open_reviewed(path) for path in paths)
+    review.add(first)
+    assert [review.title(first), review.rows()[0].flight] == ["a", "a"]
+    review.add(second)
+    review.add(third)
+    titles = [review.title(one) for one in review.flights]
+    assert titles == ["a (stick/a/a.csv)", "a (disk/a/a.csv)", "a (old/a.csv)"]
+    assert {row.flight for row in review.rows()} == set(titles)
