@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shutil
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -223,6 +224,26 @@ def test_runs_are_compared_named_repeated_forgotten_and_their_settings_used_agai
     until(qtbot, lambda: len(page.book.runs) == count - 1)
     press(qtbot, Qt.Key.Key_Z, CONTROL)
     until(qtbot, lambda: page.book.run(newest) is not None)
+
+
+def test_a_copy_of_a_flight_is_told_beside_the_button(
+    made: MainWindow, page: EstimatePage, qtbot: QtBot, tmp_path: Path
+) -> None:
+    """The same flight from another folder narrows the bounds of the means: that is said at once."""
+    maneuvers = made.review.pages["maneuvers"]
+    opening = maneuvers.opening
+    copy = Path(shutil.copy(made.review.review.flights[0].path, tmp_path / "copy.csv"))
+    opening.open([copy])
+    until(qtbot, lambda: len(made.review.review.flights) == 3 and not opening.doing)
+    try:
+        until(qtbot, lambda: page.can_run)
+        page.begin()
+        run(page, qtbot)
+        assert "The same samples stand in flights 1 and 3:" in page.sentence.text()
+    finally:
+        flights = maneuvers.flights
+        flights.look_at(made.review.review.flights[2])
+        flights.take_out()
 
 
 def test_runs_that_cannot_be_read_are_not_called_none(

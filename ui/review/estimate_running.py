@@ -111,11 +111,14 @@ class Runner(QObject):
 
 def _ended(outcome: Outcome) -> str:
     """Return how a run ended, in words."""
+    from gsapp.identification.runs.outcome import SAME_SAMPLES
+
     results = outcome.result.results
     failed = [one.maneuver.id for one in results if one.estimate is None]
     name = f"Run {outcome.number}" if outcome.number is not None else "The run"
     said = [f"{name}: {derivative_count(outcome.summary.derivatives)} derivatives."]
-    said += [sentences((one,)) for one in outcome.remarks if one.startswith(NOT_KEPT)]
+    grave = (NOT_KEPT, SAME_SAMPLES)
+    said += [sentences((one,)) for one in outcome.remarks if one.startswith(grave)]
     if failed:
         said.append(f"Not fitted: {', '.join(failed)}.")
     if outcome.summary.wild:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Final
 
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.flight.catalog import FlightEntry
@@ -12,6 +13,9 @@ from gsapp.identification.campaign import CampaignResult
 from gsapp.identification.linear_models.signals import LinearAxis
 from gsapp.identification.runs.request import RunRequest
 from gsapp.identification.summary import CampaignSummary
+
+SAME_SAMPLES: Final = "the same samples stand in"
+"""Begins a remark on flights that are one and the same."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
 
 from gsapp.dynamics.model import load_model
 from gsapp.flight.catalog import FlightEntry
@@ -16,9 +20,9 @@ from gsapp.identification.runs.inputs import (
     weights_file,
     with_whole_paths,
 )
-from gsapp.identification.runs.outcome import Outcome
+from gsapp.identification.runs.outcome import SAME_SAMPLES, Outcome
 from gsapp.identification.runs.request import RunRequest
-from gsapp.identification.runs.shelf import FlightShelf
+from gsapp.identification.runs.shelf import FlightShelf, Shelved
 from gsapp.identification.summary import summarize_campaign
 from gsapp.identification.summary.linear import linear_models
 
@@ -98,7 +102,7 @@ def run(
         result=result,
         summary=summary,
         models=models,
-        remarks=tuple(dict.fromkeys((*doubts, *read, *why_not))),
+        remarks=tuple(dict.fromkeys((*_doubled(shelved), *doubts, *read, *why_not))),
         inputs=inputs_of(request, shelved),
         versions=run_versions(),
         flights=tuple(
@@ -111,3 +115,18 @@ def run(
             for one, own in zip(shelved, flown, strict=True)
         ),
     )
+
+
+def _doubled(shelved: Sequence[Shelved]) -> Iterator[str]:
+    """Say of flights that are copies of one another that they narrow the bounds of the means."""
+    blocks = [one.opened.flight.block for one in shelved]
+    for (place, one), (other_place, other) in combinations(enumerate(blocks, start=1), 2):
+        if (
+            one.channels == other.channels
+            and np.array_equal(one.times, other.times)
+            and np.array_equal(one.values, other.values, equal_nan=True)
+        ):
+            yield (
+                f"{SAME_SAMPLES} flights {place} and {other_place}: their maneuvers count twice, "
+                "and the bounds of the means are too narrow; leave one of the two out"
+            )

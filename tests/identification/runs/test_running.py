@@ -15,7 +15,7 @@ from gsapp.flight.maneuvers import ManeuverLog, survey
 from gsapp.foundation import FlightError
 from gsapp.identification.campaign import CanceledError
 from gsapp.identification.runs.inputs import openings_of
-from gsapp.identification.runs.outcome import Outcome
+from gsapp.identification.runs.outcome import SAME_SAMPLES, Outcome
 from gsapp.identification.runs.request import RunRequest
 from gsapp.identification.runs.running import run
 from gsapp.identification.runs.shelf import FlightShelf
@@ -118,3 +118,17 @@ def test_what_cannot_be_is_told_in_a_sentence(outcome: Outcome, tmp_path: Path) 
     strange = replace(outcome.request.maneuvers[0], flight=tmp_path / "c.csv")
     with pytest.raises(FlightError, match=r"c\.csv cannot be used: it is not among"):
         run(replace(outcome.request, maneuvers=(strange,)))
+
+
+def test_a_copy_of_a_flight_is_told_not_to_count_as_another(
+    outcome: Outcome, tmp_path: Path
+) -> None:
+    """Its scatter is nothing new; the bounds of the means would shrink all the same."""
+    assert not [one for one in outcome.remarks if one.startswith(SAME_SAMPLES)]
+    first, second = outcome.request.flights
+    copy = Path(shutil.copy(first, tmp_path / "copy.csv"))
+    found = run(
+        RunRequest(flights=(first, second, copy), given=("1:0:6", "2:0:6", "3:0:6"), model="b777")
+    )
+    (told,) = [one for one in found.remarks if one.startswith(SAME_SAMPLES)]
+    assert told.startswith("the same samples stand in flights 1 and 3: ")
