@@ -343,8 +343,9 @@ def test_a_run_that_cannot_be_kept_is_shown_and_says_so(
     until(qtbot, lambda: page.book._work is None)
 
 
+@pytest.mark.parametrize("way", ["button", "key"])
 def test_a_run_tells_of_itself_while_another_place_is_on_screen(
-    made: MainWindow, page: EstimatePage, qtbot: QtBot
+    made: MainWindow, page: EstimatePage, qtbot: QtBot, way: str
 ) -> None:
     engine = made.review.work._engine
     engine.hold.clear()
@@ -354,8 +355,13 @@ def test_a_run_tells_of_itself_while_another_place_is_on_screen(
     engine.hold.set()
     until(qtbot, lambda: any(text == "Estimating: done." for text in made.banners.texts()), 30000)
     banner = next(one for one in made.banners.banners if one.label.text() == "Estimating: done.")
-    banner.buttons[0].click()
+    if way == "button":
+        banner.buttons[0].click()
+    else:
+        press(qtbot, Qt.Key.Key_F4)
     assert made.review.isVisible()
+    # Nobody offers to show what is on screen.
+    assert "Estimating: done." not in made.banners.texts()
 
 
 def test_every_control_can_be_reached_and_has_a_name(page: EstimatePage, qtbot: QtBot) -> None:

@@ -22,6 +22,7 @@ class WorkBanner:
         self._banners = banners
         self._stop = stop
         self._banner: Banner | None = None
+        self._end: Banner | None = None
         self._title = ""
 
     def show(self, title: str) -> None:
@@ -41,3 +42,15 @@ class WorkBanner:
         if self._banner is not None:
             self._banners.remove(self._banner)
             self._banner = None
+
+    def show_end(self, words: str, offer: str, look: Callable[[], object]) -> None:
+        """Tell what came of a work, and offer to look at it."""
+        self.seen()
+        self._end = self._banners.show_banner("note", words, (offer, look))
+
+    def seen(self) -> None:
+        """Tell nothing here of what the place itself shows now."""
+        self.drop()
+        if self._end is not None:
+            self._banners.remove(self._end)
+            self._end = None

@@ -172,7 +172,7 @@ class GapPlace(QWidget):
         """Make the first page when it is needed; the strip tells of a search from here on."""
         super().showEvent(event)
         self._setup_page()
-        self._banner.drop()
+        self._banner.seen()
         self.changed.emit()
 
     def hideEvent(self, event: QHideEvent) -> None:
@@ -278,7 +278,7 @@ class GapPlace(QWidget):
             story.begin()
         else:
             words = answer.discrepancy.why or "The search has ended."
-            self._banners.show_banner("note", words, ("Look (F5)", self.wanted.emit))
+            self._banner.show_end(words, "Look (F5)", self.wanted.emit)
         self.changed.emit()
 
     def cancel(self) -> None:

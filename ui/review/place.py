@@ -160,7 +160,7 @@ class ReviewPlace(PagedPlace):
     def showEvent(self, event: QShowEvent) -> None:
         """Make the page when it is needed; the strip tells of work from here on."""
         super().showEvent(event)
-        self._banner.drop()
+        self._banner.seen()
         # The first page opens the flights that all others look at.
         self._made("maneuvers")
         self.go(self.chapter or self._store.current.review_chapter, begin=False)
@@ -318,7 +318,7 @@ class ReviewPlace(PagedPlace):
         if how == "cancelled":
             self._banners.show_banner("note", f"{title}: stopped.")
         elif how == "done" and not self.isVisible():
-            self._banners.show_banner("note", f"{title}: done.", ("Look (F4)", self.wanted.emit))
+            self._banner.show_end(f"{title}: done.", "Look (F4)", self.wanted.emit)
         self.changed.emit()
 
     def cancel(self) -> None:
