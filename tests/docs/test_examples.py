@@ -16,7 +16,7 @@ import pytest
 import typer
 
 from calibration import load_certificate, load_certificates
-from gsapp.aircraft import load_aircraft
+from gsapp.aircraft import Control, Limits, load_aircraft
 from gsapp.aircraft.swings import inertia_of, load_swings
 from gsapp.cli import calibrate
 from gsapp.cli.main import app
@@ -36,6 +36,7 @@ from gsapp.flight.maneuvers import FoundManeuver, ManeuverLog
 from gsapp.flight.records import RawRecord
 from gsapp.identification.linear_models.files import load_linear_model
 from gsapp.identification.weights import load_weights
+from gsapp.quantities.constants import GRAVITY
 from gsapp.session.checklist import load_checklist
 from gsapp.session.checklist.items import RULES
 from gsapp.session.limits import load_limits
@@ -304,6 +305,26 @@ def test_every_effect_is_in_the_page_with_its_usual_values() -> None:
             defaults = make_term(ids[0], aircraft).defaults
             assert defaults[name] == pytest.approx(float(value), abs=5e-4), (cell, name)
     assert set(effect_ids()) <= listed
+
+
+def test_limits_that_an_aircraft_file_leaves_out_are_told() -> None:
+    """They raise alarms and grade maneuvers, though nobody wrote them."""
+    text = (DOCS / "files.md").read_text(encoding="utf-8")
+    usual, control = Limits(), Control()
+    low, high = np.degrees(usual.alpha_linear)
+    least, most = np.array(usual.load_factor) / GRAVITY
+    for told in (
+        f"`alpha_linear` is then {low:.0f} to {high:.0f} deg",
+        f"`alpha_stall` {np.degrees(usual.alpha_stall):.0f} deg",
+        f"`beta_linear` {np.degrees(usual.beta_linear):.0f} deg",
+        f"`load_factor` {least:.0f} to {most:.0f} g",
+        f"`bank` {np.degrees(usual.bank):.0f} deg",
+        "A control moves {:.0f} to {:.0f} deg".format(*np.degrees(control.travel)),
+        f"full stick gives {np.degrees(control.full_stick_high):.0f} deg "
+        f"(low rate: {np.degrees(control.full_stick_low):.0f} deg)",
+    ):
+        assert told in text, told
+    assert usual.stall_speed == 0.0
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
