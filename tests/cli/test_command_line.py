@@ -227,7 +227,7 @@ def test_suspicious_numbers_of_ones_own_aircraft_are_told(tmp_path: Path) -> Non
         packed = frame.pack(dialect().MAVLink(None, srcSystem=1))
         folder.tlog_file.write_bytes(struct.pack(">Q", 1_760_000_000_000_000) + packed)
         assert here("replay", flight, "--headless").stdout.count(doubt) == said
-        recorded = gsapp("record", str(flight), "--aircraft", str(aircraft), "--out", str(again))
+        recorded = here("record", flight, "--aircraft", aircraft, "--out", again)
         assert recorded.stdout.count(doubt) == said
 
 

@@ -13,14 +13,13 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
     QSizePolicy,
-    QStyledItemDelegate,
     QStyleOptionViewItem,
     QTableView,
     QVBoxLayout,
     QWidget,
 )
 
-from ui.flight.tables import Index, Line, LinesModel, LinesView
+from ui.flight.tables import Index, Line, LinesModel, LinesView, TypedText
 from ui.layouts import FlowLayout
 from ui.look import Look
 from ui.pages import label
@@ -184,7 +183,7 @@ class Lines(LinesView):
         return QSize(self._look.px(320), self._wish)
 
 
-class _Wrapping(QStyledItemDelegate):
+class _Wrapping(TypedText):
     """Rows as high as their words need, with room to spare for the padding of the style."""
 
     def __init__(self, look: Look, parent: QTableView) -> None:
