@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 
@@ -183,6 +183,17 @@ class Opening(QObject):
         """Open a flight."""
         self._store.change(folder=str(path.parent))
         self._desk.starter.open_flight(path)
+
+    def open_dropped(self, paths: Sequence[Path]) -> None:
+        """Open a flight that was dropped on the window, which has room for one."""
+        if len(paths) == 1:
+            self.open_path(paths[0])
+        else:
+            self._banners.show_banner(
+                "note",
+                f"One flight opens at a time, and {len(paths)} were dropped; Review "
+                f"({key_text('F4')}) takes them all.",
+            )
 
     def offer_map(self, path: Path, why: str) -> None:
         """Say that a file needs a channel map, and offer to choose one."""

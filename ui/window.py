@@ -31,6 +31,7 @@ from ui.flight.place import FlightPlace
 from ui.flight.view import FlightView
 from ui.frame.banners import BannerStack
 from ui.frame.bar_view import Bar
+from ui.frame.drops import FileDrops
 from ui.frame.rail import Rail
 from ui.gap.place import GapPlace
 from ui.keyboard import KeyKeeper
@@ -184,6 +185,9 @@ class MainWindow(QMainWindow):
         self.pilot.wanted.connect(lambda: self.show_place("pilot"))
         self.pilot.debrief.asked_for.connect(self._show_time)
         self.preflight.started.connect(lambda: self.show_place("flight"))
+        FileDrops(self).dropped.connect(self.opening.open_dropped)
+        FileDrops(self.review).dropped.connect(self.review.add)
+        FileDrops(self.gap).dropped.connect(self.gap.add)
         commands.check("mute", self.store.current.muted)
 
     @property

@@ -9,10 +9,11 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import typer
-from typer.core import TyperCommand
+from typer.core import TyperCommand, TyperGroup
 
 _TYPE = re.compile(r" <(list\[)?\w+\]?>$")
 _PLACES = {"<str>": "TEXT", "<int>": "N", "<int range>": "N", "<float>": "X", "<float range>": "X"}
@@ -72,8 +73,21 @@ def _placed(name: str) -> str:
     return f"{option} {_PLACES[f'<{kind}']}" if f"<{kind}" in _PLACES else name
 
 
+class _Group(TyperGroup):
+    """The commands together; a flight in the place of one is told how it opens."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return which command was typed, and what follows it."""
+        if args and args[0] not in self.commands and Path(args[0]).exists():
+            ctx.fail(f"'{args[0]}' is no command; a flight is opened by: gsapp replay FLIGHT")
+        return super().resolve_command(ctx, args)
+
+
 class Commands(typer.Typer):
     """The commands of the program."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(cls=_Group, **options)
 
     def command(self, name: str | None = None, **options: Any) -> Callable[..., Any]:
         """Return what makes a command of a function."""

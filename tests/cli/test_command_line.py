@@ -185,6 +185,13 @@ def test_words_that_no_file_could_fit_exit_with_2(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_flight_in_the_place_of_a_command_is_told_how_it_opens(tmp_path: Path) -> None:
+    told = here(tmp_path)
+    assert told.returncode == 2
+    assert f"'{tmp_path}' is no command; a flight is opened by: gsapp replay FLIGHT" in told.stderr
+    assert "No such command" in here(tmp_path / "nothing").stderr
+
+
 @pytest.mark.parametrize("more", [("--out", "fl", "--thin"), ("--to", "udpout:127.0.0.1:9")])
 def test_an_on_board_log_that_nobody_would_write_is_a_wrong_call(
     tmp_path: Path, more: tuple[str, ...]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -226,6 +226,12 @@ class GapPlace(QWidget):
         self.pages.setCurrentWidget(page)
         page.begin()
         self.changed.emit()
+
+    def add(self, flights: Sequence[Path]) -> None:
+        """List flights to search, too, beside what there is to ask."""
+        self.begin_search()
+        for path in flights:
+            self._setup_page().add(path)
 
     def _show_story(self) -> None:
         if self.story is not None and self.search.answer is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -255,11 +255,12 @@ class ReviewPlace(PagedPlace):
 
         flights = recording_folder(self._store.current)
         folder = trial_folder(flights, datetime.now().astimezone().date())
-        self.work.begin(TrialJob(folder=folder), lambda _path: self._review_too(folder))
+        self.work.begin(TrialJob(folder=folder), lambda _path: self.add([folder]))
 
-    def _review_too(self, folder: Path) -> None:
+    def add(self, flights: Sequence[Path]) -> None:
+        """Take flights under review, too, and show where they stand."""
         self.go("maneuvers", begin=self.isVisible())
-        self.pages["maneuvers"].opening.open([folder])
+        self.pages["maneuvers"].opening.open(flights)
 
     def _reviewed(self) -> list[Flight]:
         return [one.flight for one in self._review.flights] if self._review is not None else []

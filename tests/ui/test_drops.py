@@ -1,0 +1,97 @@
+"""Flights dropped from a file manager."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QMimeData, QPoint, Qt, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import QApplication, QWidget
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from window_kit import open_window, until, write_flight
+
+from ui.window import MainWindow
+
+_HERE = QPoint(20, 20)
+_ALL = Qt.DropAction.CopyAction | Qt.DropAction.MoveAction
+_LEFT, _NO_KEY = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+
+
+@pytest.fixture
+def window(qtbot: QtBot, tmp_path: Path) -> Iterator[MainWindow]:
+    made = open_window(tmp_path)
+    qtbot.addWidget(made)
+    yield made
+    made.desk.close_flight()
+
+
+def drop(target: QWidget, data: QMimeData) -> Qt.DropAction | None:
+    """Drag over a widget and let go; return what would become of the files, None if refused."""
+    entered = QDragEnterEvent(_HERE, _ALL, data, _LEFT, _NO_KEY)
+    QApplication.sendEvent(target, entered)
+    if not entered.isAccepted():
+        return None
+    # Qt hands the rest to whoever took the first.
+    dropped = QDropEvent(_HERE, _ALL, data, _LEFT, _NO_KEY)
+    dropped.setDropAction(Qt.DropAction.MoveAction)
+    QApplication.sendEvent(target, dropped)
+    assert dropped.isAccepted()
+    return dropped.dropAction()
+
+
+def files(*paths: Path) -> QMimeData:
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
+    return data
+
+
+def test_a_flight_dropped_on_the_window_opens_and_stays_where_it_lies(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    flight = write_flight(tmp_path / "a flight, dropped")
+    assert drop(window.view.charts, files(flight)) is Qt.DropAction.CopyAction
+    assert not window.desk.is_open  # the file manager is answered first
+    until(qtbot, lambda: window.desk.is_loaded)
+    assert window.desk.session is not None
+    assert window.desk.session.path == flight
+
+
+def test_several_are_offered_to_the_review(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    drop(window, files(tmp_path / "one", tmp_path / "two"))
+    until(qtbot, lambda: bool(window.banners.texts()))
+    (said,) = window.banners.texts()
+    assert "One flight opens at a time, and 2 were dropped; Review (F4)" in said
+    assert not window.desk.is_open
+
+
+def test_what_is_no_file_is_refused(window: MainWindow) -> None:
+    words, page = QMimeData(), QMimeData()
+    words.setText("a flight")
+    page.setUrls([QUrl("https://example.org/flight.tlog")])
+    assert drop(window, words) is None
+    assert drop(window, page) is None
+
+
+def test_the_review_and_the_search_take_what_is_dropped_on_them(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    flights = [write_flight(tmp_path / name) for name in ("one", "two")]
+    window.show_place("gap")
+    drop(window.gap.pages.currentWidget(), files(*flights))
+    setup = window.gap.setup
+    assert setup is not None
+    until(qtbot, lambda: setup.paths == tuple(flights))
+    window.show_place("review")
+    window.review.go("summary")
+    drop(window.review.stack.currentWidget(), files(*flights))
+    until(qtbot, lambda: [*window.review.review.paths] == flights)
+    assert window.review.chapter == "maneuvers"
+    assert not window.desk.is_open
