@@ -21,6 +21,7 @@ from gsapp.flight.names import EVENTS_FILE
 from gsapp.foundation import FlightError
 from gsapp.foundation.files import flush_to_disk
 from gsapp.foundation.locking import alone
+from gsapp.foundation.refusals import refusal
 
 if TYPE_CHECKING:
     from gsapp.decoding.decoder import Notice
@@ -185,8 +186,11 @@ class EventLog:
             _append_line(self.path, line.encode("utf-8"))
         except OSError as error:
             raise FlightError(
-                f"the event '{event.text or event.kind}' cannot be written to {self.path} "
-                f"({error.strerror}); check the permissions and the space on the disk"
+                refusal(
+                    f"the event '{event.text or event.kind}' of {self.path}",
+                    error,
+                    "check the permissions",
+                )
             ) from error
         return event
 

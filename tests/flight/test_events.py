@@ -83,6 +83,13 @@ def test_a_missing_file_holds_no_events(tmp_path):
     assert EventLog(tmp_path / "none.jsonl").poll() == []
 
 
+def test_a_folder_that_was_renamed_is_looked_for_by_its_path(tmp_path):
+    """Neither permissions nor room on the disk were what was wrong."""
+    log = EventLog(tmp_path / "gone" / "events.jsonl")
+    with pytest.raises(FlightError, match=r"gone.*cannot be written .*; check the path$"):
+        log.append(Event(kind="mark", text="turbulence", time=1.0))
+
+
 def test_what_json_cannot_hold_is_refused(tmp_path):
     """NaN in the data is refused with a sentence; a NaN time becomes null."""
     log = EventLog(tmp_path / "events.jsonl")

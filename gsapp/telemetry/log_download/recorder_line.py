@@ -11,6 +11,7 @@ from gsapp.flight.names import FRAMES_FILE
 from gsapp.flight.raw import FrameFile
 from gsapp.foundation import FlightError, LinkError
 from gsapp.foundation.locking import holder
+from gsapp.foundation.refusals import refusal
 from gsapp.telemetry.address import LinkAddress, parse_link
 from gsapp.telemetry.outbox import ask_recorder
 from gsapp.telemetry.recorder_control import (
@@ -76,10 +77,8 @@ class RecorderLine:
         try:
             ask_recorder(self._handle.folder, frame)
         except OSError as error:
-            raise LinkError(
-                f"the recorder in {self._handle.folder} cannot be asked to send "
-                f"({error.strerror or error}); check the permissions and the space on the disk"
-            ) from error
+            what = f"a question to the recorder in {self._handle.folder}"
+            raise LinkError(refusal(what, error, "check the permissions")) from error
 
     def words(self) -> str:
         """Return how the link fares."""
