@@ -107,7 +107,8 @@ def test_the_supply_may_be_measured_at_each_point(tmp_path: Path) -> None:
         f"{20 * v - 50:g},{1e3 * v * supply / 4.85:.6f},{supply:g}"
         for v, supply in zip((1.0, 2.0, 3.0, 4.0), supplies, strict=True)
     ]
-    path.write_text("\n".join(["\ufeffrudder [deg],volts [mV],excitation [V]", "", *rows]))
+    lines = ["\ufeffrudder [deg],volts [mV],excitation [V]", "", *rows]
+    path.write_text("\n".join(lines), encoding="utf-8")
     found = load_points(path, "rudder")
     assert found.excitation == pytest.approx(4.85)
     assert [point.volts for point in found.points] == pytest.approx([1.0, 2.0, 3.0, 4.0])

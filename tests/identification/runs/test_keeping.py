@@ -201,8 +201,9 @@ def test_flights_beside_the_catalog_move_with_it(outcome: Outcome) -> None:
     here = asked.flights[0].parent
     content = request_json(asked, here)
     assert request_from_json(content, here) == asked
-    there = request_from_json(content, Path("/media/stick"))
-    assert there.flights == (Path("/media/stick/a.csv"), Path("/media/stick/b.csv"))
+    stick = Path("/media/stick").absolute()
+    there = request_from_json(content, stick)
+    assert there.flights == (stick / "a.csv", stick / "b.csv")
     assert {one.flight for one in there.maneuvers} == set(there.flights)
     assert there.aircraft == "b777"
     elsewhere = request_json(asked, Path("/media"))
