@@ -13,8 +13,8 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.flight.maneuvers.clipping import at_range_end, instrument_ranges
-from gsapp.flight.maneuvers.signals import SURFACES
-from gsapp.flight.maneuvers.stillness import HALVES, stands_still, stated_noise
+from gsapp.flight.maneuvers.signals import HALVES, SURFACES
+from gsapp.flight.maneuvers.stillness import stands_still, stated_noise
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE
 

@@ -20,11 +20,13 @@ SIGNALS: Final = (*SURFACES, *ANSWERS, "V", "altitude", "throttle", "rpm")
 
 COLUMN: Final = {name: place for place, name in enumerate(SIGNALS)}
 
-_HALVES: Final = {
+HALVES: Final = {
     "de": ("elevator_left", "elevator_right"),
     "da": ("aileron_left", "aileron_right"),
-    "dr": ("rudder", "rudder"),
 }
+"""The channels that a combined surface is made of."""
+_WHOLE: Final = ("rudder", "rudder")
+"""One that has no halves, in the place of both."""
 
 
 def signals_of(block: Block) -> FloatArray:
@@ -74,7 +76,7 @@ def _surface(block: Block, name: str) -> FloatArray:
     found = _first(block, name)
     if not np.isnan(found).any():
         return found
-    left, right = (_first(block, half) for half in _HALVES[name])
+    left, right = (_first(block, half) for half in HALVES.get(name, _WHOLE))
     for stand_in in (0.5 * (left + right), left, right, _first(block, f"{name}_command")):
         found = np.where(np.isnan(found), stand_in, found)
     return found

@@ -13,13 +13,9 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft
+from gsapp.flight.maneuvers.signals import HALVES
 from gsapp.quantities import FloatArray
 
-HALVES: Final = {
-    "de": ("elevator_left", "elevator_right"),
-    "da": ("aileron_left", "aileron_right"),
-}
-"""The channels that a combined surface is made of."""
 _SAME: Final = 1e-9
 """Share of its size that a value may change by, brought to another time, and still be the same."""
 
