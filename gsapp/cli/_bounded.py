@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from gsapp.identification.campaign import CampaignValue
+
 
 def bounded(value: float, std: float, least: int = 4) -> tuple[str, str]:
     """Return a value and its bound: never a bound of zero for one that is small.
@@ -16,3 +21,10 @@ def bounded(value: float, std: float, least: int = 4) -> tuple[str, str]:
 
     digits = max(least, decimals(std))
     return f"{value:z.{digits}f}", f"{std:.{digits}f}"
+
+
+def mean_cells(value: CampaignValue) -> list[str]:
+    """Return the cells of a mean: value, bound, scatter and number."""
+    mean, std = bounded(value.mean, value.std)
+    scatter = "" if value.scatter is None else bounded(value.scatter, value.std)[0]
+    return [mean, std, scatter, str(value.n)]

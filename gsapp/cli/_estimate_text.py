@@ -9,7 +9,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from gsapp.cli._bounded import bounded
+from gsapp.cli._bounded import bounded, mean_cells
 from gsapp.cli._tables import print_whole
 
 if TYPE_CHECKING:
@@ -117,11 +117,7 @@ def _rows(result: CampaignResult) -> list[str]:
 
 
 def _summary(value: CampaignValue | None) -> list[str]:
-    if value is None:
-        return ["unknown", "", "", ""]
-    mean, std = bounded(value.mean, value.std)
-    scatter = "" if value.scatter is None else bounded(value.scatter, value.std)[0]
-    return [mean, std, scatter, str(value.n)]
+    return ["unknown", "", "", ""] if value is None else mean_cells(value)
 
 
 def _mean(value: CampaignValue | None) -> str:

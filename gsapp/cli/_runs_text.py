@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from gsapp.cli._bounded import bounded
+from gsapp.cli._bounded import mean_cells
 from gsapp.cli._tables import print_whole
 
 if TYPE_CHECKING:
@@ -55,9 +55,7 @@ def tell_run(console: Console, one: KeptRun) -> None:
     for heading in ("", "mean", "std", "scatter", "n"):
         table.add_column(heading, justify="right" if heading else "left", no_wrap=True)
     for name, value in one.values.items():
-        mean, std = bounded(value.mean, value.std)
-        scatter = "" if value.scatter is None else bounded(value.scatter, value.std)[0]
-        table.add_row(name, mean, std, scatter, str(value.n))
+        table.add_row(name, *mean_cells(value))
     print_whole(console, table)
     for heading, rows in (
         ("settings", [(name, words) for name, words in one.settings.items()]),
