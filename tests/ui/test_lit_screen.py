@@ -52,6 +52,10 @@ class Saver(QObject):
         return 1
 
 
+SAVERS: list[Saver] = []
+"""Kept to the end: the bus's own thread holds what was exported for longer than its connection."""
+
+
 class Desk(QObject):
     """The signals of a desk."""
 
@@ -68,6 +72,7 @@ def test_the_screen_stays_lit_for_as_long_as_a_flight_is_recorded(
     from PySide6.QtDBus import QDBusConnection
 
     saver = Saver()
+    SAVERS.append(saver)
     desktop = QDBusConnection.connectToBus(bus, "desktop")
     try:
         flags = QDBusConnection.RegisterOption.ExportAllSlots
