@@ -14,7 +14,7 @@ from gsapp.flight.events import Event
 from gsapp.flight.flight import Flight
 from gsapp.flight.maneuvers import survey
 from gsapp.foundation import FlightError
-from gsapp.quantities import FloatArray
+from gsapp.quantities import CIRCULAR, FloatArray, base_id
 
 GAP = 2.5
 """Missing for more than so many of its own sample periods, a channel has a gap."""
@@ -47,7 +47,9 @@ def summarize(flight: Flight, aircraft: Aircraft | None = None) -> dict[str, Any
         "duration": round(flight.duration, 6),
         "channels": {
             name: {
-                **channel_statistics(flight.block.times, flight.block[name]),
+                **channel_statistics(
+                    flight.block.times, flight.block[name], circular=base_id(name) in CIRCULAR
+                ),
                 **_arrived(flight, name),
                 **_source(flight, name),
             }
@@ -83,7 +85,9 @@ def _maneuvers(flight: Flight, aircraft: Aircraft | None) -> list[dict[str, Any]
     return [maneuver.to_json() for maneuver in found]
 
 
-def channel_statistics(times: FloatArray, values: FloatArray) -> dict[str, Any]:
+def channel_statistics(
+    times: FloatArray, values: FloatArray, *, circular: bool = False
+) -> dict[str, Any]:
     """Sum up one channel.
 
     Parameters
@@ -92,6 +96,9 @@ def channel_statistics(times: FloatArray, values: FloatArray) -> dict[str, Any]:
         Increasing, s.
     values : ndarray, shape (n,)
         SI; NaN where missing.
+    circular : bool
+        Whether they are angles (rad) for which a full turn is none: the mean of 179 and -179 deg
+        is 180 deg.
 
     Returns
     -------
@@ -111,9 +118,16 @@ def channel_statistics(times: FloatArray, values: FloatArray) -> dict[str, Any]:
         "rate": round(1.0 / period, 6) if period > 0.0 else None,
         "min": float(samples.min()),
         "max": float(samples.max()),
-        "mean": float(samples.mean()),
+        "mean": _mean_angle(samples) if circular else float(samples.mean()),
         "gaps": int(np.count_nonzero(spacings > GAP * period)),
     }
+
+
+def _mean_angle(angles: FloatArray) -> float:
+    """Return the mean of angles (rad), each by the shorter way from their mean direction."""
+    middle = math.atan2(float(np.sin(angles).mean()), float(np.cos(angles).mean()))
+    apart = (angles - middle + math.pi) % math.tau - math.pi
+    return math.remainder(middle + float(apart.mean()), math.tau)
 
 
 def _arrived(flight: Flight, name: str) -> dict[str, Any]:

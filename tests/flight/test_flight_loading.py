@@ -18,11 +18,13 @@ from gsapp.cli import export, import_
 from gsapp.decoding.channel_map import SHIPPED as MAPS
 from gsapp.flight import load_flight
 from gsapp.flight.events import Event
+from gsapp.flight.flight import Flight
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.importing import import_flight
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.summary import channel_statistics, summarize
 from gsapp.foundation import FileProblemsError, FlightError, GroundStationError, UnknownNameError
+from gsapp.quantities import Block
 
 os.environ["MAVLINK20"] = "1"
 from pymavlink import mavutil
@@ -485,3 +487,18 @@ def test_statistics_of_one_channel():
     assert channel_statistics(times, slow)["gaps"] == 1
     nothing = channel_statistics(times, np.full(1000, np.nan))
     assert (nothing["count"], nothing["rate"], nothing["min"]) == (0, None, None)
+
+
+@pytest.mark.parametrize("south", [False, True])
+def test_the_mean_of_a_heading_lies_where_it_was_flown(south: bool):
+    """Flying south, a heading jumps from 180 to -180 deg; elsewhere the mean is as of any value."""
+    times = np.arange(900) / 100
+    swing = np.radians(40.0) * np.sin(times) + np.radians(3.0)
+    flown = swing + np.pi if south else swing
+    heading = (flown + np.pi) % (2.0 * np.pi) - np.pi
+    block = Block(channels=("psi", "q"), times=times, values=np.column_stack([heading, heading]))
+    flight = Flight(name="turn", path=Path("turn.csv"), block=block, sources={})
+    channels = summarize(flight)["channels"]
+    mean = swing.mean() - np.pi if south else swing.mean()
+    assert channels["psi"]["mean"] == pytest.approx(mean, abs=1e-12)
+    assert channels["q"]["mean"] == pytest.approx(heading.mean())
