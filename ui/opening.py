@@ -7,7 +7,7 @@ from datetime import datetime
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer
-from PySide6.QtWidgets import QFileDialog, QWidget
+from PySide6.QtWidgets import QWidget
 
 from calibration import shipped_sets
 from gsapp.decoding.channel_map import shipped_channel_maps
@@ -17,6 +17,7 @@ from ui.commands import key_text
 from ui.desk import Desk
 from ui.dialogs.certificates import CertificatesDialog
 from ui.dialogs.connect import ConnectDialog
+from ui.dialogs.flights import file_to_open, flight_folder
 from ui.dialogs.small import ExportDialog, MapDialog, ask_stop
 from ui.dialogs.virtual import VirtualDialog
 from ui.frame.banners import Banner, BannerStack
@@ -28,7 +29,6 @@ from ui.work import Work
 _SHORT_WORK_MS = 300
 _OBEYS = 2.0
 """Seconds that a work has to stop as the window closes."""
-_FILES = "Flights (*.tlog *.bin *.ulg *.csv *.mat *.parquet);;All files (*)"
 
 
 class Opening(QObject):
@@ -167,17 +167,13 @@ class Opening(QObject):
 
     def open_file(self) -> None:
         """Ask for a file and open it."""
-        start = str(first_folder(self._store.current))
-        path, _kind = QFileDialog.getOpenFileName(self._window, "Open a flight", start, _FILES)
-        if path:
-            self.open_path(Path(path))
+        if path := file_to_open(self._window, self._store.current):
+            self.open_path(path)
 
     def open_folder(self) -> None:
         """Ask for a flight folder and open it."""
-        start = str(first_folder(self._store.current))
-        path = QFileDialog.getExistingDirectory(self._window, "Open a flight folder", start)
-        if path:
-            self.open_path(Path(path))
+        if path := flight_folder(self._window, "Open a flight folder", self._store.current):
+            self.open_path(path)
 
     def open_path(self, path: Path) -> None:
         """Open a flight."""

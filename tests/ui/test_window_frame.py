@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import gc
 import math
+import re
 import sys
 import weakref
 from collections.abc import Callable, Iterator
+from fnmatch import fnmatchcase
 from itertools import pairwise
 from pathlib import Path
 
@@ -46,6 +48,7 @@ from gsapp.session.limits import Bands, Severity
 from gsapp.telemetry.address import parse_link
 from ui.commands import COMMANDS, CommandSet, key_text
 from ui.dialogs.connect import ConnectChoices, ConnectDialog
+from ui.dialogs.flights import FLIGHTS, LOGS
 from ui.dialogs.keys import KeysDialog
 from ui.dialogs.limits import LimitsDialog, judge
 from ui.dialogs.small import RangeDialog, ask_closing
@@ -582,6 +585,15 @@ def test_a_dialog_begins_in_a_folder_that_is_there(
     (tmp_path / "documents" / "flights").mkdir(parents=True)
     qtbot.keyClick(window, Qt.Key.Key_O, held | Qt.KeyboardModifier.ShiftModifier)
     assert begun == [str(tmp_path), str(tmp_path / "documents" / "flights")]
+
+
+@pytest.mark.parametrize("name", ["00000012.BIN", "flight.tlog", "log.ulg", "table.parquet"])
+@pytest.mark.parametrize("kinds", [FLIGHTS, LOGS])
+def test_a_dialog_shows_what_can_be_opened(kinds: str, name: str) -> None:
+    """Also a log as the autopilot writes it: dialogs of GNOME tell capitals from small letters."""
+    offered, everything = (re.findall(r"\*[.\w]*", kind) for kind in kinds.split(";;"))
+    assert any(fnmatchcase(name, pattern) for pattern in offered)
+    assert everything == ["*"]
 
 
 @pytest.mark.parametrize(

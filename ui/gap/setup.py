@@ -7,7 +7,6 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
-    QFileDialog,
     QFrame,
     QGridLayout,
     QListWidget,
@@ -18,16 +17,16 @@ from PySide6.QtWidgets import (
 
 from gsapp.aircraft.reading import shipped_aircraft
 from ui.dialogs.fields import ShippedField
+from ui.dialogs.flights import files_to_add, flight_folder
 from ui.dialogs.form import Sentence
 from ui.gap.parts import button_row
 from ui.gap.request import GapRequest
 from ui.gap.steps import CHAPTERS
 from ui.look import Look
 from ui.pages import CenteredPage, label
-from ui.settings import SettingsStore, first_folder
+from ui.settings import SettingsStore
 from ui.work import Progress, Work
 
-_FILES = "Flights (*.tlog *.bin *.ulg *.csv *.mat *.parquet);;All files (*)"
 _STORY = {
     "find": "Where simulation and flight disagree: coefficient, maneuver, region.",
     "name": "Which effect is missing, how sure that is, what would tell it from others.",
@@ -236,16 +235,12 @@ class SetupPage(CenteredPage):
             self.add(self._open)
 
     def _add_file(self) -> None:
-        start = str(first_folder(self._store.current))
-        paths, _kind = QFileDialog.getOpenFileNames(self, "Add flights", start, _FILES)
-        for path in paths:
-            self.add(Path(path))
+        for path in files_to_add(self, self._store.current):
+            self.add(path)
 
     def _add_folder(self) -> None:
-        start = str(first_folder(self._store.current))
-        path = QFileDialog.getExistingDirectory(self, "Add a flight folder", start)
-        if path:
-            self.add(Path(path))
+        if path := flight_folder(self, "Add a flight folder", self._store.current):
+            self.add(path)
 
     def _remove(self) -> None:
         row = self.flights.currentRow()

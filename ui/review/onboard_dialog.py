@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from ui.dialogs.connect import LinkField
+from ui.dialogs.flights import LOGS
 from ui.dialogs.form import FormDialog, Sentence
 from ui.look import Look
 from ui.review.onboard_job import LogJob
@@ -26,7 +27,6 @@ from ui.review.onboard_job import LogJob
 if TYPE_CHECKING:
     from gsapp.flight.onboard import OnboardLogState
 
-_FILES = "Logs (*.bin *.BIN *.ulg *.tlog *.csv *.mat *.parquet);;All files (*)"
 _FILE, _LINK, _KEPT, _NONE = "file", "link", "kept", "none"
 
 
@@ -77,7 +77,7 @@ class OpenFileField(QWidget):
 
     def _choose(self) -> None:
         start = self.edit.text() or str(Path.home())
-        path, _kind = QFileDialog.getOpenFileName(self, self._name, start, _FILES)
+        path, _kind = QFileDialog.getOpenFileName(self, self._name, start, LOGS)
         if path:
             self.edit.setText(path)
 

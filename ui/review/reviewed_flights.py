@@ -6,17 +6,16 @@ import logging
 from pathlib import Path
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QFileDialog, QWidget
+from PySide6.QtWidgets import QWidget
 
 from gsapp.foundation import GroundStationError
 from gsapp.session.review import Review, ReviewedFlight
+from ui.dialogs.flights import files_to_add, flight_folder
 from ui.review.flight_work import FlightOpening
 from ui.review.selection import Selection
-from ui.settings import SettingsStore, catalog_path, first_folder
+from ui.settings import SettingsStore, catalog_path
 
 log = logging.getLogger(__name__)
-
-_FILES = "Flights (*.tlog *.bin *.ulg *.csv *.mat *.parquet);;All files (*)"
 
 
 class ReviewedFlights(QWidget):
@@ -101,16 +100,12 @@ class ReviewedFlights(QWidget):
 
     def add_folder(self) -> None:
         """Ask for a flight folder and review it, too."""
-        start = str(first_folder(self._store.current))
-        path = QFileDialog.getExistingDirectory(self, "Add a flight folder", start)
-        if path:
-            self.opening.open([Path(path)])
+        if path := flight_folder(self, "Add a flight folder", self._store.current):
+            self.opening.open([path])
 
     def add_files(self) -> None:
         """Ask for files and review them, too."""
-        start = str(first_folder(self._store.current))
-        paths, _kind = QFileDialog.getOpenFileNames(self, "Add flights", start, _FILES)
-        self.opening.open([Path(path) for path in paths])
+        self.opening.open(files_to_add(self, self._store.current))
 
     def take_out(self) -> None:
         """Take the flight on screen out of the review; its files stay as they are."""
