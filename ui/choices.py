@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
-
 from calibration import shipped_sets
 from gsapp.aircraft import load_aircraft
 from gsapp.aircraft.reading import shipped_aircraft
@@ -16,8 +14,6 @@ from ui.dialogs.virtual import VirtualChoices
 
 _USUAL_PLAN = "default"
 _VIRTUAL_AIRCRAFT = "b777"
-# Their modules enter the effects into the registry.
-_EFFECT_MODULES = ("gsapp.dynamics.effects", "gsapp.dynamics.signals")
 
 
 def serial_ports() -> tuple[tuple[str, str], ...]:
@@ -60,8 +56,6 @@ def hidden_effects() -> tuple[tuple[str, str], ...]:
     """Return id and title of the effects that can be hidden in the virtual aircraft."""
     from gsapp.dynamics.terms import effect_ids, make_term
 
-    for module in _EFFECT_MODULES:
-        importlib.import_module(module)
     aircraft = load_aircraft(_VIRTUAL_AIRCRAFT)
     found = []
     for name in effect_ids():

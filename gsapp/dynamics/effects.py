@@ -1,7 +1,7 @@
 """Effects of aerodynamics, propulsion and mass that a linear build-up leaves out.
 
 Importing this module enters them in the registry of `gsapp.dynamics.terms`. Effects of the
-control path and of the instruments are in `gsapp.dynamics.signals`.
+control path and of the instruments are in `gsapp.dynamics.signal_effects`.
 """
 
 from __future__ import annotations

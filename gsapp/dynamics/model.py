@@ -14,7 +14,6 @@ from pathlib import Path
 from pydantic import Field, field_validator
 
 from gsapp.aircraft import Aircraft
-from gsapp.dynamics import effects, signals
 from gsapp.dynamics.buildup import derivative_names
 from gsapp.dynamics.terms import Term, effect_ids, make_term
 from gsapp.foundation import (
@@ -27,9 +26,6 @@ from gsapp.foundation import (
 )
 from gsapp.foundation.naming import did_you_mean
 from gsapp.foundation.shipped import Shipped
-
-# Importing these two enters their effects in the registry.
-_CATALOGS = (effects, signals)
 
 SHIPPED = Shipped(folder=Path(__file__).parent / "models", kind="model")
 

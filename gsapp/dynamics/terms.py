@@ -24,6 +24,7 @@ Targets
 
 from __future__ import annotations
 
+import importlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -277,6 +278,8 @@ TermFactory = Callable[[Aircraft], Term]
 """Makes a term for an aircraft; its geometry may enter."""
 
 _REGISTRY: dict[str, TermFactory] = {}
+_CATALOGS = ("gsapp.dynamics.effects", "gsapp.dynamics.signal_effects")
+"""They enter their effects when they are imported, and they import this module."""
 
 
 def register(term_id: str, factory: TermFactory) -> None:
@@ -292,9 +295,15 @@ def register(term_id: str, factory: TermFactory) -> None:
     _REGISTRY[term_id] = factory
 
 
+def _registered() -> Mapping[str, TermFactory]:
+    for name in _CATALOGS:
+        importlib.import_module(name)
+    return _REGISTRY
+
+
 def effect_ids() -> tuple[str, ...]:
     """Return the ids of all registered effects, sorted."""
-    return tuple(sorted(_REGISTRY))
+    return tuple(sorted(_registered()))
 
 
 def make_term(term_id: str, aircraft: Aircraft) -> Term:
@@ -305,8 +314,9 @@ def make_term(term_id: str, aircraft: Aircraft) -> Term:
     UnknownNameError
         If no effect has that id; the nearest are named.
     """
-    factory = _REGISTRY.get(term_id)
+    known = _registered()
+    factory = known.get(term_id)
     if factory is None:
-        hint = did_you_mean(term_id, _REGISTRY, "docs/virtual-aircraft.md lists them")
+        hint = did_you_mean(term_id, known, "docs/virtual-aircraft.md lists them")
         raise UnknownNameError(f"no effect is called '{term_id}'; {hint}")
     return factory(aircraft)

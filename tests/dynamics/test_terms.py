@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from gsapp.aircraft import Aircraft
-from gsapp.dynamics import effects, signals
 from gsapp.dynamics.buildup import derivative_names, linear_build_up
 from gsapp.dynamics.signals import SignalTerm
 from gsapp.dynamics.terms import (
@@ -20,7 +19,6 @@ from gsapp.dynamics.terms import (
 )
 from gsapp.foundation import UnknownNameError
 
-CATALOGS = (effects, signals)
 BUILD_UP = {term.id: term for term in linear_build_up()}
 EVERY = (*BUILD_UP, *effect_ids())
 TYPICAL = {

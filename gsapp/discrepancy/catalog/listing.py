@@ -9,13 +9,9 @@ from gsapp.discrepancy.catalog.aerodynamics import aerodynamic_lore
 from gsapp.discrepancy.catalog.instruments import instrument_lore
 from gsapp.discrepancy.catalog.machinery import control_lore, mass_lore, propulsion_lore
 from gsapp.discrepancy.catalog.records import EffectRecord, Entry, Lore
-from gsapp.dynamics import effects, signals
 from gsapp.dynamics.terms import Parameter, effect_ids, make_term
 from gsapp.foundation import UnknownNameError
 from gsapp.foundation.naming import did_you_mean
-
-# Importing these two enters their effects in the registry.
-_REGISTERED = (effects, signals)
 
 _ENTRIES: dict[str, Entry] = {
     "aero": "coefficient",

@@ -18,7 +18,6 @@ from typing import Literal
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.dynamics import effects as _effects  # noqa: F401 - enters the catalog
 from gsapp.dynamics.buildup import linear_build_up, reads_of
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import Monomial, Parameter, Term, effect_ids, make_term
