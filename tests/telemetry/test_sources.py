@@ -17,7 +17,7 @@ from types import SimpleNamespace
 import pytest
 
 from gsapp.decoding.frames import Frame
-from gsapp.decoding.framing import Framer
+from gsapp.decoding.framing import Framer, LineFramer
 from gsapp.flight.raw import RawWriter
 from gsapp.foundation import LinkError
 from gsapp.telemetry.address import LinkAddress, parse_link
@@ -247,14 +247,20 @@ def test_silence_gives_nothing_and_takes_its_time(end: OtherEnd) -> None:
     source.close()
 
 
-def test_a_closed_source_stays_closed(end: OtherEnd) -> None:
+def test_a_closed_source_stays_closed(end: OtherEnd, frames) -> None:
     source = make(end)
+    if end.receive is None:
+        end.send(b"".join(frames(300)))
+        assert source.read(0.05)
     source.close()
     source.close()
     source.write(b"nobody hears this")
-    assert source.read(0.0) == []
+    start = time.monotonic()
+    assert source.read(0.05) == []
+    assert time.monotonic() - start >= 0.045
     assert not source.connected
-    assert "closed" in source.state
+    assert source.state.endswith(": closed")
+    make(end).close()  # the port is free again
 
 
 def test_what_is_away_is_said_and_does_not_raise(tmp_path: Path, port) -> None:
@@ -311,6 +317,43 @@ def test_attempts_grow_rarer_and_never_spin() -> None:
     intervals = [second - first for first, second in itertools.pairwise(attempts)]
     assert intervals[:4] == pytest.approx([0.1, 0.2, 0.4, 0.8], abs=0.01)
     assert max(intervals) == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_device_that_comes_and_goes_is_looked_for_calmly_and_found_soon() -> None:
+    clock, radio = FakeClock(), SimpleNamespace(device="COM5", serial_number="A1", vid=1, pid=2)
+    plugged, looks = [radio], []
+
+    class Port:
+        timeout = in_waiting = 0
+
+        def read(self, _count: int) -> bytes:
+            if not plugged:
+                raise OSError(errno.EIO, "pulled out")
+            return b"x"
+
+        def close(self) -> None:
+            pass
+
+    def ports() -> list[SimpleNamespace]:
+        looks.append(clock.now)
+        return list(plugged)
+
+    source = source_class("serial")(
+        parse_link("serial:COM5:57600"), clock=clock, ports=ports, opener=lambda *_: Port()
+    )
+    for _ in range(2):
+        assert [chunk.data for chunk in source.read(0.2)] == [b"x"]
+        plugged.clear()
+        assert [chunk.data for chunk in source.read(0.2)] == [b""]
+        gone = clock.now
+        looks.clear()
+        while clock.now < gone + 60.0 and len(looks) < 100:
+            assert source.read(0.2) == []
+        assert looks[0] == pytest.approx(gone + 0.1, abs=0.01)
+        assert 60 <= len(looks) < 70
+        plugged.append(radio)
+        while not source.connected:
+            source.read(0.2)
 
 
 def test_a_peer_that_hangs_up_at_once_is_not_called_in_a_loop(port) -> None:
@@ -429,6 +472,37 @@ def test_a_port_that_windows_keeps_back_gets_a_sentence() -> None:
     assert "UDP port 14550" in problem
     assert "choose another port" in problem
     assert "1024" not in problem
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (OSError(errno.ECONNREFUSED, "Connection refused"), "nothing answers at 10.0.0.5 port 576"),
+        (OSError(errno.EHOSTUNREACH, "No route to host"), "nothing answers at 10.0.0.5 port 576"),
+        (TimeoutError("timed out"), "nothing answers at 10.0.0.5 port 576"),
+        (OSError(errno.ENOBUFS, "No buffer space"), "No buffer space; trying again"),
+        (OSError("odd"), "odd; trying again"),
+    ],
+)
+def test_what_may_pass_by_itself_is_waited_for(error: OSError, words: str) -> None:
+    problem = network_problem(parse_link("tcp:10.0.0.5:576"), error)
+    assert isinstance(problem, LinkAwaitedError)
+    assert words in str(problem)
+
+
+def test_a_port_can_be_listened_on_again_after_a_call(port) -> None:
+    """As a recorder does that is begun anew: the system remembers the last call for a minute."""
+    link = f"tcpin:127.0.0.1:{port(socket.SOCK_STREAM)}"
+    source = open_source(link)
+    source.open()
+    with socket.create_connection(("127.0.0.1", source.address.port), timeout=5) as caller:
+        caller.sendall(b"here")
+        assert collect(source, 4)
+        source.close()
+        assert caller.recv(1) == b""
+    again = open_source(link)
+    again.open()
+    again.close()
 
 
 @pytest.mark.skipif(not hasattr(socket, "TCP_KEEPIDLE"), reason="needs the usual name to look")
@@ -562,6 +636,8 @@ def test_whatever_a_serial_driver_raises_is_a_loss_not_a_crash() -> None:
     assert source.unsent == "cannot send (closed meanwhile)"
     assert [chunk.data for chunk in source.read(0.01)] == [b""]
     assert "has gone; plug it in again" in source.state
+    source.open()
+    assert source.unsent == ""  # nothing was refused by the port that came back
     source.close()
 
 
@@ -737,14 +813,36 @@ def recorded(folder: Path, frames: list[bytes], period_us: int) -> str:
 def test_a_recorded_flight_keeps_its_pace(tmp_path: Path, frames, speed, seconds) -> None:
     path = recorded(tmp_path / "flight", frames(100), 100_000)
     clock = FakeClock()
+    clock.now = begun = 500.0
     address = LinkAddress(kind="flight", path=path)
     source = source_class("flight")(address, clock=clock, speed=speed)
     chunks = []
     while not source.finished:
         chunks += source.read(0.05)
+        assert source.connected is not source.finished
     assert b"".join(chunk.data for chunk in chunks) == b"".join(frames(100))
-    assert clock.now == pytest.approx(seconds, rel=0.01)
+    assert clock.now - begun == pytest.approx(seconds, rel=0.01)
     assert "at its end" in source.state
+
+
+def test_a_long_pause_of_a_recorded_flight_is_cut(tmp_path: Path, frames) -> None:
+    path = recorded(tmp_path / "flight", frames(3), 3_600_000_000)
+    address = LinkAddress(kind="flight", path=path)
+    clock = FakeClock()
+    source = source_class("flight")(address, clock=clock, speed=2.0)
+    while not source.finished:
+        source.read(0.2)
+    assert clock.now == pytest.approx(2 * 10.0 / 2.0, rel=0.01)
+
+
+def test_recorded_lines_are_played_as_lines(tmp_path: Path) -> None:
+    """What came as text is text again for whoever records it from here."""
+    writer = RawWriter(tmp_path / "flight")
+    writer.append(STAMP, LineFramer().feed(b"1,2,3\n4,5,6\n"))
+    writer.close()
+    source = open_source(str(tmp_path / "flight"))
+    assert b"".join(chunk.data for chunk in collect(source, 12)) == b"1,2,3\n4,5,6\n"
+    assert source.framing == "text"
 
 
 def test_a_recorded_flight_as_fast_as_it_can(tmp_path: Path, frames) -> None:
