@@ -243,7 +243,7 @@ def test_silence_gives_nothing_and_takes_its_time(end: OtherEnd) -> None:
     source.read(0.0)  # a caller may be welcomed
     start = time.monotonic()
     assert source.read(0.05) == []
-    assert time.monotonic() - start >= 0.045
+    assert 0.045 <= time.monotonic() - start < 1.5
     source.close()
 
 
@@ -507,20 +507,23 @@ def test_a_port_can_be_listened_on_again_after_a_call(port) -> None:
 
 @pytest.mark.skipif(not hasattr(socket, "TCP_KEEPIDLE"), reason="needs the usual name to look")
 @pytest.mark.parametrize("system", ["here", "macOS"])
-def test_a_caller_that_vanishes_is_missed_soon(port, monkeypatch, patience, system) -> None:
+def test_a_peer_that_vanishes_is_missed_soon(port, monkeypatch, patience, system) -> None:
     """After 5 s of silence the system asks for it; macOS has another name for that option."""
     idle = socket.TCP_KEEPIDLE
     if system == "macOS":
         monkeypatch.delattr(socket, "TCP_KEEPIDLE")
         monkeypatch.setattr(socket, "TCP_KEEPALIVE", idle, raising=False)
-    source = open_source(f"tcpin:127.0.0.1:{port(socket.SOCK_STREAM)}")
-    source.open()
-    with socket.create_connection(("127.0.0.1", source.address.port)):
-        patience(lambda: source.read(0.01) or source._clients)
-        (client,) = source._clients
-        assert client.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
-        assert client.getsockopt(socket.IPPROTO_TCP, idle) == 5
-    source.close()
+    called = open_source(f"tcpin:127.0.0.1:{port(socket.SOCK_STREAM)}")
+    called.open()
+    calling = open_source(f"tcp:127.0.0.1:{called.address.port}")
+    calling.open()
+    patience(lambda: called.read(0.01) or called._clients)
+    for connection in (*called._clients, calling._socket):
+        assert connection.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
+        assert connection.getsockopt(socket.IPPROTO_TCP, idle) == 5
+        assert connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+    calling.close()
+    called.close()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals on Windows")
