@@ -56,6 +56,10 @@ class Certificate:
         What was calibrated, and what is to be known about it.
     quality : Quality or None
         How good it is; None in files written before that was kept.
+    si_coefficients : tuple of float
+        As `coefficients`, to the SI unit of the channel.
+    end_slopes : tuple of float
+        Slope of the curve at either end of `range`, SI per V.
     """
 
     channel: str

@@ -127,6 +127,8 @@ class MapEntry:
         One, or as many as the conversion takes (an array field counts for its elements).
     unit : str
         Unit of ``scale * field + offset``; volts where `calibration` is given.
+    scale, offset : float
+        See `unit`.
     priority : int
         Lower goes first.
     kind : {"measured", "estimated"}
@@ -196,6 +198,8 @@ class ChannelMap:
         Its unit.
     path : Path or None
         The file.
+    by_channel : mapping of str to tuple of MapEntry
+        The sources of each channel, the best first.
     """
 
     name: str

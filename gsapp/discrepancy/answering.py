@@ -35,7 +35,7 @@ from gsapp.dynamics.terms import make_term
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import FloatArray
 
-COEFFICIENTS = ("CX", "CY", "CZ", "Cl", "Cm", "Cn")
+_REPORTED = ("CX", "CY", "CZ", "Cl", "Cm", "Cn")
 _STRONG = 3.0
 """Over the threshold, times: a gain that chance does not explain."""
 _CONTRADICTED = 4.0
@@ -141,12 +141,12 @@ def answer_of(
     open_ = [before.decision for before, after in pairwise(stages) if after.among]
     open_.append(last.decision)
     values = changed_values(model, last.fit)
-    seen = observability(stages[0].screening, aircraft, {one.effect for one in effects})
+    seen = observability(stages[0].screening, {one.effect for one in effects})
     verdict = _verdict(last.decision.kind, effects, values, seen)
-    shown = views(held, COEFFICIENTS)
+    shown = views(held, _REPORTED)
     if last.decision.kind == "nothing":
         shown = above_the_rest(shown)
-    maps = coefficient_map(shown, COEFFICIENTS)
+    maps = coefficient_map(shown, _REPORTED)
     misfits = held.misfits()
     steps = tuple(
         Step(
@@ -171,7 +171,7 @@ def answer_of(
         disturbance=_disturbance(last.fit),
         gap=gap_of(held, len(effects)),
         maneuvers=shown,
-        coefficients=COEFFICIENTS,
+        coefficients=_REPORTED,
         channels=tuple(dict.fromkeys(name for one in shown for name in one.channels)),
         warnings=(*held.warnings, *record_remarks(maneuvers, aircraft)),
         instruments=instruments,

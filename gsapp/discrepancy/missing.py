@@ -13,10 +13,14 @@ from gsapp.dynamics.equations import POLAR_STATES
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import COEFFICIENTS
-from gsapp.identification.coefficients import Coefficients, bare_flight_model, reconstruct
+from gsapp.identification.coefficients import (
+    OPPOSITES,
+    Coefficients,
+    bare_flight_model,
+    reconstruct,
+)
 from gsapp.quantities import FloatArray
 
-_OPPOSITE = {"CX": "CA", "CZ": "CN"}
 _CUTOFF = 3.0
 """Of the smoothing, Hz: above the modes of the aircraft."""
 _PROBE = 4000
@@ -54,13 +58,13 @@ def missing_part(
     floors = _floors(record, found, models[-1], noise)
     return MissingPart(
         histories=tuple(histories),
-        floors={name: floors[_OPPOSITE.get(name, name)] for name in coefficients},
+        floors={name: floors[OPPOSITES.get(name, name)] for name in coefficients},
     )
 
 
 def _signed(left: FloatArray, name: str) -> FloatArray:
-    column: FloatArray = left[:, COEFFICIENTS.index(_OPPOSITE.get(name, name))]
-    return -column if name in _OPPOSITE else column
+    column: FloatArray = left[:, COEFFICIENTS.index(OPPOSITES.get(name, name))]
+    return -column if name in OPPOSITES else column
 
 
 def _modeled(model: FlightModel, bare: FlightModel, record: Record) -> FloatArray:

@@ -6,7 +6,6 @@ from collections.abc import Collection
 
 import numpy as np
 
-from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.catalog import catalog, record
 from gsapp.discrepancy.results import Observability
 from gsapp.discrepancy.screening import Screening
@@ -17,11 +16,8 @@ VISIBLE = 5.0
 """Deviations from which an effect of a usual size counts as one that can be seen."""
 
 
-def observability(
-    screening: Screening, aircraft: Aircraft, found: Collection[str]
-) -> tuple[Observability, ...]:
+def observability(screening: Screening, found: Collection[str]) -> tuple[Observability, ...]:
     """Return, for every effect of the catalog, what these flights could show of it."""
-    del aircraft
     rows = []
     ids = [one.id for one in screening.competitors]
     for one in screening.competitors:

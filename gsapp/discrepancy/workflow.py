@@ -38,7 +38,6 @@ from gsapp.dynamics.terms import make_term
 from gsapp.foundation import FlightError
 from gsapp.identification.maneuver import Maneuver
 
-COEFFICIENTS = ("CX", "CY", "CZ", "Cl", "Cm", "Cn")
 _REVERSED = 0.15
 """A scale this near to -1 is a reversed axis."""
 _PASSES = 4

@@ -32,7 +32,7 @@ from gsapp.dynamics.equations import (
     polar_rates,
 )
 from gsapp.dynamics.model import Model
-from gsapp.dynamics.signals import Exchanged, channels_of
+from gsapp.dynamics.signals import Exchanged, Path, SignalTerm, channels_of
 from gsapp.dynamics.terms import PLACED, TARGETS, VARIABLES, Term, TermJacobian
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.quantities import FloatArray
@@ -159,7 +159,7 @@ class FlightModel:
         A derivative keeps its name; a parameter of an effect is ``<effect id>.<name>``.
     defaults : tuple of float
         Values of the parameters in the model file.
-    control_terms, sensor_terms : dict of str to tuple of (Term, tuple of float)
+    control_terms, sensor_terms : dict of str to Path
         Effects outside the equations, by surface (``elevator``) or channel, with values. An
         effect on a box stands with every channel of the box.
     exchanged : tuple of (str, str)
@@ -179,8 +179,8 @@ class FlightModel:
         self._engine_offsets = _engine_offsets(propulsion.position)
         mass = aircraft.mass
         self._inertia = (mass.ixx, mass.iyy, mass.izz, mass.ixz)
-        self.control_terms: dict[str, tuple[tuple[Term, tuple[float, ...]], ...]] = {}
-        self.sensor_terms: dict[str, tuple[tuple[Term, tuple[float, ...]], ...]] = {}
+        self.control_terms: dict[str, Path] = {}
+        self.sensor_terms: dict[str, Path] = {}
         self.exchanged: tuple[tuple[str, str], ...] = ()
         states: list[str] = list(POLAR_STATES)
         names: list[str] = []
@@ -246,6 +246,8 @@ class FlightModel:
         if isinstance(term, Exchanged):
             self.exchanged = (*self.exchanged, term.pair)
             return
+        if not isinstance(term, SignalTerm):
+            raise TypeError(f"the effect '{term.id}' on '{term.target}' is no signal term")
         group, _, target = term.target.partition(".")
         table = self.control_terms if group == "control" else self.sensor_terms
         for name in channels_of(target):

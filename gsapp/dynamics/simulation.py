@@ -255,6 +255,8 @@ class Simulator:
             Of the CG above the runway, m.
         position : tuple of float
             North, east, m.
+        commands : Commands, optional
+            Of surfaces and throttles; all at zero by default.
         fuel : float, optional
             On board, kg; the aircraft file's by default.
         """

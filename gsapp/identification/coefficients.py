@@ -55,7 +55,8 @@ NEEDED: Mapping[str, tuple[str, ...]] = {
     "Cn": ("p", "r"),
 }
 """Channels without which a coefficient cannot be had."""
-_OPPOSITES = {"CX": "CA", "CZ": "CN"}
+OPPOSITES = {"CX": "CA", "CZ": "CN"}
+"""Coefficients that point the other way than those of the model."""
 _ACCELERATIONS = ("ax", "ay", "an")
 _VARIABLES = (
     "V", "alpha", "beta", "p", "q", "r", "p_hat", "q_hat", "r_hat", "de", "da", "dr", "flap",
@@ -127,13 +128,13 @@ class Coefficients:
 
     def value(self, coefficient: str) -> FloatArray:
         """Return a coefficient, NaN where it does not count; also CX and CZ. Shape (n,)."""
-        sign = -1.0 if coefficient in _OPPOSITES else 1.0
+        sign = -1.0 if coefficient in OPPOSITES else 1.0
         found = np.where(self.counts(coefficient), self.values[:, self.column(coefficient)], np.nan)
         return np.asarray(sign * found, dtype=np.float64)
 
     def column(self, coefficient: str) -> int:
         """Return where a coefficient stands in `values` and `valid`."""
-        return COEFFICIENTS.index(_OPPOSITES.get(coefficient, coefficient))
+        return COEFFICIENTS.index(OPPOSITES.get(coefficient, coefficient))
 
     def counts(self, coefficient: str) -> BoolArray:
         """Return the samples of a coefficient that count, shape (n,)."""

@@ -23,10 +23,8 @@ from gsapp.dynamics.signals import (
     Path,
     Response,
     Saturation,
-    SignalTerm,
     undo,
 )
-from gsapp.dynamics.terms import Term
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.smoothing import bridge
 from gsapp.quantities import Block, BoolArray, FloatArray
@@ -59,9 +57,7 @@ def true_record(maneuver: Maneuver, model: Model, *, keep: Collection[str] = ())
     """
     flight_model = FlightModel(maneuver.aircraft, model)
     paths = {
-        channel: _path(terms)
-        for channel, terms in flight_model.sensor_terms.items()
-        if channel not in keep
+        channel: path for channel, path in flight_model.sensor_terms.items() if channel not in keep
     }
     return _edited(_unswapped(maneuver, flight_model.exchanged), paths, undo)
 
@@ -74,9 +70,7 @@ def as_it_acted(maneuver: Maneuver, model: Model) -> Maneuver:
     """
     true = true_record(maneuver, model)
     flight_model = FlightModel(maneuver.aircraft, model)
-    controls = {
-        SURFACES[surface]: _path(terms) for surface, terms in flight_model.control_terms.items()
-    }
+    controls = {SURFACES[surface]: path for surface, path in flight_model.control_terms.items()}
     moved = _edited(true, controls, acted)
     if not flight_model.misplaced:
         return moved
@@ -105,10 +99,6 @@ def freed(
 
 
 # --- steps --------------------------------------------------------------------------------------
-
-
-def _path(terms: Sequence[tuple[Term, tuple[float, ...]]]) -> Path:
-    return tuple((term, values) for term, values in terms if isinstance(term, SignalTerm))
 
 
 def _unswapped(maneuver: Maneuver, pairs: Sequence[tuple[str, str]]) -> Maneuver:

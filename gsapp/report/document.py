@@ -10,7 +10,7 @@ import contextlib
 import io
 import threading
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 from matplotlib import style
@@ -144,7 +144,6 @@ class Document:
     sections: tuple[Section, ...]
     facts: tuple[tuple[str, str], ...] = ()
     written: str = ""
-    language: str = field(default="en", init=False)
 
     @property
     def pictures(self) -> tuple[Picture, ...]:

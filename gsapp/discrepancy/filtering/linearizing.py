@@ -23,7 +23,7 @@ from gsapp.discrepancy.filtering.slopes import (
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
 from gsapp.dynamics.recorded_controls import acted
 from gsapp.dynamics.sensors import OutputModel
-from gsapp.dynamics.signals import SURFACES, Path, SignalTerm, Straight, respond, undo
+from gsapp.dynamics.signals import SURFACES, Path, Straight, respond, undo
 from gsapp.dynamics.terms import VARIABLES
 from gsapp.quantities import FloatArray
 
@@ -272,28 +272,24 @@ def _variables(
     return table
 
 
-def _signal_path(terms: tuple[tuple[object, tuple[float, ...]], ...]) -> Path:
-    return tuple((term, values) for term, values in terms if isinstance(term, SignalTerm))
-
-
 def _driven(record: Record, model: FlightModel) -> FloatArray:
     """Return the inputs after the model's control paths, (8, n)."""
     inputs = record.motion.inputs.T.copy()
-    for channel, terms in model.sensor_terms.items():
+    for channel, path in model.sensor_terms.items():
         if channel in CONTROLS:
             row = INPUTS.index(channel)
-            inputs[row] = undo(_signal_path(terms), inputs[row], record.dt).values
-    for surface, terms in model.control_terms.items():
+            inputs[row] = undo(path, inputs[row], record.dt).values
+    for surface, path in model.control_terms.items():
         row = INPUTS.index(SURFACES[surface])
-        inputs[row] = acted(_signal_path(terms), inputs[row], record.dt).values
+        inputs[row] = acted(path, inputs[row], record.dt).values
     return inputs
 
 
 def _instrument_paths(record: Record, model: FlightModel) -> dict[int, Path]:
     """Return the model's effects on the paths of channels, by the channel's place."""
     return {
-        record.channels.index(name): _signal_path(terms)
-        for name, terms in model.sensor_terms.items()
+        record.channels.index(name): path
+        for name, path in model.sensor_terms.items()
         if name in record.channels
     }
 

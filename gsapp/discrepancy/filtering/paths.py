@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 
 import numpy as np
@@ -12,7 +12,7 @@ from gsapp.discrepancy.filtering.lateness import by_lateness, shown
 from gsapp.discrepancy.filtering.linearizing import CONTROLS, Linearization
 from gsapp.dynamics.flight_model import INPUTS, FlightModel
 from gsapp.dynamics.recorded_controls import acted
-from gsapp.dynamics.signals import SURFACES, Path, Response, SignalTerm, undo
+from gsapp.dynamics.signals import SURFACES, Path, Response, undo
 from gsapp.quantities import FloatArray
 
 _SHARE = 1e-3
@@ -62,7 +62,7 @@ def _shown(signal: FloatArray, rate: FloatArray, dt: float) -> _Walk:
 
 
 def _slopes(
-    terms: Sequence[tuple[object, tuple[float, ...]]],
+    path: Path,
     through: _Walk,
     known: Mapping[str, FloatArray] = MappingProxyType({}),
 ) -> Iterator[tuple[str, FloatArray]]:
@@ -70,7 +70,6 @@ def _slopes(
 
     By differences, but for those that are known.
     """
-    path = [(term, values) for term, values in terms if isinstance(term, SignalTerm)]
     for place, (term, values) in enumerate(path):
         for index, item in enumerate(term.parameters):
             key = f"{term.id}.{item.name}"

@@ -368,7 +368,7 @@ def _sensor_paths(simulator: Simulator, dt: float) -> dict[str, SignalPath]:
             (term, values)
             for term, values in effects
             # What makes all air data late has made the speed late from which qbar follows.
-            if isinstance(term, SignalTerm) and not (channel == "qbar" and _of_speed_too(term))
+            if not (channel == "qbar" and _of_speed_too(term))
         )
         paths[channel] = SignalPath(path, dt)
     return paths

@@ -46,6 +46,8 @@ def rotations(rates: FloatArray, dt: float) -> FloatArray:
     ----------
     rates : ndarray, shape (n, 3)
         rad/s.
+    dt : float
+        Sample time, s.
     """
     turns = np.diff(running_integral(rates, dt), axis=0)
     angle = np.sqrt((turns * turns).sum(axis=1))

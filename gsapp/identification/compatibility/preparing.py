@@ -11,6 +11,7 @@ from gsapp.aircraft import Aircraft
 from gsapp.decoding.air_data import true_airspeed
 from gsapp.foundation import FlightError
 from gsapp.identification.compatibility.settings import DRIVING, SHOWN
+from gsapp.identification.compatibility.wording import listed
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import measured_motion
 from gsapp.identification.smoothing import bridge, runs
@@ -166,7 +167,7 @@ def _prepare(found: Preparation, maneuver: Maneuver, aircraft: Aircraft) -> None
     missing = [name for name in (*DRIVING, *_CALIBRATED) if name not in there]
     if missing:
         found.warnings.append(
-            f"{title}: {_listed(missing)} {'was' if len(missing) == 1 else 'were'} not measured; "
+            f"{title}: {listed(missing)} {'was' if len(missing) == 1 else 'were'} not measured; "
             "what only they could tell stays open"
         )
     broken = _broken(signals, DRIVING, absent, dt)
@@ -272,7 +273,3 @@ def _noise(
         floor = max(0.3 * stated.get(name, 0.0), smallest.get(name, 1e-5))
         noise[name] = max(white_noise(clean), floor)
     return noise
-
-
-def _listed(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

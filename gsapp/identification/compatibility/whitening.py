@@ -101,6 +101,12 @@ def averaged(values: FloatArray, counted: BoolArray, width: int) -> FloatArray:
     ----------
     values : ndarray, shape (n, n_channels, ...)
     counted : ndarray of bool, shape (n, n_channels)
+    width : int
+        Samples to an average.
+
+    Returns
+    -------
+    ndarray, shape (n // width, n_channels, ...)
     """
     count = len(values) // width
     shape = (count, width, *values.shape[1:])
@@ -276,6 +282,8 @@ def likeliest_noise(predictor: Predictor, residuals: FloatArray, start: Noise) -
     predictor : Predictor
     residuals : ndarray, shape (m, n_channels)
         Averages, NaN where one does not count.
+    start : Noise
+        Where to begin.
     """
     places = [("drive", k) for k in (0, 1, 2, 6, 7, 8)]
     places += [("show", k) for k in range(residuals.shape[1])]

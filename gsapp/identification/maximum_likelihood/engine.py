@@ -215,6 +215,12 @@ class Engine:
 
         Parameters
         ----------
+        drives : Drives
+            What moves the equations besides their states.
+        h : float
+            Sample time, s.
+        values : ndarray, shape (n_parameters,)
+            Parameters of the equations.
         start : ndarray, shape (n_states,)
             At the first sample.
         guess : ndarray, shape (n_states, n)
@@ -287,6 +293,10 @@ class Engine:
 
         Parameters
         ----------
+        drives, h, values
+            As in `trajectory`.
+        x : ndarray, shape (n_states, n)
+            The states at all samples.
         by_start : ndarray, shape (n_states, n_start)
             Derivatives of the first sample by the free initial states.
         """

@@ -14,7 +14,6 @@ from gsapp.dynamics.flight_model import INPUTS, FlightModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.propulsion import thrust
 from gsapp.dynamics.signals import INPUT_CHANNELS, Path, SignalTerm
-from gsapp.dynamics.terms import Term
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.identification.axes import (
     COEFFICIENTS,
@@ -357,21 +356,19 @@ def known_values(model: FlightModel) -> dict[str, float]:
     return known
 
 
-def _paths(
-    terms: Mapping[str, tuple[tuple[Term, tuple[float, ...]], ...]], settings: MLSettings
-) -> dict[str, Path]:
-    found: dict[str, Path] = {}
-    for name, group in terms.items():
-        path = []
-        for term, values in group:
-            if isinstance(term, SignalTerm):
-                held = tuple(
-                    settings.held.get(f"{term.id}.{item.name}", value)
-                    for item, value in zip(term.parameters, values, strict=True)
-                )
-                path.append((term, held))
-        found[name] = tuple(path)
-    return found
+def _paths(paths: Mapping[str, Path], settings: MLSettings) -> dict[str, Path]:
+    """Return paths with the values that the settings hold."""
+
+    def held(term: SignalTerm, values: tuple[float, ...]) -> tuple[float, ...]:
+        return tuple(
+            settings.held.get(f"{term.id}.{item.name}", value)
+            for item, value in zip(term.parameters, values, strict=True)
+        )
+
+    return {
+        name: tuple((term, held(term, values)) for term, values in path)
+        for name, path in paths.items()
+    }
 
 
 def _kernel(

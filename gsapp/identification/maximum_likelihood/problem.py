@@ -68,6 +68,8 @@ class Segment:
         States, responses, sensitivities and derivatives of the steps at the last accepted point.
     trial : tuple of ndarray or None
         States and responses being tried.
+    by_rest : ndarray or None
+        Derivatives of the settled states of terms by the polar ones, at the first sample.
     """
 
     part: slice
@@ -124,8 +126,7 @@ class ManeuverProblem:
         values[self.places] = shared[: len(self.places)]
         return values
 
-    def _path_values(self, name: str, path: Path, shared: FloatArray) -> Path:
-        del name
+    def _path_values(self, path: Path, shared: FloatArray) -> Path:
         given = dict(zip(self.names.all, shared, strict=True))
         return tuple(
             (
@@ -174,8 +175,8 @@ class ManeuverProblem:
                 continue
             row = INPUTS.index(channel)
             found = drive(
-                self._path_values(channel, shown, shared),
-                self._path_values(surface, moved, shared),
+                self._path_values(shown, shared),
+                self._path_values(moved, shared),
                 inputs[row],
                 self.dt,
             )
@@ -204,7 +205,7 @@ class ManeuverProblem:
         values = self.values(shared)
         found = []
         for index, segment in enumerate(self.segments):
-            start = self._start(index, segment, local, values)
+            start = self._start(index, segment, local)
             guess = segment.x
             if moved is not None and segment.S is not None:
                 change = moved[self._state_columns(index)]
@@ -239,10 +240,7 @@ class ManeuverProblem:
                 return False
         return True
 
-    def _start(
-        self, index: int, segment: Segment, local: FloatArray, values: FloatArray
-    ) -> FloatArray:
-        del values
+    def _start(self, index: int, segment: Segment, local: FloatArray) -> FloatArray:
         start = self._initial(index, local)
         own = len(self.engine.kernel.state_names) - len(start)
         if not own:
@@ -356,7 +354,7 @@ class ManeuverProblem:
             path = self.sensor_paths.get(name)
             if path is None:
                 continue
-            found = respond(self._path_values(name, path, shared), y[row], self.dt)
+            found = respond(self._path_values(path, shared), y[row], self.dt)
             y[row] = found.values
             if total is None:
                 continue

@@ -69,6 +69,10 @@ class Solved:
         sum S'WS + W2 of the last linearization.
     sensitivities : list of list of ndarray
         By maneuver and segment, shape (n_responses, n_global + n_local, n).
+    iterations : int
+    converged : bool
+    message : str
+        Why it ended, in words.
     """
 
     point: Point
@@ -119,7 +123,8 @@ class Solver:
 
         Parameters
         ----------
-        before : ndarray, optional
+        unknowns : ndarray, shape (n_unknowns,)
+        before : ndarray, shape (n_unknowns,), optional
             Unknowns at the last accepted point, whose sensitivities predict the trajectories.
         """
         shared = unknowns[: self._shared]

@@ -180,8 +180,6 @@ class BenchProcess(Background):
         What is wrong with it, ``CHANNEL:KIND``.
     speed : float
         Times real time.
-    thin : bool
-        For a 57,600-baud radio.
 
     Raises
     ------
