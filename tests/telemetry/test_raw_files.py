@@ -169,6 +169,81 @@ def test_a_torn_end_costs_only_the_torn_record(tmp_path: Path, frames, name: str
         assert after.lost == ()
 
 
+@pytest.mark.parametrize("name", [FRAMES_FILE, LINES_FILE, RESIDUE_FILE])
+def test_a_long_file_goes_on_where_it_was_torn(tmp_path: Path, frames, name: str) -> None:
+    """A recorder begun anew looks at the last stretch only; that holds records cut in two."""
+    some, text, count = frames(50), LineFramer(), 2000
+    writer = RawWriter(tmp_path)
+    for number in range(count):
+        item = {
+            FRAMES_FILE: lambda k: Framer().feed(some[k % 50]),
+            LINES_FILE: lambda k: text.feed(b"%d,2,3,4,5,6,7,8,9\n" % k),
+            RESIDUE_FILE: lambda k: [Residue(30 * k, bytes(30))],
+        }[name](number)
+        writer.append(STAMP + number, item)
+    writer.close()
+    path = tmp_path / name
+    assert path.stat().st_size > 65536
+    whole = all_of(tmp_path)
+    os.truncate(path, path.stat().st_size - 5)
+    writer = RawWriter(tmp_path)
+    assert writer.last_stamp == STAMP + count - 2
+    assert "was cut off" in writer.state.notes[0]
+    writer.append(STAMP + count - 1, item)
+    writer.close()
+    assert all_of(tmp_path) == whole
+
+
+def test_a_frame_that_cannot_be_checked_waits_for_what_follows(tmp_path: Path, frames) -> None:
+    """Damage may look like one; torn off behind it, it stays."""
+    unknown = bytes((0xFD, 3, 0, 0, 0, 1, 1, 0xF0, 0xFF, 0xFF, 1, 2, 3, 9, 9))
+    first, second = (struct.pack(">Q", STAMP) + data for data in (unknown, frames(1)[0]))
+    path = tmp_path / FRAMES_FILE
+    for count in range(len(second) + 1):
+        path.write_bytes(first + second[:count])
+        assert len(all_of(tmp_path)) == (2 if count == len(second) else count not in range(1, 9))
+        RawWriter(tmp_path).close()
+        assert path.read_bytes() == first + (second if count == len(second) else b"")
+
+
+def damaged(data: bytes, choose: random.Random) -> bytes:
+    """Return bytes of which some are flipped, lost, or too many."""
+    out = bytearray(data)
+    for _ in range(choose.randrange(1, 4)):
+        place, count = choose.randrange(len(out)), choose.randrange(1, 20)
+        match choose.randrange(3):
+            case 0:
+                out[place] ^= 1 << choose.randrange(8)
+            case 1:
+                del out[place : place + count]
+            case _:
+                out[place:place] = choose.randbytes(count)
+    return bytes(out)
+
+
+@pytest.mark.parametrize("name", [FRAMES_FILE, LINES_FILE, RESIDUE_FILE])
+def test_damage_costs_the_same_whenever_a_tail_looks(tmp_path: Path, name: str) -> None:
+    """What is found behind it, and what is told of it, too."""
+    text = name == LINES_FILE
+    stream = b"1,2,3\n" * 20 if text else noisy(_FRAMES[:15])
+    stored(tmp_path, stream, LineFramer() if text else Framer(), size=40)
+    whole = (tmp_path / name).read_bytes()
+    for seed in range(40):
+        choose = random.Random(seed)
+        data = damaged(whole, choose)
+        cuts = sorted(choose.randrange(len(data)) for _ in range(3))
+        read = []
+        for ends in ([len(data)], [*cuts, len(data)]):
+            folder = tmp_path / f"{seed}-{len(ends)}"
+            folder.mkdir()
+            tail, records = RawTail(folder), []
+            for end in ends:
+                (folder / name).write_bytes(data[:end])
+                records += tail.poll()
+            read.append((records, tail.lost))
+        assert read[0] == read[1]
+
+
 def test_damage_in_the_middle_costs_only_what_it_hit(tmp_path: Path, frames) -> None:
     sent = frames(200)
     stored(tmp_path, b"".join(sent), Framer())
@@ -196,8 +271,9 @@ def test_damage_in_residue_and_lines_is_stepped_over(tmp_path: Path) -> None:
     residue = bytearray((tmp_path / RESIDUE_FILE).read_bytes())
     residue[60:70] = b"\xff" * 10
     (tmp_path / RESIDUE_FILE).write_bytes(residue)
-    lines = (tmp_path / LINES_FILE).read_bytes().replace(b"\t", b"?", 1)
-    (tmp_path / LINES_FILE).write_bytes(lines)
+    lines = (tmp_path / LINES_FILE).read_bytes().splitlines(keepends=True)
+    lines[3] = lines[3].replace(b"\t", b"?")
+    (tmp_path / LINES_FILE).write_bytes(b"".join(lines))
     tail = RawTail(tmp_path)
     records = tail.poll()
     assert sum(record.kind == "residue" for record in records) == 19

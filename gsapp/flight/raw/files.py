@@ -193,9 +193,13 @@ def _span(data: bytes, start: int) -> tuple[int, int, int] | None:
 
 
 def _good(data: bytes, start: int, wire: WireFormat | None, body: int, end: int) -> bool:
-    """Return whether the checksum fits, or where it cannot be checked, a frame follows."""
+    """Return whether the checksum fits, or where it cannot be checked, a frame or nothing follows.
+
+    Of a follower that has just begun to come nobody knows yet what it is.
+    """
     if wire is None:
-        return end + 8 >= len(data) or data[end + 8] in (MAGIC_1, MAGIC_2)
+        after = data[end : end + 9]
+        return not after or (len(after) > 8 and after[8] in (MAGIC_1, MAGIC_2))
     checksum: int = crc16.mcrf4xx(data[start + 1 : body] + wire.crc_extra)
     return checksum == data[body] | data[body + 1] << 8
 
@@ -216,7 +220,10 @@ class FrameFile(RawFile):
         if len(rest) <= 8:
             return len(rest)
         span = _span(rest, 8)
-        return len(rest) if span is not None and span[2] > len(rest) else 0
+        if span is None:
+            return 0
+        begun = len(rest) - span[2]  # of the next one, where a frame that cannot be checked waits
+        return len(rest) if begun < 0 else begun if begun <= 8 else 0
 
     def parse(self, data: bytes, *, whole: bool) -> int:
         """Take the records of a stretch; see `RawFile.parse`."""
