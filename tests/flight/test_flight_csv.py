@@ -55,6 +55,19 @@ def test_written_header_is_that_of_the_design(tmp_path):
     assert path.read_text().splitlines()[0] == DESIGN_HEADER
 
 
+def test_converting_leaves_no_dust_of_digits(tmp_path):
+    """What was 1.2 deg is so again; what is written as held inside has every digit."""
+    angles = np.deg2rad([[0.1 * k] for k in range(200)])
+    block = Block(channels=("alpha",), times=np.arange(200.0), values=angles)
+    written = {
+        units: [line.split(",")[1] for line in path.read_text().splitlines()[1:]]
+        for units in ("us", "base")
+        for path in [write_flight_csv(tmp_path / f"{units}.csv", block, units)]
+    }
+    assert written["us"] == [f"{k / 10:.15g}" for k in range(200)]
+    assert [float(cell) for cell in written["base"]] == angles[:, 0].tolist()
+
+
 @st.composite
 def columns(draw):
     """Draw a random subset of channels, each in a random allowed unit, with random gaps."""

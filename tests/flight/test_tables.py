@@ -77,6 +77,7 @@ def test_writing_says_how_far_it_is_and_can_be_ended(tmp_path, monkeypatch, to):
     write_block(path, block, to, "si", shares.append)
     assert len(shares) >= 3
     assert shares == sorted(shares)
+    assert shares[0] < 0.5
     assert shares[-1] == 1.0
     np.testing.assert_allclose(load_flight(path).block["q"], block["q"], rtol=2e-14)
 
@@ -96,6 +97,17 @@ def test_mat_for_matlab(tmp_path):
     assert content["q_2"].shape == (50, 1)
     assert str(content["units"]["alpha"][0, 0][0]) == "deg"
     np.testing.assert_allclose(content["alpha"][:, 0], np.rad2deg(block["alpha"]))
+
+
+def test_a_mat_too_long_for_matlab_is_refused_before_it_is_written(tmp_path, monkeypatch):
+    """A variable of version 5 holds 2 GB: past that savemat would fail after minutes."""
+    block, path = sample_block(rows=50), tmp_path / "f.mat"
+    monkeypatch.setattr("gsapp.flight.writers.matlab._MOST_BYTES", 50 * 8 - 1)
+    with pytest.raises(FlightError, match=r"50 samples do not fit .* Parquet"):
+        write_block(path, block, "mat")
+    assert not path.exists()
+    monkeypatch.setattr("gsapp.flight.writers.matlab._MOST_BYTES", 50 * 8)
+    assert write_block(path, block, "mat").exists()
 
 
 def test_parquet_for_others(tmp_path):
