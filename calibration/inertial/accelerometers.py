@@ -118,8 +118,6 @@ class AccelerometerFit:
         V/g, of standard gravity.
     cross, cross_uncertainty : mapping of str to float
         Angle by which it leans toward each other axis, deg.
-    zero_shift : float
-        From the factory's, g.
     verdict : Verdict
         Against the factory's figures.
     """
@@ -131,7 +129,6 @@ class AccelerometerFit:
     sensitivity_uncertainty: float
     cross: Mapping[str, float]
     cross_uncertainty: Mapping[str, float]
-    zero_shift: float
     verdict: Verdict
 
 
@@ -297,7 +294,6 @@ def _fit_of(
         sensitivity_uncertainty=2.0 * float(solution.matrix_std[index, index]),
         cross=cross,
         cross_uncertainty=cross_uncertainty,
-        zero_shift=zero_shift,
         verdict=_judge(index, shares, zero_shift, cross),
     )
 

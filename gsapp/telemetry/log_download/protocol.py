@@ -81,8 +81,6 @@ class DownloadState:
         New bytes per second over the last seconds.
     seconds_left : float or None
         At this rate; None while nothing comes.
-    asked_again : int
-        Requests for what was lost on the way.
     why : str
         Why it failed.
     """
@@ -92,7 +90,6 @@ class DownloadState:
     size: int = 0
     rate: float = 0.0
     seconds_left: float | None = None
-    asked_again: int = 0
     why: str = ""
 
 
@@ -134,8 +131,6 @@ class LogConversation:
         self._request: tuple[int, int] | None = None
         self._listed: set[int] = set()
         self._cursor = 0
-        self._furthest = 0
-        self._asked_again = 0
         self._cut_off = 0
         self._came: deque[tuple[float, int]] = deque()
         self._answered = 0
@@ -153,7 +148,6 @@ class LogConversation:
             size=size,
             rate=rate,
             seconds_left=self.missing.count / rate if rate > 0.0 else None,
-            asked_again=self._asked_again,
             why=self._why,
         )
 
@@ -161,7 +155,7 @@ class LogConversation:
         """Go on with one of the logs, as far as it is missing."""
         self._entry, self.missing = entry, missing
         self._target = (entry.system, entry.component)
-        self._request, self._cursor, self._furthest = None, 0, 0
+        self._request, self._cursor = None, 0
         self._heard_at = -1.0
         self.phase = "fetching" if missing else "done"
 
@@ -312,8 +306,7 @@ class LogConversation:
         if wanted is None:
             return []
         start, stop = wanted
-        self._asked_again += start < self._furthest
-        self._cursor, self._furthest = stop, max(self._furthest, stop)
+        self._cursor = stop
         self._request, self._asked_at, self._answered = wanted, now, 0
         return [
             self._pack(
