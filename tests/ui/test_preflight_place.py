@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from PySide6.QtCore import Qt
@@ -36,10 +37,12 @@ from preflight_kit import (
 )
 from window_kit import Aircraft, free_port, until, write_flight
 
-from calibration import load_certificates
+from calibration import load_certificates, write_certificate
 from calibration.checked import Checked
 from calibration.comparing import CheckResult
+from calibration.plan import PLANS
 from calibration.store import CertificateStore
+from gsapp.aircraft.reading import SHIPPED, load_aircraft
 from gsapp.flight.cards import load_cards
 from gsapp.flight.events import read_events
 from gsapp.flight.folder import FlightFolder
@@ -50,6 +53,7 @@ from gsapp.quantities.constants import DEGREE, FOOT
 from gsapp.telemetry.recorder_control import find_recorders
 from ui.dialogs.requests import ConnectRequest
 from ui.preflight.books import Books
+from ui.preflight.in_force import InForce
 from ui.preflight.shelf import calibrations_path
 from ui.preflight.steps import STEPS
 from ui.settings import SettingsStore
@@ -135,6 +139,32 @@ def test_a_check_that_failed_stands_at_its_step(tmp_path: Path) -> None:
     calibrations.checks("rudder")[-1].write_text("passed = maybe", encoding="utf-8")
     books.read_calibration()
     assert "moved" not in books.states()["calibration"].words
+
+
+def test_an_aircraft_has_the_same_calibrations_with_and_without_a_flight(tmp_path: Path) -> None:
+    """The evening before and at the field, whatever its file is called."""
+    file = tmp_path / "skywalker-2026.toml"
+    text = (SHIPPED.folder / "b777.toml").read_text(encoding="utf-8")
+    file.write_text(text.replace('name = "B777"', 'name = "Skywalker X8"'), encoding="utf-8")
+    store = SettingsStore(tmp_path / "window.toml")
+    known = load_certificates(store.current.calibration)
+    del known["rudder"]
+    for name, certificate in known.items():
+        write_certificate(certificate, tmp_path / "known" / f"{name}.toml")
+    store.change(aircraft=str(file), calibration=str(tmp_path / "known"))
+    plans = calibrations_path(store.path) / "plans"
+    plans.mkdir(parents=True)
+    plan = (PLANS.folder / "b777.toml").read_text(encoding="utf-8")
+    (plans / "Skywalker X8.toml").write_text(plan.replace('"Rudder"', '"Tail"'), encoding="utf-8")
+    flight = SimpleNamespace(aircraft=load_aircraft(file), certificates=known)
+    practice = SimpleNamespace(running=False)
+    for session in (None, flight):
+        desk = SimpleNamespace(session=session)
+        assert InForce(desk, store, practice).shelf.aircraft == "Skywalker X8"
+        books = Books(store)
+        books.session = session
+        books.read_calibration()
+        assert books.states()["calibration"].detail == "Uncalibrated: Tail"
 
 
 def check_states(window: MainWindow) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from pathlib import Path
 
 from calibration import load_certificates
 from calibration.wizard import unfinished
@@ -21,7 +20,7 @@ from ui.preflight.card_words import card_state, home_words
 from ui.preflight.cards_book import CardsBook
 from ui.preflight.checklist_book import ChecklistBook
 from ui.preflight.form_editor import FormEditor
-from ui.preflight.shelf import Shelf, calibrations_path, local_now
+from ui.preflight.shelf import Shelf, aircraft_at_hand, calibrations_path, local_now
 from ui.settings import SettingsStore, checklist_path, next_flight_path
 
 _LOOK_SECONDS = 0.4
@@ -130,10 +129,7 @@ class Books:
     def read_calibration(self) -> None:
         """See which certificates are in force: for the open flight, or for those to come."""
         session, settings = self.session, self._store.current
-        name = "" if session is None or session.aircraft is None else session.aircraft.name
-        shelf = Shelf(
-            calibrations_path(self._store.path), name or Path(settings.aircraft).stem.upper()
-        )
+        shelf = Shelf(calibrations_path(self._store.path), aircraft_at_hand(session, settings))
         try:
             plan = shelf.plan().only(("surface", "vane"))
             certificates = (

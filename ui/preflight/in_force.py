@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ui.desk import Desk
 from ui.preflight.practice import Practice
-from ui.preflight.shelf import Shelf, calibrations_path, practice_path
+from ui.preflight.shelf import Shelf, aircraft_at_hand, calibrations_path, practice_path
 from ui.settings import SettingsStore
 
 _USUAL = "b777"
@@ -35,9 +35,7 @@ class InForce:
     @property
     def shelf(self) -> Shelf:
         """Return the calibrations of the aircraft at hand."""
-        session = self._desk.session
-        known = session.aircraft.name if session is not None and session.aircraft else ""
-        name = known or Path(self._store.current.aircraft).stem.upper()
+        name = aircraft_at_hand(self._desk.session, self._store.current)
         practices = self._practice.running
         settings = self._store.path
         folder = practice_path(settings) if practices else calibrations_path(settings)

@@ -11,9 +11,12 @@ from calibration import Certificate, load_certificates, write_certificate
 from calibration.checked import Checked
 from calibration.plan import CalibrationPlan, load_plan
 from calibration.store import CertificateStore
+from gsapp.aircraft import load_aircraft
 from gsapp.flight.folder import FlightFolder
 from gsapp.foundation import GroundStationError, UnknownNameError, write_atomically
 from gsapp.foundation.files import files_of
+from gsapp.session import Session
+from ui.settings import Settings
 
 log = logging.getLogger(__name__)
 
@@ -30,6 +33,20 @@ def calibrations_path(settings: Path) -> Path:
 def practice_path(settings: Path) -> Path:
     """Return the folder of what was calibrated for practice only."""
     return settings.parent / "practice"
+
+
+def aircraft_at_hand(session: Session | None, settings: Settings) -> str:
+    """Return the name of the aircraft whose calibrations are meant.
+
+    That of the open flight, or of the file with which an aircraft was connected last.
+    """
+    if session is not None and session.aircraft is not None:
+        return session.aircraft.name
+    try:
+        return load_aircraft(settings.aircraft).name
+    except GroundStationError:
+        # Said where an aircraft is connected with it.
+        return Path(settings.aircraft).stem.upper()
 
 
 class Shelf:
