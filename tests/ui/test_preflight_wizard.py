@@ -185,6 +185,25 @@ def test_certificates_are_printed_by_a_key(qtbot: QtBot, at_bench: Open) -> None
     assert "paper" in [one.id for one in window.page.actions_bar.offers]
 
 
+def test_a_plan_with_a_mistake_is_told_on_the_page(at_bench: Open) -> None:
+    """Without it the page is blank; mended, everything is there again."""
+    window = at_bench("rudder")
+    page, offers = window.page, [one.id for one in window.page.actions_bar.offers]
+    own = page.shelf.folder / "plans" / f"{page.shelf.aircraft}.toml"
+    plan = own.read_bytes()
+    own.write_bytes(plan.replace(b"channel", b"chanel", 1))
+    page.hide()
+    page.show()
+    assert own.name in page.start.sentence.text()
+    assert "chanel" in page.start.sentence.text()
+    assert [one.id for one in page.actions_bar.offers] == ["practice"]
+    own.write_bytes(plan)
+    page.hide()
+    page.show()
+    assert [one.id for one in page.actions_bar.offers] == offers
+    assert "chanel" not in page.start.sentence.text()
+
+
 def test_a_certificate_goes_into_the_flight_that_is_open(tmp_path: Path, at_bench: Open) -> None:
     """As it is fitted, byte for byte, beside those that were there; and the flight is read anew."""
     flight = FlightFolder.create(tmp_path / "flight")

@@ -40,6 +40,7 @@ _OTHERS: Sequence[Kind] = ("gyro", "accelerometer", "pressure")
 _SAME = {Qt.Key.Key_Return: Qt.Key.Key_Space, Qt.Key.Key_Enter: Qt.Key.Key_Space}
 _UNDO = QKeySequence("Ctrl+Z")
 _DEGREES = {Qt.Key.Key_0: None, Qt.Key.Key_1: 1, Qt.Key.Key_2: 2, Qt.Key.Key_3: 3}
+_PRACTICE = Offer(id="practice", text="Practice without an aircraft", key="P")
 _ON_PAPER = Offer(id="paper", text="Certificates on paper", key="W")
 _ARROWS = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1}
 
@@ -223,14 +224,21 @@ class WizardPage(QWidget):
             self._show_view(self.run.view)
             return
         shelf = self.shelf
-        plan = shelf.plan()
-        self.start.show_standings(standings_of(plan, shelf))
-        self.start.offer_who(shelf.who())
+        try:
+            standings, who = standings_of(shelf.plan(), shelf), shelf.who()
+            made = bool(shelf.store.in_force())
+        except GroundStationError as error:
+            self.start.show_standings(())
+            self.start.resume.hide()
+            self.start.sentence.say(f"{error}\nMend it, then come back.", "warning")
+            self.actions_bar.show_offers((_PRACTICE,))
+            return
+        self.start.show_standings(standings)
+        self.start.offer_who(who)
         self._say_whether_live()
         left = unfinished(shelf.journal)
         self.start.resume.setVisible(left)
         self.start.resume.say("A calibration was not finished: every step of it is kept.")
-        made = bool(shelf.store.in_force())
         self.actions_bar.show_offers(self._start_offers(left=left, made=made))
 
     def _say_whether_live(self) -> None:
@@ -253,7 +261,7 @@ class WizardPage(QWidget):
             Offer(id="calibrate", text="Surfaces and vanes", key="N" if left else "Space"),
             Offer(id="others", text="Gyros, accelerometers, pressures", key="G"),
             Offer(id="check", text="Check in a minute", key="C"),
-            Offer(id="practice", text="Practice without an aircraft", key="P"),
+            _PRACTICE,
         ]
         if made:
             offers.append(_ON_PAPER)

@@ -109,6 +109,7 @@ class StartPanel(CenteredPage):
         if tuple(standings) == self.standings:
             return
         self.standings = tuple(standings)
+        self._card.setVisible(bool(standings))
         while (item := self._grid.takeAt(0)) is not None:
             item.widget().hide()
             item.widget().deleteLater()
