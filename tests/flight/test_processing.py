@@ -216,12 +216,16 @@ def test_commands_do_the_same_from_outside(tmp_path: Path) -> None:
     done = gsapp("cut", tmp_path / "a.csv", "--window", "2:4", "--rename", "q=q.2",
                  "--from-zero", "--out", tmp_path / "b.mat", "--json", "-")  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout)["samples"] == 201
+    told = json.loads(done.stdout)
+    assert (told["samples"], told["t_start"], told["t_end"]) == (201, 0.0, pytest.approx(2.0))
+    assert told["rate"] == pytest.approx(100.0)
+    assert set(told["channels"]) == {"q.2", "alpha"}
     piece = load_flight(tmp_path / "b.mat").block
     assert "q.2" in piece
     assert piece.times[0] == 0.0
     done = gsapp("resample", tmp_path / "a.csv", "--rate", "25", "--out", tmp_path / "c.csv")
     assert done.returncode == 0, done.stderr
+    assert "251 samples of 2 channels, 0.00 to 10.00 s at 25 per s" in done.stdout
     assert load_flight(tmp_path / "c.csv").rate == pytest.approx(25.0)
     late = shifted(whole, 0.4)
     rng = np.random.default_rng(1)
@@ -243,6 +247,7 @@ def test_commands_do_the_same_from_outside(tmp_path: Path) -> None:
         (("cut", "a.csv", "--out", "b.txt"), 2, "does not say the format"),
         (("cut", "a.csv", "--window", "50:60", "--out", "b.csv"), 1, "covers 0 to 10 s"),
         (("cut", "a.csv", "--channels", "qq", "--out", "b.csv"), 1, "no channel 'qq'"),
+        (("cut", "a.csv", "--rename", "q=", "--out", "b.csv"), 2, "does not rename anything"),
         (("resample", "a.csv", "--out", "b.csv"), 2, "nothing to do"),
         (("resample", "a.csv", "--rate", "-5", "--out", "b.csv"), 2, "not possible"),
         (("resample", "a.csv", "--low-pass", "80", "--out", "b.csv"), 1, "does not suit"),
