@@ -53,6 +53,8 @@ from gsapp.quantities.constants import DEGREE, FOOT
 from gsapp.telemetry.recorder_control import find_recorders
 from ui.dialogs.requests import ConnectRequest
 from ui.preflight.books import Books
+from ui.preflight.card_words import missing_values
+from ui.preflight.cards_form import cards_state
 from ui.preflight.in_force import InForce
 from ui.preflight.shelf import calibrations_path
 from ui.preflight.steps import STEPS
@@ -139,6 +141,19 @@ def test_a_check_that_failed_stands_at_its_step(tmp_path: Path) -> None:
     calibrations.checks("rudder")[-1].write_text("passed = maybe", encoding="utf-8")
     books.read_calibration()
     assert "moved" not in books.states()["calibration"].words
+
+
+def test_no_fuel_is_a_value_too() -> None:
+    """An electric aircraft has none at the start, and says so."""
+    info = FlightInfo.model_validate({"fuel": "0 lb", "crew": {"pilot": "A"}})
+    assert missing_values(info) == ("take-off weight", "temperature", "pressure")
+    assert "fuel at start" in missing_values(FlightInfo())
+
+
+def test_the_step_of_the_cards_counts_what_is_wrong() -> None:
+    cards = load_cards("b777")
+    for problems, words in ((("no number",), "1 value wrong"), (("a", "b"), "2 values wrong")):
+        assert cards_state(cards, None, problems, own=True, flies=False).words == words
 
 
 def test_an_aircraft_has_the_same_calibrations_with_and_without_a_flight(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from gsapp.flight.card_checks import CardDoubt
 from gsapp.flight.info import FlightInfo
 from gsapp.foundation import FlightError
 from gsapp.quantities import from_si
+from gsapp.session.checklist.judges import filled
 from ui.frame.steps import StepState
 from ui.words import count_text, number_text, unit_text
 
@@ -106,14 +107,7 @@ def home_words(info: FlightInfo, name: str, *, next_flight: bool, file_name: str
 
 def missing_values(info: FlightInfo) -> tuple[str, ...]:
     """Return in words what an analysis will need and nobody has written yet."""
-    known = {
-        "crew.pilot": info.crew.get("pilot"),
-        "takeoff_weight": info.takeoff_weight,
-        "fuel": info.fuel,
-        "weather.temperature": info.weather.temperature,
-        "weather.pressure": info.weather.pressure,
-    }
-    return tuple(words for key, words in _WANTED if not known[key])
+    return tuple(words for key, words in _WANTED if not filled(info, key))
 
 
 def card_state(info: FlightInfo, problems: Sequence[str], doubts: Sequence[CardDoubt]) -> StepState:

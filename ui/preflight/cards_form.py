@@ -139,7 +139,8 @@ def cards_state(
     """
     count = count_text(len(cards.cards), "card")
     if problems:
-        return StepState(state="warning", words="1 value wrong", detail=". ".join(problems))
+        words = f"{count_text(len(problems), 'value')} wrong"
+        return StepState(state="warning", words=words, detail=". ".join(problems))
     if flies and not own:
         return StepState(words="none in this flight", detail=f"{count} as shipped to choose from")
     if flown is None:
