@@ -17,6 +17,7 @@ from gsapp.foundation import FlightError
 from gsapp.identification.air import with_air_data
 from gsapp.identification.alignment import aligned, lateness, touched
 from gsapp.identification.chords import with_curves
+from gsapp.identification.deflections import deflected, unmodeled_servos
 from gsapp.quantities import Block, BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
 from gsapp.quantities.fields import Position
@@ -175,9 +176,10 @@ def cut_maneuver(
 ) -> Maneuver:
     """Cut one maneuver from a flight, its channels brought to their right times.
 
-    An attitude slower than the grid is curved between its samples. Speed, dynamic pressure and
-    density are added where they follow from what was measured. Instruments that were dead
-    throughout are left out, and `Maneuver.remarks` says so.
+    An attitude slower than the grid is curved between its samples. Surfaces recorded as commands
+    are where servo and linkage of the aircraft file put them (`deflected`). Speed, dynamic
+    pressure and density are added where they follow from what was measured. Instruments that were
+    dead throughout are left out, and `Maneuver.remarks` says so.
 
     Parameters
     ----------
@@ -216,7 +218,7 @@ def cut_maneuver(
     )
     inner = slice(int(low) - wide.start, int(high) - wide.start)
     weather = None if flight.info is None else flight.info.weather
-    block = with_air_data(aligned(with_curves(around), aircraft), weather)
+    block = deflected(with_air_data(aligned(with_curves(around), aircraft), weather), aircraft)
     block = Block(channels=block.channels, times=block.times[inner], values=block.values[inner])
     late, step = lateness(aircraft), typical_step(around.times)
     clipped = {
@@ -239,5 +241,18 @@ def cut_maneuver(
         clipped={
             name: flags for name, flags in clipped.items() if flags.any() and name not in gone
         },
-        remarks=(dead_words(dead),) if dead else (),
+        remarks=(*_servo_words(block, aircraft), *((dead_words(dead),) if dead else ())),
+    )
+
+
+def _servo_words(block: Block, aircraft: Aircraft) -> tuple[str, ...]:
+    names = unmodeled_servos(block, aircraft)
+    if not names:
+        return ()
+    named = ", ".join(names)
+    sections = ", ".join(f"[controls.{name}]" for name in names)
+    return (
+        f"{named}: what was recorded is the command, and the aircraft file says nothing of the "
+        "servo; its lateness falls upon damping and control derivatives, by tens of percent on a "
+        f"light aircraft: measure it and write lag and delay under {sections}",
     )

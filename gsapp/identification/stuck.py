@@ -14,6 +14,7 @@ import numpy as np
 from gsapp.flight.maneuvers.stillness import stands_still, stated_noise
 from gsapp.foundation import FlightError
 from gsapp.identification.axes import SURFACES, Axis
+from gsapp.identification.deflections import COMMANDS
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.results import DerivativeEstimate, Estimate
 from gsapp.identification.signs import suspicious_signs
@@ -173,7 +174,7 @@ def unseen_surfaces(
         if name in given:
             continue
         if not maneuver.has(name):
-            yield name, f"the {_WORDS[name]} ({name}) was not measured"
+            yield name, f"the {_WORDS[name]} ({name}) was not measured{_asked_for(maneuver, name)}"
         elif _rests(maneuver, name) and kinds[name] == "position":
             # A command that nobody gave is known to rest.
             yield name, f"{name} stays at {_value(maneuver, name):.4g} rad throughout (stuck?)"
@@ -181,3 +182,14 @@ def unseen_surfaces(
 
 def _value(maneuver: Maneuver, channel: str) -> float:
     return float(np.nanmax(maneuver.samples(channel)))
+
+
+def _asked_for(maneuver: Maneuver, name: str) -> str:
+    """Return what can be done where the command of a surface is all that was recorded."""
+    command = COMMANDS[name]
+    if not maneuver.has(command):
+        return ""
+    return (
+        f', but its command ({command}) was: write kind = "command" with lag and delay of the '
+        f"servo under [controls.{name}] of the aircraft file, and that will do"
+    )

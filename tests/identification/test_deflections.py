@@ -1,0 +1,147 @@
+"""Surfaces of which only the command, or the servo, was recorded."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from virtual_maneuvers import Virtual, fly
+
+from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.dynamics.actuators import Actuator
+from gsapp.flight import Flight
+from gsapp.identification.deflections import deflected
+from gsapp.identification.maneuver import Maneuver, cut_maneuver
+from gsapp.identification.maximum_likelihood import MLSettings, estimate
+from gsapp.identification.stuck import unseen_surfaces
+from gsapp.quantities import Block, FloatArray
+from gsapp.quantities.constants import DEGREE
+
+B777 = load_aircraft("b777")
+DT = 0.01
+LAG, DELAY = 0.08, 0.03
+
+
+def flown_by(kind: str, **servo: object) -> Aircraft:
+    """Return the aircraft with its elevator measured elsewhere, and another servo."""
+    elevator = B777.controls.de.model_copy(update={"kind": kind, **servo})
+    controls = B777.controls.model_copy(update={"de": elevator})
+    return B777.model_copy(update={"controls": controls})
+
+
+def block_of(**channels: FloatArray) -> Block:
+    count = len(next(iter(channels.values())))
+    return Block(
+        channels=tuple(channels),
+        times=DT * np.arange(count),
+        values=np.column_stack(list(channels.values())),
+    )
+
+
+def stepped(aircraft: Aircraft, commands: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return servo and surface as the virtual aircraft moves them, sample by sample."""
+    actuator = Actuator(aircraft, "de", DT)
+    places = [actuator.step(one) for one in commands.tolist()]
+    return np.array([one.servo for one in places]), np.array([one.surface for one in places])
+
+
+DOUBLET = np.repeat((0.0, 30.0, -8.0, 0.0), (60, 40, 40, 110)) * DEGREE
+
+
+def test_a_command_passes_travel_servo_and_linkage_as_the_virtual_aircraft_has_it() -> None:
+    """Play apart, which a record's own noise would turn over: it follows the record smoothed."""
+    for name in ("de", "de_command"):
+        aircraft = flown_by("command", slop=0.0)
+        found = deflected(block_of(**{name: DOUBLET}), aircraft)["de"]
+        assert found == pytest.approx(stepped(aircraft, DOUBLET)[1], abs=1e-9)
+        assert found.max() == pytest.approx(aircraft.controls.de.travel[1], rel=1e-3)
+
+
+def test_a_servo_passes_the_linkage_alone() -> None:
+    """Its own lag is in the record already; half of the play is missing on either side."""
+    aircraft = flown_by("servo", slop=2.0 * DEGREE)
+    servo = stepped(aircraft, 0.5 * DOUBLET)[0]
+    found = deflected(block_of(de=servo), aircraft)["de"]
+    assert found[95] == pytest.approx(servo[95] - 1.0 * DEGREE, abs=0.02 * DEGREE)
+    assert found[135] == pytest.approx(servo[135] + 1.0 * DEGREE, abs=0.02 * DEGREE)
+
+
+def test_a_measured_surface_stays_to_the_last_bit() -> None:
+    """Its command beside it is none of its business."""
+    block = block_of(de=DOUBLET, de_command=2.0 * DOUBLET)
+    assert deflected(block, B777) is block
+
+
+def test_what_hangs_on_a_missing_sample_is_missing() -> None:
+    """And nothing else: the lag forgets."""
+    aircraft = flown_by("command", slop=0.0)
+    commands = DOUBLET.copy()
+    commands[70:74] = np.nan
+    found = deflected(block_of(de=commands), aircraft)["de"]
+    whole = stepped(aircraft, DOUBLET)[1]
+    assert np.isnan(found[70:74]).all()
+    assert np.isfinite(found[:70]).all()
+    assert np.isfinite(found[120:]).all()
+    known = np.isfinite(found)
+    assert found[known] == pytest.approx(whole[known], abs=0.05 * DEGREE)
+
+
+def commanded(virtual: Virtual, aircraft: Aircraft) -> Maneuver:
+    """Return the maneuver with the command in place of the deflection that it brought about."""
+    deflection = virtual.motion["de"]
+    block = virtual.maneuver.block
+    asked = deflection + LAG * np.gradient(deflection, virtual.maneuver.dt)
+    late = round(DELAY / virtual.maneuver.dt)
+    asked = np.concatenate((asked[late:], np.full(late, asked[-1])))
+    names = tuple("de_command" if name == "de" else name for name in block.channels)
+    values = np.column_stack(
+        [asked if name == "de_command" else block[old]
+         for name, old in zip(names, block.channels, strict=True)]
+    )  # fmt: skip
+    flight = Flight(
+        name="log", path=Path("log"), sources={}, info=None,
+        block=Block(channels=names, times=block.times, values=values),
+    )  # fmt: skip
+    return cut_maneuver(
+        flight, aircraft, float(block.times[0]), float(block.times[-1]), id="1", inputs=("de",)
+    )
+
+
+def test_a_log_of_commands_gives_the_derivatives_of_the_aircraft() -> None:
+    """With the servo of the aircraft file; taken as the surface, the command gives others."""
+    virtual = fly(7, "lon")
+    aircraft = virtual.maneuver.aircraft
+    elevator = aircraft.controls.de.model_copy(
+        update={"kind": "command", "lag": LAG, "delay": DELAY, "slop": 0.0, "rate_limit": 1e9}
+    )
+    prompt = elevator.model_copy(update={"lag": 0.0, "delay": 0.0})
+
+    def found(control: object) -> tuple[Maneuver, dict[str, float]]:
+        controls = aircraft.controls.model_copy(update={"de": control})
+        maneuver = commanded(virtual, aircraft.model_copy(update={"controls": controls}))
+        result = estimate([maneuver], MLSettings(axis="lon"))
+        return maneuver, {name: result.value(name) for name in ("Cm_alpha", "Cm_q", "Cm_de")}
+
+    told, right = found(elevator)
+    truth = {name: virtual.truth[name] for name in right}
+    assert right == pytest.approx(truth, rel=0.08)
+    assert told.remarks == ()
+    untold, wrong = found(prompt)
+    assert abs(wrong["Cm_q"] / truth["Cm_q"] - 1.0) > 0.3
+    (remark,) = untold.remarks
+    assert "the aircraft file says nothing of the servo" in remark
+    assert "[controls.de]" in remark
+
+
+def test_an_aircraft_file_that_expects_a_position_is_told_what_the_log_holds() -> None:
+    """The default of an aircraft file is a position; an autopilot's log has commands."""
+    maneuver = commanded(fly(7, "lon"), B777)
+    (surface, words) = next(iter(unseen_surfaces(maneuver, "lon")))
+    assert surface == "de"
+    assert "its command (de_command) was" in words
+    assert 'kind = "command"' in words
