@@ -113,6 +113,7 @@ def run(
         other.aircraft.geometry,
     )
     reasons: list[str] = [
+        *(one.assumed for one in every if one.assumed),
         *calibration_sentences(one.flight for one in every),
         *campaign.remarks,
     ]

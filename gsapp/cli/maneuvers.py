@@ -58,7 +58,7 @@ def run(
     from gsapp.flight.catalog import Catalog, store_maneuvers
     from gsapp.flight.loading import load_flight
     from gsapp.flight.maneuvers import survey
-    from gsapp.flight.setting import Setting
+    from gsapp.flight.setting import USUAL_AIRCRAFT, Setting, assumed_words
 
     console = Screen(stderr=on_screen(json))
     check_catalog(catalog, calibration)
@@ -66,7 +66,8 @@ def run(
         loaded = load_flight(
             flight, channel_map=channel_map, certificates=calibration, aircraft=aircraft
         )
-        flown = Setting.find(flight, aircraft=aircraft).aircraft or load_aircraft("b777")
+        own = Setting.find(flight, aircraft=aircraft).aircraft
+        flown = own or load_aircraft(USUAL_AIRCRAFT)
     with console.status("looking for maneuvers"):
         found = survey(loaded, flown, as_found=as_found)
     if catalog is not None:
@@ -80,6 +81,8 @@ def run(
     if not on_screen(json):
         warn_of_aircraft(console, [flown], rests_on_it=False)
         _describe(console, loaded, found)
+        if own is None and (assumed := assumed_words(loaded.name, loaded.info)):
+            console.print(assumed, style="yellow", highlight=False, soft_wrap=True)
         describe_cards(console, flight, found.maneuvers)
         for path in (json, catalog):
             if path is not None:

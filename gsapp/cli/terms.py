@@ -74,7 +74,7 @@ def run(
     )  # fmt: skip
     every = [one for flight in flown for one in flight.maneuvers]
     found: list[Selection] = []
-    reasons: list[str] = []
+    reasons = [one.assumed for one in flown if one.assumed]
     for name in coefficient or _AXES:
         own = _moving(every, name)
         if not own:

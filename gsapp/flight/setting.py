@@ -11,9 +11,12 @@ from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.decoding.channel_map import ChannelMap, load_channel_map
 from gsapp.flight.certificates import CertificatesUsed
 from gsapp.flight.folder import FlightFolder
+from gsapp.flight.info import FlightInfo
 from gsapp.foundation import FlightError
 from gsapp.foundation.files import stands
 
+USUAL_AIRCRAFT = "b777"
+"""The shipped aircraft file taken where neither the user nor the flight names one."""
 DEFAULT_RATE = 100.0
 """Samples per second of the grid where nothing else is said."""
 
@@ -151,3 +154,23 @@ def aircraft_of(path: Path, given: Aircraft | Name | None = None) -> Aircraft | 
         copy = FlightFolder(path=path).aircraft_file
         given = copy if stands(copy) else None
     return load_aircraft(given) if isinstance(given, (str, Path)) else given
+
+
+def assumed_words(flight: str, card: FlightInfo | None) -> str:
+    """Return that a flight without an aircraft file is taken for the usual aircraft's, in words.
+
+    Empty where its card names that aircraft.
+
+    Parameters
+    ----------
+    flight : str
+        Its name.
+    card : FlightInfo or None
+    """
+    if card is not None and card.aircraft.lower() == USUAL_AIRCRAFT:
+        return ""
+    return (
+        f"no aircraft file was named and none lies with '{flight}': geometry, mass, inertia and "
+        f"limits of the {USUAL_AIRCRAFT.upper()} are taken; name the file of the one that flew "
+        "(--aircraft FILE)"
+    )

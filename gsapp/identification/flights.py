@@ -11,13 +11,10 @@ from gsapp.flight import Flight, load_flight
 from gsapp.flight.as_flown import AsFlown, as_flown
 from gsapp.flight.maneuvers import FoundManeuver, parse_windows, survey
 from gsapp.flight.maneuvers.given import FlightManeuvers
-from gsapp.flight.setting import aircraft_of
+from gsapp.flight.setting import USUAL_AIRCRAFT, aircraft_of, assumed_words
 from gsapp.identification.maneuver import Maneuver, cut_maneuver, mass_over_flight
 from gsapp.quantities import FloatArray
 from gsapp.quantities.fields import Position
-
-USUAL_AIRCRAFT = "b777"
-"""The shipped aircraft file taken where neither the user nor the flight names one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -31,11 +28,14 @@ class OpenedFlight:
         The aircraft by the flight card.
     mass : ndarray, shape (n,)
         At every sample, kg.
+    assumed : str
+        Where nobody said which aircraft flew it: which one is taken, in words.
     """
 
     flight: Flight
     carded: AsFlown
     mass: FloatArray
+    assumed: str = ""
 
     @property
     def aircraft(self) -> Aircraft:
@@ -45,7 +45,8 @@ class OpenedFlight:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Return what opening it had to say."""
-        return (*self.flight.remarks, *self.carded.remarks)
+        assumed = (self.assumed,) if self.assumed else ()
+        return (*assumed, *self.flight.remarks, *self.carded.remarks)
 
     def cut(
         self,
@@ -72,10 +73,14 @@ def open_flight(
 ) -> OpenedFlight:
     """Open a flight with the aircraft that flew it; see `flown_flights` for the parameters."""
     flight = load_flight(path, channel_map=channel_map, certificates=calibration, aircraft=aircraft)
-    file = aircraft_of(path, aircraft) or load_aircraft(USUAL_AIRCRAFT)
-    carded = as_flown(file, flight.info)
+    file = aircraft_of(path, aircraft)
+    assumed = assumed_words(flight.name, flight.info) if file is None else ""
+    carded = as_flown(file or load_aircraft(USUAL_AIRCRAFT), flight.info)
     return OpenedFlight(
-        flight=flight, carded=carded, mass=mass_over_flight(flight, carded.aircraft)
+        flight=flight,
+        carded=carded,
+        mass=mass_over_flight(flight, carded.aircraft),
+        assumed=assumed,
     )
 
 
@@ -95,6 +100,8 @@ class FlownFlight:
     remarks : tuple of str
     cg_shift : tuple of float
         From the CG of the aircraft file to the one at take-off, m.
+    assumed : str
+        As in `OpenedFlight`; it stands among the remarks, too.
     """
 
     flight: Flight
@@ -103,6 +110,7 @@ class FlownFlight:
     maneuvers: tuple[Maneuver, ...]
     remarks: tuple[str, ...]
     cg_shift: Position = (0.0, 0.0, 0.0)
+    assumed: str = ""
 
 
 def flown_flights(
@@ -199,6 +207,7 @@ def flown_flight(
             for one in found
         ),
         remarks=tuple(remarks),
+        assumed=opened.assumed,
     )
 
 

@@ -14,8 +14,8 @@ from gsapp.dynamics.model import SHIPPED as MODELS
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import current_versions
 from gsapp.flight.provenance import InputFile, input_file
+from gsapp.flight.setting import USUAL_AIRCRAFT
 from gsapp.foundation import FlightError
-from gsapp.identification.flights import USUAL_AIRCRAFT
 from gsapp.identification.runs.request import RunRequest
 from gsapp.identification.runs.shelf import Opening, Shelved
 from gsapp.identification.weights import SHIPPED as WEIGHTS
