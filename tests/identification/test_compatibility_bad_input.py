@@ -121,3 +121,10 @@ def test_airspeed_against_dynamic_pressure(good: Maneuver) -> None:
     assert "airspeed from dynamic pressure" in verdicts[0].sentence
     right = with_channels(good, dynamic_pressure=0.5 * rho * V**2)
     assert check([right]).consistent
+
+
+def test_a_pitch_rate_in_another_unit_is_not_called_consistent(good: Maneuver) -> None:
+    """Radians taken for degrees: no bias, scale or delay of usual size helps."""
+    found = check([with_channels(good, q=good.block["q"] * DEGREE)])
+    assert not found.consistent
+    assert "q and the other instruments show two different motions" in found.summary

@@ -52,6 +52,9 @@ _UNEXPLAINED: Mapping[str, float] = {
     "V": 1.0, "alpha": 0.01, "beta": 0.01, "phi": 0.035, "theta": 0.035,
 }  # fmt: skip
 """Slow noise of a channel (rms of averages, SI) beyond which the instrument is in question."""
+_BESIDE_ITSELF = 1000.0
+"""Power over that of its own white noise with which a gyro contradicts the others as no gusts make
+it: 500 at most in gusts of 2 m/s, 4000 and more with a rate or an angle in another unit."""
 _GUSTY = 0.3
 """Change of the air's speed over a second (m/s) that is worth a warning."""
 
@@ -251,6 +254,31 @@ def _unexplained(found: Fit) -> list[InstrumentVerdict]:
                     seen_in=name,
                 )
             )
+    return [*verdicts, *_wild_gyros(found)]
+
+
+def _wild_gyros(found: Fit) -> list[InstrumentVerdict]:
+    """Return verdicts on gyros that only noise many times their own would reconcile with the rest.
+
+    So looks a channel in another unit: its scale is too far off to be found by small steps.
+    """
+    verdicts = []
+    for place, name in enumerate(("p", "q", "r")):
+        worst = max(found.stretches, key=lambda one: float(one.noise.drive[place]))
+        power = float(worst.noise.drive[place])
+        if power <= _BESIDE_ITSELF or name in worst.stretch.absent:
+            continue
+        verdicts.append(
+            InstrumentVerdict(
+                kind="unexplained",
+                channels=(name,),
+                sentence=f"{title(name)} and the other instruments show two different motions in "
+                f"maneuver {worst.stretch.maneuver}: they would agree only were its noise "
+                f"{power**0.5:.0f} times what it is; look at its unit and at that of the angles",
+                before=(power * float(worst.predictor.drive[place])) ** 0.5,
+                seen_in=name,
+            )
+        )
     return verdicts
 
 
