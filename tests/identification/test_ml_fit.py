@@ -386,6 +386,17 @@ def test_an_effect_left_out_shows_in_color_and_wrong_values():
     assert max(map(abs, off(found, virtual.truth).values())) > FAR
 
 
+def test_a_response_in_another_unit_takes_the_values_their_credit(lon):
+    """m/s^2 read as g, rad/s as deg/s: the fit converges, on values that no bound holds."""
+    for wrong in ({"an": lambda an: 9.81 * an}, {"q": lambda q: q / 57.3}):
+        found = estimate([edited(lon.maneuver, **wrong)], MLSettings(axis="lon"))
+        (said,) = [one for one in found.warnings if "does not follow" in one]
+        assert "an (R2" in said
+        assert "gsapp compatibility" in said
+    honest = estimate([lon.maneuver], MLSettings(axis="lon"))
+    assert not [one for one in honest.warnings if "does not follow" in one]
+
+
 @pytest.mark.parametrize(
     ("effect", "name", "true", "start"),
     [

@@ -9,12 +9,17 @@ import numpy as np
 
 from gsapp.identification.maximum_likelihood.problem import ManeuverProblem
 from gsapp.identification.maximum_likelihood.settings import MLSettings
-from gsapp.identification.statistics import Turbulence, Whiteness, turbulence
+from gsapp.identification.statistics import Turbulence, Whiteness, response_fit, turbulence
 from gsapp.identification.stuck import unseen_surfaces, unseen_words
 from gsapp.quantities import FloatArray
 
 COLORED: Final = 4.0
 """Power at low frequency over that of white noise from which on the crew is told."""
+
+MISSED: Final = 0.5
+"""R2 of a response below which the crew is told not to believe the values of a maneuver."""
+AVERAGED: Final = 0.1
+"""Seconds of which samples are averaged for that: so noise alone does not lower R2."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -78,10 +83,34 @@ def color_warnings(part: Part) -> list[str]:
     if not colored:
         return []
     told = ", ".join(f"{name} ({inflation:.0f} times)" for name, inflation in colored.items())
-    return [
+    found = [
         f"the residuals of {told} in maneuver {part.maneuver} are colored: "
         "their power at low frequency exceeds that of white noise; the bounds allow for it"
     ]
+    followed = {name: _followed(part, part.responses.index(name)) for name in colored}
+    missed = [f"{name} (R2 {share:.2f})" for name, share in followed.items() if share < MISSED]
+    if missed:
+        found.append(
+            f"what the model computes does not follow {', '.join(missed)} in maneuver "
+            f"{part.maneuver}, and no bound allows for that: do not believe its values before "
+            "gusts, a unit or a sign of an instrument ('gsapp compatibility'), and a number of the "
+            "aircraft file are ruled out"
+        )
+    return found
+
+
+def _followed(part: Part, column: int) -> float:
+    """Return R2 of a response, measured and computed averaged against their noise."""
+    rows = max(1, round(AVERAGED * (len(part.times) - 1) / float(np.ptp(part.times))))
+    starts = np.arange(0, len(part.times), rows)
+    counted = np.isfinite(part.measured[:, column])
+    counts = np.maximum(np.add.reduceat(counted.astype(np.float64), starts), 1.0)
+    measured, computed = (
+        np.add.reduceat(np.where(counted, samples[:, column], 0.0), starts) / counts
+        for samples in (part.measured, part.computed)
+    )
+    known = np.add.reduceat(counted, starts) > 0
+    return response_fit(measured[known], computed[known]).r2
 
 
 def moved_unseen(one: ManeuverProblem, part: Part, settings: MLSettings) -> str:
