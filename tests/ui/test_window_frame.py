@@ -59,6 +59,8 @@ from ui.flight.controls import TimeSlider
 from ui.flight.panels import AlarmsPanel, ListPanel, MarksPanel, MessagesPanel
 from ui.flight.tables import Line
 from ui.frame.bar_model import AlarmFacts, BarFacts, bar_parts
+from ui.frame.rail import RailButton
+from ui.frame.step_list import StepButton
 from ui.keyboard import KeyKeeper
 from ui.look import Look
 from ui.settings import Settings, SettingsStore, first_folder, limits_path
@@ -520,6 +522,32 @@ def test_tab_stops_only_where_the_keyboard_is_seen(flight: MainWindow, qtbot: Qt
     place = masses[0].nextInFocusChain()
     assert isinstance(place, QLineEdit)
     assert place.accessibleName() == "Ahead of CG, row 1"
+
+
+def test_tab_goes_round_each_place_without_a_flight(window: MainWindow, qtbot: QtBot) -> None:
+    """All that is in sight is reached; among places and steps those on screen."""
+    for key, name in ((Qt.Key.Key_F1, "preflight"), (Qt.Key.Key_F3, "pilot"),
+                      (Qt.Key.Key_F5, "gap")):  # fmt: skip
+        qtbot.keyClick(window, key)
+        activate(qtbot, window)
+        stops = [
+            one
+            for one in window.findChildren(QWidget)
+            if one.focusPolicy() & Qt.FocusPolicy.TabFocus
+            and one.window() is window
+            and one.isVisibleTo(window)
+            and one.isEnabled()
+            and one.focusProxy() is None
+        ]
+        for way in (Qt.Key.Key_Tab, Qt.Key.Key_Backtab):
+            seen: list[QWidget] = []
+            while (focus := QApplication.focusWidget()) not in seen:
+                seen.append(focus)
+                qtbot.keyClick(focus, way)
+            assert set(stops) <= set(seen), name
+        buttons = [one for one in seen if isinstance(one, RailButton | StepButton)]
+        assert window.rail.buttons[name] in buttons
+        assert all(one.isChecked() for one in buttons)
 
 
 # Errors

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 
 from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QPainter, QPaintEvent
-from PySide6.QtWidgets import QAbstractButton, QButtonGroup, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QAbstractButton, QSizePolicy, QVBoxLayout, QWidget
 
+from ui.frame.one_chosen import OneChosen
 from ui.glyphs import paint_glyph
 from ui.look import Look
 from ui.places import PLACES, Place
@@ -86,11 +87,11 @@ class Rail(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         self.buttons: dict[str, RailButton] = {}
-        self._group = QButtonGroup(self)
+        self._group = OneChosen(self)
         for place in PLACES:
             button = RailButton(place, look)
             button.clicked.connect(lambda _checked=False, name=place.id: self.chosen.emit(name))
-            self._group.addButton(button)
+            self._group.add(button)
             column.addWidget(button)
             self.buttons[place.id] = button
         column.addStretch(1)

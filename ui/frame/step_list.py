@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 
 from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QAction, QFont, QFontMetricsF, QPainter, QPaintEvent
-from PySide6.QtWidgets import QAbstractButton, QButtonGroup, QHBoxLayout, QSizePolicy, QWidget
+from PySide6.QtWidgets import QAbstractButton, QHBoxLayout, QSizePolicy, QWidget
 
 from ui.commands import key_text
+from ui.frame.one_chosen import OneChosen
 from ui.frame.steps import Step, StepState
 from ui.glyphs import paint_state
 from ui.keyboard import ArrowKeys
@@ -142,11 +143,11 @@ class StepList(QWidget):
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 1)
         row.setSpacing(0)
-        self._group = QButtonGroup(self)
+        self._group = OneChosen(self)
         self.buttons: dict[str, StepButton] = {}
         for number, step in enumerate(steps, start=1):
             button = StepButton(number, step, actions[f"{prefix}_{step.id}"], look)
-            self._group.addButton(button)
+            self._group.add(button)
             row.addWidget(button, 1)
             self.buttons[step.id] = button
         look.changed.connect(self._refresh)

@@ -9,7 +9,6 @@ from PySide6.QtCore import QRectF, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
-    QButtonGroup,
     QFrame,
     QHBoxLayout,
     QPushButton,
@@ -21,6 +20,7 @@ from PySide6.QtWidgets import (
 
 from ui.commands import key_text
 from ui.flight.controls import ActionButton
+from ui.frame.one_chosen import OneChosen
 from ui.gap.add_view import AddView
 from ui.gap.bars import StepTrack
 from ui.gap.chapters import ChapterView
@@ -157,7 +157,7 @@ class StoryView(QScrollArea):
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(self._look.px(4))
         self.buttons: dict[str, QPushButton] = {}
-        self._group = QButtonGroup(self)
+        self._group = OneChosen(self)
         for number, chapter in enumerate(CHAPTERS, start=1):
             action = self._actions[f"gap_{chapter.id}"]
             button = QPushButton(f"{number}  {chapter.title}")
@@ -166,7 +166,7 @@ class StoryView(QScrollArea):
             button.setAccessibleName(f"Step {number}, {chapter.title}: {chapter.question}")
             button.setToolTip(f"{chapter.question} ({key})")
             button.clicked.connect(lambda _checked=False, name=chapter.id: self.go(name))
-            self._group.addButton(button)
+            self._group.add(button)
             row.addWidget(button)
             self.buttons[chapter.id] = button
         self._way_box.addWidget(chapters)
