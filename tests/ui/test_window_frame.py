@@ -527,7 +527,7 @@ def test_tab_stops_only_where_the_keyboard_is_seen(flight: MainWindow, qtbot: Qt
 def test_tab_goes_round_each_place_without_a_flight(window: MainWindow, qtbot: QtBot) -> None:
     """All that is in sight is reached; among places and steps those on screen."""
     for key, name in ((Qt.Key.Key_F1, "preflight"), (Qt.Key.Key_F3, "pilot"),
-                      (Qt.Key.Key_F5, "gap")):  # fmt: skip
+                      (Qt.Key.Key_F4, "review"), (Qt.Key.Key_F5, "gap")):  # fmt: skip
         qtbot.keyClick(window, key)
         activate(qtbot, window)
         stops = [

@@ -78,7 +78,6 @@ class FlightsPanel(QWidget):
         column.addWidget(button_row(look, *self.buttons.values()))
         column.addStretch(1)
         self.flights.deleted.connect(actions["review_take_out"].trigger)
-        self.setFocusProxy(self.flights)
         look.changed.connect(self._fit)
         self._fit()
 
