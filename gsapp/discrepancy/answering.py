@@ -150,7 +150,7 @@ def answer_of(
     misfits = held.misfits()
     steps = tuple(
         Step(
-            model=_model_of(stage, effects[:number]),
+            model=_model_of(stage, effects[:number], model),
             added=stage.added,
             ranking=_ranking(stage, held, number),
             map=maps[number],
@@ -179,10 +179,21 @@ def answer_of(
     return replace(found, why=why(found, last.decision))
 
 
-def _model_of(stage: Stage, effects: Sequence[FoundEffect]) -> Model:
-    model = stage.fit.revised_model()
+def _model_of(stage: Stage, effects: Sequence[FoundEffect], given: Model | None) -> Model:
+    """Return the model of a stage: what it revises, why, and what its values were fitted to."""
+    fitted = [one.record.flight for one in stage.fit.maneuvers]
+    source = f"fitted to {len(fitted)} maneuvers of {', '.join(dict.fromkeys(fitted))}"
+    model = stage.fit.revised_model().model_copy(update={"source": source})
     if not effects:
-        return model
+        if given is None:
+            return model
+        return model.model_copy(
+            update={
+                "name": f"{given.name}, fitted anew",
+                "parent": given.name,
+                "evidence": "all values are fitted anew; no effect is added",
+            }
+        )
     words = "; ".join(
         f"{one.effect} ({one.title}): "
         + ("put in by hand" if one.forced else f"confidence {one.confidence:.0%}")

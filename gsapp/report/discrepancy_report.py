@@ -146,7 +146,7 @@ def _facts(found: Discrepancy, aircraft: str) -> tuple[tuple[str, str], ...]:
         ("Flights", ", ".join(flights)),
         ("Maneuvers", f"{len(found.maneuvers)}, {samples} samples"),
         ("Kept out of naming and fitting", ", ".join(kept) or "none"),
-        ("Model before", found.steps[0].model.name),
+        ("Model before", found.steps[0].model.parent or found.steps[0].model.name),
         ("Model after", found.model.name),
     )
 

@@ -136,11 +136,26 @@ def test_instruments_are_judged_apart() -> None:
     assert "sensor.ay.reversed" in [one.effect for one in remarks]
 
 
+def test_a_model_with_other_values_does_not_pass_for_the_one_that_was_given(
+    answer: Discrepancy,
+) -> None:
+    """Each step may be saved: with what it revises, and with what its values were fitted to."""
+    fitted_to = "fitted to 6 maneuvers of "
+    for step in answer.steps:
+        model = step.model
+        assert model.derivatives != TRUTH.derivatives
+        assert (model.name != TRUTH.name, model.parent) == (True, TRUTH.name)
+        assert model.evidence
+        assert model.source.startswith(fitted_to)
+        assert len(model.source) > len(fitted_to)
+    assert not answer.steps[0].model.effects
+
+
 def test_the_story_has_a_step_for_each_model(answer: Discrepancy, search: Investigation) -> None:
     """Baseline, then the revised model: names, ranking, maps and histories of all maneuvers."""
     assert [step.added for step in answer.steps] == ["", EFFECT]
     assert answer.steps[0].ranking[0].effect == EFFECT
-    assert answer.model.parent == answer.steps[0].model.name
+    assert answer.model.parent == TRUTH.name
     assert EFFECT in answer.model.evidence
     assert answer.model.effects[0].id == EFFECT
     ranked = [(one.evidence, one.score) for one in answer.steps[0].ranking]
