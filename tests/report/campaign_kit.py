@@ -60,6 +60,11 @@ def together() -> Outcome:
     return _outcome(run_campaign(maneuvers()[:4], settings))
 
 
+def regressed(count: int) -> Outcome:
+    """Return what equation error makes of the first maneuvers of flight A."""
+    return _outcome(run_campaign(maneuvers()[:count], CampaignSettings(method="ee", axis="lon")))
+
+
 @cache
 def unearned() -> Outcome:
     """Return what comes of an elevator maneuver in which nothing moved: hardly any derivative."""

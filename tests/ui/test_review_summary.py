@@ -22,6 +22,7 @@ from ui.commands import CommandSet
 from ui.look import Look
 from ui.review.jobs import Job
 from ui.review.selection import Selection
+from ui.review.summary_lines import derivative_words
 from ui.review.summary_page import SummaryPage
 from ui.review.work import ReviewWork
 from ui.review.worker import ReviewBench
@@ -30,7 +31,7 @@ from ui.settings import SettingsStore
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
 
-from campaign_kit import WILD, gusty, outcome, unearned
+from campaign_kit import WILD, gusty, outcome, regressed, unearned
 from window_kit import until
 
 CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
@@ -133,6 +134,17 @@ def test_what_was_not_earned_has_no_number_but_a_reason(room: Room) -> None:
     assert "fly an input that parts them, or hold one of them" in room.page.detail.text()
     assert not room.page.linear.modes.isVisible()
     assert room.page.linear.no_modes.text().startswith("No linear longitudinal model: ")
+
+
+@pytest.mark.parametrize(
+    ("count", "why"),
+    [(2, "Fewer than 3 values stand"), (4, "Its bound holds the zero of an instrument")],
+)
+def test_it_is_said_why_scatter_tells_nothing_of_a_bound(count: int, why: str) -> None:
+    """Few values; or, in however many, a constant that takes up the zero of an accelerometer."""
+    words = derivative_words(regressed(count), "CN_0")
+    assert f"from {count} of {count} maneuvers." in words
+    assert why in words
 
 
 def test_a_maneuver_in_gusts_is_to_be_looked_at(room: Room) -> None:

@@ -24,6 +24,8 @@ REMARK: Final = len(DERIVATIVE_TITLES) - 1
 _HONESTY: Final = 4
 _SCATTERS: Final = 1.4
 """Scatter over bounds from which it is said."""
+_FEW: Final = 3
+"""Values from which their scatter says something."""
 
 
 _APART: Final = re.compile("told apart from (.+?) in this maneuver")
@@ -130,8 +132,13 @@ def derivative_words(outcome: Outcome, name: str) -> str:
         for found in (fit.derivatives.get(name) for fit in outcome.result.joint)
         if found is not None and found.value is not None and found.std
     ]
-    if one.honesty is None:
-        said.append("Flown fewer than three times: scatter says nothing of its bounds.")
+    if one.honesty is None and one.value.n < _FEW:
+        said.append(f"Fewer than {_FEW} values stand: scatter says nothing of its bounds.")
+    elif one.honesty is None:
+        said.append(
+            "Its bound holds the zero of an instrument, which all maneuvers have in common: "
+            "scatter says nothing of it."
+        )
     else:
         said.append(
             f"Scatter is {one.honesty.ratio:.1f} times what the bounds promise (by chance, were "
