@@ -23,6 +23,10 @@ def test_text_stands_out_from_its_background(theme):
     for name in READ:
         for behind in (theme.background, theme.plot):
             assert contrast(colors[name], behind) >= least, (theme.name, name)
+    for state in ("caution", "warning"):
+        # As alarms are told in the bar, and errors in banners.
+        assert contrast(colors[state], colors[f"{state}_band"]) >= least, (theme.name, state)
+        assert contrast(theme.text, colors[f"{state}_band"]) >= least
     assert contrast(theme.banner_text, theme.banner) >= 7.0
     for fill in (theme.good_fill, theme.caution_fill, theme.warning_fill):
         assert contrast(theme.fill_text, fill) >= least
