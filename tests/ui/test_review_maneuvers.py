@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +34,7 @@ from ui.look import Look
 from ui.review.grade_dialog import GradeDialog
 from ui.review.maneuvers_columns import PLACES
 from ui.review.maneuvers_page import ManeuversPage
-from ui.review.timeline_drawing import draw_names
+from ui.review.timeline_drawing import Scale, TimelineSpan, draw_labels, draw_names
 from ui.review.timeline_lines import Line, LineChart
 from ui.review.timeline_view import TimeView
 from ui.settings import catalog_path
@@ -277,6 +277,20 @@ def test_a_stretch_is_added_merged_named_and_noted(window, qtbot, tmp_path):
     assert len(kept) == 5
 
 
+def test_a_long_name_is_read_in_the_table(window, qtbot):
+    page = page_of(window)
+    press(qtbot, Qt.Key.Key_PageDown, ALT)
+    press(qtbot, Qt.Key.Key_N, CONTROL | SHIFT)
+    qtbot.keyClicks(QApplication.focusWidget(), "gusty second try")
+    press(qtbot, Qt.Key.Key_Return)
+    until(qtbot, lambda: window.review.selection.maneuver == "gusty second try")
+    table = page.table
+    cell = table.currentIndex().siblingAtColumn(PLACES["id"])
+    until(qtbot, lambda: table.columnWidth(PLACES["id"]) >= table.sizeHintForIndex(cell).width())
+    columns = sum(table.columnWidth(place) for place in PLACES.values())
+    assert columns == table.viewport().width()
+
+
 def test_what_the_estimate_takes_is_chosen_in_the_table(window, qtbot):
     """Space, U and a grade by hand decide; several rows are removed as one change."""
     page = page_of(window)
@@ -460,3 +474,31 @@ def test_names_hide_no_more_of_the_lines_than_their_letters_need(qapp: QApplicat
     rows, columns = np.flatnonzero(changed.any(axis=1)), np.flatnonzero(changed.any(axis=0))
     covered = changed[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
     assert 0.1 < covered.mean() < 0.75
+
+
+@pytest.mark.parametrize("long", ["short one, gusty A", "one that is longer than the flight A"])
+def test_the_chosen_maneuver_is_named_whatever_the_room(qapp: QApplication, long: str) -> None:
+    """A long name takes the room of others for as long as it is chosen; none lie upon others."""
+    look = Look()
+    spans = tuple(
+        TimelineSpan(id=name, start=12.0 * place, stop=12.0 * place + 5.0, label=label, grade="A")
+        for place, (name, label) in enumerate({"1": "1 A", long[:-2]: long, "3": "3 A"}.items())
+    )
+    lane = QRectF(0, 0, 150, 20)
+    scale = Scale(start=0.0, stop=36.0, left=0.0, right=150.0)
+
+    def inked(chosen: str, shown: Sequence[TimelineSpan]) -> np.ndarray:
+        image = QImage(150, 20, QImage.Format.Format_RGB32)
+        image.fill(QColor("#ffffff"))
+        painter = QPainter(image)
+        draw_labels(painter, look, shown, scale, lane, chosen)
+        painter.end()
+        pixels = np.frombuffer(image.constBits(), dtype=np.uint32).reshape(20, 150)
+        return np.flatnonzero((pixels != 0xFFFFFFFF).any(axis=0))
+
+    first, middle, last = spans
+    alone = inked(middle.id, (middle,))
+    assert np.ptp(alone) > 60
+    assert set(alone) <= set(inked(middle.id, spans))
+    # Without it the others stand as if it had no name.
+    assert set(inked("1", spans)) == set(inked("1", (first, last)))

@@ -13,7 +13,7 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QKeyEvent, QResizeEvent
+from PySide6.QtGui import QFontMetrics, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -31,6 +31,8 @@ from ui.review.maneuvers_model import ManeuversModel, SortedManeuvers
 
 _HIGH = 150
 """Points of height of the head and four rows."""
+_PADDING = 20
+"""Points beside the letters of a cell."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,14 +136,23 @@ class ManeuversTable(QTableView):
         fixed = 0
         for place, column in enumerate(COLUMNS):
             if column.id not in ("told", "note") and not self.isColumnHidden(place):
-                self.setColumnWidth(place, px(column.width))
-                fixed += px(column.width)
+                width = self._named() if column.id == "id" else px(column.width)
+                self.setColumnWidth(place, width)
+                fixed += width
         room = self.viewport().width() - fixed
         wide = max(px(160), room // 2 if told else room)
         self.setColumnWidth(PLACES["told"], wide)
         self.setColumnWidth(PLACES["note"], max(px(160), room - wide if told else room))
 
     # Rows
+
+    def _named(self) -> int:
+        """Return the width that the longest name needs, as far as it leaves room for the rest."""
+        letters = QFontMetrics(self._look.font("body", strong=True))
+        wide = max((letters.horizontalAdvance(row.id) for row in self.maneuvers.rows), default=0)
+        least = self._look.px(COLUMNS[PLACES["id"]].width)
+        most = max(self.viewport().width() // 4, least)
+        return min(max(wide + self._look.px(_PADDING), least), most)
 
     def show_rows(self, rows: Sequence[ManeuverRow]) -> None:
         """Show other rows; those chosen stay chosen, and what is being typed goes on."""

@@ -173,25 +173,31 @@ def draw_labels(
     lane: QRectF,
     chosen: str,
 ) -> None:
-    """Write id and grade of each span in the lane above the charts, those that have room."""
+    """Write id and grade above the charts: of the chosen span, of others where there is room."""
     strong, plain = look.font("label", strong=True), look.font("label")
-    free = lane.left()
-    for span in sorted(spans, key=lambda one: one.start):
-        left, right = max(scale.x(span.start), lane.left()), min(scale.x(span.stop), lane.right())
-        if right <= left:
+    taken: list[QRectF] = []
+    for span in sorted(spans, key=lambda one: (one.id != chosen, one.start)):
+        if span.stop <= scale.start or span.start >= scale.stop:
             continue
-        font = strong if span.id == chosen else plain
-        metrics = QFontMetricsF(font)
+        metrics = QFontMetricsF(strong if span.id == chosen else plain)
         wide = metrics.horizontalAdvance(span.label) + look.px(8)
-        after = [scale.x(one.start) for one in spans if one.start > span.start]
-        room = min([lane.right(), *after]) - max(left, free)
-        if wide > max(room, right - max(left, free)):
-            continue
-        place = QRectF(max(left, free), lane.top(), wide, lane.height())
-        painter.setFont(font)
+        left = max(scale.x(span.start), lane.left())
+        if span.id == chosen:
+            wide = min(wide, lane.width())
+            left = min(left, lane.right() - wide)
+        else:
+            left = max([left, *(one.right() for one in taken if one.left() <= left)])
+            starts = [scale.x(one.start) for one in spans if one.start > span.start]
+            own = min(scale.x(span.stop), lane.right())
+            room = max(own, min([lane.right(), *starts]))
+            if left + wide > min([room, *(one.left() for one in taken if one.left() > left)]):
+                continue
+        place = QRectF(left, lane.top(), wide, lane.height())
+        words = metrics.elidedText(span.label, Qt.TextElideMode.ElideMiddle, wide)
+        painter.setFont(strong if span.id == chosen else plain)
         painter.setPen(look.state_color(GRADE_STATES[span.grade]))
-        painter.drawText(place, Qt.AlignmentFlag.AlignCenter, span.label)
-        free = place.right()
+        painter.drawText(place, Qt.AlignmentFlag.AlignCenter, words)
+        taken.append(place)
 
 
 def draw_frame(painter: QPainter, look: Look, box: QRectF) -> None:
