@@ -122,6 +122,10 @@ QTabBar::tab:hover {{ background: {hover}; }}
 QTabBar:focus {{ background: {hover}; }}
 QTabBar QToolButton {{ border: 0; border-radius: 0; padding: 0; min-height: 0; }}
 
+QFileDialog {{ backward-icon: url("{arrow_left}"); forward-icon: url("{arrow_right}");
+  filedialog-parent-directory-icon: url("{arrow_up}"); }}
+QFileDialog QToolButton, QFileDialog QToolButton:focus {{ padding: 0; }}
+
 QScrollBar {{ background: transparent; border: 0; }}
 QScrollBar:vertical {{ width: {p10}px; }}
 QScrollBar:horizontal {{ height: {p10}px; }}
@@ -155,7 +159,7 @@ def style_sheet(look: Look, signs: dict[str, str]) -> str:
         Theme and scale.
     signs : mapping of str to str
         Paths of the small pictures that style sheets can only take from files:
-        ``arrow_down``, ``arrow_right``, ``check``.
+        those of `ui.signs`.
     """
     theme = look.theme
     colors = {

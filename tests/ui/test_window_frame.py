@@ -524,6 +524,30 @@ def test_tab_stops_only_where_the_keyboard_is_seen(flight: MainWindow, qtbot: Qt
     assert place.accessibleName() == "Ahead of CG, row 1"
 
 
+@pytest.mark.parametrize("theme", list(THEMES))
+def test_the_buttons_of_a_file_dialog_have_their_signs(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, theme: str
+) -> None:
+    """Where the system has no dialog of its own: to the folder above, in letters' size and ink."""
+    window.look.set_theme(theme)
+    dialog = QFileDialog(window, "Open", str(tmp_path))
+    qtbot.addWidget(dialog)
+    dialog.setOption(QFileDialog.Option.DontUseNativeDialog)
+    dialog.show()
+    activate(qtbot, dialog)
+    image = dialog.findChild(QToolButton, "toParentButton").grab().toImage()
+    margin = 4
+    ink = [
+        (x, y)
+        for x in range(margin, image.width() - margin)
+        for y in range(margin, image.height() - margin)
+        if contrast(image.pixelColor(x, y).name(), window.look.theme.plot) >= 7.0
+    ]
+    wide, high = (max(axis) - min(axis) + 1 for axis in zip(*ink, strict=True))
+    assert wide >= 10
+    assert high >= 5
+
+
 def test_tab_goes_round_each_place_without_a_flight(window: MainWindow, qtbot: QtBot) -> None:
     """All that is in sight is reached; among places and steps those on screen."""
     for key, name in ((Qt.Key.Key_F1, "preflight"), (Qt.Key.Key_F3, "pilot"),
