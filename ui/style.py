@@ -78,7 +78,9 @@ QComboBox::drop-down {{ border: 0; width: {p24}px; }}
 QComboBox::down-arrow {{ image: url("{arrow_down}"); width: {p12}px; height: {p12}px; }}
 QComboBox QAbstractItemView {{ background: {panel}; border: 1px solid {axis};
   selection-background-color: {chosen}; selection-color: {text}; outline: 0; }}
-QCheckBox, QRadioButton {{ spacing: {p8}px; min-height: {p24}px; }}
+QComboBox QAbstractItemView:focus {{ border: 1px solid {axis}; }}
+QCheckBox, QRadioButton {{ spacing: {p8}px; min-height: {p24}px;
+  border: 1px solid transparent; border-radius: {p3}px; outline: 0; }}
 QCheckBox::indicator, QRadioButton::indicator {{ width: {p16}px; height: {p16}px;
   border: 1px solid {axis}; background: {panel}; }}
 QCheckBox::indicator {{ border-radius: {p3}px; }}
@@ -86,12 +88,14 @@ QRadioButton::indicator {{ border-radius: {p8}px; }}
 QCheckBox::indicator:checked {{ image: url("{check}"); background: {text}; border-color: {text}; }}
 QRadioButton::indicator:checked {{ background: {text}; border: {p4}px solid {panel};
   width: {p10}px; height: {p10}px; }}
-QCheckBox:focus, QRadioButton:focus {{ text-decoration: underline; }}
+QCheckBox:focus, QRadioButton:focus {{ border-color: {text}; }}
 QCheckBox:disabled, QRadioButton:disabled {{ color: {faint}; }}
 
 QTreeView, QTableView, QListView, QTreeWidget, QTableWidget, QListWidget {{ background: {panel};
-  border: 0; outline: 0; alternate-background-color: {background}; gridline-color: {grid}; }}
-QListWidget[role="boxed"] {{ border: 1px solid {axis}; border-radius: {p4}px; }}
+  border: 2px solid transparent; outline: 0; alternate-background-color: {background};
+  gridline-color: {grid}; }}
+QListWidget[role="boxed"] {{ border: 1px solid {axis}; border-radius: {p4}px; padding: 1px; }}
+QTreeView:focus, QTableView:focus, QListView:focus {{ border: 2px solid {text}; padding: 0; }}
 QTreeView::item, QListView::item {{ min-height: {p28}px; padding: 0 {p4}px; }}
 QTableView::item {{ padding: {p4}px {p6}px; }}
 QTreeView::item:hover, QListView::item:hover, QTableView::item:hover {{ background: {hover}; }}
@@ -119,7 +123,7 @@ QTabBar::tab {{ background: transparent; color: {muted}; font-size: {label}px;
   padding: {p8}px {tab_side}px {p6}px {tab_side}px; border-bottom: {p2}px solid transparent; }}
 QTabBar::tab:selected {{ color: {text}; border-bottom-color: {text}; font-weight: 600; }}
 QTabBar::tab:hover {{ background: {hover}; }}
-QTabBar:focus {{ background: {hover}; }}
+QTabBar::tab:selected:focus {{ background: {text}; color: {background}; }}
 QTabBar QToolButton {{ border: 0; border-radius: 0; padding: 0; min-height: 0; }}
 
 QFileDialog {{ backward-icon: url("{arrow_left}"); forward-icon: url("{arrow_right}");

@@ -21,15 +21,22 @@ from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
     QApplication,
+    QCheckBox,
     QComboBox,
     QDialog,
     QFileDialog,
     QLabel,
     QLineEdit,
+    QListView,
+    QListWidget,
     QMessageBox,
+    QRadioButton,
     QScrollArea,
     QSplitter,
+    QTabBar,
     QToolButton,
+    QTreeWidget,
+    QVBoxLayout,
     QWidget,
 )
 from pytestqt.qtbot import QtBot
@@ -57,7 +64,7 @@ from ui.faults import FaultDesk
 from ui.flight.channel_panel import ChannelPanel
 from ui.flight.controls import TimeSlider
 from ui.flight.panels import AlarmsPanel, ListPanel, MarksPanel, MessagesPanel
-from ui.flight.tables import Line
+from ui.flight.tables import Line, LinesModel, LinesView
 from ui.frame.bar_model import AlarmFacts, BarFacts, bar_parts
 from ui.frame.rail import RailButton
 from ui.frame.step_list import StepButton
@@ -546,6 +553,60 @@ def test_the_buttons_of_a_file_dialog_have_their_signs(
     wide, high = (max(axis) - min(axis) + 1 for axis in zip(*ink, strict=True))
     assert wide >= 10
     assert high >= 5
+
+
+@pytest.mark.parametrize("theme", list(THEMES))
+def test_a_line_of_ink_says_where_the_keyboard_is(
+    window: MainWindow, qtbot: QtBot, theme: str
+) -> None:
+    """Round lists, tables, trees and check boxes, too; and nothing moves when it comes."""
+    window.look.set_theme(theme)
+    boxed = QListWidget()
+    boxed.setProperty("role", "boxed")
+    lines = LinesView(LinesModel(window.look, ("Time", "Mark")), window.look, "Marks", 1, {0: 60})
+    tabs = QTabBar()
+    tabs.addTab("Marks")
+    kinds = (QCheckBox("Use it"), QRadioButton("One"), QTreeWidget(), QListView(), boxed, lines,
+             tabs)  # fmt: skip
+    page = QDialog(window)
+    column = QVBoxLayout(page)
+    for one in kinds:
+        column.addWidget(one)
+    page.show()
+    activate(qtbot, page)
+
+    def rim(widget: QWidget) -> tuple[str, QRect, QRect]:
+        image = page.grab().toImage()
+        place = widget.geometry()
+        inside = widget.viewport().geometry() if isinstance(widget, QAbstractItemView) else place
+        # Its second pixel, where what is boxed anyway has no line.
+        deep = 0 if isinstance(widget, QAbstractButton) else 1
+        left = place.left() + 2 if widget is tabs else place.center().x()
+        spot = QPoint(left, place.top() + deep) * image.devicePixelRatio()
+        return image.pixelColor(spot).name(), place, inside
+
+    for one, other in pairwise((*kinds, kinds[0])):
+        other.setFocus()
+        without, *before = rim(one)
+        one.setFocus()
+        ink, *after = rim(one)
+        assert contrast(ink, without) >= 3.0, type(one).__name__
+        assert contrast(ink, window.look.theme.background) >= 7.0
+        assert before == after
+
+
+def test_the_line_of_the_keyboard_is_seen_where_none_was_chosen(qtbot: QtBot) -> None:
+    """Qt puts the keyboard on the first line without choosing it, and Enter is for that line."""
+    panel = MarksPanel(Look())
+    qtbot.addWidget(panel)
+    panel.show()
+    activate(qtbot, panel)
+    panel.show_lines([Line(key=key, cells=("00:01", f"Mark {key}")) for key in "ab"])
+    assert panel.view.current_key() is None
+    panel.view.setFocus(Qt.FocusReason.TabFocusReason)
+    until(qtbot, panel.view.hasFocus)
+    assert panel.view.current_key() == "a"
+    assert [index.row() for index in panel.view.selectionModel().selectedRows()] == [0]
 
 
 def test_tab_goes_round_each_place_without_a_flight(window: MainWindow, qtbot: QtBot) -> None:
