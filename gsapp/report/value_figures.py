@@ -6,12 +6,15 @@ with 95 % of its error. What does not count stays in sight, gray.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.figure import FigureBase
+from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, Locator
 
@@ -42,7 +45,11 @@ _SMALL, _LARGE = 3.2, 5.5
 """Markers in points: of small charts, and of one alone."""
 _FLIGHTS_A_ROW: Final = 6
 _NAMED: Final = 5
-"""Maneuvers that have room for their names below a chart."""
+"""Maneuvers that have room for their names below a chart, while they are called by numbers."""
+_LONGEST: Final = 10
+"""Letters of a name below a chart."""
+_LETTER: Final = 0.6
+"""Width of a letter in heights."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -58,10 +65,13 @@ class _Drawn:
 
 
 class _Places(Locator):
-    """Marks some of the places at which there are points, as many as have room in sight."""
+    """Marks some of the maneuvers, as many as have room for their names in sight."""
 
-    def __init__(self, places: Sequence[float]) -> None:
-        self._places = np.array(places, dtype=np.float64)
+    def __init__(self, chart: Axes, names: Mapping[int, str]) -> None:
+        self._chart = chart
+        self._names = dict(sorted(names.items()))
+        size = FontProperties(size=rcParams["xtick.labelsize"]).get_size_in_points()
+        self._letter = _LETTER * size / 72.0
 
     def __call__(self) -> Sequence[float]:
         """Return the places to mark."""
@@ -69,9 +79,23 @@ class _Places(Locator):
 
     def tick_values(self, vmin: float, vmax: float) -> Sequence[float]:
         """Return the places to mark between two ends."""
-        seen = self._places[(self._places >= vmin) & (self._places <= vmax)]
-        marked: list[float] = seen[:: max(1, -(-seen.size // _NAMED))].tolist()
-        return marked
+        seen = [place for place in self._names if vmin <= place <= vmax]
+        marked = seen[:: max(1, -(-len(seen) // _NAMED))]
+        inches = self._chart.get_window_extent().width / self._chart.figure.dpi
+        letter = self._letter / inches * (vmax - vmin)
+        kept: list[float] = []
+        end = -math.inf
+        for place in marked:
+            half = 0.5 * letter * len(_short(self._names[place]))
+            if place - half > end:
+                kept.append(float(place))
+                end = place + half + letter
+        return kept
+
+
+def _short(maneuver: str) -> str:
+    """Return the id of a maneuver, or its beginning where it was given a long name."""
+    return maneuver if len(maneuver) <= _LONGEST else f"{maneuver[: _LONGEST - 1]}…"
 
 
 def values_pictures(
@@ -225,8 +249,10 @@ def _draw_values(chart: Axes, one: DerivativeSummary, drawn: _Drawn) -> None:
     plain(chart, palette)
     if drawn.over == "number":
         names = {point.number: point.maneuver for point in (*one.points, *one.unfit)}
-        chart.xaxis.set_major_locator(_Places(sorted(names)))
-        chart.xaxis.set_major_formatter(FuncFormatter(lambda place, _: names.get(round(place), "")))
+        chart.xaxis.set_major_locator(_Places(chart, names))
+        chart.xaxis.set_major_formatter(
+            FuncFormatter(lambda place, _: _short(names.get(round(place), "")))
+        )
     chart.margins(x=0.08)
     _draw_left_out(chart, [outlier.point for outlier in one.outliers], _OUTLIER, drawn)
     _draw_left_out(chart, one.excluded, _BY_HAND, drawn)

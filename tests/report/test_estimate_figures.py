@@ -6,6 +6,7 @@ import csv
 import io
 import sys
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +93,27 @@ def test_each_point_is_named_and_stands_at_its_value_and_condition(over: str) ->
         else:
             assert y == pytest.approx(point.value)
             assert color == PAPER.flight(0 if point.flight == "A" else 1)
+
+
+def test_names_of_maneuvers_do_not_lie_upon_one_another() -> None:
+    """Whatever they were renamed to, and however near they stand to one another."""
+    found = outcome().result
+    longer = ("1", "short one", "2:11", "a second try with less stick", "6")
+    renamed = [
+        replace(one, maneuver=replace(one.maneuver, id=name))
+        for one, name in zip(found.results, longer, strict=False)
+    ]
+    summary = summarize_campaign(replace(found, results=tuple(renamed)))
+    figure = drawn(values_picture(summary, ["Cm_alpha", "Cm_de", "Cm_q"], "number", units="SI"))
+    figure.canvas.draw()
+    boxes = [
+        label.get_window_extent()
+        for chart in figure.axes
+        for label in chart.get_xticklabels()
+        if label.get_text()
+    ]
+    assert len(boxes) >= 6
+    assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
 
 
 def test_a_maneuver_left_out_by_hand_stays_in_sight_and_moves_the_mean() -> None:
