@@ -116,6 +116,25 @@ def test_enter_alone_runs_and_the_run_is_kept(
     assert page.runs.values.lines.lines[0].cells[0] == "CN_0"
 
 
+def test_what_stands_beside_is_the_run_that_ended_last(
+    made: MainWindow, page: EstimatePage, qtbot: QtBot
+) -> None:
+    """Also where another had the keyboard's line, and though the list is read anew after it."""
+    run(page, qtbot)
+    first = page.runs.current
+    run(page, qtbot)
+    outcome = made.review.outcome
+    assert outcome is not None
+    assert first is not None
+    assert outcome.number != first.number
+    until(qtbot, lambda: page.runs.current is not None)
+    assert page.runs.current.number == outcome.number  # type: ignore[union-attr]
+    # Lines that come later leave it where the user put it.
+    page.runs.list.choose(first.number)
+    page.runs.refresh()
+    assert page.runs.current.number == first.number  # type: ignore[union-attr]
+
+
 def test_a_derivative_is_held_by_keys_taken_back_and_explained(
     made: MainWindow, page: EstimatePage, qtbot: QtBot
 ) -> None:

@@ -57,6 +57,7 @@ class RunsView(QWidget):
         self._look = look
         self._book = book
         self._shown: int | None = None
+        self._wanted: int | None = None
         self.marked: int | None = None
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
@@ -114,12 +115,12 @@ class RunsView(QWidget):
     def show_number(self, number: int | None) -> None:
         """Say which run figures and summary show, and put the keyboard's line there.
 
-        A name that is being typed is not left for it.
+        A run that has just ended is listed once the catalog was read again. A name that is being
+        typed is not left for it.
         """
         self._shown = number
+        self._wanted = number
         self.refresh()
-        if number is not None and not self.list.typing:
-            self.list.choose(number)
 
     def refresh(self) -> None:
         """Show the runs as they are known now."""
@@ -132,6 +133,11 @@ class RunsView(QWidget):
         self.empty.setVisible(not runs)
         for part in (self.list, self.buttons, self.said, self.values, self.settings):
             part.setVisible(bool(runs))
+        if self.list.typing:
+            self._wanted = None
+        if self._book.run(self._wanted) is not None:
+            self.list.choose(self._wanted)
+            self._wanted = None
         if runs and self.current is None:
             self.list.setCurrentIndex(self.list.lines.index(0, 0))
         self._tell()
