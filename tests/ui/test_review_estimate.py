@@ -133,6 +133,10 @@ def test_what_stands_beside_is_the_run_that_ended_last(
     page.runs.list.choose(first.number)
     page.runs.refresh()
     assert page.runs.current.number == first.number  # type: ignore[union-attr]
+    # As after a start of the program: none is looked at, and these are there.
+    page.show_outcome(None)
+    assert page.state.words == f"{len(page.book.runs)} runs kept"
+    page.show_outcome(outcome)
 
 
 def test_a_derivative_is_held_by_keys_taken_back_and_explained(

@@ -183,7 +183,9 @@ class EstimatePage(ReviewPage):
             )
         outcome = self._outcome
         if outcome is None:
-            return StepState(state="plain", words="no run yet")
+            kept = len(self.book.runs)
+            words = f"{count_text(kept, 'run')} kept" if kept else "no run yet"
+            return StepState(state="plain", words=words)
         count = len(outcome.result.results)
         words = f"run {outcome.number}" if outcome.number is not None else "not kept"
         detail = f"{words}: {count_text(count, 'maneuver')}"

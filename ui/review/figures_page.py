@@ -11,7 +11,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QVBoxLayout
 
-from ui.commands import Need, key_text
+from ui.commands import Need
 from ui.frame.steps import StepState
 from ui.look import Look
 from ui.review.figure_drawing import Drawing
@@ -23,7 +23,7 @@ from ui.review.figures_needs import FigureNeeds
 from ui.review.figures_options import JOINT, Option, chosen, group_of, names_in
 from ui.review.figures_saving import FigureSaver, on_paper
 from ui.review.jobs import BeginJob
-from ui.review.page import FORMER_RUNS, ReviewPage
+from ui.review.page import FORMER_RUNS, NO_RUN, ReviewPage
 from ui.review.selection import Selection
 from ui.settings import SettingsStore
 
@@ -35,11 +35,7 @@ log = logging.getLogger(__name__)
 
 _POINTED = frozenset({"values", "online"})
 """Figures whose points stand for maneuvers."""
-_NOTHING = (
-    "Nothing is estimated yet. Choose what to estimate on the page Estimate "
-    f"({key_text('Alt+2')}) and run it; "
-    "the figures of the run come here."
-)
+_NOTHING = f"{NO_RUN} the figures of the run come here."
 
 
 class FiguresPage(ReviewPage):

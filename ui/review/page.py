@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ui.commands import key_text
 from ui.frame.page import Page
 from ui.frame.steps import StepState
 
@@ -14,6 +15,11 @@ if TYPE_CHECKING:
 
 FORMER_RUNS = 4
 """Runs looked at before that are kept, to be compared with."""
+NO_RUN = (
+    f"No run is looked at yet. On the page Estimate ({key_text('Alt+2')}) run what you choose, or "
+    "press Enter on a kept run;"
+)
+"""What to do on a page that shows a run; why goes after it."""
 
 
 class ReviewPage(Page):

@@ -9,14 +9,14 @@ from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt
 from PySide6.QtGui import QAction, QGuiApplication
 from PySide6.QtWidgets import QFrame, QScrollArea, QVBoxLayout, QWidget
 
-from ui.commands import Need, key_text
+from ui.commands import Need
 from ui.flight.controls import ActionButton
 from ui.frame.steps import StepState
 from ui.gap.parts import Choice, Lines, Pair, button_row
 from ui.look import Look
 from ui.pages import label
 from ui.review.jobs import BeginJob
-from ui.review.page import ReviewPage
+from ui.review.page import NO_RUN, ReviewPage
 from ui.review.selection import Selection
 from ui.review.summary_linear import LinearPanel
 from ui.review.summary_lines import (
@@ -36,11 +36,7 @@ from ui.words import count_text
 if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import Outcome
 
-_NOTHING = (
-    "Nothing is estimated yet. Choose what to estimate on the page Estimate "
-    f"({key_text('Alt+2')}) and run it; "
-    "what came out is summed up here."
-)
+_NOTHING = f"{NO_RUN} what came out is summed up here."
 _DETAIL = 92
 """Points of height that words on a derivative take."""
 _ROOMY = 670
