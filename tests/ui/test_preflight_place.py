@@ -42,6 +42,7 @@ from calibration.checked import Checked
 from calibration.comparing import CheckResult
 from calibration.plan import PLANS
 from calibration.store import CertificateStore
+from calibration.wizard import WizardView
 from gsapp.aircraft.reading import SHIPPED, load_aircraft
 from gsapp.flight.cards import load_cards
 from gsapp.flight.events import read_events
@@ -56,10 +57,13 @@ from ui.preflight.books import Books
 from ui.preflight.card_words import missing_values
 from ui.preflight.cards_form import cards_state
 from ui.preflight.in_force import InForce
-from ui.preflight.shelf import calibrations_path
+from ui.preflight.shelf import Shelf, calibrations_path
 from ui.preflight.steps import STEPS
+from ui.preflight.wizard_rows import standings_of
+from ui.preflight.wizard_words import cue_of
 from ui.settings import SettingsStore
 from ui.window import MainWindow
+from ui.words import MINUS
 
 _PATIENCE_MS = 30_000
 """A recorder is a process of its own, which may take a while to start."""
@@ -141,6 +145,42 @@ def test_a_check_that_failed_stands_at_its_step(tmp_path: Path) -> None:
     calibrations.checks("rudder")[-1].write_text("passed = maybe", encoding="utf-8")
     books.read_calibration()
     assert "moved" not in books.states()["calibration"].words
+
+
+@pytest.mark.parametrize(
+    ("zero", "slope", "passed", "what", "size"),
+    [
+        (0.02, 0.12, False, "slope", "+12.0 %"),
+        (0.02, -0.125, False, "slope", f"{MINUS}12.5 %"),
+        (1.5, 0.004, False, "zero", "+1.50°"),
+        (0.02, 0.008, True, "zero", "+0.02°"),
+    ],
+)
+def test_a_check_names_what_moved(
+    tmp_path: Path, zero: float, slope: float, passed: bool, what: str, size: str
+) -> None:
+    """A lever at another hole changes the slope alone: a zero that moved by nothing is no news."""
+    rudder = load_certificates("b777")["rudder"]
+    shelf = Shelf(calibrations_path(tmp_path / "window.toml"), "B777")
+    shelf.store.put(rudder)
+    result = CheckResult(
+        zero=zero, zero_uncertainty=0.1, slope=slope, slope_uncertainty=0.01, largest=1.6,
+        off=(0.0, 0.0), passed=passed, sentence="",
+    )  # fmt: skip
+    checked = Checked(
+        channel="rudder", who="", stamp=rudder.stamp, certificate=rudder.stamp, unit="deg",
+        result=result,
+    )  # fmt: skip
+    shelf.store.record_check(checked)
+    plan = shelf.plan().only(("surface",))
+    (standing,) = [one for one in standings_of(plan, shelf) if one.title == "Rudder"]
+    assert standing.words.endswith(f"{'holds' if passed else 'has moved'}: {what} {size}")
+    (instrument,) = [one for one in plan.instruments if one.channel == "rudder"]
+    view = WizardView(
+        instrument=instrument, index=0, count=1, phase="fit", prompt="", mode="check", check=result
+    )
+    cue = cue_of(view)
+    assert (cue.lead, cue.big) == (f"The {what} has moved by", size)
 
 
 def test_no_fuel_is_a_value_too() -> None:

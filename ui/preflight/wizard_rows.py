@@ -13,6 +13,7 @@ from ui.preflight.wizard_summary import Outcome, Together
 from ui.preflight.wizard_words import (
     curve_words,
     quantity_text,
+    shift_words,
     signed_text,
     size_text,
     volts_text,
@@ -62,7 +63,8 @@ def standings_of(plan: CalibrationPlan, shelf: Shelf) -> tuple[Standing, ...]:
 def _verdict(check: CheckResult, instrument: InstrumentPlan) -> str:
     """Return what a check has found, in few words."""
     verdict = "holds" if check.passed else "has moved"
-    return f"{verdict}: zero {signed_text(check.zero, instrument)}"
+    what, size = shift_words(check, instrument)
+    return f"{verdict}: {what} {size}"
 
 
 class Remark(NamedTuple):

@@ -13,6 +13,7 @@ from ui.preflight.action_bar import Offer
 from ui.words import DASH, MINUS, number_text, unit_text
 
 if TYPE_CHECKING:
+    from calibration.comparing import CheckResult
     from calibration.plan import InstrumentPlan
     from calibration.watching import WatchReading
     from calibration.wizard import WizardView
@@ -108,8 +109,22 @@ def size_text(value: float | None, instrument: InstrumentPlan) -> str:
 
 def signed_text(value: float, instrument: InstrumentPlan) -> str:
     """Return a difference, with its sign."""
-    text = size_text(value, instrument)
+    return _signed(size_text(value, instrument))
+
+
+def _signed(text: str) -> str:
     return text if text.startswith((MINUS, DASH)) else f"+{text}"
+
+
+def shift_words(check: CheckResult, instrument: InstrumentPlan) -> tuple[str, str]:
+    """Return what a check tells of, ``zero`` or ``slope``, and by how much it moved.
+
+    Of a certificate that does not hold, what is farther beyond its own bound.
+    """
+    beyond = abs(check.slope) * check.zero_uncertainty > abs(check.zero) * check.slope_uncertainty
+    if beyond and not check.passed:
+        return "slope", _signed(f"{number_text(100.0 * check.slope, 1)} %")
+    return "zero", signed_text(check.zero, instrument)
 
 
 def volts_text(volts: float | None) -> str:
@@ -227,7 +242,8 @@ def _big_result(view: WizardView, instrument: InstrumentPlan) -> tuple[str, str,
     check, calibration = view.check, view.calibration
     if check is not None:
         holds = "the certificate holds" if check.passed else "calibrate it anew"
-        return "The zero has moved by", signed_text(check.zero, instrument), holds, False
+        what, size = shift_words(check, instrument)
+        return f"The {what} has moved by", size, holds, False
     if calibration is None:
         return "", "Look" if view.sentences else "Good", "", False
     width = calibration.quality.uncertainty
