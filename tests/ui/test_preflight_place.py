@@ -56,6 +56,7 @@ from ui.dialogs.requests import ConnectRequest
 from ui.preflight.books import Books
 from ui.preflight.card_words import missing_values
 from ui.preflight.cards_form import cards_state
+from ui.preflight.changes import Changes
 from ui.preflight.in_force import InForce
 from ui.preflight.shelf import Shelf, calibrations_path
 from ui.preflight.steps import STEPS
@@ -181,6 +182,38 @@ def test_a_check_names_what_moved(
     )
     cue = cue_of(view)
     assert (cue.lead, cue.big) == (f"The {what} has moved by", size)
+
+
+@pytest.mark.parametrize(
+    ("replaying", "aircraft", "kept"), [(False, "B777", True), (True, "B777", False),
+                                        (False, "Skywalker X8", False)],
+)  # fmt: skip
+def test_certificates_go_only_into_the_flight_that_goes_on(
+    tmp_path: Path, replaying: bool, aircraft: str, kept: bool
+) -> None:
+    """Not into the record of another day, nor into that of another aircraft."""
+    store = SettingsStore(tmp_path / "window.toml")
+    shelf = Shelf(calibrations_path(store.path), aircraft, "b777")
+    shelf.store.put(load_certificates("b777")["rudder"])
+    flight = FlightFolder.create(tmp_path / "flight")
+    session = SimpleNamespace(
+        aircraft=load_aircraft("b777"), path=flight.path, replaying=flight if replaying else None
+    )
+    at_hand = InForce(SimpleNamespace(session=session), store, SimpleNamespace(running=False))
+    at_hand.put(at_hand.shelf if aircraft == at_hand.shelf.aircraft else shelf)
+    assert [path.stem for path in flight.certificate_files()] == (["rudder"] if kept else [])
+    assert load_certificates(store.current.calibration)["rudder"].channel == "rudder"
+
+
+def test_another_change_leaves_nothing_to_make_again() -> None:
+    changes = Changes(1)
+    changes.record(2)
+    assert changes.undo()
+    changes.record(3)
+    assert not changes.can_redo
+    assert not changes.redo()
+    assert changes.undo()
+    assert changes.value == 1
 
 
 def test_no_fuel_is_a_value_too() -> None:
