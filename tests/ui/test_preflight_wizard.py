@@ -280,13 +280,29 @@ def test_points_are_repeated_deleted_added_and_taken_back_by_keys(
     assert len(window.view.points) == 4
 
     window.press(KEY.Key_A)
-    window.type("6")
+    window.type("six")
+    window.press(KEY.Key_Return)
+    assert window.page.ask.question.text().startswith("'six' is not a number.")
+    window.type("6")  # in place of what is no answer
     window.press(KEY.Key_Return)
     assert any(slot.value == 6.0 for slot in window.view.remaining)
     window.press(KEY.Key_A)
     window.press(KEY.Key_Escape)  # a question taken back changes nothing
     assert sum(slot.value == 6.0 for slot in window.view.remaining) == 1
     assert QApplication.focusWidget() is window.page
+
+
+def test_a_temperature_that_is_none_begins_nothing(at_bench: Open) -> None:
+    """Else the certificates would be without it, and nobody told."""
+    window = at_bench("alpha")
+    window.page.start.temperature.setText("2o")
+    window.press(KEY.Key_Space)
+    QApplication.processEvents()
+    assert window.page.run is None
+    assert "'2o' is not a number" in window.desk.complaints[0]
+    window.page.start.temperature.setText("21,5")
+    begin(window)
+    assert window.page.run is not None
 
 
 def test_a_window_that_was_killed_goes_on_at_the_same_point(at_bench: Open) -> None:

@@ -12,6 +12,10 @@ from ui.look import Look
 from ui.pages import label
 
 
+def _anything(_text: str) -> str:
+    return ""
+
+
 class AskBar(QFrame):
     """Asks, and gives the answer to whoever asked; Enter answers, Esc takes the question back.
 
@@ -31,6 +35,8 @@ class AskBar(QFrame):
         self._leave = leave
         self._behind = behind
         self._answer: Callable[[str], object] | None = None
+        self._asked = ""
+        self._wrong: Callable[[str], str] = _anything
         self.setObjectName("banner")
         self._row = QHBoxLayout(self)
         self.question = label("", "strong", wrap=True)
@@ -69,6 +75,7 @@ class AskBar(QFrame):
         typed: bool,
         yes: str = "Yes",
         text: str = "",
+        wrong: Callable[[str], str] | None = None,
     ) -> None:
         """Ask a question.
 
@@ -84,8 +91,12 @@ class AskBar(QFrame):
             On the button that answers.
         text : str
             In the field to begin with.
+        wrong : callable, optional
+            Says in a sentence why what was typed is no answer, else nothing; the question stays.
         """
         self._answer = answer
+        self._asked = question
+        self._wrong = wrong or _anything
         self.question.setText(question)
         self.field.setVisible(typed)
         self.field.setText(text)
@@ -102,6 +113,11 @@ class AskBar(QFrame):
     def accept(self) -> None:
         """Give the answer."""
         answer, text = self._answer, self.field.text().strip()
+        if answer is not None and (problem := self._wrong(text)):
+            self.question.setText(f"{problem} {self._asked}")
+            self.field.setFocus(Qt.FocusReason.OtherFocusReason)
+            self.field.selectAll()
+            return
         self.refuse()
         if answer is not None:
             answer(text)

@@ -63,7 +63,7 @@ class Questions:
                 run.act(Action(kind="add", value=value))
 
         question = f"Which further setting, in {instrument.unit}?"
-        self._bar.ask(question, add, typed=True, yes="Add it")
+        self._bar.ask(question, add, typed=True, yes="Add it", wrong=_no_number)
 
     def _abort(self, run: WizardRun) -> None:
         full = run.view.mode == "full"
@@ -87,10 +87,11 @@ class Questions:
                 lambda typed: self._air_entered(run, pressure, typed),
                 typed=True,
                 yes="Enter it",
+                wrong=_no_number,
             )
 
         question = "Pressure at the field, not reduced to sea level, in hPa?"
-        self._bar.ask(question, pressure_entered, typed=True, yes="Go on")
+        self._bar.ask(question, pressure_entered, typed=True, yes="Go on", wrong=_no_number)
 
     @staticmethod
     def _air_entered(run: WizardRun, pressure: float, typed: str) -> None:
@@ -105,4 +106,16 @@ class Questions:
                 run.act(Action(kind="choose_degree", degree=_DEGREES[text]))
 
         question = "1 straight line, 2 quadratic, 3 cubic, 0 lets the points decide:"
-        self._bar.ask(question, choose, typed=True, yes="Take it", text="0")
+        self._bar.ask(
+            question,
+            choose,
+            typed=True,
+            yes="Take it",
+            text="0",
+            wrong=lambda text: "" if text in _DEGREES else f"'{text}' is none of these.",
+        )
+
+
+def _no_number(text: str) -> str:
+    """Return that something typed is no number; nothing if it is one."""
+    return "" if parse_number(text) is not None else f"'{text}' is not a number."

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from PySide6.QtWidgets import QFrame, QGridLayout, QLineEdit, QSizePolicy, QWidget
 
+from gsapp.foundation import UnitError
 from gsapp.quantities import channel, to_si
 from ui.dialogs.form import Sentence
 from ui.look import Look
@@ -95,9 +96,23 @@ class StartPanel(CenteredPage):
 
     @property
     def kelvin(self) -> float | None:
-        """Return the temperature entered, K; None where there is none."""
-        celsius = parse_number(self.temperature.text())
-        return None if celsius is None else float(to_si(celsius, "degC", _TEMPERATURE))
+        """Return the temperature entered, K; None where there is none.
+
+        Raises
+        ------
+        UnitError
+            If what was entered is no number.
+        """
+        text = self.temperature.text().strip()
+        if not text:
+            return None
+        celsius = parse_number(text)
+        if celsius is None:
+            raise UnitError(
+                f"the ground temperature '{text}' is not a number; write degrees Celsius, such as "
+                "21.5, or nothing"
+            )
+        return float(to_si(celsius, "degC", _TEMPERATURE))
 
     def offer_who(self, who: str) -> None:
         """Put the one who calibrated last into the field, if nobody is there yet."""
