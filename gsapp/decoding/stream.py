@@ -382,9 +382,16 @@ class Stream:
         found = list(numbers)
         for place, conversion, inputs in self._conversions:
             # By NumPy as well: its functions may round differently from Python's.
-            parts = tuple(np.array([numbers[each]], dtype=np.float64) for each in inputs)
-            found[place] = float(conversion.compute(parts)[0])
+            parts = [np.array([numbers[each]], dtype=np.float64) for each in inputs]
+            found[place] = float(conversion.compute(self._known(place, parts))[0])
         return found
+
+    def _known(self, place: int, parts: Sequence[FloatArray]) -> tuple[FloatArray, ...]:
+        """Return the numbers that a conversion takes, NaN where one is none: so is the result."""
+        missing = self.outputs[place].entry.missing
+        if not missing:
+            return tuple(parts)
+        return tuple(np.where(np.isin(part, missing), np.nan, part) for part in parts)
 
     def _fetch(self, columns: Columns, count: int) -> FloatArray:
         """Return the raw number of each output; NaN where it says that it is none."""
@@ -394,7 +401,8 @@ class Stream:
         for place, field in self._singles:
             raw[:, place] = columns[field]
         for place, conversion, refs in self._converted:
-            raw[:, place] = conversion.compute(tuple(number_of(columns, ref) for ref in refs))
+            parts = [number_of(columns, ref) for ref in refs]
+            raw[:, place] = conversion.compute(self._known(place, parts))
         if self._missing_places.size:
             unknown = raw.take(self._missing_places, axis=1) == self._missing_values
             if unknown.any():
@@ -435,8 +443,9 @@ class Stream:
                 elements, places = gathered.setdefault(ref.field, ([], []))
                 elements.append(ref.index)
                 places.append(place)
-            missing += [(place, value) for value in entry.missing]
-            if entry.missing:
+            # Of a conversion the numbers that go in may be missing, not what comes out.
+            if entry.missing and entry.convert is None:
+                missing += [(place, value) for value in entry.missing]
                 self._missing.append((place, frozenset(entry.missing)))
             if entry.valid:
                 self._flags.append((place, len(wanted)))
