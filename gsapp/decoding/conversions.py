@@ -65,6 +65,14 @@ def _wind_east(v: tuple[FloatArray, ...]) -> FloatArray:
     return -v[1] * np.sin(np.radians(v[0]))
 
 
+def _mean(v: tuple[FloatArray, ...]) -> FloatArray:
+    return 0.5 * (v[0] + v[1])
+
+
+def _half_difference(v: tuple[FloatArray, ...]) -> FloatArray:
+    return 0.5 * (v[0] - v[1])
+
+
 _QUATERNION = "w, x, y, z of the attitude, earth to body -> rad"
 
 CONVERSIONS: dict[str, Conversion] = {
@@ -98,6 +106,18 @@ CONVERSIONS: dict[str, Conversion] = {
             inputs=2,
             compute=_wind_east,
             meaning="direction that the wind comes from (deg), speed -> air moving east",
+        ),
+        Conversion(
+            name="mixed.mean",
+            inputs=2,
+            compute=_mean,
+            meaning="two halves of a V-tail, or elevons -> what they do alike, their mean",
+        ),
+        Conversion(
+            name="mixed.half_difference",
+            inputs=2,
+            compute=_half_difference,
+            meaning="two halves of a V-tail, or elevons -> what they do apart, (first - second)/2",
         ),
     )
 }

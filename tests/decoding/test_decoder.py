@@ -581,3 +581,54 @@ def test_sources_count_what_arrived_not_the_rows_of_the_grid(cases: SimpleNamesp
     counted = decoder.counted_sources()["phi"]
     assert sum(len(block) for block in blocks if "phi" in block) == 521
     assert (counted.samples, counted.rate, counted.gaps) == (10, 2.5, 1)
+
+
+@pytest.mark.parametrize("often", [1, 200])
+def test_mixed_surfaces_are_taken_apart(cases: SimpleNamespace, tmp_path: Path, often: int) -> None:
+    """Left 1600 us, right 1700 us: both go down by 3 deg and apart by 1 deg; 0 us is no pulse."""
+    both = '["SERVO_OUTPUT_RAW.servo2_raw", "SERVO_OUTPUT_RAW.servo4_raw"]'
+    text = f"""
+name = "V-tail"
+[[channels]]
+id = "de_command"
+source = {both}
+convert = "mixed.mean"
+unit = "deg"
+scale = 0.02
+offset = -30.0
+missing = [0]
+[[channels]]
+id = "dr_command"
+source = {both}
+convert = "mixed.half_difference"
+unit = "deg"
+scale = 0.02
+missing = [0]
+"""
+    send = cases.Sender()
+    pulses = [(1500, 1500), (1600, 1700), (0, 1700), (1500, 1400)] * often
+    records = [
+        send(
+            round(1e6 + 1e4 * k),
+            "servo_output_raw",
+            10_000 * (k + 100),
+            0,
+            0,
+            two,
+            0,
+            four,
+            *[0] * 4,
+        )
+        for k, (two, four) in enumerate(pulses)
+    ]
+    decoder = Decoder(load_channel_map(cases.write_map(tmp_path, text)), rate=100.0)
+    blocks = [*decoder.feed(records), *decoder.finish()]
+
+    def degrees(name: str) -> list[float]:
+        found = np.concatenate([block[name] for block in blocks if name in block.channels])
+        return [float(one) for one in np.degrees(found[np.isfinite(found)])]
+
+    assert degrees("de_command")[:2] == pytest.approx([0.0, 3.0], abs=1e-9)
+    assert degrees("dr_command")[:2] == pytest.approx([0.0, -1.0], abs=1e-9)
+    assert degrees("de_command")[-1] == pytest.approx(-1.0, abs=1e-9)
+    assert max(map(abs, degrees("dr_command"))) == pytest.approx(1.0, abs=1e-9)

@@ -55,8 +55,8 @@ GUIDES = [
 ]
 _BLOCK = re.compile(r"^```(\w+)[ ]?([\w-]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _CHECKED = {
-    "flight", "events", "flight-csv", "aircraft", "channel-map", "text-map", "lines", "table-map",
-    "table", "certificate", "limits", "plan", "model", "layout", "weights", "swings",
+    "flight", "events", "flight-csv", "aircraft", "channel-map", "mixed-map", "text-map", "lines",
+    "table-map", "table", "certificate", "limits", "plan", "model", "layout", "weights", "swings",
     "linear-model", "cards", "checklist", "points", "fence",
 }  # fmt: skip
 
@@ -102,6 +102,15 @@ def test_the_channel_map_is_read(example: Example) -> None:
     found = load_channel_map(example("toml", "channel-map"))
     assert [entry.kind for entry in found.by_channel["q"]] == ["measured", "estimated"]
     assert found.by_channel["elevator_left"][0].volts_channel == "elevator_left_volts"
+
+
+def test_the_map_of_a_v_tail_centers_its_servos(example: Example) -> None:
+    """1500 us on both servos is no elevator and no rudder; full pulse on both is all elevator."""
+    found = load_channel_map(example("toml", "mixed-map"))
+    elevator, rudder = found.entries
+    assert elevator.scale * 1500.0 + elevator.offset == pytest.approx(0.0)
+    assert elevator.scale * 2000.0 + elevator.offset == pytest.approx(12.0)
+    assert (elevator.scale, rudder.offset) == (rudder.scale, 0.0)
 
 
 def test_lines_of_text_become_samples(example: Example) -> None:
