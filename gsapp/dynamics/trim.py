@@ -72,7 +72,8 @@ def trim(
         rad.
     bank : float
         rad; zero is straight flight without sideslip (the wings may lean a little if the model
-        is not symmetric), anything else a turn with the ball in the middle.
+        is not symmetric), anything else a turn with the ball in the middle. Without a rudder
+        (`has_rudder`) it flies with what sideslip there is.
     rho, mass, flap : float
         Air density (kg/m^3), mass (kg; the aircraft file's by default), flap (rad).
 
@@ -86,10 +87,14 @@ def trim(
         raise FlightError(f"the model '{model.model.name}' cannot be flown: {'; '.join(problems)}")
     heavy = model.aircraft.mass.mass if mass is None else mass
     turning = bank != 0.0
+    steered = has_rudder(model.model)
 
     def condition(x: FloatArray) -> tuple[tuple[float, ...], tuple[float, ...], float]:
-        alpha, de, da, dr, throttle, theta, free, turn = (float(value) for value in x)
+        alpha, de, da, yaw, throttle, theta, free, turn = (float(value) for value in x)
         phi, beta = (bank, free) if turning else (free, 0.0)
+        dr = yaw
+        if not steered and not turning:
+            beta, dr = yaw, 0.0
         state = (
             V,
             alpha,
@@ -109,7 +114,8 @@ def trim(
         totals = model.totals(state, inputs)
         rates = polar_rates(PolarState(*state[:9]), totals.loads, totals.body)
         climb = math.sin(_climb_angle(state)) - math.sin(climb_angle)
-        last = totals.loads.Y / (heavy * GRAVITY) if turning else turn
+        ball = totals.loads.Y / (heavy * GRAVITY) if steered else inputs[2]
+        last = ball if turning else turn
         return np.array([*rates[:6], climb, last], dtype=float)
 
     turn = GRAVITY * math.tan(bank) / V
@@ -135,6 +141,11 @@ def _climb_angle(state: Sequence[float]) -> float:
     return math.asin(min(1.0, max(-1.0, up)))
 
 
+def has_rudder(model: Model) -> bool:
+    """Return whether the rudder of a model does anything; a flying wing has none."""
+    return any(model.derivative(name) != 0.0 for name in ("CY_dr", "Cl_dr", "Cn_dr"))
+
+
 def unflyable(aircraft: Aircraft, model: Model) -> list[str]:
     """Return what makes it impossible to fly a model, one sentence part each; none if it flies.
 
@@ -151,6 +162,8 @@ def unflyable(aircraft: Aircraft, model: Model) -> list[str]:
     )
     for name, sign, why in rules:
         value = model.derivative(name)
+        if name == "Cn_dr" and not has_rudder(model):
+            continue
         if value == 0.0:
             found.append(f"{name} is zero or missing ({why})")
         elif value * sign < 0.0:

@@ -58,6 +58,20 @@ def test_coordinated_turn(flight_model: FlightModel, bank: float) -> None:
     assert found.polar.phi == bank
 
 
+@pytest.mark.parametrize("bank", [0.0, 30.0 * DEG])
+def test_a_flying_wing_is_flown_without_a_rudder(
+    aircraft: Aircraft, model: Model, bank: float
+) -> None:
+    """Steady all the same, with the sideslip that there is in place of a deflection."""
+    none = dict.fromkeys(("CY_dr", "Cl_dr", "Cn_dr"), 0.0)
+    wing = FlightModel(aircraft, model.with_derivatives({**none, "Cn_0": 1e-3}))
+    found = trim(wing, V=31.0, bank=bank)
+    assert np.abs(wing.rates(found.state, found.inputs)[:8]).max() < 1e-7
+    assert found.controls["dr"] == 0.0
+    assert abs(found.polar.beta) > 0.2 * DEG
+    assert found.polar.phi == bank if bank else found.turn_rate == 0.0
+
+
 def test_effects_take_part(aircraft: Aircraft, model: Model) -> None:
     """Unequal engines need rudder; the wings lean a little in straight flight."""
     uneven = FlightModel(aircraft, model.with_effect("propulsion.Cn.asymmetry"))
@@ -81,6 +95,7 @@ def test_states_of_effects_are_settled(aircraft: Aircraft, model: Model) -> None
         ({"CN_alpha": -4.4}, "the wing must lift more"),
         ({"Cl_da": -0.4}, "Cl_da = -0.4 looks reversed"),
         ({"Cn_dr": 0.07}, "rudder trailing edge left"),
+        ({"Cn_dr": 0.0}, "Cn_dr is zero or missing"),
         ({"CA_0": 0.2}, "thrust is too small or CA too large"),
         ({"Cm_0": 0.9}, "elevator, beyond its travel"),
     ],
