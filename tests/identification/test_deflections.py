@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.actuators import Actuator
 from gsapp.flight import Flight
 from gsapp.identification.deflections import deflected
+from gsapp.identification.ftr.whole import listen_to
 from gsapp.identification.maneuver import Maneuver, cut_maneuver
 from gsapp.identification.maximum_likelihood import MLSettings, estimate
 from gsapp.identification.stuck import unseen_surfaces
@@ -27,11 +29,11 @@ DT = 0.01
 LAG, DELAY = 0.08, 0.03
 
 
-def flown_by(kind: str, **servo: object) -> Aircraft:
-    """Return the aircraft with its elevator measured elsewhere, and another servo."""
-    elevator = B777.controls.de.model_copy(update={"kind": kind, **servo})
-    controls = B777.controls.model_copy(update={"de": elevator})
-    return B777.model_copy(update={"controls": controls})
+def flown_by(kind: str, aircraft: Aircraft = B777, **servo: object) -> Aircraft:
+    """Return an aircraft with its elevator measured elsewhere, and another servo."""
+    elevator = aircraft.controls.de.model_copy(update={"kind": kind, **servo})
+    controls = aircraft.controls.model_copy(update={"de": elevator})
+    return aircraft.model_copy(update={"controls": controls})
 
 
 def block_of(**channels: FloatArray) -> Block:
@@ -91,51 +93,68 @@ def test_what_hangs_on_a_missing_sample_is_missing() -> None:
     assert found[known] == pytest.approx(whole[known], abs=0.05 * DEGREE)
 
 
-def commanded(virtual: Virtual, aircraft: Aircraft) -> Maneuver:
-    """Return the maneuver with the command in place of the deflection that it brought about."""
+def asked_for(virtual: Virtual) -> FloatArray:
+    """Return the command that moved the elevator as it moved."""
     deflection = virtual.motion["de"]
-    block = virtual.maneuver.block
     asked = deflection + LAG * np.gradient(deflection, virtual.maneuver.dt)
     late = round(DELAY / virtual.maneuver.dt)
-    asked = np.concatenate((asked[late:], np.full(late, asked[-1])))
-    names = tuple("de_command" if name == "de" else name for name in block.channels)
-    values = np.column_stack(
-        [asked if name == "de_command" else block[old]
-         for name, old in zip(names, block.channels, strict=True)]
-    )  # fmt: skip
-    flight = Flight(
-        name="log", path=Path("log"), sources={}, info=None,
-        block=Block(channels=names, times=block.times, values=values),
-    )  # fmt: skip
-    return cut_maneuver(
-        flight, aircraft, float(block.times[0]), float(block.times[-1]), id="1", inputs=("de",)
-    )
+    return np.concatenate((asked[late:], np.full(late, asked[-1])))
+
+
+def log_of(virtual: Virtual) -> Flight:
+    """Return the flight with the command in place of the deflection that it brought about."""
+    block = virtual.maneuver.block
+    columns = {"de_command" if name == "de" else name: block[name] for name in block.channels}
+    columns["de_command"] = asked_for(virtual)
+    values = np.column_stack(list(columns.values()))
+    log = Block(channels=tuple(columns), times=block.times, values=values)
+    return Flight(name="log", path=Path("log"), sources={}, info=None, block=log)
+
+
+def commanded(virtual: Virtual, aircraft: Aircraft) -> Maneuver:
+    flight = log_of(virtual)
+    first, last = (float(flight.block.times[place]) for place in (0, -1))
+    return cut_maneuver(flight, aircraft, first, last, id="1", inputs=("de",))
+
+
+def behind_a_servo(aircraft: Aircraft, lag: float, delay: float) -> Aircraft:
+    """Return the aircraft with its elevator known by the command to a servo."""
+    return flown_by("command", aircraft, lag=lag, delay=delay, slop=0.0, rate_limit=1e9)
 
 
 def test_a_log_of_commands_gives_the_derivatives_of_the_aircraft() -> None:
     """With the servo of the aircraft file; taken as the surface, the command gives others."""
     virtual = fly(7, "lon")
-    aircraft = virtual.maneuver.aircraft
-    elevator = aircraft.controls.de.model_copy(
-        update={"kind": "command", "lag": LAG, "delay": DELAY, "slop": 0.0, "rate_limit": 1e9}
-    )
-    prompt = elevator.model_copy(update={"lag": 0.0, "delay": 0.0})
 
-    def found(control: object) -> tuple[Maneuver, dict[str, float]]:
-        controls = aircraft.controls.model_copy(update={"de": control})
-        maneuver = commanded(virtual, aircraft.model_copy(update={"controls": controls}))
+    def found(aircraft: Aircraft) -> tuple[Maneuver, dict[str, float]]:
+        maneuver = commanded(virtual, aircraft)
         result = estimate([maneuver], MLSettings(axis="lon"))
         return maneuver, {name: result.value(name) for name in ("Cm_alpha", "Cm_q", "Cm_de")}
 
-    told, right = found(elevator)
+    told, right = found(behind_a_servo(virtual.maneuver.aircraft, lag=LAG, delay=DELAY))
     truth = {name: virtual.truth[name] for name in right}
     assert right == pytest.approx(truth, rel=0.08)
     assert told.remarks == ()
-    untold, wrong = found(prompt)
+    untold, wrong = found(behind_a_servo(virtual.maneuver.aircraft, lag=0.0, delay=0.0))
     assert abs(wrong["Cm_q"] / truth["Cm_q"] - 1.0) > 0.3
     (remark,) = untold.remarks
     assert "the aircraft file says nothing of the servo" in remark
     assert "[controls.de]" in remark
+
+
+def test_ftr_over_a_whole_flight_hears_the_surface() -> None:
+    """The command, with its servo told, says what the surface itself says."""
+    virtual = fly(7, "lon")
+    aircraft = virtual.maneuver.aircraft
+    measured = replace(log_of(virtual), block=virtual.maneuver.block)
+    behind = behind_a_servo(aircraft, lag=LAG, delay=DELAY)
+
+    def heard(flight: Flight, flown_by: Aircraft) -> float | None:
+        return listen_to(flight, flown_by).estimates()["Cm_de"].value
+
+    truth = heard(measured, aircraft)
+    assert truth is not None
+    assert heard(log_of(virtual), behind) == pytest.approx(truth, rel=0.05)
 
 
 def test_an_aircraft_file_that_expects_a_position_is_told_what_the_log_holds() -> None:

@@ -1,4 +1,4 @@
-"""FTR over a whole recorded flight, as it would have formed its values in the air."""
+"""FTR over a whole recorded flight: how its values form from take-off on."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import math
 from gsapp.aircraft import Aircraft
 from gsapp.flight import Flight
 from gsapp.foundation import FlightError
+from gsapp.identification.deflections import deflected
 from gsapp.identification.ftr.online import FTR
 from gsapp.identification.maneuver import mass_over_flight
 from gsapp.quantities import Block
@@ -30,7 +31,7 @@ def listen_to(flight: Flight, aircraft: Aircraft) -> FTR:
     FlightError
         If there are too few samples a second, or none at all.
     """
-    block = flight.block
+    block = deflected(flight.block, aircraft)
     if len(block) < 2 or not math.isfinite(flight.rate):
         raise FlightError(f"the flight '{flight.name}' holds too few samples to listen to")
     heard = FTR(
