@@ -153,7 +153,8 @@ def _results_section(reported: Reported) -> Section:
         parts.append(
             Table(
                 caption="Derivatives per radian, rates as q c/2V, p b/2V, r b/2V, about the CG of "
-                "the aircraft file; means weighted by the bounds of each maneuver",
+                "the aircraft file; means weighted by the bound of each maneuver and by what the "
+                "maneuvers scatter beyond their bounds",
                 columns=DERIVATIVE_COLUMNS,
                 rows=tuple(derivative_rows(summary, known_before(reported.result))),
                 numeric=frozenset(range(1, len(DERIVATIVE_COLUMNS))),

@@ -63,6 +63,7 @@ def test_the_report_says_what_a_supervisor_asks(compared: LinearComparison) -> N
     for words in (
         "Derivatives of the B777",
         f"Maneuver {WILD} is wild",
+        "and by what the maneuvers scatter beyond their bounds",
         "times as much as their bounds promise",
         "times the plain Cramer-Rao bounds",
         "fitted on 4 maneuvers and judged on 2 maneuvers of B that none of them saw",
