@@ -699,6 +699,8 @@ def test_tab_reaches_every_control_and_each_has_a_name(story: MainWindow, qtbot:
             reached.add(QApplication.focusWidget())
             press(qtbot, Qt.Key.Key_Tab)
         assert wanted <= reached, [widget.accessibleName() for widget in wanted - reached]
+        # What only scrolls shows no keyboard, and follows to what has it.
+        assert story.gap.story not in reached
         for widget in wanted:
             assert widget.accessibleName(), widget
     for kind in (QAbstractButton, QComboBox, QAbstractItemView, QSlider):

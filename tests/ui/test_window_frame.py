@@ -149,6 +149,21 @@ def test_a_dialog_that_was_answered_is_gone(window: MainWindow, qtbot: QtBot, co
     until(qtbot, lambda: not window.findChildren(QDialog), 2_000)
 
 
+def test_tab_stops_in_the_help_where_it_is_seen(window: MainWindow, qtbot: QtBot) -> None:
+    def look(dialog: KeysDialog) -> None:
+        (area,) = dialog.findChildren(QScrollArea)
+        qtbot.keyClick(dialog.search, Qt.Key.Key_Tab)
+        assert area.hasFocus()
+        assert area.accessibleName()
+        image = dialog.grab().toImage()
+        rim = image.pixelColor(in_window(area, dialog).topLeft() * image.devicePixelRatio())
+        assert rim.name() == window.look.theme.text
+        dialog.reject()
+
+    answer_dialog(KeysDialog, look)
+    window.commands.actions["keys"].trigger()
+
+
 def test_letters_typed_into_a_field_are_no_commands(flight: MainWindow, qtbot: QtBot) -> None:
     """M in the search is a letter; Space on a button presses it instead of pausing."""
     flight.view.show_panel(0)
@@ -566,8 +581,10 @@ def test_a_line_of_ink_says_where_the_keyboard_is(
     lines = LinesView(LinesModel(window.look, ("Time", "Mark")), window.look, "Marks", 1, {0: 60})
     tabs = QTabBar()
     tabs.addTab("Marks")
+    read = QScrollArea()
+    read.setProperty("role", "read")
     kinds = (QCheckBox("Use it"), QRadioButton("One"), QTreeWidget(), QListView(), boxed, lines,
-             tabs)  # fmt: skip
+             tabs, read)  # fmt: skip
     page = QDialog(window)
     column = QVBoxLayout(page)
     for one in kinds:

@@ -111,6 +111,7 @@ class StoryView(QScrollArea):
         self.selection = Selection()
         self._moved = self._chose = self._tuned = False
         self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setAccessibleName("The search's answer")
