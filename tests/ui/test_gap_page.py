@@ -211,8 +211,12 @@ def test_a_search_runs_behind_and_the_open_flight_is_searched(
     # Other commands act while it runs.
     qtbot.keyClick(window, Qt.Key.Key_U, CONTROL)
     assert window.look.units == "SI"
+    # What is listed meanwhile is not in what runs, and is not called so.
+    window.gap.setup.add(write_flight(tmp_path / "another"))
+    assert window.gap.setup.sentence.text() == "What is changed here counts for the next search."
     engine.hold.set()
     until(qtbot, lambda: window.gap.shown)
+    assert "2 flights, searched together" in window.gap.setup.sentence.text()
     assert not strip.isVisible()
     job = engine.jobs[0]
     assert isinstance(job, SearchJob)

@@ -274,6 +274,8 @@ class SetupPage(CenteredPage):
                 "hidden effect below.",
                 "caution",
             )
+        elif self._busy:
+            self.sentence.say("What is changed here counts for the next search.")
         elif len(paths) == 1:
             self.sentence.say(
                 "One flight. Several flights with the same maneuvers make names surer."
