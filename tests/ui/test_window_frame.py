@@ -828,6 +828,7 @@ def test_new_lines_leave_the_chosen_line_and_its_editor_alone(qtbot: QtBot) -> N
     show("b", "d")
     panel.begin_edit("d")
     editor = panel.view.findChild(QLineEdit)
+    assert editor.accessibleName() == "Mark"
     show("a", "b", "d")
     show("a", "b", "c", "d")
     assert panel.view.current_key() == "d"

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QLineEdit,
     QStyledItemDelegate,
+    QStyleOptionViewItem,
     QTableView,
     QWidget,
 )
@@ -179,6 +180,13 @@ class LinesModel(QAbstractTableModel):
 
 class TypedText(QStyledItemDelegate):
     """Fields in cells; what is being typed stays, whatever the table shows anew meanwhile."""
+
+    def createEditor(self, parent: QWidget, option: QStyleOptionViewItem, index: Index) -> QWidget:
+        """Return the field, called as its column is."""
+        editor = super().createEditor(parent, option, index)
+        title = index.model().headerData(index.column(), Qt.Orientation.Horizontal)
+        editor.setAccessibleName(str(title))
+        return editor
 
     def setEditorData(self, editor: QWidget, index: Index) -> None:
         """Fill a field with its cell, for as long as nobody has typed into it."""

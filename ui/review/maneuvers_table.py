@@ -47,13 +47,7 @@ class _Begun:
 
 
 class _Typing(TypedText):
-    """Lets people type over the whole of a cell, and says what is typed there."""
-
-    def createEditor(self, parent: QWidget, option: QStyleOptionViewItem, index: Index) -> QWidget:
-        """Return the field, with a name."""
-        editor = super().createEditor(parent, option, index)
-        editor.setAccessibleName(COLUMNS[index.column()].title)
-        return editor
+    """Lets people type over the whole of a cell."""
 
     def updateEditorGeometry(
         self, editor: QWidget, option: QStyleOptionViewItem, _index: Index
