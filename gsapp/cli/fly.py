@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from gsapp.quantities import Block
     from gsapp.telemetry.clock import Clock
     from gsapp.telemetry.sources import Source
+    from gsapp.telemetry.virtual.downlink import Downlink
     from gsapp.telemetry.virtual.settings import FlightSettings
     from gsapp.telemetry.virtual.transmit import Line, Progress
 
@@ -174,6 +175,7 @@ def send(
         try:
             with shown(console, f"Flying '{settings.plan}' over {to}") as show:
                 transmitter.fly(show)
+            tell_of_crash(downlink, console)
             console.print(
                 f"The flight is over: {transmitter.sent_bytes / 1e6:.2f} MB sent.", highlight=False
             )
@@ -237,6 +239,7 @@ def _fill(
     kept = folder / "onboard.tlog" if settings.thin else None
     with shown(console, f"Flying '{settings.plan}'") as show:
         write_record(downlink, flight.tlog_file, kept, seed=settings.seed, progress=show)
+    tell_of_crash(downlink, console)
     if kept is not None:
         flight.update_info(onboard_log=kept.name)
     return downlink.truth(), show.reached
@@ -244,6 +247,17 @@ def _fill(
 
 def _notes(settings: FlightSettings) -> str:
     return f"Virtual flight: plan {settings.plan}, seed {settings.seed}."
+
+
+def tell_of_crash(downlink: Downlink, console: Console) -> None:
+    """Say of a flight that ended before its plan that it did, and when."""
+    if downlink.crashed:
+        end = downlink.truth().times[-1]
+        console.print(
+            f"The aircraft crashed after {end:.1f} s; the flight ends there.",
+            style="yellow",
+            highlight=False,
+        )
 
 
 def write_truth(path: Path, block: Block) -> None:

@@ -51,7 +51,7 @@ def send(
     GroundStationError
         If the link cannot be opened, or the aircraft cannot be flown.
     """
-    from gsapp.cli.fly import open_line, shown, write_truth
+    from gsapp.cli.fly import open_line, shown, tell_of_crash, write_truth
     from gsapp.dynamics.pilot.keyed import KeyedPilot
     from gsapp.telemetry.clock import HostClock
     from gsapp.telemetry.virtual.bench import TypedControl
@@ -76,6 +76,7 @@ def send(
         try:
             with shown(console, f"Flying with keys over {to}") as show:
                 transmitter.fly(show)
+            tell_of_crash(downlink, console)
         finally:
             if truth is not None:
                 write_truth(truth, downlink.truth())

@@ -132,3 +132,16 @@ def test_a_place_that_is_taken_is_not_touched(tmp_path: Path) -> None:
 def test_a_link_that_makes_no_sense_is_refused(to: str, speed: float, words: str) -> None:
     with pytest.raises(WrongCallError, match=words):
         command.run(to=to, plan="short", speed=speed)
+
+
+def test_it_is_said_that_the_aircraft_crashed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A storm tips it over as it stands: the flight is written, short as it is."""
+    out = tmp_path / "flight"
+    command.run(out=out, seed=9, turbulence=3.0)
+    end = load_flight(out).block.times[-1]
+    assert end < 10.0
+    assert f"The aircraft crashed after {end:.1f} s; the flight ends there." in (
+        capsys.readouterr().err
+    )

@@ -52,6 +52,11 @@ class Downlink:
         """Return whether the flight is over."""
         return self._stopped or self._flight.finished
 
+    @property
+    def crashed(self) -> bool:
+        """Return whether it ended badly."""
+        return self._flight.crashed
+
     def stop(self) -> None:
         """End the flight where it is, as if the box had been switched off."""
         self._stopped = True
