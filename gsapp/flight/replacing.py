@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -48,13 +49,19 @@ def making(folder: Path | str) -> Iterator[Path]:
             yield made
     except (OSError, FlightError) as error:
         refused = error if isinstance(error, OSError) else error.__cause__
-        beside = made == target or str(made) in str(error)
+        beside = made == target or str(made) in str(error) or _disk_is_full(error)
         if not isinstance(refused, OSError) or not beside:
             raise
         place = "choose a place where you may write, with space on its disk"
         raise FlightError(
             refusal(f"the flight folder {target}", refused, place, verb="made")
         ) from error
+
+
+def _disk_is_full(error: Exception) -> bool:
+    """Return whether a file that was open refused to grow; such an error names no file."""
+    full = (errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", -1))
+    return isinstance(error, OSError) and error.filename is None and error.errno in full
 
 
 def write_whole(path: Path | str, content: bytes | str) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import subprocess
 import sys
 import tempfile
@@ -14,6 +15,7 @@ from gsapp.aircraft.reading import SHIPPED
 from gsapp.flight.folder import FlightFolder, is_flight_folder
 from gsapp.flight.info import FlightInfo, Weather
 from gsapp.flight.provenance import input_file
+from gsapp.flight.replacing import making
 from gsapp.foundation import FileProblemsError, FlightError
 
 
@@ -220,3 +222,20 @@ def test_a_flight_that_was_on_a_mac_is_the_same_flight(tmp_path):
     flight = FlightFolder.open(folder.path)
     assert len(load_certificates(folder.path)) == before[1] > 0
     assert (input_file("flight", flight.path).sha256, len(flight.certificate_files())) == before
+
+
+def test_a_disk_that_fills_while_a_flight_is_made_is_told_with_the_flight(tmp_path: Path) -> None:
+    """A file that is open already names no path when it cannot grow; nothing stays behind."""
+    folder = tmp_path / "flight"
+
+    def fill(error: OSError) -> None:
+        with making(folder) as part:
+            (part / "raw.tlog").write_bytes(b"half")
+            raise error
+
+    with pytest.raises(FlightError, match=r"flight cannot be made .*make room on the disk"):
+        fill(OSError(errno.ENOSPC, "No space left on device"))
+    assert list(tmp_path.iterdir()) == []
+    # What is no matter of the disk stays what it was.
+    with pytest.raises(ConnectionResetError):
+        fill(ConnectionResetError())
