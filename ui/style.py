@@ -56,7 +56,8 @@ QPushButton:default, QPushButton[role="primary"] {{ background: {text}; color: {
 QPushButton:default:hover, QPushButton[role="primary"]:hover {{ background: {ink_hover}; }}
 QPushButton:default:disabled, QPushButton[role="primary"]:disabled {{ background: {chosen};
   color: {faint}; border-color: {line}; }}
-QPushButton:default:focus, QPushButton[role="primary"]:focus {{ border: 2px solid {target}; }}
+QPushButton:checked:focus, QPushButton:default:focus, QPushButton[role="primary"]:focus {{
+  border: 3px double {text}; background-clip: padding; padding: {p2}px {p10}px; }}
 QPushButton[role="quiet"] {{ background: transparent; border-color: transparent; }}
 QPushButton[role="quiet"]:hover {{ background: {pressed}; }}
 QPushButton[role="quiet"]:focus {{ border: 2px solid {text}; }}
@@ -171,7 +172,7 @@ def style_sheet(look: Look, signs: dict[str, str]) -> str:
     colors = {
         role: look.color(role).name()
         for role in ("background", "panel", "text", "muted", "line", "axis", "grid", "hover",
-                     "chosen", "pressed", "good", "caution", "warning", "target", "caution_band",
+                     "chosen", "pressed", "good", "caution", "warning", "caution_band",
                      "warning_band", "banner", "banner_text")
     }  # fmt: skip
     colors["faint"] = mixed(theme.background, theme.text, 0.5).name()

@@ -30,6 +30,7 @@ from PySide6.QtWidgets import (
     QListView,
     QListWidget,
     QMessageBox,
+    QPushButton,
     QRadioButton,
     QScrollArea,
     QSplitter,
@@ -610,6 +611,36 @@ def test_a_line_of_ink_says_where_the_keyboard_is(
         assert contrast(ink, without) >= 3.0, type(one).__name__
         assert contrast(ink, window.look.theme.background) >= 7.0
         assert before == after
+
+
+@pytest.mark.parametrize("theme", list(THEMES))
+def test_a_filled_button_shows_the_keyboard(window: MainWindow, qtbot: QtBot, theme: str) -> None:
+    """A line stands off from what is ink all over."""
+    window.look.set_theme(theme)
+    primary, checked = QPushButton("Estimate"), QPushButton("1 min")
+    primary.setProperty("role", "primary")
+    checked.setCheckable(True)
+    checked.setChecked(True)
+    page = QDialog(window)
+    column = QVBoxLayout(page)
+    for one in (primary, checked):
+        one.setAutoDefault(False)
+        column.addWidget(one)
+    page.show()
+    activate(qtbot, page)
+
+    def gaps(button: QPushButton) -> int:
+        image = page.grab().toImage()
+        ratio, box = image.devicePixelRatio(), button.geometry()
+        spots = [QPoint(box.center().x(), box.top() + deep) * ratio for deep in range(4)]
+        ink = window.look.theme.text
+        return sum(contrast(image.pixelColor(spot).name(), ink) >= 3.0 for spot in spots)
+
+    for one, other in ((primary, checked), (checked, primary)):
+        other.setFocus()
+        assert gaps(one) == 0
+        one.setFocus()
+        assert gaps(one) >= 1
 
 
 def test_the_line_of_the_keyboard_is_seen_where_none_was_chosen(qtbot: QtBot) -> None:
