@@ -39,7 +39,7 @@ def instrument_remarks(
     except FlightError as error:
         return (InstrumentRemark(channel="", words=str(error), consistent=False),)
     if not found.verdicts:
-        return (InstrumentRemark(channel="", words=found.summary, consistent=True),)
+        return (InstrumentRemark(channel="", words=found.summary, consistent=found.consistent),)
     return tuple(
         InstrumentRemark(
             channel=", ".join(one.channels),

@@ -128,3 +128,11 @@ def test_a_pitch_rate_in_another_unit_is_not_called_consistent(good: Maneuver) -
     found = check([with_channels(good, q=good.block["q"] * DEGREE)])
     assert not found.consistent
     assert "q and the other instruments show two different motions" in found.summary
+
+
+def test_a_vane_in_another_unit_is_not_called_consistent(good: Maneuver) -> None:
+    """Radians taken for degrees: it hardly moves, and gusts could do that; it is no proof."""
+    for vane in ("alpha", "beta"):
+        found = check([with_channels(good, **{vane: good.block[vane] * DEGREE})])
+        assert not found.consistent
+        assert "in the units that the channel map says" in found.summary

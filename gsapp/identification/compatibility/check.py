@@ -55,6 +55,9 @@ _UNEXPLAINED: Mapping[str, float] = {
 _BESIDE_ITSELF = 1000.0
 """Power over that of its own white noise with which a gyro contradicts the others as no gusts make
 it: 500 at most in gusts of 2 m/s, 4000 and more with a rate or an angle in another unit."""
+_ADRIFT = 4.0
+"""Bounds by which a fit was about to move on when it ended, from which it is no proof: 2.2 at most
+of good instruments whose errors hardly show, 6 and more with a vane in another unit."""
 _GUSTY = 0.3
 """Change of the air's speed over a second (m/s) that is worth a warning."""
 
@@ -141,8 +144,9 @@ def check(
         remedies=tuple(one.name for one in found.remedies),
         iterations=final.iterations,
         converged=final.converged,
+        adrift=final.step > _ADRIFT,
         warnings=tuple(warnings),
-        summary=_summary(verdicts, channels),
+        summary=_summary(verdicts, channels, adrift=final.step > _ADRIFT),
     )
 
 
@@ -309,13 +313,19 @@ def _noise(prepared: Preparation) -> dict[str, float]:
     return {name: float(np.median(sizes)) for name, sizes in found.items()}
 
 
-def _summary(verdicts: Sequence[InstrumentVerdict], channels: Sequence[str]) -> str:
-    if not verdicts:
+def _summary(
+    verdicts: Sequence[InstrumentVerdict], channels: Sequence[str], *, adrift: bool
+) -> str:
+    if verdicts:
+        return "; ".join(one.sentence for one in verdicts)
+    names = listed([title(name) for name in channels])
+    if adrift:
         return (
-            f"{listed([title(name) for name in channels])} are consistent with one another: what "
-            "a model misses is in the model"
+            f"no contradiction is found between {names}, and none is ruled out, since the fit was "
+            "far from settled when it ended; look whether all are in the units that the channel "
+            "map says"
         )
-    return "; ".join(one.sentence for one in verdicts)
+    return f"{names} are consistent with one another: what a model misses is in the model"
 
 
 # --- histories ----------------------------------------------------------------------------------

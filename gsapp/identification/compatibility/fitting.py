@@ -107,6 +107,8 @@ class Fit:
         Twice the negative log-likelihood, errors weighed by what is plausible.
     iterations : int
     converged : bool
+    step : float
+        The largest that errors and starts were about to move, in their bounds, when it ended.
     """
 
     free: tuple[str, ...]
@@ -117,6 +119,7 @@ class Fit:
     unlikelihood: float
     iterations: int
     converged: bool
+    step: float
 
     def rms(self, channel: str) -> float:
         """Return the residual of one channel, rms over all stretches; SI."""
@@ -218,9 +221,9 @@ def fit(
             seen = [part.seen for part in parts]
         covariance, g = _normal(parts, len(free), prior, origin)
         step = covariance @ g
+        size_of_step = float((np.abs(step) / np.sqrt(covariance.diagonal())).max())
         if converged or number >= most:
             break
-        size_of_step = float((np.abs(step) / np.sqrt(covariance.diagonal())).max())
         number += 1
         calm += 1
         look = phase < _LOOKS and (size_of_step < _NEARLY or calm >= _PATIENCE)
@@ -251,6 +254,7 @@ def fit(
         unlikelihood=likely + float(prior @ origin**2),
         iterations=number,
         converged=converged,
+        step=size_of_step,
     )
 
 
@@ -313,6 +317,7 @@ def _lost(
         unlikelihood=np.inf,
         iterations=number,
         converged=False,
+        step=np.inf,
     )
 
 

@@ -136,6 +136,8 @@ class CompatibilityResult:
         Signs turned and channels exchanged, in words of `verdicts`: ``-ay``, ``p<>r``.
     iterations : int
     converged : bool
+    adrift : bool
+        Whether the fit was far from settled when it ended, and so proves nothing.
     warnings : tuple of str
         Sentences for the crew.
     summary : str
@@ -155,10 +157,11 @@ class CompatibilityResult:
     remedies: tuple[str, ...] = ()
     iterations: int = 0
     converged: bool = True
+    adrift: bool = False
     warnings: tuple[str, ...] = ()
     summary: str = ""
 
     @property
     def consistent(self) -> bool:
-        """Return whether no instrument is found fault with."""
-        return not self.verdicts
+        """Return whether no instrument is found fault with, by a fit that can tell."""
+        return not self.verdicts and not self.adrift
