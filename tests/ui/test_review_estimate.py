@@ -24,9 +24,10 @@ import ui.window
 from gsapp.dynamics.model import load_model, save_model
 from gsapp.flight.catalog import Catalog
 from gsapp.identification.runs.keeping import kept_runs
+from ui.look import Look
 from ui.review.estimate_asking import run_request
 from ui.review.estimate_page import EstimatePage
-from ui.review.estimate_table import LAST, NAME, TREATED, VALUE
+from ui.review.estimate_table import LAST, NAME, TREATED, VALUE, DerivativeTable
 from ui.review.estimate_wishes import Wishes
 from ui.settings import catalog_path
 from ui.window import MainWindow
@@ -319,6 +320,26 @@ def test_what_is_typed_while_a_run_ends_stays(
     qtbot.keyClicks(QApplication.focusWidget(), "2")
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, lambda: page._wishes.derivative("Cm_q").value == "-22")
+
+
+def test_a_value_is_shown_with_all_of_its_bound(qtbot: QtBot) -> None:
+    """A bound of many digits has room on the line of its value, in a narrow window, too."""
+    table = DerivativeTable(Look())
+    qtbot.addWidget(table)
+    table.resize(500, 300)
+    table.model_of.show_wishes(Wishes(axis="lat"))
+    table.show()
+    for last in (
+        {"Cn_0": "−0.5 ± 0.1"},
+        {"Cn_0": "−0.0000129 ± 0.0000067", "Cl_p": "−1.06 ± 0.01"},
+    ):
+        table.model_of.show_last(last)
+        assert table.sizeHintForColumn(LAST) <= table.columnWidth(LAST)
+        high = table.sizeHintForRow(table.model_of.names.index("Cn_0"))
+        assert high <= table.rowHeight(0)
+        bar = table.horizontalScrollBar()
+        assert table.viewport().height() >= table.rowHeight(0) * min(12, len(table.model_of.names))
+    assert bar.isVisible()
 
 
 def test_a_run_that_is_stopped_leaves_nothing(

@@ -29,8 +29,8 @@ _SAID: Final = {
 }
 _ROW: Final = 30
 _MOST_ROWS: Final = 12
-_LAST: Final = 150
-"""Points that a value with its bound needs."""
+_PADDING: Final = 20
+"""Points beside the letters of a cell."""
 _WIDEST: Final = 176
 """Points of the names of effects' parameters."""
 _WIDTHS: Final = {NAME: 80, TREATED: 60, VALUE: 64, START: 56, PRIOR: 56, DEVIATION: 44}
@@ -214,6 +214,8 @@ class DerivativeTable(QTableView):
             | QAbstractItemView.EditTrigger.EditKeyPressed
         )
         self.setTabKeyNavigation(False)
+        # Else a bound that has no room goes to a second line, where nobody sees it.
+        self.setWordWrap(False)
         self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self.verticalHeader().hide()
         header = self.horizontalHeader()
@@ -221,6 +223,7 @@ class DerivativeTable(QTableView):
         header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         self.clicked.connect(self._clicked)
         self.model_of.modelReset.connect(self._fit)
+        self.model_of.dataChanged.connect(self._fit)
         look.changed.connect(self._fit)
         self._fit()
 
@@ -232,16 +235,20 @@ class DerivativeTable(QTableView):
         own = QFontMetrics(self._look.font("body", strong=True))
         small = QFontMetrics(self._look.font("small", strong=True))
         names = [
-            (small if name in self.model_of.effects else own).horizontalAdvance(name) + px(20)
+            (small if name in self.model_of.effects else own).horizontalAdvance(name) + px(_PADDING)
             for name in self.model_of.names
         ]
         self.setColumnWidth(NAME, min(max([px(_WIDTHS[NAME]), *names]), px(_WIDEST)))
-        taken = sum(self.columnWidth(column) for column in _WIDTHS)
-        self.setColumnWidth(LAST, max(self.viewport().width() - taken, px(_LAST)))
+        letters = QFontMetrics(self._look.font("body"))
+        written = map(letters.horizontalAdvance, self.model_of.last.values())
+        least = max(written, default=0) + px(_PADDING)
+        room = self.viewport().width() - sum(self.columnWidth(column) for column in _WIDTHS)
+        self.setColumnWidth(LAST, max(room, least))
         self.horizontalHeader().setMinimumSectionSize(px(40))
         self.verticalHeader().setDefaultSectionSize(px(_ROW))
         rows = min(len(self.model_of.names), _MOST_ROWS)
-        self.setFixedHeight(rows * px(_ROW) + px(34))
+        bar = self.horizontalScrollBar().sizeHint().height() if room < least else 0
+        self.setFixedHeight(rows * px(_ROW) + px(34) + bar)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give what room is left to the last column."""
