@@ -101,6 +101,7 @@ QScrollArea[role="read"] {{ border: 2px solid transparent; }}
 QScrollArea[role="read"]:focus {{ border-color: {text}; }}
 QTreeView::item, QListView::item {{ min-height: {p28}px; padding: 0 {p4}px; }}
 QTableView::item {{ padding: {p4}px {p6}px; }}
+QTableView[role="close"]::item {{ padding: {p4}px {p3}px; }}
 QTreeView::item:hover, QListView::item:hover, QTableView::item:hover {{ background: {hover}; }}
 QTreeView::item:selected, QListView::item:selected, QTableView::item:selected {{
   background: {chosen}; color: {text}; }}
@@ -118,6 +119,7 @@ QTreeView::indicator:checked, QTableView::indicator:checked {{ image: url("{chec
 QHeaderView {{ background: {panel}; }}
 QHeaderView::section {{ background: {panel}; color: {muted}; font-size: {label}px; border: 0;
   border-bottom: 1px solid {line}; padding: {p4}px {p8}px; }}
+QTableView[role="close"] QHeaderView::section {{ padding: {p4}px {p4}px; }}
 QTableCornerButton::section {{ background: {panel}; border: 0; }}
 
 QTabWidget::pane {{ border: 0; border-top: 1px solid {line}; background: {panel}; }}

@@ -29,11 +29,11 @@ _SAID: Final = {
 }
 _ROW: Final = 30
 _MOST_ROWS: Final = 12
-_PADDING: Final = 20
+_PADDING: Final = 14
 """Points beside the letters of a cell."""
 _WIDEST: Final = 176
 """Points of the names of effects' parameters."""
-_WIDTHS: Final = {NAME: 80, TREATED: 60, VALUE: 64, START: 56, PRIOR: 56, DEVIATION: 44}
+_WIDTHS: Final = {NAME: 76, TREATED: 54, VALUE: 58, START: 50, PRIOR: 50, DEVIATION: 38}
 
 
 class DerivativeModel(QAbstractTableModel):
@@ -205,6 +205,7 @@ class DerivativeTable(QTableView):
         self.setModel(self.model_of)
         self.setItemDelegate(TypedText(self))
         self.setAccessibleName("Derivatives")
+        self.setProperty("role", "close")
         self.setShowGrid(False)
         self.setAlternatingRowColors(True)
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
