@@ -6,6 +6,7 @@ quick.
 
 from __future__ import annotations
 
+import os
 import sys
 from io import TextIOWrapper
 from typing import Annotated
@@ -108,6 +109,7 @@ def main() -> None:
             raise
         from gsapp.cli._calls import WrongCallError
 
+        _drop_what_cannot_be_printed()
         if isinstance(error, WrongCallError):
             sys.stderr.write(f"gsapp: {sentence}\n")
             sys.exit(2)
@@ -123,6 +125,16 @@ def _print_anything() -> None:
         if isinstance(stream, TextIOWrapper):
             encoding = None if stream.isatty() else "utf-8"
             stream.reconfigure(encoding=encoding, errors="replace")
+
+
+def _drop_what_cannot_be_printed() -> None:
+    """Let a full disk be told once: Python 3.13 would print again as it ends, and exit with 120."""
+    if not isinstance(sys.stdout, TextIOWrapper):
+        return
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _sentence(error: Exception) -> str | None:
