@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from gsapp.foundation import FlightError, files
-from gsapp.foundation.refusals import refusal
+from gsapp.foundation.refusals import NO_ROOM, refusal
 
 
 @contextlib.contextmanager
@@ -60,7 +60,7 @@ def making(folder: Path | str) -> Iterator[Path]:
 
 def _disk_is_full(error: Exception) -> bool:
     """Return whether a file that was open refused to grow; such an error names no file."""
-    full = (errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", -1))
+    full = NO_ROOM | {errno.EFBIG}
     return isinstance(error, OSError) and error.filename is None and error.errno in full
 
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import errno
+from typing import Final
+
+NO_ROOM: Final = frozenset({errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)})
+"""What a system says where the disk is full, or the share of it that a user may have."""
 
 _REMEDIES = {
-    errno.ENOSPC: "make room on the disk",
-    getattr(errno, "EDQUOT", -1): "make room on the disk",
+    **dict.fromkeys(NO_ROOM, "make room on the disk"),
     errno.EFBIG: "choose a disk that takes files of that size",
     errno.EROFS: "choose a place where you may write",
     errno.ENAMETOOLONG: "choose a shorter name",

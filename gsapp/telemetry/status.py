@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import errno
 import os
 import sys
 import tempfile
@@ -15,6 +14,7 @@ import platformdirs
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from gsapp.foundation.files import put_in_place
+from gsapp.foundation.refusals import NO_ROOM
 
 RUNTIME_VARIABLE: Final = "GSAPP_RUNTIME_FOLDER"
 _PATIENCE: Final = 0.2
@@ -150,9 +150,7 @@ def write_status(path: Path, status: RecorderStatus) -> bool:
     except OSError as error:
         with contextlib.suppress(OSError):
             temporary.unlink()
-        return error.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", None)) and _overwrite(
-            path, content
-        )
+        return error.errno in NO_ROOM and _overwrite(path, content)
     return True
 
 

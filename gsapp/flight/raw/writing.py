@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import threading
 from collections import deque
@@ -21,8 +20,7 @@ from gsapp.flight.raw.files import (
 )
 from gsapp.foundation import FlightError
 from gsapp.foundation.files import flush_to_disk
-
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT if hasattr(errno, "EDQUOT") else errno.ENOSPC)
+from gsapp.foundation.refusals import NO_ROOM
 
 
 @dataclass(slots=True)
@@ -262,7 +260,7 @@ class RawWriter:
                 pending.begun = True
         except OSError as error:
             self.state.error = _refusal(path, error)
-            if error.errno not in _NO_ROOM:
+            if error.errno not in NO_ROOM:
                 self._let_go(pending.name)
             return False
         return True
@@ -280,7 +278,7 @@ class RawWriter:
 
 
 def _refusal(path: Path, error: OSError) -> str:
-    if error.errno in _NO_ROOM:
+    if error.errno in NO_ROOM:
         return (
             f"The disk of {path.parent} is full; the newest data are kept in memory: make room, "
             "and writing goes on."
