@@ -102,14 +102,14 @@ def _judged(
     cards: str | None,
 ) -> Session:
     """Replay a flight to its end."""
-    from gsapp.flight.setting import Setting
+    from gsapp.flight.setting import USUAL_AIRCRAFT, Setting
     from gsapp.session import MAX_SPEED, Session
     from gsapp.session.running import run_through
 
     flown = Setting.find(path, aircraft=aircraft).aircraft
     session = Session.replay(
         path, speed=MAX_SPEED, channel_map=channel_map, certificates=calibration,
-        aircraft=flown or "b777", model=model, cards=cards,
+        aircraft=flown or USUAL_AIRCRAFT, model=model, cards=cards,
     )  # fmt: skip
     try:
         run_through(session)

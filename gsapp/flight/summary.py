@@ -13,6 +13,7 @@ from gsapp.decoding.pipeline import ChannelSource
 from gsapp.flight.events import Event
 from gsapp.flight.flight import Flight
 from gsapp.flight.maneuvers import survey
+from gsapp.flight.setting import USUAL_AIRCRAFT
 from gsapp.foundation import FlightError
 from gsapp.quantities import CIRCULAR, FloatArray, base_id
 
@@ -78,7 +79,7 @@ def events_json(events: Iterable[Event]) -> list[dict[str, Any]]:
 
 def _maneuvers(flight: Flight, aircraft: Aircraft | None) -> list[dict[str, Any]]:
     try:
-        found = survey(flight, aircraft or load_aircraft("b777")).maneuvers
+        found = survey(flight, aircraft or load_aircraft(USUAL_AIRCRAFT)).maneuvers
     except FlightError:
         # A flight without surfaces holds no maneuver that could be seen.
         return []

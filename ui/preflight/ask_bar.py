@@ -75,7 +75,7 @@ class AskBar(QFrame):
         typed: bool,
         yes: str = "Yes",
         text: str = "",
-        wrong: Callable[[str], str] | None = None,
+        wrong: Callable[[str], str] = _anything,
     ) -> None:
         """Ask a question.
 
@@ -91,12 +91,13 @@ class AskBar(QFrame):
             On the button that answers.
         text : str
             In the field to begin with.
-        wrong : callable, optional
+        wrong : callable
             Says in a sentence why what was typed is no answer, else nothing; the question stays.
+            By default anything is one.
         """
         self._answer = answer
         self._asked = question
-        self._wrong = wrong or _anything
+        self._wrong = wrong
         self.question.setText(question)
         self.field.setVisible(typed)
         self.field.setText(text)

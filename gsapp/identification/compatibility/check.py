@@ -130,6 +130,7 @@ def check(
         warnings.append(
             "the fit of instrument errors did not settle; take its values as a hint only"
         )
+    adrift = final.step > _ADRIFT
     return CompatibilityResult(
         maneuvers=tuple(dict.fromkeys(one.maneuver for one in prepared.stretches)),
         parameters=parameters,
@@ -144,9 +145,9 @@ def check(
         remedies=tuple(one.name for one in found.remedies),
         iterations=final.iterations,
         converged=final.converged,
-        adrift=final.step > _ADRIFT,
+        adrift=adrift,
         warnings=tuple(warnings),
-        summary=_summary(verdicts, channels, adrift=final.step > _ADRIFT),
+        summary=_summary(verdicts, channels, adrift=adrift),
     )
 
 
