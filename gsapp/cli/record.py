@@ -81,17 +81,24 @@ def run(
         )  # fmt: skip
     seconds = (status.updated_us - status.started_us) / 1e6
     frames, lines = status.frames - status.unwritten_frames, status.lines - status.unwritten_lines
+    where = f" into {status.folder}" if status.moved_from else ""
     say(
         f"Recorded {frames} frames, {lines} lines and {status.residue_bytes} other bytes in "
-        f"{seconds:.0f} s."
+        f"{seconds:.0f} s{where}."
     )
     if json is not None:
         write_result(json, status.model_dump_json(indent=2) + "\n")
     if status.dropped_bytes:
         raise GroundStationError(
             f"{status.unwritten_frames} of {status.frames} frames and {status.unwritten_lines} of "
-            f"{status.lines} lines ({status.dropped_bytes} bytes in all) were not written, for "
-            f"the disk of {out} did not take them; make room before the next flight"
+            f"{status.lines} lines ({status.dropped_bytes} bytes in all) were not written: the "
+            f"disk of {status.folder} did not take them, or the folder was removed"
+        )
+    if status.moved_from:
+        raise GroundStationError(
+            f"{out} was removed, renamed or made read-only during the recording: {frames} of "
+            f"{status.frames} frames and {lines} of {status.lines} lines reached the disk; the "
+            f"flight is in {status.folder}"
         )
 
 

@@ -22,6 +22,7 @@ from gsapp.decoding.frames import Frame, Residue
 from gsapp.decoding.framing import Framer, Line, LineFramer
 from gsapp.flight.names import FRAMES_FILE, LINES_FILE, STATUS_FILE, STOP_FILE
 from gsapp.flight.raw import RawWriter
+from gsapp.foundation import FlightError
 from gsapp.telemetry.clock import Clock
 from gsapp.telemetry.heartbeat import GroundHeartbeat
 from gsapp.telemetry.outbox import Outbox
@@ -34,6 +35,7 @@ _PAUSE_SECONDS: Final = 0.02
 _STATUS_SECONDS: Final = 0.5
 _SYNC_SECONDS: Final = 1.0
 _RETRY_SECONDS: Final = 0.5
+_FOLDER_SECONDS: Final = 0.5
 _HEARTBEAT_SECONDS: Final = 1.0
 _WARN_SECONDS: Final = 1800.0
 _WARN_BYTES: Final = 200_000_000
@@ -125,6 +127,10 @@ class Recorder:
         Called with every status besides writing it into the folder.
     disk_free : callable
         Gives the room on the disk of a folder, bytes.
+    relocate : callable, optional
+        Moves the writer to another folder, once its own was removed, renamed, replaced or made
+        read-only; returns whether all that was recorded so far is there. Raises OSError or
+        FlightError where that fails; it is tried again.
     """
 
     def __init__(
@@ -136,6 +142,7 @@ class Recorder:
         heartbeat: bool = False,
         on_status: Callable[[RecorderStatus], None] = lambda _: None,
         disk_free: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
+        relocate: Callable[[], bool] | None = None,
     ) -> None:
         self.source = source
         self.writer = writer
@@ -151,7 +158,12 @@ class Recorder:
         self._ended = threading.Event()
         self._written = threading.Event()
         self._started_us = clock.now_us()
-        self._status_path = writer.folder / STATUS_FILE
+        self._first_folder = writer.folder
+        self._outbox = Outbox(writer.folder)
+        self._relocate = relocate
+        self._relocation = ""
+        self._folder_error = ""
+        self._next_folder_check = 0.0
         self._rate = _Rate()
         self._last_batch_us = writer.last_stamp
         self._next_heartbeat = 0.0
@@ -171,10 +183,7 @@ class Recorder:
         reading = threading.Thread(target=self._read, name="reading", daemon=True)
         keeping = threading.Thread(target=self._keep, name="keeping", daemon=True)
         sending = threading.Thread(target=self._send, name="sending", daemon=True)
-        stop_file = self.writer.folder / STOP_FILE
-        outbox = Outbox(self.writer.folder)
-        with contextlib.suppress(OSError):
-            stop_file.unlink()
+        self._remove_stop_file()
         reading.start()
         keeping.start()
         sending.start()
@@ -188,9 +197,9 @@ class Recorder:
             self._tend(now)
             if now >= next_look:
                 next_look = now + _LOOK_SECONDS
-                for frame in outbox.take():
+                for frame in self._outbox.take():
                     self._ask_to_send(frame)
-                if stop_file.exists() or (not reading.is_alive() and self._arrived.empty()):
+                if self._stop_file.exists() or (not reading.is_alive() and self._arrived.empty()):
                     break
         self._ended.set()
         self._outgoing.put(None)
@@ -202,14 +211,22 @@ class Recorder:
                 self.take(self._arrived.get_nowait())
         self._flush_streams()
         stop.set()
+        self._check_folder()
         if give_up is not None:
-            self._wait_for_room(give_up, stop_file)
+            self._wait_for_room(give_up)
         self._written.set()
         keeping.join(timeout=5.0)
         self.finish()
-        outbox.close()
+        self._outbox.close()
+        self._remove_stop_file()
+
+    @property
+    def _stop_file(self) -> Path:
+        return self.writer.folder / STOP_FILE
+
+    def _remove_stop_file(self) -> None:
         with contextlib.suppress(OSError):
-            stop_file.unlink()
+            self._stop_file.unlink()
 
     def take(self, chunks: Sequence[Chunk]) -> None:
         """Frame and write what came."""
@@ -255,6 +272,7 @@ class Recorder:
             pid=os.getpid(),
             link=str(self.source.address),
             folder=str(self.writer.folder.absolute()),
+            moved_from=str(self._first_folder.absolute()) if self._relocation else "",
             state=state,
             started_us=self._started_us,
             updated_us=self.clock.now_us(),
@@ -278,7 +296,7 @@ class Recorder:
                 and not (written.error or written.dropped_bytes or written.lost_bytes)
             ),
             warnings=self._warnings(free, seconds),
-            notes=list(written.notes),
+            notes=[*written.notes, *filter(None, (self._relocation,))],
             parent=os.getppid(),
             ahead_us=self.clock.correction_us,
         )
@@ -293,7 +311,7 @@ class Recorder:
                 else f"The disk of {self.writer.folder} did not take the last "
                 f"{written.lost_records} records."
             )
-        sentences = [written.error]
+        sentences = [self._folder_error or written.error]
         if written.dropped_bytes:
             sentences = [
                 written.error or "The disk was full for long.",
@@ -318,12 +336,31 @@ class Recorder:
             self._write(self._last_batch_us + 1, stream.flush())
         self._streams.clear()
 
-    def _wait_for_room(self, give_up: threading.Event, stop_file: Path) -> None:
+    def _wait_for_room(self, give_up: threading.Event) -> None:
         """Go on trying to write what waits, until that is given up."""
-        with contextlib.suppress(OSError):
-            stop_file.unlink()
-        while not (self.writer.retry() or stop_file.exists() or give_up.wait(_RETRY_SECONDS)):
-            pass
+        self._remove_stop_file()
+        while not (self.writer.retry() and self._check_folder()):
+            if self._stop_file.exists() or give_up.wait(_RETRY_SECONDS):
+                return
+
+    def _check_folder(self) -> bool:
+        """Go on in another folder if this one is gone; return whether data reach the disk."""
+        former = self.writer.folder
+        if self._relocate is None or self.writer.in_place():
+            self._folder_error = ""
+            return True
+        gone = f"The flight folder {former} was removed, renamed or made read-only."
+        try:
+            whole = self._relocate()
+        except (OSError, FlightError) as error:
+            self._folder_error = f"{gone} No folder can be made beside it ({error})."
+            return False
+        here = self.writer.folder
+        kept = "everything recorded so far" if whole else "what is received from now on"
+        self._relocation = f"{gone} Recording continues in {here} with {kept}."
+        self._folder_error = ""
+        self._outbox = Outbox(here)
+        return True
 
     def _new_stream(self, stamp: int, peer: str) -> PeerStream:
         if len(self._streams) >= _MOST_STREAMS:
@@ -354,6 +391,9 @@ class Recorder:
         if self._heartbeat is not None and now >= self._next_heartbeat:
             self._next_heartbeat = now + _HEARTBEAT_SECONDS
             self._ask_to_send(self._heartbeat.frame())
+        if now >= self._next_folder_check:
+            self._next_folder_check = now + _FOLDER_SECONDS
+            self._check_folder()
         if self.writer.state.error and now >= self._next_retry:
             self._next_retry = now + _RETRY_SECONDS
             self.writer.retry()
@@ -400,7 +440,7 @@ class Recorder:
                 with contextlib.suppress(Exception, SystemExit):
                     self._on_status(status)
                 # The file in the folder comes last: who sees it finds the recorder everywhere.
-                write_status(self._status_path, status)
+                write_status(self.writer.folder / STATUS_FILE, status)
             if self._written.wait(_STATUS_SECONDS):
                 return
             if time.monotonic() >= next_sync:

@@ -16,7 +16,7 @@ from gsapp.foundation import LinkError
 from gsapp.foundation.locking import holder
 from gsapp.telemetry.address import LinkAddress, parse_link
 from gsapp.telemetry.detaching import start_detached
-from gsapp.telemetry.recorder_process import note_lock, note_path
+from gsapp.telemetry.recorder_folder import note_lock, note_path
 from gsapp.telemetry.sources.serial_port import same_port
 from gsapp.telemetry.status import RecorderStatus, read_status, runtime_folder
 
@@ -70,8 +70,9 @@ class RecorderHandle:
         """
         if not self.alive():
             return True
+        moved = find_recorder(self.folder)
         try:
-            (self.folder / STOP_FILE).touch()
+            ((self.folder if moved is None else moved.folder) / STOP_FILE).touch()
         except OSError:
             # No room even for that; on Windows this ends it less gently.
             with contextlib.suppress(OSError):
@@ -211,11 +212,18 @@ def _last_words(log: Path, start: int, code: int) -> str:
 def find_recorder(folder: Path | str) -> RecorderHandle | None:
     """Return the recorder that records into a flight folder now; None where there is none.
 
-    It is found even where the folder cannot be seen any more, under the name that it had.
+    It is found even where the folder cannot be seen any more, under the name that it had. The
+    handle then names the folder in which the record continues.
     """
     place = Path(folder).absolute()
     pid = _process(place)
-    return None if pid is None else RecorderHandle(folder=place, pid=pid)
+    if pid is None:
+        return None
+    status = last_status(place, pid)
+    moved = Path(status.folder) if status is not None else place
+    if moved != place and holder(moved / LOCK_FILE) == pid:
+        place = moved
+    return RecorderHandle(folder=place, pid=pid)
 
 
 def last_status(folder: Path | str, pid: int | None = None) -> RecorderStatus | None:
@@ -248,7 +256,7 @@ def find_recorders() -> list[RecorderHandle]:
             for left in (path, path.with_suffix(".lock")):
                 with contextlib.suppress(OSError):
                     left.unlink()
-        else:
+        elif (status.started_us, handle) not in found:
             found.append((status.started_us, handle))
     return [handle for _, handle in sorted(found, key=lambda entry: entry[0])]
 

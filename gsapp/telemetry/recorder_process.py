@@ -11,40 +11,30 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
+import shutil
 import sys
 import threading
 from collections.abc import Callable
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from gsapp.flight.names import LOCK_FILE, STATUS_FILE
+from gsapp.flight.names import STATUS_FILE
 from gsapp.flight.raw import RawWriter
-from gsapp.foundation import FlightError, GroundStationError
+from gsapp.foundation import GroundStationError
 from gsapp.foundation.awake import kept_awake
 from gsapp.foundation.endings import asked_to_end
-from gsapp.foundation.locking import FileLock, holder
+from gsapp.foundation.locking import holder
 from gsapp.telemetry.address import LinkAddress, parse_link
 from gsapp.telemetry.clock import HostClock
 from gsapp.telemetry.recorder import Recorder
+from gsapp.telemetry.recorder_folder import FolderClaim, FolderFiles, claim_next, note_path
 from gsapp.telemetry.sources import LinkAwaitedError, open_source
-from gsapp.telemetry.status import RecorderStatus, read_status, runtime_folder, write_status
+from gsapp.telemetry.status import RecorderStatus, write_status
 
 # Links whose other side cannot know of us unless we speak first.
 _SPEAKS_FIRST = frozenset({"udpout"})
 _RELEASED_LOOK = 1.0
 """Seconds between looks whether the process that a record is made for still lives."""
-
-
-def note_path(folder: Path) -> Path:
-    """Return the note in the runtime folder that leads from there to a recorder."""
-    name = sha256(str(folder.absolute()).encode()).hexdigest()[:16]
-    return runtime_folder() / f"{name}.json"
-
-
-def note_lock(folder: Path) -> Path:
-    """Return the lock beside the note, held for as long as the recorder of a folder lives."""
-    return note_path(folder).with_suffix(".lock")
 
 
 def record(
@@ -90,67 +80,57 @@ def record(
         If the folder cannot be written to, or is being recorded into already.
     """
     address = parse_link(link) if isinstance(link, str) else link
-    place = Path(folder).absolute()
-    lock = _lock(place)
+    claims = [FolderClaim(Path(folder).absolute())]
+    files = FolderFiles()
     try:
-        writer = RawWriter(place)
+        writer = RawWriter(claims[0].folder)
         clock = HostClock(after_us=writer.last_stamp)
         source = open_source(address, clock=clock, **options)
-        note = note_path(place)
-        beside = FileLock(note_lock(place))
-        with contextlib.suppress(OSError, FlightError):
-            beside.acquire(patience=0.0)
 
         def tell(status: RecorderStatus) -> None:
-            # The runtime folder usually lies in memory: it tells of a disk that is full.
-            write_status(note, status)
+            if writer.in_place():
+                files.read(writer.folder)
+            for claim in claims:
+                claim.tell(status)
             on_status(status)
 
+        def relocate() -> bool:
+            claim = claim_next(claims[0].folder, files)
+            try:
+                whole = writer.move(claim.folder)
+            except OSError:
+                claim.release()
+                shutil.rmtree(claim.folder, ignore_errors=True)
+                raise
+            claims[-1].give_up()
+            claims.append(claim)
+            return whole
+
         speaks = address.kind in _SPEAKS_FIRST if heartbeat is None else heartbeat
-        recorder = Recorder(source, writer, clock=clock, heartbeat=speaks, on_status=tell)
+        recorder = Recorder(
+            source, writer, clock=clock, heartbeat=speaks, on_status=tell, relocate=relocate
+        )
         try:
             with contextlib.suppress(LinkAwaitedError):
                 source.open()
-            with kept_awake(f"recording {place.name}"):
+            with kept_awake(f"recording {claims[0].folder.name}"):
                 recorder.run(stop or threading.Event(), give_up)
         except BaseException:
             source.close()
             writer.close()
             raise
         finally:
-            beside.release()
-            for path in (note, beside.path):
-                with contextlib.suppress(OSError):
-                    path.unlink()
+            for claim in claims:
+                claim.remove_note()
         status = recorder.status("stopped")
-        if not write_status(place / STATUS_FILE, status):
+        if not write_status(writer.folder / STATUS_FILE, status):
             # The disk is full or gone: that it was stopped is told all the same.
-            write_status(note, status)
+            write_status(note_path(claims[0].folder), status)
         on_status(status)
         return status
     finally:
-        lock.release()
-
-
-def _lock(place: Path) -> FileLock:
-    try:
-        place.mkdir(parents=True, exist_ok=True)
-        lock = FileLock(place / LOCK_FILE)
-        held = lock.acquire()
-    except OSError as error:
-        raise FlightError(
-            f"{place} cannot be written to ({error.strerror or error}); choose another folder or "
-            "correct its permissions"
-        ) from error
-    if not held:
-        status = read_status(place / STATUS_FILE)
-        pid = holder(place / LOCK_FILE)
-        what = f" {status.link}" if status else ""
-        raise FlightError(
-            f"{place} is being recorded into already:{what} by process {pid}; stop that, or "
-            "record into another folder"
-        )
-    return lock
+        for claim in claims:
+            claim.release()
 
 
 def asked_again(stop: threading.Event, give_up: threading.Event) -> Callable[[int], None]:

@@ -32,6 +32,9 @@ class RecorderStatus(BaseModel):
         What it records.
     folder : str
         The flight folder.
+    moved_from : str
+        The folder in which the record began, if that was removed, renamed or made read-only and
+        the record continues in `folder`; else empty.
     state : {"starting", "recording", "stopped", "failed"}
         What it does.
     started_us, updated_us : int
@@ -76,6 +79,7 @@ class RecorderStatus(BaseModel):
     pid: int
     link: str
     folder: str
+    moved_from: str = ""
     state: Literal["starting", "recording", "stopped", "failed"]
     started_us: int
     updated_us: int

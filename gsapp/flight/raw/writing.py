@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Final
 
 from gsapp.decoding.frames import Frame, Residue
 from gsapp.decoding.framing import Line
@@ -21,6 +23,11 @@ from gsapp.flight.raw.files import (
 from gsapp.foundation import FlightError
 from gsapp.foundation.files import flush_to_disk
 from gsapp.foundation.refusals import NO_ROOM
+
+
+_FLAGS: Final = os.O_RDWR | os.O_APPEND | getattr(os, "O_BINARY", 0)
+_READ_ONLY: Final = frozenset((errno.EACCES, errno.EPERM, errno.EROFS))
+_PIECE: Final = 1 << 20
 
 
 @dataclass(slots=True)
@@ -117,6 +124,9 @@ class RawWriter:
         self._descriptors: dict[str, int] = {}
         self._unsynced = dict.fromkeys(RAW_FILES, False)
         self._unkept: set[str] = set()  # files of which a flush has failed
+        self._delivered = dict.fromkeys(RAW_FILES, 0)  # records that the system took, by file
+        self._made: set[str] = set()  # files that must be there
+        self._may_not_write = False
         self._waiting: deque[_Pending] = deque()
         self._closing = threading.Lock()
         try:
@@ -130,6 +140,9 @@ class RawWriter:
                         f"{name} ended in an incomplete record of {end.torn} bytes, "
                         "which was cut off."
                     )
+                if end.size:
+                    self._descriptors[name] = os.open(self.folder / name, _FLAGS)
+                    self._made.add(name)
         except OSError as error:
             raise FlightError(
                 f"{self.folder} cannot be written to ({error.strerror or error}); "
@@ -168,6 +181,65 @@ class RawWriter:
             self._put(_Pending(LINES_FILE, b"".join(lines), len(lines)))
         if frames:
             self._put(_Pending(FRAMES_FILE, b"".join(frames), len(frames) // 2))
+
+    def in_place(self) -> bool:
+        """Return whether the folder is the one that is written to, and may be written.
+
+        False once the folder or one of its raw files was removed, renamed or replaced, or the
+        folder was made read-only. What is written goes to nowhere then, though no write fails.
+        """
+        if self._may_not_write:
+            return False
+        try:
+            for name in tuple(self._made):
+                found = (self.folder / name).stat()
+                descriptor = self._descriptors.get(name)
+                if descriptor is not None and not _same_file(found, os.fstat(descriptor)):
+                    return False
+            return self.folder.is_dir() and os.access(self.folder, os.W_OK)
+        except OSError:
+            return False
+
+    def move(self, folder: Path) -> bool:
+        """Go on in another folder, with all that can be read from the files that are open.
+
+        A file that was removed can be read for as long as it is open.
+
+        Parameters
+        ----------
+        folder : Path
+            An empty folder.
+
+        Returns
+        -------
+        bool
+            Whether all that was written so far is there.
+
+        Raises
+        ------
+        OSError
+            If that folder does not take it; everything is as before then.
+        """
+        targets: dict[str, int] = {}
+        whole = True
+        try:
+            for name in sorted(self._made):
+                target = targets[name] = os.open(folder / name, _FLAGS | os.O_CREAT, 0o644)
+                source = self._descriptors.get(name)
+                whole = source is not None and _copy(source, target) and whole
+        except OSError:
+            for target in targets.values():
+                os.close(target)
+            raise
+        with self._closing:
+            former, self._descriptors = self._descriptors, targets
+            for descriptor in former.values():
+                os.close(descriptor)
+        self.folder = folder
+        self._may_not_write = False
+        self._unsynced.update(dict.fromkeys(targets, True))
+        self.retry()
+        return whole
 
     def retry(self) -> bool:
         """Try again to write what waits in memory; return whether nothing waits any more."""
@@ -216,11 +288,21 @@ class RawWriter:
                 self.state.unwritten[pending.name] += pending.records
             self._waiting.clear()
             self.state.waiting_bytes = 0
+        self._count_removed()
         self.sync(through=True)
         with self._closing:
             for descriptor in self._descriptors.values():
                 os.close(descriptor)
             self._descriptors.clear()
+
+    def _count_removed(self) -> None:
+        """Take for lost what is in files that nobody can open any more."""
+        for name, descriptor in self._descriptors.items():
+            found = os.fstat(descriptor)
+            if found.st_nlink == 0:
+                self.state.lost_bytes += found.st_size
+                self.state.lost_records += self._delivered[name]
+                self.state.unwritten[name] += self._delivered[name]
 
     def _put(self, pending: _Pending) -> None:
         if self._waiting or not self._deliver(pending):
@@ -248,9 +330,11 @@ class RawWriter:
         try:
             descriptor = self._descriptors.get(pending.name)
             if descriptor is None:
-                flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
-                descriptor = os.open(path, flags, 0o644)
+                # One that is missing was removed: what it held must not be forgotten.
+                create = 0 if pending.name in self._made else os.O_CREAT
+                descriptor = os.open(path, _FLAGS | create, 0o644)
                 self._descriptors[pending.name] = descriptor
+                self._made.add(pending.name)
             while pending.data:
                 count = self._write(descriptor, pending.data)
                 self._unsynced[pending.name] = True
@@ -260,9 +344,11 @@ class RawWriter:
                 pending.begun = True
         except OSError as error:
             self.state.error = _refusal(path, error)
+            self._may_not_write = error.errno in _READ_ONLY
             if error.errno not in NO_ROOM:
                 self._let_go(pending.name)
             return False
+        self._delivered[pending.name] += pending.records
         return True
 
     def _let_go(self, name: str) -> None:
@@ -275,6 +361,29 @@ class RawWriter:
                 pass  # it is let go all the same
             finally:
                 self._closing.release()
+
+
+def _same_file(one: os.stat_result, other: os.stat_result) -> bool:
+    """Return whether two states are of one file; some network drives number files anew."""
+    if os.path.samestat(one, other):
+        return True
+    return (one.st_size, one.st_mtime_ns) == (other.st_size, other.st_mtime_ns)
+
+
+def _copy(source: int, target: int) -> bool:
+    """Copy a file that is open; return whether all of it could be read."""
+    position = 0
+    while True:
+        try:
+            os.lseek(source, position, os.SEEK_SET)
+            data = os.read(source, _PIECE)
+        except OSError:
+            return False  # a disk that is gone
+        if not data:
+            return True
+        position += len(data)
+        while data:
+            data = data[os.write(target, data) :]
 
 
 def _refusal(path: Path, error: OSError) -> str:

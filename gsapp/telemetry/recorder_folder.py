@@ -1,0 +1,194 @@
+"""The folder that a recorder writes into: claimed, kept whole, and replaced when it is removed."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+from hashlib import sha256
+from pathlib import Path
+from typing import Final, Literal
+
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.names import CALIBRATION_FOLDER, LOCK_FILE, STATUS_FILE
+from gsapp.foundation import FlightError
+from gsapp.foundation.locking import FileLock, holder
+from gsapp.telemetry.status import RecorderStatus, read_status, runtime_folder, write_status
+
+RecordState = Literal["none", "recording", "interrupted", "finished"]
+
+_LARGEST: Final = 4 << 20
+"""Bytes of a file that is kept in memory: settings and marks, no logs."""
+_SMALL_FILES: Final = ("*.toml", "*.jsonl", f"{CALIBRATION_FOLDER}/*.toml")
+
+
+def note_path(folder: Path) -> Path:
+    """Return the note in the runtime folder that leads from there to a recorder."""
+    name = sha256(str(folder.absolute()).encode()).hexdigest()[:16]
+    return runtime_folder() / f"{name}.json"
+
+
+def note_lock(folder: Path) -> Path:
+    """Return the lock beside the note, held for as long as the recorder of a folder lives."""
+    return note_path(folder).with_suffix(".lock")
+
+
+def record_state(folder: Path) -> RecordState:
+    """Return what a folder holds: no record, one in progress, one cut off, or a finished one.
+
+    A recorder that was stopped says so in its status file. One that died cannot. A record
+    without any status, such as a copy or an import, counts as finished.
+    """
+    if holder(folder / LOCK_FILE) is not None or holder(note_lock(folder)) is not None:
+        return "recording"
+    if not folder.is_dir() or not FlightFolder(path=folder).records:
+        return "none"
+    status = read_status(folder / STATUS_FILE)
+    return "interrupted" if status is not None and status.state != "stopped" else "finished"
+
+
+def refuse_finished(folder: Path, remedy: str) -> None:
+    """Refuse to append to a finished flight.
+
+    Raises
+    ------
+    FlightError
+        If the folder holds one; ends with `remedy`.
+    """
+    if record_state(folder) == "finished":
+        raise FlightError(f"{folder} already holds a finished flight; {remedy}")
+
+
+def free_name(folder: Path) -> Path:
+    """Return the first of ``NAME-2``, ``NAME-3`` ... beside a folder that does not exist."""
+    number = 2
+    while (found := folder.with_name(f"{folder.name}-{number}")).exists():
+        number += 1
+    return found
+
+
+class FolderClaim:
+    """Shows others that a folder is being recorded into: a lock in it, and a note elsewhere.
+
+    The note lies in the runtime folder, with a lock of its own. It still leads to the recorder
+    where the flight folder cannot be seen any more.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if missing.
+
+    Raises
+    ------
+    FlightError
+        If the folder cannot be written to, or is being recorded into.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._lock = _lock(folder)
+        self._note = note_path(folder)
+        self._beside = FileLock(note_lock(folder))
+        with contextlib.suppress(OSError, FlightError):
+            self._beside.acquire(patience=0.0)
+
+    def tell(self, status: RecorderStatus) -> None:
+        """Write the note. The runtime folder usually lies in memory: a full disk does not matter.
+
+        A folder that was given up and now belongs to another recorder is left to that one.
+        """
+        if holder(self.folder / LOCK_FILE) in (None, status.pid):
+            write_status(self._note, status)
+
+    def give_up(self) -> None:
+        """Release the lock of a folder that is no longer written to; the note leads on."""
+        self._lock.release()
+
+    def remove_note(self) -> None:
+        """Take the note away."""
+        self._beside.release()
+        for path in (self._note, self._beside.path):
+            with contextlib.suppress(OSError):
+                path.unlink()
+
+    def release(self) -> None:
+        """Release everything."""
+        self.remove_note()
+        self._lock.release()
+
+
+def _lock(place: Path) -> FileLock:
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+        lock = FileLock(place / LOCK_FILE)
+        held = lock.acquire()
+    except OSError as error:
+        raise FlightError(
+            f"{place} cannot be written to ({error.strerror or error}); choose another folder or "
+            "correct its permissions"
+        ) from error
+    if not held:
+        status = read_status(place / STATUS_FILE)
+        pid = holder(place / LOCK_FILE)
+        what = f" {status.link}" if status else ""
+        raise FlightError(
+            f"{place} is being recorded into already:{what} by process {pid}; stop that, or "
+            "record into another folder"
+        )
+    return lock
+
+
+class FolderFiles:
+    """Keeps the small files of a flight folder in memory: flight card, map, certificates, marks.
+
+    A record that goes on in another folder is read with them.
+    """
+
+    def __init__(self) -> None:
+        self._kept: dict[str, tuple[tuple[int, int], bytes]] = {}
+
+    def read(self, folder: Path) -> None:
+        """Read what is new or changed. What has disappeared is kept."""
+        with contextlib.suppress(OSError):
+            for path in [found for pattern in _SMALL_FILES for found in folder.glob(pattern)]:
+                name = str(path.relative_to(folder))
+                with contextlib.suppress(OSError):
+                    found = path.stat()
+                    stamp = (found.st_mtime_ns, found.st_size)
+                    new = name not in self._kept or self._kept[name][0] != stamp
+                    if new and found.st_size <= _LARGEST:
+                        self._kept[name] = stamp, path.read_bytes()
+
+    def write(self, folder: Path) -> None:
+        """Write them into another folder.
+
+        Raises
+        ------
+        OSError
+            If that does not take them.
+        """
+        for name, (_, data) in dict(self._kept).items():
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(data)
+
+
+def claim_next(former: Path, files: FolderFiles) -> FolderClaim:
+    """Make the folder in which a record goes on whose own is gone, with the files of that.
+
+    Raises
+    ------
+    OSError, FlightError
+        If it cannot be made; nothing is left of it then.
+    """
+    folder = free_name(former)
+    try:
+        claim = FolderClaim(folder)
+        try:
+            files.write(folder)
+        except OSError:
+            claim.release()
+            raise
+    except (OSError, FlightError):
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    return claim
