@@ -12,6 +12,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Self
 
 import pytest
 
@@ -52,7 +53,7 @@ class Recording:
     def _record(self) -> None:
         self.last = record(f"udpin:127.0.0.1:{self._port}", self.folder, stop=self._stop)
 
-    def __enter__(self) -> Recording:
+    def __enter__(self) -> Self:
         self._thread.start()
         return self
 
@@ -167,7 +168,7 @@ def test_the_command_fails_and_counts_what_reached_the_disk(
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
     )  # fmt: skip
     try:
-        patience(lambda: (folder / "recorder.json").exists())
+        patience((folder / "recorder.json").exists)
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
             for frame in frames(60):
                 link.sendto(frame, ("127.0.0.1", number))
@@ -190,7 +191,7 @@ def test_a_folder_tells_whether_its_flight_is_finished(
     folder = tmp_path / "flight"
     assert record_state(folder) == "none"
     with Recording(folder, port(socket.SOCK_DGRAM), frames(20)) as running:
-        patience(lambda: (folder / "recorder.json").exists())
+        patience((folder / "recorder.json").exists)
         running.send(20)
         patience(lambda: len(frames_in(folder)) == 20)
         assert record_state(folder) == "recording"

@@ -24,7 +24,6 @@ from gsapp.foundation import FlightError
 from gsapp.foundation.files import flush_to_disk
 from gsapp.foundation.refusals import NO_ROOM
 
-
 _FLAGS: Final = os.O_RDWR | os.O_APPEND | getattr(os, "O_BINARY", 0)
 _READ_ONLY: Final = frozenset((errno.EACCES, errno.EPERM, errno.EROFS))
 _PIECE: Final = 1 << 20
