@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -12,13 +13,14 @@ from PySide6.QtWidgets import QWidget
 from calibration import shipped_sets
 from gsapp.decoding.channel_map import shipped_channel_maps
 from gsapp.flight.loading import load_flight
+from gsapp.telemetry.recorder_folder import free_name, record_state
 from ui.choices import connect_choices, virtual_choices
 from ui.commands import key_text
 from ui.desk import Desk
 from ui.dialogs.certificates import CertificatesDialog
 from ui.dialogs.connect import ConnectDialog
 from ui.dialogs.flights import file_to_open, flight_folder
-from ui.dialogs.small import ExportDialog, MapDialog, ask_stop
+from ui.dialogs.small import ExportDialog, MapDialog, ask_append, ask_stop
 from ui.dialogs.virtual import VirtualDialog
 from ui.frame.banners import Banner, BannerStack
 from ui.look import Look
@@ -121,7 +123,16 @@ class Opening(QObject):
                 flights=str(request.folder.parent),
             )
         )
-        self._desk.starter.connect_aircraft(request)
+        if (place := self._where_to_record(request.folder)) is not None:
+            self._desk.starter.connect_aircraft(replace(request, folder=place[0], append=place[1]))
+
+    def _where_to_record(self, folder: Path) -> tuple[Path, bool] | None:
+        """Return the folder, and whether to append to its flight; None if neither is wanted."""
+        if record_state(folder) != "finished":
+            return folder, False
+        new = free_name(folder)
+        append = ask_append(self._window, folder.name, new.name)
+        return None if append is None else (folder if append else new, append)
 
     def fly_virtual(self) -> None:
         """Ask how, and let the virtual aircraft fly."""
@@ -129,7 +140,8 @@ class Opening(QObject):
         if dialog.exec():
             request = dialog.request
             self._store.change(flights=str(request.folder.parent))
-            self._desk.starter.fly_virtual(request)
+            if (place := self._where_to_record(request.folder)) is not None:
+                self._desk.starter.fly_virtual(replace(request, folder=place[0], append=place[1]))
 
     def look_for_recorders(self) -> None:
         """Offer to attach to recorders that are running, one of them with one key."""

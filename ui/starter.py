@@ -19,6 +19,7 @@ from gsapp.session.feeds import ReplayFeed
 from gsapp.session.setting import Options
 from gsapp.telemetry.address import parse_link
 from gsapp.telemetry.recorder_control import find_recorder, start_recorder
+from gsapp.telemetry.recorder_folder import record_state, refuse_finished
 from gsapp.telemetry.virtual.process import free_port
 from ui.dialogs.requests import ConnectRequest, VirtualRequest, next_flight_name
 from ui.faults import FaultDesk
@@ -167,6 +168,11 @@ class FlightStarter(QObject):
         It waits on until that is not cancelled any more; where a flight is for trial, even then.
         A card that cannot be read holds up no recording.
         """
+        if not request.append:
+            refuse_finished(request.folder, "choose a new name")
+        if record_state(request.folder) == "interrupted":
+            words = f"The recorder of {request.folder.name} ended unexpectedly; continuing it."
+            self.said.emit("note", words)
         if not request.folder.exists():
             begun.folder = request.folder
         folder = FlightFolder(path=prepare_folder(request))
@@ -211,6 +217,7 @@ class FlightStarter(QObject):
             channel_map="b777-thin" if request.thin else "b777",
             aircraft="b777",
             calibration="b777",
+            append=request.append,
         )
 
         def begin(begun: Begun, progress: Progress) -> None:

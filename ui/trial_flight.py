@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, Signal
 
 from gsapp.foundation import GroundStationError
 from gsapp.telemetry.recorder_control import RecorderHandle
+from gsapp.telemetry.recorder_folder import free_name
 from gsapp.telemetry.virtual.process import Background, free_port
 from ui.commands import key_text
 from ui.desk import Desk
@@ -89,6 +90,8 @@ class TrialFlight(QObject, Generic[P]):
         self._port = free_port()
         usual = self._desk.starter.next_folder()
         self.folder = usual.with_name(f"{usual.name} {self._kind}")
+        if self.folder.exists():
+            self.folder = free_name(self.folder)
         self._desk.starter.connect_aircraft(
             ConnectRequest(
                 link=f"udpin:127.0.0.1:{self._port}",

@@ -183,6 +183,9 @@ def record(
         float | None,
         typer.Option(metavar="X", help="Times real time, where LINK is a FLIGHT"),
     ] = None,
+    append: Annotated[
+        bool, typer.Option("--continue", help="Append to a flight that is already finished")
+    ] = False,
     json: JsonFile = None,
 ) -> None:
     """Record all that comes over a link, until Ctrl-C.
@@ -196,7 +199,7 @@ def record(
 
     command.run(
         link=link, out=out, channel_map=channel_map, aircraft=aircraft, calibration=calibration,
-        heartbeat=heartbeat, speed=speed, json=json,
+        heartbeat=heartbeat, speed=speed, append=append, json=json,
     )  # fmt: skip
 
 

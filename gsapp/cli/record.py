@@ -21,6 +21,7 @@ def run(
     calibration: str | None = None,
     heartbeat: bool | None = None,
     speed: float | None = None,
+    append: bool = False,
     json: Path | None = None,
 ) -> None:
     """Record a link into a flight folder, in this process, until Ctrl-C or `recorder.stop`.
@@ -30,7 +31,7 @@ def run(
     link : str
         The LINK.
     out : Path
-        The flight folder; continued if it holds a record already.
+        The flight folder. A flight whose recorder died is continued.
     channel_map, aircraft, calibration : str, optional
         Names or paths of what the record is to be read with; copies go into the folder.
     heartbeat : bool, optional
@@ -38,6 +39,8 @@ def run(
         ``udpout``.
     speed : float, optional
         Of a recorded flight as the link.
+    append : bool
+        Whether to continue a finished flight, too.
     json : Path, optional
         Where to write the final state for programs; ``-`` for the screen.
     """
@@ -52,6 +55,7 @@ def run(
     from gsapp.foundation.endings import asked_to_end
     from gsapp.telemetry.address import parse_link
     from gsapp.telemetry.beginning import new_flight
+    from gsapp.telemetry.recorder_folder import record_state, refuse_finished
     from gsapp.telemetry.recorder_process import asked_again, record
 
     console = Screen(stderr=on_screen(json))
@@ -68,6 +72,10 @@ def run(
     with wrong_call():
         parse_link(link)
     _check_other_flight(link, out)
+    if not append:
+        refuse_finished(out, "name a new folder, or append to it with --continue")
+    if record_state(out) == "interrupted":
+        say(f"The recorder of {out} ended unexpectedly; continuing its flight.")
     options = {} if speed is None else {"speed": speed}
     with asked_to_end(asked_again(stop, give_up)), new_flight(out):
         folder = prepare_flight(

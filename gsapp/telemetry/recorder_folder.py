@@ -10,7 +10,7 @@ from typing import Final, Literal
 
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.names import CALIBRATION_FOLDER, LOCK_FILE, STATUS_FILE
-from gsapp.foundation import FlightError
+from gsapp.foundation import FlightError, GroundStationError
 from gsapp.foundation.locking import FileLock, holder
 from gsapp.telemetry.status import RecorderStatus, read_status, runtime_folder, write_status
 
@@ -40,10 +40,17 @@ def record_state(folder: Path) -> RecordState:
     """
     if holder(folder / LOCK_FILE) is not None or holder(note_lock(folder)) is not None:
         return "recording"
-    if not folder.is_dir() or not FlightFolder(path=folder).records:
+    if not folder.is_dir() or not _holds_flight(FlightFolder(path=folder)):
         return "none"
     status = read_status(folder / STATUS_FILE)
     return "interrupted" if status is not None and status.state != "stopped" else "finished"
+
+
+def _holds_flight(folder: FlightFolder) -> bool:
+    try:
+        return bool(folder.records or folder.onboard_log())
+    except GroundStationError:
+        return True  # a flight card with mistakes, or one whose log is missing
 
 
 def refuse_finished(folder: Path, remedy: str) -> None:

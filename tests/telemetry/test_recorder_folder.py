@@ -16,9 +16,11 @@ from typing import Self
 
 import pytest
 
+from gsapp.decoding.framing import Framer
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.preparing import prepare_flight
 from gsapp.flight.raw import FRAMES_FILE, RawTail, RawWriter
+from gsapp.foundation import FlightError
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders
 from gsapp.telemetry.recorder_folder import free_name, record_state
 from gsapp.telemetry.recorder_process import record
@@ -138,8 +140,6 @@ def test_a_folder_removed_in_the_last_moment_is_kept_too(recording: Recording) -
 
 
 def test_what_is_in_removed_files_alone_is_counted_as_lost(tmp_path: Path, frames) -> None:
-    from gsapp.decoding.framing import Framer
-
     framer, writer = Framer(), RawWriter(tmp_path / "flight")
     writer.append(1, framer.feed(b"".join(frames(5))))
     shutil.rmtree(tmp_path / "flight")
@@ -202,3 +202,36 @@ def test_a_folder_tells_whether_its_flight_is_finished(
     (folder / "recorder.json").unlink()
     assert record_state(folder) == "finished"
     assert free_name(folder) == tmp_path / "flight-2"
+    # An imported flight holds the log of another program.
+    imported = tmp_path / "imported"
+    prepare_flight(imported)
+    assert record_state(imported) == "none"
+    log = tmp_path / "00000012.BIN"
+    log.write_bytes(b"log")
+    FlightFolder(path=imported).keep_onboard_log(log)
+    assert record_state(imported) == "finished"
+
+
+def test_the_command_appends_to_a_finished_flight_only_when_asked(
+    tmp_path: Path, frames, capsys
+) -> None:
+    from gsapp.cli.record import run
+
+    source, out = tmp_path / "source", tmp_path / "out"
+    writer, framer = RawWriter(source), Framer()
+    for number, frame in enumerate(frames(20)):
+        writer.append(1_000_000 + number * 1000, framer.feed(frame) + framer.settle())
+    writer.close()
+    run(str(source), out, speed=1000.0)
+    with pytest.raises(FlightError, match="--continue"):
+        run(str(source), out, speed=1000.0)
+    assert len(frames_in(out)) == 20
+    run(str(source), out, speed=1000.0, append=True)
+    assert len(frames_in(out)) == 40
+    # A recorder that died is continued without being asked, which is said.
+    status = (out / "recorder.json").read_text()
+    (out / "recorder.json").write_text(status.replace('"stopped"', '"recording"'))
+    capsys.readouterr()
+    run(str(source), out, speed=1000.0)
+    assert "ended unexpectedly" in capsys.readouterr().out
+    assert len(frames_in(out)) == 60

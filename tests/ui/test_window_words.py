@@ -368,7 +368,7 @@ def test_flight_folders_get_the_next_free_name_and_a_verdict(tmp_path: Path) -> 
     (tmp_path / "2026-05-12 flight 1").mkdir()
     assert next_flight_name(tmp_path, day) == "2026-05-12 flight 2"
     assert check_folder(str(tmp_path), "new").state == "good"
-    assert "goes on in it" in check_folder(str(tmp_path), "2026-05-12 flight 1").sentence
+    assert check_folder(str(tmp_path), "2026-05-12 flight 1").state == "caution"
     assert not check_folder(str(tmp_path), " ").usable
     assert not check_folder("", "x").usable
     assert file_name('a/b:c"') == "a-b-c-"

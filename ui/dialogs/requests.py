@@ -59,6 +59,8 @@ class ConnectRequest:
         Flight folder to record into.
     channel_map, aircraft, calibration : str
         Names of shipped files or paths; calibration may be empty for none.
+    append : bool
+        Whether to append to the flight if it is already finished.
     """
 
     link: str
@@ -66,6 +68,7 @@ class ConnectRequest:
     channel_map: str
     aircraft: str
     calibration: str
+    append: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,6 +89,8 @@ class VirtualRequest:
         Only what a 57,600-baud radio carries.
     folder : Path
         Flight folder to record into.
+    append : bool
+        Whether to append to the flight if it is already finished.
     """
 
     plan: str
@@ -94,6 +99,7 @@ class VirtualRequest:
     hidden: tuple[str, ...]
     thin: bool
     folder: Path
+    append: bool = False
 
 
 def link_text(kind: LinkKind, *, host: str, port: int, device: str, baud: int) -> str:
@@ -196,8 +202,8 @@ def check_folder(parent: str, name: str) -> Verdict:
     target = place / name.strip()
     if target.exists():
         return Verdict(
-            sentence="This flight exists: the recording goes on in it, with the map, aircraft and "
-            f"calibration that it began with. {room}.",
+            sentence="This flight exists. Continuing it keeps its channel map, aircraft and "
+            f"calibration. {room}.",
             state="caution",
         )
     return Verdict(sentence=f"Recorded in {target}. {room}.", state="good")

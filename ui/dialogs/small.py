@@ -244,15 +244,35 @@ def ask_closing(
     return "stop" if stop is not None and clicked is stop else "stay"
 
 
+def ask_append(parent: QWidget, name: str, new_name: str) -> bool | None:
+    """Ask whether to append to a finished flight; return None for neither that nor a new one."""
+    box = QMessageBox(parent)
+    box.setWindowTitle("Flight exists")
+    box.setIcon(QMessageBox.Icon.NoIcon)
+    box.setText(f"{name} is a finished flight.")
+    box.setInformativeText(
+        f"Record a new flight named {new_name}, or append to {name} so that both become one flight?"
+    )
+    new = box.addButton("New flight", QMessageBox.ButtonRole.AcceptRole)
+    append = box.addButton("Append", QMessageBox.ButtonRole.DestructiveRole)
+    cancel = box.addButton("Cancel", QMessageBox.ButtonRole.RejectRole)
+    box.setDefaultButton(new)
+    box.setEscapeButton(cancel)
+    box.exec()
+    box.deleteLater()
+    clicked = box.clickedButton()
+    return None if clicked not in (new, append) else clicked is append
+
+
 def ask_stop(parent: QWidget, what: str) -> bool:
     """Ask whether to stop the recording now; going on is the default."""
     box = QMessageBox(parent)
     box.setWindowTitle("Stop recording")
     box.setIcon(QMessageBox.Icon.NoIcon)
     box.setText(f"Stop recording {what}?")
-    box.setInformativeText("What was recorded stays. A new recording may go on in the same flight.")
+    box.setInformativeText("Everything recorded so far is kept.")
     stop = box.addButton("Stop recording", QMessageBox.ButtonRole.DestructiveRole)
-    go_on = box.addButton("Go on recording", QMessageBox.ButtonRole.RejectRole)
+    go_on = box.addButton("Keep recording", QMessageBox.ButtonRole.RejectRole)
     box.setDefaultButton(go_on)
     box.setEscapeButton(go_on)
     box.exec()
