@@ -100,6 +100,7 @@ class Desk(QObject):
         self._left: list[RecorderHandle] = []
         self._told_at = 0.0
         self._painted_at = 0.0
+        self._moved_to: Path | None = None
         self._seen: tuple[float | None, int] | None = None
         self._moved_at = 0.0
         self._finished = False
@@ -209,14 +210,16 @@ class Desk(QObject):
         if session is None:
             return
         former = self.session.recorder if self.session is not None else None
+        same_flight = session.path == self._moved_to
+        aircraft = self._aircraft if same_flight else begun.aircraft
         self.close()
         self._back_to = back_to
         self.session = session
-        self._aircraft = begun.aircraft
+        self._aircraft = aircraft
         self._taker = PictureTaker(session)
         self._finished = self._remarked = False
         self._problem = self._fault = ""
-        self._seen = None
+        self._moved_to = self._seen = None
         self._pace = Pace(SOONEST_LIVE if session.replaying is None else SOONEST_REPLAY)
         self._moved_at = time.monotonic()
         session.update(_BUDGET)
@@ -395,6 +398,9 @@ class Desk(QObject):
     def _tell(self, session: Session) -> None:
         self._snapshot = snapshot = session.snapshot()
         equipment = session.equipment
+        if equipment is not None and equipment.moved_to not in (None, self._moved_to):
+            self._moved_to = equipment.moved_to
+            self.starter.open_flight(self._moved_to)
         over = equipment is not None and equipment.ended and session.feed.caught_up
         if over and not self._finished:
             self._finished = True

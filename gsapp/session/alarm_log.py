@@ -14,7 +14,7 @@ from gsapp.session.marks import MarkBook
 ACKNOWLEDGE: Final = "acknowledge"
 ALARM: Final = "alarm"
 
-_EQUIPMENT = ("link", "recorder", "disk", "clock")
+_EQUIPMENT = ("link", "recorder", "disk", "clock", "folder")
 _SAME_ALARM_US = 10_000_000
 
 

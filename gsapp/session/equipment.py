@@ -146,7 +146,7 @@ class EquipmentMonitor:
         clock: Callable[[], float],
         wall_us: Callable[[], int],
     ) -> None:
-        self._folder = folder
+        self._folder = folder.absolute()
         self._board = board
         self._clock = clock
         self._wall_us = wall_us
@@ -157,6 +157,7 @@ class EquipmentMonitor:
         self._updated_us: int | None = None
         self._spoke = 0.0  # by the clock that never goes back
         self._told_ahead_us = 0
+        self._told_moved = ""
         self._recent: deque[tuple[float, int, int]] = deque()
         self.link = LinkView(words="waiting")
         self.recorder = RecorderView(words="none")
@@ -171,6 +172,12 @@ class EquipmentMonitor:
     def ended(self) -> bool:
         """Return whether the record is complete: its recorder was told to stop, and did."""
         return self._handle is None and self._status is not None and self._status.state == "stopped"
+
+    @property
+    def moved_to(self) -> Path | None:
+        """Return the folder in which the record continues once this one is gone; else None."""
+        handle = self._handle
+        return None if handle is None or handle.folder == self._folder else handle.folder
 
     def host_us(self) -> int:
         """Return the present time as the recorder stamps it, microseconds since 1970.
@@ -211,6 +218,7 @@ class EquipmentMonitor:
         self._status = status or last_status(self._folder) or self._status
         self._hear(self._status, time)
         self._look_at_clock(now)
+        self._check_folder(now)
         self.recorder = self._look_at_recorder(now, time)
         self.disk = self._look_at_disk(now)
         if unread:
@@ -243,6 +251,20 @@ class EquipmentMonitor:
             # It happened and is over: the alarm stays until somebody has seen it.
             self._told_ahead_us = min(self._told_ahead_us, ahead)
             self._board.clear("clock", now)
+
+    def _check_folder(self, now: float | None) -> None:
+        """Tell once that the record continues in another folder; until somebody has seen it."""
+        former = "" if self._status is None else self._status.moved_from
+        if former != self._told_moved:
+            self._told_moved = former
+            here = Path(self._status.folder).name if self._status is not None else ""
+            words = (
+                f"flight folder {Path(former).name} was removed, renamed or made read-only: "
+                f"recording continues in {here}"
+            )
+            self._board.raise_("folder", Severity.WARNING, now, words)
+        else:
+            self._board.clear("folder", now)
 
     def _say(
         self, key: str, severity: Severity, now: float | None, words: str, former: Severity
@@ -294,8 +316,8 @@ class EquipmentMonitor:
             return (
                 "without folder",
                 Severity.WARNING,
-                "the flight folder is gone, because its disk was pulled out or it was renamed: "
-                "what comes may be lost; bring it back, or stop and record into another one",
+                "flight folder not found, and none can be made beside it: new data are kept in "
+                "memory only; reconnect the disk, or stop and record into another folder",
             )
         if status is None:
             return "starting", Severity.NORMAL, ""
