@@ -224,8 +224,10 @@ def set_up(with_tests: bool) -> None:
 
 def environment() -> dict[str, str]:
     """Return the environment for what is run: BLAS on one thread, the venv's commands first."""
-    # Else each of the program's processes, hundreds in the tests, would compile it anew.
-    kept = {key: text for key, text in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
+    # The first two would let other packages, even of another Python, stand in for the locked ones.
+    # With the third each process, hundreds in the tests, would compile the whole program.
+    dropped = {"PYTHONPATH", "PYTHONHOME", "PYTHONDONTWRITEBYTECODE"}
+    kept = {key: text for key, text in os.environ.items() if key not in dropped}
     return dict(
         kept,
         PATH=f"{venv_python().parent}{os.pathsep}{os.environ.get('PATH', '')}",
@@ -306,8 +308,8 @@ def main() -> int:
     command, arguments = (sys.argv[1] if len(sys.argv) > 1 else "help"), sys.argv[2:]
     actions = {
         "setup": lambda: 0,
-        "run": lambda: hand_over(["-m", "gsapp.cli", *arguments]),
-        "demo": lambda: hand_over(["-m", "gsapp.cli", "demo", *arguments]),
+        "run": lambda: hand_over(["-P", "-m", "gsapp", *arguments]),
+        "demo": lambda: hand_over(["-P", "-m", "gsapp", "demo", *arguments]),
         "test": lambda: test(arguments),
         "bench": lambda: hand_over(["tests/bench/run.py", *arguments], PROJECT),
     }

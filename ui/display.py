@@ -89,7 +89,7 @@ def _starts(name: str) -> bool:
         "import sys; from PySide6.QtGui import QGuiApplication\n"
         "sys.exit(not QGuiApplication(['', *sys.argv[1:]]).screens())"
     )
-    command = [sys.executable, "-c", program, "-platform", name]
+    command = [sys.executable, "-P", "-c", program, "-platform", name]
     try:
         done = subprocess.run(command, capture_output=True, timeout=30.0, check=False)
     except (OSError, subprocess.TimeoutExpired):

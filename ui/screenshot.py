@@ -25,7 +25,7 @@ _FLOWN = 90.0
 def write_virtual_flight(folder: Path, plan: str = "short") -> Path:
     """Write a flight of the virtual aircraft, as fast as it goes, and return its folder."""
     target = folder / "virtual flight"
-    command = [sys.executable, "-m", "gsapp.cli", "fly", "--out", str(target), "--plan", plan]
+    command = [sys.executable, "-P", "-m", "gsapp", "fly", "--out", str(target), "--plan", plan]
     # Into a pipe the program writes UTF-8 on every system.
     done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False)
     if done.returncode != 0:

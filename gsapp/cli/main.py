@@ -6,9 +6,11 @@ quick.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 from io import TextIOWrapper
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -98,9 +100,10 @@ _LONGEST_NAME = 200
 
 def main() -> None:
     """Run the command line; exit code 0 = done, 1 = failed with a message, 2 = wrong call."""
+    _import_nothing_from_here()
     _print_anything()
     try:
-        app()
+        app(prog_name="gsapp")  # also as `python -m gsapp`
     except KeyboardInterrupt:
         sys.exit(130)
     except Exception as error:
@@ -114,6 +117,18 @@ def main() -> None:
             sys.stderr.write(f"gsapp: {sentence}\n")
             sys.exit(2)
         sys.exit(f"gsapp: {sentence}")
+
+
+def _import_nothing_from_here() -> None:
+    """Keep the user's folders, such as `calibration`, from hiding a package of the program.
+
+    ``python -m`` searches the current folder first, and so would child processes.
+    """
+    os.environ["PYTHONSAFEPATH"] = "1"
+    with contextlib.suppress(FileNotFoundError):  # the current folder was removed
+        here = Path.cwd()
+        if here not in Path(__file__).parents and sys.path[0] in {"", str(here)}:
+            del sys.path[0]
 
 
 def _print_anything() -> None:
