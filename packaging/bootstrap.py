@@ -10,11 +10,13 @@
 On Windows type py in place of python3.
 
 Everything is installed into `.venv` beside this folder, at the versions of run.lock and
-test.lock. Nothing but Python's standard library is used here; Python 3.11 to 3.14 is needed.
+test.lock; the environment variable GSAPP_VENV names another folder, as for a clone that cannot be
+written to. Nothing but Python's standard library is used here; Python 3.11 to 3.14 is needed.
 """
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import hashlib
 import os
@@ -23,18 +25,28 @@ import signal
 import subprocess
 import sys
 import sysconfig
+import tempfile
 import time
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 PROJECT = HERE.parent
-VENV = PROJECT / ".venv"
+VENV = Path(os.environ.get("GSAPP_VENV") or PROJECT / ".venv").expanduser().absolute()
 OLDEST, NEWEST = (3, 11), (3, 14)
 # A third while two wait for what they watch; no restart after a crash: the rest of the file would
 # be waited for without end.
 ON_TWO_CORES = ["-n3", "--dist=loadfile", "--no-loadscope-reorder", "--max-worker-restart=0"]
 AS_TWO = [] if os.name == "nt" else ["--num-workers=2"]  # mypy's newest way: not tried there
-LONGEST_CHECK = 40.0  # minutes, five times what the tests take on two cores
+CONTRACT = "from importlinter.cli import lint_imports_command as check; check()"
+USUAL_TIME = "about 10 minutes on two cores"
+CACHES = {
+    "PYTHONPYCACHEPREFIX": "python",
+    "RUFF_CACHE_DIR": "ruff",
+    "MYPY_CACHE_DIR": "mypy",
+    "HYPOTHESIS_STORAGE_DIRECTORY": "hypothesis",
+}
+DOWNLOAD = {"run.lock": 235, "test.lock": 35}  # MB, all wheels for Linux on Intel
+REPORT_INTERVAL = 10.0  # s, between two lines on a download
 
 # Shared library -> Debian package. PySide6's wheels bring Qt but not what Qt stands on.
 QT_LIBRARIES = {
@@ -188,36 +200,78 @@ def state_of(locks: list[Path]) -> str:
     return digest.hexdigest()
 
 
-def pip(*arguments: str) -> None:
-    """Run pip inside the environment."""
-    command = [str(venv_python()), "-m", "pip", "--disable-pip-version-check", "-q", *arguments]
-    if subprocess.call(command) != 0:
+def pip(*arguments: str, megabytes: int = 0) -> None:
+    """Run pip inside the environment; say from time to time how much of a download has come."""
+    command = [str(venv_python()), "-P", "-m", "pip", "--disable-pip-version-check", "-q"]
+    started = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="pip-", dir=VENV) as folder:
+        variables = {**environment(), "TMPDIR": folder}
+        with subprocess.Popen([*command, *arguments], env=variables) as process:
+            while True:
+                try:
+                    code = process.wait(REPORT_INTERVAL)
+                    break
+                except subprocess.TimeoutExpired:
+                    came, passed = size(Path(folder)) / 1e6, time.monotonic() - started
+                    say(f"  {passed:.0f} s: {came:.0f} of about {megabytes} MB downloaded")
+    if code != 0:
         raise SetupError(
-            "pip did not succeed; its message stands above. Check the network and call again: "
-            "what was installed so far is kept."
+            "pip failed; see its message above. Check the network and run this again: what is "
+            "installed already is kept."
         )
 
 
+def size(folder: Path) -> int:
+    """Return how many bytes the files below a folder hold, which may go meanwhile."""
+    total = 0
+    for parent, _, names in os.walk(folder):
+        for name in names:
+            with contextlib.suppress(OSError):
+                total += (Path(parent) / name).stat().st_size
+    return total
+
+
+def make_environment() -> None:
+    """Make an empty virtual environment of this Python, in place of that of another."""
+    current = subprocess.run(
+        [str(venv_python()), "-c", "import sys; print(sys.version)"],
+        check=False, capture_output=True, text=True,
+    ).stdout.strip() if venv_python().is_file() else ""  # fmt: skip
+    if current == sys.version.strip():
+        return
+    if (VENV / "pyvenv.cfg").is_file():
+        shutil.rmtree(VENV, ignore_errors=True)
+    try:
+        VENV.mkdir(parents=True, exist_ok=True)
+        if any(VENV.iterdir()):
+            raise SetupError(
+                f"{VENV} holds other files. Set GSAPP_VENV to a new folder, and run this again."
+            )
+        tempfile.TemporaryFile(dir=VENV).close()
+    except OSError as error:
+        raise SetupError(
+            f"Cannot write {VENV} ({error.strerror}). Set the environment variable GSAPP_VENV to "
+            "a folder for the virtual environment, such as ~/gsapp-venv, and run this again."
+        ) from error
+    if subprocess.call([sys.executable, "-m", "venv", str(VENV)]) != 0:
+        raise SetupError(f"Cannot make the virtual environment {VENV}; see the message above.")
+
+
 def set_up(with_tests: bool) -> None:
-    """Make `.venv` as the lock files say; do nothing if it already is so."""
+    """Make the virtual environment as the lock files say; do nothing if it already is so."""
     install_system_packages()
     locks = [HERE / "run.lock"] + ([HERE / "test.lock"] if with_tests else [])
     stamp = VENV / ("test.stamp" if with_tests else "run.stamp")
     state = state_of(locks)
     if stamp.is_file() and stamp.read_text() == state and venv_python().is_file():
         return
-    say(f"Setting up {VENV} (once; some minutes)")
-    current = subprocess.run(
-        [str(venv_python()), "-c", "import sys; print(sys.version)"],
-        check=False, capture_output=True, text=True,
-    ).stdout.strip() if venv_python().is_file() else ""  # fmt: skip
-    if current != sys.version.strip():
-        shutil.rmtree(VENV, ignore_errors=True)
-        if subprocess.call([sys.executable, "-m", "venv", str(VENV)]) != 0:
-            raise SetupError(f"The virtual environment {VENV} could not be made.")
+    megabytes = sum(DOWNLOAD[lock.name] for lock in locks)
+    say(f"Setting up {VENV}, once: up to {megabytes} MB to download, 1 GB on the disk")
+    make_environment()
     for lock in locks:
         # Wheels only: nothing is compiled on the user's machine.
-        pip("install", "--require-hashes", "--no-deps", "--only-binary", ":all:", "-r", str(lock))
+        pip("install", "--require-hashes", "--no-deps", "--only-binary", ":all:", "-r", str(lock),
+            megabytes=DOWNLOAD[lock.name])  # fmt: skip
     pip("install", "--no-deps", "--no-build-isolation", "-e", str(PROJECT))
     stamp.write_text(state)
 
@@ -228,6 +282,9 @@ def environment() -> dict[str, str]:
     # With the third each process, hundreds in the tests, would compile the whole program.
     dropped = {"PYTHONPATH", "PYTHONHOME", "PYTHONDONTWRITEBYTECODE"}
     kept = {key: text for key, text in os.environ.items() if key not in dropped}
+    if not os.access(PROJECT, os.W_OK):  # a read-only clone
+        kept |= {name: str(VENV / "cache" / tool) for name, tool in CACHES.items()}
+        kept["PYTEST_ADDOPTS"] = "-p no:cacheprovider"
     return dict(
         kept,
         PATH=f"{venv_python().parent}{os.pathsep}{os.environ.get('PATH', '')}",
@@ -238,26 +295,10 @@ def environment() -> dict[str, str]:
     )
 
 
-def run(
-    arguments: list[str],
-    folder: Path | None = None,
-    minutes: float | None = None,
-    **variables: str,
-) -> int:
-    """Run the environment's Python, in the user's folder or another; return the exit code.
-
-    What takes longer than so many minutes is ended.
-    """
-    try:
-        return subprocess.call(
-            [str(venv_python()), *arguments],
-            cwd=folder,
-            env={**environment(), **variables},
-            timeout=None if minutes is None else 60.0 * minutes,
-        )
-    except subprocess.TimeoutExpired:
-        say(f"Ended: it took more than {minutes:g} minutes.")
-        return 1
+def run(arguments: list[str], folder: Path | None = None, **variables: str) -> int:
+    """Run the environment's Python, in the user's folder or another; return the exit code."""
+    command = [str(venv_python()), *arguments]
+    return subprocess.call(command, cwd=folder, env={**environment(), **variables})
 
 
 def give_place(command: list[str], variables: dict[str, str], folder: Path | None = None) -> int:
@@ -285,17 +326,18 @@ def test(arguments: list[str]) -> int:
         ("ruff, rules", ["-m", "ruff", "check", "."]),
         ("ruff, format", ["-m", "ruff", "format", "--check", "."]),
         ("mypy, strict", ["-m", "mypy", *AS_TWO]),
-        ("import contract", ["-c", "from importlinter.cli import lint_imports_command as c; c()"]),
+        ("import contract", ["-c", CONTRACT, "--no-cache"]),
         (
             "tests",
             ["-m", "pytest", *ON_TWO_CORES, *arguments],
         ),
     ]
+    say(f"All checks and tests usually take {USUAL_TIME}.")
     failed = []
     for name, command in checks:
         started = time.monotonic()
         say(f"--- {name}")
-        if run(command, PROJECT, LONGEST_CHECK, QT_QPA_PLATFORM="offscreen") != 0:
+        if run(command, PROJECT, QT_QPA_PLATFORM="offscreen") != 0:
             failed.append(name)
         say(f"--- {name}: {time.monotonic() - started:.0f} s")
     if failed:

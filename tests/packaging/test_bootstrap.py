@@ -9,7 +9,10 @@ import re
 import signal
 import subprocess
 import sys
+import threading
+import time
 import tomllib
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
@@ -81,6 +84,111 @@ def test_what_is_compiled_is_kept(bootstrap, monkeypatch) -> None:
     assert subprocess.run([sys.executable, "-c", look]).returncode == 1
     environment = bootstrap.environment()
     assert subprocess.run([sys.executable, "-c", look], env=environment).returncode == 0
+
+
+def test_no_other_packages_are_mixed_with_the_locked_ones(bootstrap, monkeypatch) -> None:
+    monkeypatch.setenv("PYTHONPATH", "/opt/other/site-packages")
+    assert "PYTHONPATH" not in bootstrap.environment()
+
+
+def load_bootstrap(venv: Path, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    monkeypatch.setenv("GSAPP_VENV", str(venv))
+    spec = importlib.util.spec_from_file_location("bootstrap_elsewhere", BOOTSTRAP)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_environment_is_made_where_a_variable_says(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bootstrap = load_bootstrap(tmp_path / "venv", monkeypatch)
+    made: list[str] = []
+    monkeypatch.setattr(bootstrap.subprocess, "call", lambda command: made.append(command[-1]))
+    with pytest.raises(bootstrap.SetupError):
+        bootstrap.make_environment()
+    assert made == [str(tmp_path / "venv")]
+    assert tmp_path / "venv" in bootstrap.venv_python().parents
+
+
+def test_a_folder_with_other_files_is_never_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "thesis.tex").write_text("my life")
+    bootstrap = load_bootstrap(tmp_path, monkeypatch)
+    with pytest.raises(bootstrap.SetupError, match="GSAPP_VENV"):
+        bootstrap.make_environment()
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def test_where_nothing_can_be_written_the_variable_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").touch()
+    bootstrap = load_bootstrap(tmp_path / "file" / ".venv", monkeypatch)
+    with pytest.raises(bootstrap.SetupError, match="GSAPP_VENV"):
+        bootstrap.make_environment()
+
+
+def test_a_read_only_clone_keeps_its_caches_in_the_environment(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bootstrap = load_bootstrap(tmp_path, monkeypatch)
+    assert "MYPY_CACHE_DIR" not in bootstrap.environment()
+    monkeypatch.setattr(bootstrap.os, "access", lambda *_: False)
+    for name in ("PYTHONPYCACHEPREFIX", "RUFF_CACHE_DIR", "MYPY_CACHE_DIR"):
+        assert tmp_path in Path(bootstrap.environment()[name]).parents
+
+
+class SlowFile(BaseHTTPRequestHandler):
+    """Serves two megabytes in two seconds."""
+
+    def do_GET(self) -> None:
+        self.send_response(200)
+        self.send_header("Content-Length", "2000000")
+        self.end_headers()
+        for _ in range(20):
+            self.wfile.write(bytes(100_000))
+            time.sleep(0.1)
+
+    def log_message(self, *_: object) -> None:
+        """Stay quiet."""
+
+
+def test_a_slow_download_shows_how_far_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bootstrap = load_bootstrap(tmp_path, monkeypatch)
+    monkeypatch.setattr(bootstrap, "venv_python", lambda: Path(sys.executable))
+    monkeypatch.setattr(bootstrap, "REPORT_INTERVAL", 0.2)
+    with ThreadingHTTPServer(("127.0.0.1", 0), SlowFile) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        url = f"http://127.0.0.1:{server.server_port}/slow-1.0-py3-none-any.whl"
+        with pytest.raises(bootstrap.SetupError):  # two megabytes of nothing are no package
+            bootstrap.pip("download", "--no-cache-dir", "--no-deps", url, megabytes=2)
+        server.shutdown()
+    lines = re.findall(r"([\d.]+) of about 2 MB", capsys.readouterr().out)
+    assert len(lines) > 5
+    assert "1" in lines
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_stuck_test_stands_in_the_summary_with_the_reasons_of_skips(
+    bootstrap: ModuleType, tmp_path: Path
+) -> None:
+    (tmp_path / "test_stuck.py").write_text("import time\ndef test_waits(): time.sleep(200)\n")
+    (tmp_path / "test_skipped.py").write_text(
+        "import pytest\n@pytest.mark.skip(reason='no wind')\ndef test_skipped(): pass\n"
+    )
+    command = [
+        sys.executable, "-m", "pytest", "-c", PROJECT / "pyproject.toml", f"--rootdir={tmp_path}",
+        *bootstrap.ON_TWO_CORES, "-o", "faulthandler_timeout=1", "-p", "no:cacheprovider", tmp_path,
+    ]  # fmt: skip
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=120)
+    assert done.returncode == 1
+    summary = done.stdout.partition("short test summary")[2]
+    assert re.search(r"FAILED .*test_waits", summary)
+    assert re.search(r"SKIPPED .*no wind", summary)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent another way on Windows")
