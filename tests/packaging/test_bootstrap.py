@@ -134,6 +134,7 @@ def test_a_read_only_clone_keeps_its_caches_in_the_environment(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bootstrap = load_bootstrap(tmp_path, monkeypatch)
+    monkeypatch.setattr(bootstrap.os, "access", lambda *_: True)
     assert "MYPY_CACHE_DIR" not in bootstrap.environment()
     monkeypatch.setattr(bootstrap.os, "access", lambda *_: False)
     for name in ("PYTHONPYCACHEPREFIX", "RUFF_CACHE_DIR", "MYPY_CACHE_DIR"):
@@ -170,7 +171,7 @@ def test_a_slow_download_shows_how_far_it_is(
     lines = re.findall(r"([\d.]+) of about 2 MB", capsys.readouterr().out)
     assert len(lines) > 5
     assert "1" in lines
-    assert list(tmp_path.iterdir()) == []
+    assert not list(tmp_path.glob("pip-*"))
 
 
 def test_a_stuck_test_stands_in_the_summary_with_the_reasons_of_skips(
