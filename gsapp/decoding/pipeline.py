@@ -358,7 +358,7 @@ class Pipeline:
         for group in self._groups:
             if group.join is not None:
                 group.ready += group.join.pull()
-            if group.steps:
+            if group.derived:
                 group.ready = [group.derive(grid, rows) for rows in group.ready]
         for group in self._groups:
             if group.ready:

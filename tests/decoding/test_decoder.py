@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from calibration import load_certificates
@@ -276,6 +276,49 @@ def test_without_certificates_there_are_volts_only(cases: SimpleNamespace) -> No
         decoder.feed([send.daq(0, 0, [1.25] * 20), send.daq(9, 10_000, [1.25] * 20)])
     )
     assert found["alpha_volts"][1].tolist() == [1.25, 1.25]
+
+
+@settings(max_examples=60)
+@given(kept=st.sets(st.sampled_from(sorted(load_certificates("b777")))))
+@example(kept={"rudder"})
+@example(kept={"dynamic_pressure"})
+@example(kept=set())
+def test_any_subset_of_certificates_decodes(cases: SimpleNamespace, kept: set[str]) -> None:
+    """What is calibrated reads as with all certificates; of the rest only the volts remain."""
+    whole = load_certificates("b777")
+    generator = np.random.default_rng(5)
+    send = cases.Sender()
+    records = []
+    for k, volts in enumerate(generator.uniform(1.0, 4.0, (12, 20))):
+        records.append(send.daq(10_000 * k, 10_000 * k, [*volts[:18], 5.0, 2.4]))
+        records.append(send.attitude(10_000 * k + 900, 10 * k, 0.1, 0.2, 0.3))
+
+    def decode(names: set[str], sizes: list[int]) -> Any:
+        return cases.decode_in_chunks(
+            lambda: Decoder(
+                load_channel_map("b777"),
+                certificates={name: whole[name] for name in names},
+                aircraft=load_aircraft("b777"),
+            ),
+            records,
+            sizes,
+        )
+
+    found, decoder = decode(kept, [len(records)])
+    every, _ = decode(set(whole), [len(records)])
+    cases.assert_same(found, decode(kept, [1])[0])
+    assert set(found) <= set(decoder.channels)
+    for name in whole:
+        assert (name in found) == (name in kept)
+        np.testing.assert_array_equal(found[f"{name}_volts"][1], every[f"{name}_volts"][1])
+    alone = {"dr": "rudder", "qbar": "dynamic_pressure", **{name: name for name in whole}}
+    for name, certificate in alone.items():
+        if certificate in kept:
+            np.testing.assert_array_equal(found[name][1], every[name][1], err_msg=name)
+    for name, source in decoder.counted_sources().items():
+        if source.kind == "derived":
+            # Every input of a derived channel arrived, so it has rows of its own.
+            assert name in found, name
 
 
 def test_clipped_gyros_are_counted(cases: SimpleNamespace) -> None:

@@ -149,6 +149,24 @@ def test_a_replay_on_the_road_of_a_live_flight_says_and_does_the_same(
     session.close()
 
 
+def test_the_rudder_alone_is_calibrated(flight: FlightFolder, tmp_path: Path) -> None:
+    """A set of one certificate is read and streamed alike: its channels, and volts of the rest."""
+    certificates = tmp_path / "rudder"
+    certificates.mkdir()
+    shutil.copy(
+        next(path for path in certificate_files("b777") if path.stem == "rudder"), certificates
+    )
+    session = Session.replay(flight.path, certificates=certificates, speed=np.inf)
+    run_through(session)
+    streamed, read = session.flight(), load_flight(flight.path, certificates=certificates)
+    session.close()
+    for name in ("dr", "rudder"):
+        assert np.array_equal(streamed.block[name], read.block[name], equal_nan=True)
+        assert np.isfinite(read.block[name]).all()
+    assert "q" not in read.block.channels
+    assert "q_volts" in read.block.channels
+
+
 def test_columns_that_were_calibrated_before_take_no_other_certificates(
     flight: FlightFolder, other: Path, tmp_path: Path
 ) -> None:
