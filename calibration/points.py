@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 from gsapp.foundation import GroundStationError
 
 Direction = Literal["up", "down", "single"]
+
+DIRECTION_WORDS: Final[Mapping[Direction, str]] = {
+    "up": "increasing", "down": "decreasing", "single": "",
+}  # fmt: skip
+"""How a direction reads on every page, in print and in messages; files hold ``up`` and ``down``.
+
+An increasing value may be a trailing edge that moves down, left or up: the sign of the channel says
+which.
+"""
 
 
 class CalibrationError(GroundStationError, ValueError):
@@ -25,7 +35,8 @@ class CalibrationPoint:
     value : float
         What the instrument was set to, in the unit of the certificate.
     direction : {"up", "down", "single"}
-        Whether the value was reached from below or from above; ``single`` where it was not noted.
+        ``up`` where the value was increasing as it was reached, ``down`` where it was decreasing;
+        ``single`` where it was not noted.
     noise : float
         Standard deviation of single samples meanwhile, V; 0 where it was not noted.
     """

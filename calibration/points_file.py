@@ -14,7 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from calibration.points import CalibrationPoint, Direction
+from calibration.points import DIRECTION_WORDS, CalibrationPoint, Direction
 from gsapp.foundation import FileProblem, FileProblemsError, UnitError
 from gsapp.quantities import channel, from_si, normalize_unit, to_si
 
@@ -24,7 +24,10 @@ _VOLTS, _SUPPLY = (-15.0, 15.0), (0.5, 30.0)
 """What a converter may read, and what may supply a potentiometer, V."""
 
 _HEADING = re.compile(r"\s*(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?\s*")
-_DIRECTIONS: dict[str, Direction] = {"up": "up", "down": "down", "single": "single", "": "single"}
+_DIRECTIONS: dict[str, Direction] = {
+    "up": "up", "down": "down", "single": "single", "": "single",
+    **{words: key for key, words in DIRECTION_WORDS.items() if words},
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,7 +112,7 @@ def load_points(path: str | Path, channel_id: str) -> PointsFile:
             problems.append(
                 _problem(
                     line, f"direction '{cells[direction_at or 0].strip()}' is not known",
-                    "write up, down, or nothing where it was not noted",
+                    "write increasing, decreasing, or nothing where it was not noted",
                 )
             )  # fmt: skip
         found.append((line, numbers, _DIRECTIONS.get(text, "single")))

@@ -12,7 +12,7 @@ from calibration.certificate import Certificate
 from calibration.choosing import calibrate, certify
 from calibration.comparing import Drift, check, compare
 from calibration.plan import InstrumentPlan
-from calibration.points import CalibrationError, CalibrationPoint
+from calibration.points import DIRECTION_WORDS, CalibrationError, CalibrationPoint
 from calibration.quality import Calibration
 from calibration.wizard.hand_work import HandWork, Taken
 from calibration.wizard.station import Header, Outcome
@@ -138,11 +138,17 @@ def referred(taken: Taken, supply: float | None) -> CalibrationPoint:
 def _outlier_words(
     instrument: InstrumentPlan, calibration: Calibration, points: Sequence[CalibrationPoint]
 ) -> list[str]:
-    return [
-        f"point {index + 1}, {instrument.setting_words(points[index].value)} on the way "
-        f"{points[index].direction}, does not fit the others; repeat or delete it"
-        for index in calibration.quality.outliers
-    ]
+    found = []
+    for index in calibration.quality.outliers:
+        point = points[index]
+        parts = (
+            f"point {index + 1}",
+            instrument.setting_words(point.value),
+            DIRECTION_WORDS[point.direction],
+            "does not fit the others; repeat or delete it",
+        )
+        found.append(", ".join(part for part in parts if part))
+    return found
 
 
 def _sign_words(

@@ -7,6 +7,7 @@ from typing import Any
 
 from calibration.comparing import CheckResult
 from calibration.plan import CalibrationPlan, InstrumentPlan
+from calibration.points import DIRECTION_WORDS
 from calibration.wizard.hand_watch import Hint, Look
 from calibration.wizard.schedule import Slot
 from calibration.wizard.station import Outcome
@@ -77,7 +78,7 @@ def taken_words(instrument: InstrumentPlan, data: Mapping[str, Any], slot: Slot,
     if hint == "unmoved":
         return f"{text}, though it did not move since the last step"
     if slot.direction not in ("single", data["direction"]):
-        return f"{text}, reached from the other side"
+        return f"{text}, while {DIRECTION_WORDS[data['direction']]}"
     return text
 
 

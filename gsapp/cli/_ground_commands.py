@@ -16,7 +16,8 @@ def calibrate(
         typer.Argument(
             metavar="POINTS.csv",
             readable=False,
-            help="Columns: angle [deg], volts [V], direction (up or down); excitation [V] if known",
+            help="Columns: angle [deg], volts [V], direction (increasing or decreasing); "
+            "excitation [V] if known",
         ),
     ],
     channel: Annotated[str, typer.Option(metavar="ID", help="Such as elevator_left")],

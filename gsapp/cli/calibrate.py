@@ -250,12 +250,14 @@ def _rows(made: Calibration) -> list[tuple[str, str]]:
 
 
 def _points_table(made: Calibration, taken: PointsFile) -> Table:
+    from calibration.points import DIRECTION_WORDS
+
     unit = taken.unit
     table = Table("line", f"set, {unit}", "volts", "direction", f"off the curve, {unit}")
     rows = zip(taken.lines, taken.points, made.fit.residuals, strict=True)
     for index, (line, point, residual) in enumerate(rows):
         table.add_row(
-            str(line), f"{point.value:g}", f"{point.volts:z.4f}", point.direction,
+            str(line), f"{point.value:g}", f"{point.volts:z.4f}", DIRECTION_WORDS[point.direction],
             f"{residual:+z.3f}", style="yellow" if index in made.quality.outliers else None,
         )  # fmt: skip
     return table

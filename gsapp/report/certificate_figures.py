@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from calibration.fit import polynomial
+from calibration.points import DIRECTION_WORDS
 from gsapp.report.document import margins
 from gsapp.report.strip_figure import FAINT, INK, TRACE
 
@@ -88,7 +89,7 @@ def _draw_residuals(axes: Axes, standing: Standing) -> None:
             axes.plot(
                 *zip(*taken, strict=True), color=color, marker=marker, markersize=4.0,
                 linewidth=0.6, fillstyle="none",
-                label={"up": "going up", "down": "going down"}.get(direction, "points"),
+                label=DIRECTION_WORDS[direction] or "points",
             )  # fmt: skip
     _ring_outliers(axes, certificate, quality)
     axes.set_title("Points less the curve", loc="left")

@@ -159,8 +159,8 @@ def _words(standing: Standing) -> tuple[Paragraph, Paragraph]:
 def _caption(standing: Standing) -> str:
     directions = {point.direction for point in standing.certificate.points}
     loop = (
-        "The distance between the points going up and going down is the hysteresis; the curve "
-        "runs midway."
+        "The distance between the increasing and the decreasing points is the hysteresis; the "
+        "curve runs midway."
         if {"up", "down"} <= directions
         else "Points were taken in one direction only, so that hysteresis was not measured."
     )
@@ -217,7 +217,7 @@ def quality_rows(quality: Quality | None, certificate: Certificate) -> tuple[tup
 def _points_table(certificate: Certificate) -> Table:
     """Return every point, those of one setting in a row; long lists in two columns."""
     rows = _setting_rows(certificate)
-    heads: tuple[str, ...] = ("set to", "volts up", "off", "volts down", "off")
+    heads: tuple[str, ...] = ("set to", "V, increasing", "off", "V, decreasing", "off")
     if all(point.direction == "single" for point in certificate.points):
         rows, heads = [row[:3] for row in rows], ("set to", "volts", "off")
     if len(rows) > _MOST_ROWS:

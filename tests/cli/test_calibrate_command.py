@@ -116,6 +116,15 @@ def test_the_supply_may_be_measured_at_each_point(tmp_path: Path) -> None:
     assert found.lines == (3, 4, 5, 6)
 
 
+def test_directions_are_read_as_pages_and_certificates_write_them(tmp_path: Path) -> None:
+    path = tmp_path / "points.csv"
+    words = ("increasing", "Decreasing", "up", "down", "")
+    rows = [f"{at},{at}.5,{direction}" for at, direction in enumerate(words)]
+    path.write_text("\n".join([HEADING, *rows]))
+    directions = [point.direction for point in load_points(path, "rudder").points]
+    assert directions == ["up", "down", "up", "down", "single"]
+
+
 @pytest.mark.parametrize(
     ("text", "where", "what", "remedy"),
     [
@@ -130,7 +139,7 @@ def test_the_supply_may_be_measured_at_each_point(tmp_path: Path) -> None:
         (f"{HEADING}\n-20,1.5,up\n20,nan,up\n", "line 3", "'nan'", "decimal point"),
         (f"{HEADING}\n-20,1.5,up\n20,3500,up\n", "line 3", "3500 V", "unit"),
         (f"{HEADING}\n-20,1.5,up\n200,3.5,up\n", "line 3", "200 deg", "unit"),
-        (f"{HEADING}\n-20,1.5,up\n20,3.5,left\n", "line 3", "'left'", "up, down"),
+        (f"{HEADING}\n-20,1.5,up\n20,3.5,left\n", "line 3", "'left'", "increasing, decreasing"),
         (f"{HEADING}\n-20,1.5,up\n20,3,5,up\n", "line 3", "4 cells", "decimal point"),
         (f'{HEADING}\n-20,"1.5,up\n', "line 2", "not CSV", "quotation"),
         (f"{HEADING}\n-20,1.5,\xfc\n".encode("latin-1"), "byte 40", "UTF-8", "UTF-8"),

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from calibration import Certificate, certificate_files, load_certificates, write_certificate
 from calibration.choosing import calibrate, certify
 from calibration.overview import overview, stand
+from calibration.points import DIRECTION_WORDS
 from calibration.store import CertificateStore
 from gsapp.cli import calibrate as calibrate_command
 from gsapp.cli import certificates as certificates_command
@@ -85,7 +86,7 @@ def test_what_is_drawn_are_the_points_the_band_and_the_drift(
             for p in again.points
             if p.direction == direction
         )
-        drawn = lines[f"going {direction}"]
+        drawn = lines[DIRECTION_WORDS[direction]]
         np.testing.assert_allclose(np.column_stack(drawn.get_data()), taken, atol=1e-9)
     (band,) = residuals.collections
     highest = band.get_paths()[0].vertices[:, 1].max()

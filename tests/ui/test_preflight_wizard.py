@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication, QImage
-from PySide6.QtWidgets import QApplication, QPushButton, QWidget
+from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -257,7 +257,10 @@ def test_points_are_repeated_deleted_added_and_taken_back_by_keys(
     rows = window.page.work.points.rows
     assert [row.index for row in rows[:5]] == [0, 1, 2, 3, None]
     assert rows[4].current
-    assert rows[0].way == "left"  # towards positive angles the rudder's edge moves left
+    assert rows[0].direction == "up"
+    assert "increasing" in rows[0].words
+    legend = window.page.work.charts.curve.legend
+    assert "increasing" in [one.text() for one in legend.findChildren(QLabel)]
 
     scrolled: list[float] = []
     monkeypatch.setattr(window.page.work, "scroll", scrolled.append)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,21 +9,21 @@ import pyqtgraph
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from calibration.fit import polynomial
+from calibration.points import DIRECTION_WORDS, Direction
 from gsapp.quantities import FloatArray
 from ui.gap.chart import Chart, Curve
 from ui.gap.marking import ink
 from ui.look import Look
-from ui.preflight.wizard_words import way_of
 from ui.words import unit_text
 
 if TYPE_CHECKING:
     from calibration.wizard import WizardView
 
 _PLACES = 120
-_WAYS = (("up", "blue"), ("down", "rust"), ("single", "purple"))
-"""Directions with the color of their points."""
-_SYMBOLS = {"up": "t1", "down": "t", "right": "t2", "left": "t3", "": "o"}
-"""Shapes that point where the trailing edge moves, as pyqtgraph names them."""
+_WAYS: tuple[tuple[Direction, str, str], ...] = (
+    ("up", "blue", "t1"), ("down", "rust", "t"), ("single", "purple", "o"),
+)  # fmt: skip
+"""Directions with the color and the shape of their points; pyqtgraph calls a triangle up ``t1``."""
 
 
 class FitCharts(QWidget):
@@ -68,14 +67,13 @@ class FitCharts(QWidget):
     def _draw(self, view: WizardView) -> None:
         instrument, calibration = view.instrument, view.calibration
         unit = unit_text(instrument.unit) if instrument is not None else ""
-        ways = {way: way_of(instrument, way) if instrument is not None else "" for way, _ in _WAYS}
         points = _by_way([(p.volts, p.value, p.direction) for p in view.points])
         curves = [
             Curve(
-                x=x, y=y, color=color, points=True, symbol=_SYMBOLS[ways[way]],
-                name=f"moving {ways[way]}" if ways[way] else "either way",
+                x=x, y=y, color=color, points=True, symbol=symbol,
+                name=DIRECTION_WORDS[way] or "either way",
             )
-            for (x, y), (way, color) in zip(points, _WAYS, strict=True)
+            for (x, y), (way, color, symbol) in zip(points, _WAYS, strict=True)
             if x.size
         ]  # fmt: skip
         off: list[Curve] = []
@@ -85,7 +83,7 @@ class FitCharts(QWidget):
             if calibration is not None:
                 line = polynomial(calibration.fit.coefficients, places)
                 curves.insert(0, Curve(x=places, y=line, color="ink", name="curve"))
-            off = self._residuals(view, places, ways)
+            off = self._residuals(view, places)
         words = f"{len(view.points)} points"
         self.curve.draw(
             curves, title="The curve", bottom="Volts", left=f"Angle [{unit}]", words=words
@@ -94,9 +92,7 @@ class FitCharts(QWidget):
             off, title="Points off the curve", bottom="Volts", left=f"Off [{unit}]", words=words
         )
 
-    def _residuals(
-        self, view: WizardView, places: FloatArray, ways: Mapping[str, str]
-    ) -> list[Curve]:
+    def _residuals(self, view: WizardView, places: FloatArray) -> list[Curve]:
         """Return each branch as a line through its points: their distance is the hysteresis."""
         calibration = view.calibration
         made = [Curve(x=places[[0, -1]], y=np.zeros(2), color="muted")]
@@ -113,13 +109,13 @@ class FitCharts(QWidget):
                 for point, residual in zip(view.points, view.off_curve, strict=True)
             ]
         )
-        for (x, y), (way, color) in zip(points, _WAYS, strict=True):
+        for (x, y), (way, color, symbol) in zip(points, _WAYS, strict=True):
             if not x.size:
                 continue
             order = np.argsort(x)
             if way != "single":
                 made.append(Curve(x=x[order], y=y[order], color=color, dashed=way == "down"))
-            made.append(Curve(x=x, y=y, color=color, points=True, symbol=_SYMBOLS[ways[way]]))
+            made.append(Curve(x=x, y=y, color=color, points=True, symbol=symbol))
         return made
 
 
@@ -130,5 +126,5 @@ def _by_way(points: list[tuple[float, float, str]]) -> list[tuple[FloatArray, Fl
             np.array([x for x, _, known in points if known == way]),
             np.array([y for _, y, known in points if known == way]),
         )
-        for way, _ in _WAYS
+        for way, *_ in _WAYS
     ]

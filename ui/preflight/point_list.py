@@ -8,6 +8,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from calibration.points import DIRECTION_WORDS, Direction
 from ui.glyphs import paint_state
 from ui.look import Look
 
@@ -24,9 +25,8 @@ class PointRow:
     ----------
     value, volts, residual : str
         As shown; volts and residual are empty where it was not taken yet.
-    way : str
-        ``up``, ``down``, ``left``, ``right``: how the trailing edge moves as it is reached; empty
-        where that does not matter.
+    direction : {"up", "down", "single"}
+        Whether the value increases or decreases as it is reached.
     share : float
         Residual over the largest of them, or over the error of a setting where that is larger; -1
         to 1.
@@ -39,7 +39,7 @@ class PointRow:
     """
 
     value: str
-    way: str
+    direction: Direction = "single"
     volts: str = ""
     residual: str = ""
     share: float = 0.0
@@ -50,9 +50,11 @@ class PointRow:
     @property
     def words(self) -> str:
         """Return the row in words."""
+        way = DIRECTION_WORDS[self.direction]
         if self.index is None:
-            return f"{self.value} {self.way}: {'now' if self.current else 'to come'}"
-        parts = (f"{self.value} {self.way}: {self.volts}", self.residual, self.remark)
+            parts = (self.value, way, "now" if self.current else "to come")
+        else:
+            parts = (self.value, way, self.volts, self.residual, self.remark)
         return ", ".join(part for part in parts if part)
 
 
@@ -164,7 +166,7 @@ class PointList(QWidget):
             painter.drawRoundedRect(whole.adjusted(1, 1, -1, -1), px(4), px(4))
         ink = look.color("text" if taken else "target" if row.current else "muted")
         setting, volts, residual, bar = (column.translated(0, top) for column in columns)
-        self._paint_way(painter, row, setting, ink)
+        self._paint_direction(painter, row, setting, ink)
         painter.setFont(look.font("body", strong=row.current))
         painter.setPen(ink)
         painter.drawText(setting.adjusted(px(20), 0, 0, 0), _ALIGN.AlignVCenter, row.value)
@@ -175,21 +177,20 @@ class PointList(QWidget):
         if taken:
             self._paint_bar(painter, row, bar)
 
-    def _paint_way(self, painter: QPainter, row: PointRow, box: QRectF, ink: object) -> None:
+    def _paint_direction(self, painter: QPainter, row: PointRow, box: QRectF, ink: object) -> None:
         px = self._look.px
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(ink)
         x, y, half = box.left() + px(8), box.center().y(), px(5)
-        if row.way:
-            painter.save()
-            painter.translate(x, y)
-            painter.rotate({"up": 0, "right": 90, "down": 180, "left": 270}[row.way])
-            painter.drawPolygon(
-                QPolygonF(
-                    [QPointF(-half, 0.8 * half), QPointF(half, 0.8 * half), QPointF(0, -half)]
-                )
-            )
-            painter.restore()
+        if row.direction != "single":
+            tip = -half if row.direction == "up" else half
+            foot = -0.8 * tip
+            corners = [
+                QPointF(x - half, y + foot),
+                QPointF(x + half, y + foot),
+                QPointF(x, y + tip),
+            ]
+            painter.drawPolygon(QPolygonF(corners))
         else:
             painter.drawEllipse(QPointF(x, y), 0.7 * half, 0.7 * half)
 

@@ -17,7 +17,6 @@ from ui.preflight.wizard_words import (
     signed_text,
     size_text,
     volts_text,
-    way_of,
 )
 from ui.words import DASH, symbol_text
 
@@ -87,7 +86,7 @@ def point_rows(view: WizardView) -> tuple[PointRow, ...]:
     rows = [
         PointRow(
             value=quantity_text(point.value, instrument.unit, _digits(point.value)),
-            way=way_of(instrument, point.direction) if instrument.by_hand else "",
+            direction=point.direction if instrument.by_hand else "single",
             volts=volts_text(point.volts),
             residual=signed_text(residuals[at], instrument) if residuals else "",
             share=residuals[at] / largest if residuals else 0.0,
@@ -99,7 +98,7 @@ def point_rows(view: WizardView) -> tuple[PointRow, ...]:
     rows += [
         PointRow(
             value=quantity_text(slot.value, instrument.unit),
-            way=way_of(instrument, slot.direction),
+            direction=slot.direction,
             current=at == 0 and view.phase == "points",
         )
         for at, slot in enumerate(view.remaining)

@@ -139,12 +139,6 @@ def curve_words(degree: int) -> str:
     return {1: "straight line", 2: "quadratic", 3: "cubic"}[degree]
 
 
-def way_of(instrument: InstrumentPlan, direction: str) -> str:
-    """Return how the trailing edge moves on the way to larger or to smaller values, one word."""
-    towards = {"up": instrument.positive, "down": instrument.negative}.get(direction, "")
-    return towards.rpartition(" ")[2]
-
-
 # The large part
 
 

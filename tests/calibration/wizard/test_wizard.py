@@ -77,7 +77,7 @@ def test_a_key_takes_it_at_once_and_notes_the_side_in_truth(tmp_path: Path) -> N
     crew.wait(1.2)
     view = crew.press("take")
     assert view.points[1].direction == "down"
-    assert "from the other side" in view.message
+    assert "decreasing" in view.message
 
 
 def test_a_rest_on_the_way_is_not_the_setting(tmp_path: Path) -> None:
@@ -160,7 +160,7 @@ def test_an_outlier_is_pointed_out_and_not_accepted_by_itself(tmp_path: Path) ->
     view = crew.wizard.view
     assert view.calibration is not None
     assert view.calibration.quality.outliers == (6,)
-    assert view.sentences[0].startswith("point 7, 12 deg trailing edge up on the way down")
+    assert view.sentences[0].startswith("point 7, 12 deg trailing edge up, decreasing")
     crew.press("repeat", index=6)
     crew.see(crew.bench.move("alpha", 17.0))
     crew.until(lambda now: now.phase == "done")
