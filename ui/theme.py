@@ -12,8 +12,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from types import MappingProxyType
 
-TRACE_COLORS = ("blue", "purple", "rust", "ink", "sky", "olive")
-"""Names of the trace colors, in the order in which they are handed out."""
+from gsapp.quantities import TRACE_COLORS
 
 MINIMUM_SCALE, MAXIMUM_SCALE = 1.0, 2.5
 

@@ -11,20 +11,13 @@ import sys
 from collections.abc import Iterable
 
 from gsapp.quantities import ChannelSpec, from_si
+from gsapp.quantities import clock_text as clock_text
+from gsapp.quantities import symbol_text as symbol_text
 
 DASH = "–"
 MINUS = "−"
 
-_GREEK = {"alpha": "α", "beta": "β", "delta": "δ", "phi": "φ", "theta": "θ", "psi": "ψ",
-          "chi": "χ", "rho": "ρ"}  # fmt: skip
-_SUBSCRIPTED = re.compile(r"^(alpha|beta|delta|phi|theta|psi|chi|rho)(?=$|[_ ])")
 _UNIT_MARKS = (("^2", "²"), ("^3", "³"), ("degC", "°C"), ("degF", "°F"), ("deg", "°"), ("*", "·"))
-
-
-def symbol_text(symbol: str) -> str:
-    """Return a symbol as it is shown: ``delta_e left`` as ``δe left``, ``a_x`` as ``ax``."""
-    text = _SUBSCRIPTED.sub(lambda match: _GREEK[match[1]], symbol)
-    return text.replace("_", "")
 
 
 def unit_text(unit: str) -> str:
@@ -97,22 +90,6 @@ def value_text(spec: ChannelSpec, value: float | None, system: str, *, unit: boo
         return DASH
     number = number_text(from_si(float(value), shown, spec.quantity), spec.decimals(shown))
     return f"{number} {unit_text(shown)}".rstrip() if unit else number
-
-
-def clock_text(seconds: float | None, *, decimals: int = 0) -> str:
-    """Return flight time as ``04:07``, ``1:04:07``, or with one decimal ``04:07.3``."""
-    if seconds is None or not math.isfinite(seconds):
-        return DASH
-    scale = 10**decimals
-    # Truncated, as clocks are: 59.96 s is not yet a minute.
-    ticks = int(abs(seconds) * scale + 1e-6)
-    whole, part = divmod(ticks, scale)
-    minutes, second = divmod(whole, 60)
-    hours, minute = divmod(minutes, 60)
-    text = f"{hours}:{minute:02d}:{second:02d}" if hours else f"{minute:02d}:{second:02d}"
-    if decimals:
-        text += f".{part:0{decimals}d}"
-    return f"{MINUS}{text}" if seconds < 0 and ticks else text
 
 
 def parse_clock(text: str) -> float | None:

@@ -10,6 +10,15 @@ from gsapp.quantities.channels import (
     base_id,
     channel,
 )
+from gsapp.quantities.notation import (
+    TRACE_COLORS,
+    clock_text,
+    symbol_markup,
+    symbol_parts,
+    symbol_text,
+    trace_color,
+    typeset,
+)
 from gsapp.quantities.units import QUANTITIES, Quantity, from_si, normalize_unit, parse, to_si
 
 __all__ = [
@@ -18,6 +27,7 @@ __all__ = [
     "INSTRUMENTS",
     "QUANTITIES",
     "STEPWISE",
+    "TRACE_COLORS",
     "Block",
     "BoolArray",
     "ChannelSpec",
@@ -25,8 +35,14 @@ __all__ = [
     "Quantity",
     "base_id",
     "channel",
+    "clock_text",
     "from_si",
     "normalize_unit",
     "parse",
+    "symbol_markup",
+    "symbol_parts",
+    "symbol_text",
     "to_si",
+    "trace_color",
+    "typeset",
 ]

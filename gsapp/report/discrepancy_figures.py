@@ -1,7 +1,7 @@
 """Pictures of a search for a missing effect: where, what, and how far the gap has shrunk.
 
-Each function returns a `Picture`, drawn when the report is written. Measured is solid, computed is
-dashed, what was before is gray (ui and paper alike).
+Each function returns a `Picture`, drawn when the report is written. Measured is solid in the color
+of its channel, computed dashed, the model before gray (ui and paper alike).
 """
 
 from __future__ import annotations
@@ -23,14 +23,22 @@ from gsapp.report.discrepancy_words import (
     share_words,
 )
 from gsapp.report.document import TALLEST, WIDTH, Picture, margins
-from gsapp.report.strip_figure import FAINT, INK, TRACE
+from gsapp.report.figure_parts import (
+    clock_axis,
+    label_channel,
+    label_flight_time,
+    labeled,
+    symbol_math,
+)
+from gsapp.report.palette import PAPER
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.image import AxesImage
 
-_BEFORE, _AFTER, _BAND = "#7d8590", "#d55e00", "#dfe3e8"
+INK, FAINT, _BEFORE = PAPER.ink, PAPER.faint, PAPER.previous
+_STEP, _BAND = PAPER.traces["blue"], "#dfe3e8"
 _FEW_ROWS, _FEW_COLUMNS = 12, 8
 """Maneuvers and columns from which those of a map stand closer."""
 _POINTS = 1200
@@ -47,7 +55,7 @@ def map_picture(found: Discrepancy) -> Picture:
     return _maps(
         found,
         "map",
-        found.coefficients,
+        tuple(map(symbol_math, found.coefficients)),
         (found.steps[0].map, found.steps[-1].map),
         "Missing part of each coefficient in each maneuver, in units of the noise floor: 1 is "
         "nothing but noise. Maneuvers marked * were kept out of naming and fitting.",
@@ -59,7 +67,7 @@ def channel_map_picture(found: Discrepancy) -> Picture:
     return _maps(
         found,
         "map-channels",
-        tuple(channel(name).symbol for name in found.channels),
+        tuple(symbol_math(channel(name).symbol) for name in found.channels),
         (channel_map(found, 0), channel_map(found, -1)),
         "Measured less computed of each channel when the model is flown through each maneuver "
         "from its first sample, in units of that channel's noise.",
@@ -115,7 +123,8 @@ def _draw_map(chart: Axes, columns: tuple[str, ...], values: FloatArray, most: f
         np.maximum(values, 1.0), norm=LogNorm(1.0, most), cmap="YlOrBr", aspect="auto"
     )
     crowded = len(columns) > _FEW_COLUMNS
-    chart.set_xticks(range(len(columns)), columns, fontsize=5.5 if crowded else 7.0)
+    chart.set_xticks(range(len(columns)), columns, fontsize=5.5 if crowded else 7.0,
+                     parse_math=True)  # fmt: skip
     chart.xaxis.tick_top()
     chart.tick_params(length=0)
     for row, line in enumerate(values):
@@ -147,18 +156,19 @@ def missing_over_time_picture(
             chart.plot(view.times[few], view.missing[0][few, place], color=_BEFORE, label="before")
             if len(view.missing) > 1:
                 chart.plot(
-                    view.times[few], view.missing[-1][few, place], color=_AFTER, linestyle="--",
-                    label="after",
+                    view.times[few], view.missing[-1][few, place], label="after",
+                    color=PAPER.channel(coefficient),
                 )  # fmt: skip
             _plain_axes(chart)
+            clock_axis(chart)
             chart.set_title(f"maneuver {_row_label(view)}", loc="left", color=INK, fontsize=7.5)
-            chart.set_ylabel(f"missing {coefficient}", color=INK)
+            chart.set_ylabel(f"missing {symbol_math(coefficient)}", color=INK, parse_math=True)
             chart.set_xlim(float(view.times[0]), float(view.times[-1]))
         # One maneuver far beyond the others must not flatten them.
         sizes = [_finite(np.abs(view.missing[0][:, place])).max(initial=0.0) for view in views]
         usual = 2.5 * float(np.median(sizes)) if sizes else 0.0
         _keep_in_view(charts[0], -usual, usual)
-        charts[-1].set_xlabel("flight time [s]", color=INK)
+        label_flight_time(charts[-1], PAPER)
         _legend_above(container, charts[0])
 
     return Picture(
@@ -197,15 +207,16 @@ def missing_over_region_picture(
             label, values = _condition(found, name, units)
             ranges += _draw_bins(chart, values, _stacked(found, place, 0), _BEFORE, "before", "o")
             if len(found.steps) > 1:
-                ranges += _draw_bins(
-                    chart, values, _stacked(found, place, -1), _AFTER, "after", "s"
-                )
+                color = PAPER.channel(coefficient)
+                ranges += _draw_bins(chart, values, _stacked(found, place, -1), color, "after", "s")
             chart.axhline(0.0, color=INK, linewidth=0.5)
             _plain_axes(chart)
             chart.xaxis.set_major_locator(MaxNLocator(nbins=4))
-            chart.set_xlabel(label, color=INK, fontweight="bold" if name == marked else "normal")
+            chart.set_xlabel(
+                label, color=INK, fontweight="bold" if name == marked else "normal", parse_math=True
+            )
         for row in charts:
-            row[0].set_ylabel(f"missing {coefficient}", color=INK)
+            row[0].set_ylabel(f"missing {symbol_math(coefficient)}", color=INK, parse_math=True)
         # The medians tell the story; bars of a few wild samples may be cut off.
         low = min((one for one, _ in ranges), default=0.0)
         high = max((one for _, one in ranges), default=0.0)
@@ -240,8 +251,7 @@ def _condition(found: Discrepancy, name: str, units: str) -> tuple[str, FloatArr
     values = np.concatenate(
         [one.conditions.get(name, np.full(one.times.size, np.nan)) for one in found.maneuvers]
     )
-    label = f"{spec.symbol} [{unit}]" if unit else spec.symbol
-    return label, np.asarray(from_si(values, unit, spec.quantity))
+    return labeled(name, units), np.asarray(from_si(values, unit, spec.quantity))
 
 
 def _stacked(found: Discrepancy, place: int, step: int) -> FloatArray:
@@ -269,7 +279,7 @@ def _draw_bins(
         highs.append(high - median)
     chart.errorbar(
         middles, medians, yerr=[lows, highs], color=color, marker=marker, markersize=3.0,
-        linewidth=0.7, elinewidth=0.6, label=label, linestyle="--" if label == "after" else "-",
+        linewidth=0.7, elinewidth=0.6, label=label,
     )  # fmt: skip
     return [(min(medians), max(medians))] if medians else []
 
@@ -291,7 +301,7 @@ def ranking_picture(step: Step, number: int, *, last: bool = False) -> Picture:
         chart = container.subplots()
         margins(container, left=2.95, right=1.75, top=0.3)
         places = np.arange(len(best))
-        chart.barh(places, [one.score for one in best], color=TRACE, height=0.62)
+        chart.barh(places, [one.score for one in best], color=_STEP, height=0.62)
         chart.set_yticks(places, [f"{one.effect}\n{_short(one.title)}" for one in best])
         chart.invert_yaxis()
         _plain_axes(chart)
@@ -341,30 +351,28 @@ def overlay_picture(view: ManeuverView, units: str = "US") -> Picture:
             measured = from_si(view.measured[few, place], unit, spec.quantity)
             before = from_si(view.computed[0][few, place], unit, spec.quantity)
             after = from_si(view.computed[-1][few, place], unit, spec.quantity)
-            left.plot(times, measured, color=TRACE, label="measured")
+            left.plot(times, measured, color=PAPER.channel(spec.id), label="measured")
             left.plot(times, before, color=_BEFORE, linestyle="--", label="computed before")
             if several:
-                left.plot(times, after, color=_AFTER, linestyle="--", label="computed after")
+                left.plot(times, after, color=INK, linestyle="--", label="computed after")
             floor = (
                 from_si(view.floor.get(view.channels[place], np.nan), unit, spec.quantity) - zero
             )
             right.axhspan(-2.0 * floor, 2.0 * floor, color=_BAND, linewidth=0, label="noise, ± 2")
             right.plot(times, measured - before, color=_BEFORE)
             if several:
-                right.plot(times, measured - after, color=_AFTER, linewidth=0.7)
+                right.plot(times, measured - after, color=PAPER.channel(spec.id), linewidth=0.7)
             for chart in (left, right):
                 _plain_axes(chart)
                 chart.yaxis.set_major_locator(MaxNLocator(nbins=3, min_n_ticks=2))
             low, high = float(np.nanmin(measured)), float(np.nanmax(measured))
             _keep_in_view(left, 2.0 * low - high, 2.0 * high - low)
             _keep_in_view(right, low - high, high - low)
-            left.set_ylabel(
-                f"{spec.symbol}\n[{unit}]" if unit else spec.symbol, rotation=0, ha="right",
-                va="center", color=INK,
-            )  # fmt: skip
+            label_channel(left, spec.id, units, PAPER)
+            clock_axis(left, right)
         charts[0, 1].set_title("measured less computed", loc="left", color=INK, fontsize=7.5)
         for chart in charts[-1]:
-            chart.set_xlabel("flight time [s]", color=INK)
+            label_flight_time(chart, PAPER)
             chart.set_xlim(float(view.times[0]), float(view.times[-1]))
         _legend_above(container, charts[0, 0], charts[0, 1])
 
@@ -405,7 +413,7 @@ def gap_picture(gap: Gap, *, changed: bool = True) -> Picture:
         chart = container.subplots()
         margins(container, left=0.6, top=0.42, bottom=0.35)
         places = np.arange(len(names))
-        kinds = ((-0.2, before, _BEFORE, "before"), (0.2, after, _AFTER, "after"))
+        kinds = ((-0.2, before, _BEFORE, "before"), (0.2, after, _STEP, "after"))
         for offset, values, color, label in kinds if changed else kinds[:1]:
             bars = chart.bar(places + offset, values, width=0.36, color=color, label=label)
             chart.bar_label(bars, fmt=_times, fontsize=6.5, color=INK, padding=1.5)
@@ -415,7 +423,8 @@ def gap_picture(gap: Gap, *, changed: bool = True) -> Picture:
             chart.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
             chart.set_ylim(min(0.7, 0.8 * float(min(before.min(), after.min()))), None)
         chart.margins(y=0.12)
-        chart.set_xticks(places, [channel(name).symbol for name in names])
+        symbols = [symbol_math(channel(name).symbol) for name in names]
+        chart.set_xticks(places, symbols, parse_math=True)
         chart.set_ylabel("RMS over the noise floor", color=INK)
         _plain_axes(chart)
         _legend_above(container, chart)
@@ -446,7 +455,7 @@ def waterfall_picture(found: Discrepancy) -> Picture:
         places = list(range(len(misfits) + 1))
         tops = [misfits[0], *misfits[:-1], misfits[-1]]
         bottoms = [0.0, *misfits[1:], 0.0]
-        colors = [_BEFORE, *[TRACE] * (len(misfits) - 1), _AFTER]
+        colors = [_BEFORE, *[_STEP] * len(misfits)]
         for place, top, bottom, color in zip(places, tops, bottoms, colors, strict=True):
             chart.bar(place, top - bottom, bottom=bottom, color=color, width=0.62)
             ends = place in (0, places[-1])

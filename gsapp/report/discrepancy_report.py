@@ -15,7 +15,7 @@ import numpy as np
 
 from gsapp.discrepancy.results import Discrepancy, ManeuverView
 from gsapp.foundation import GroundStationError
-from gsapp.quantities import channel
+from gsapp.quantities import clock_text
 from gsapp.report.discrepancy_figures import (
     channel_map_picture,
     gap_picture,
@@ -202,15 +202,15 @@ def _disagreements(found: Discrepancy) -> Table:
     return Table(
         caption="Places beyond the noise, most certain first"
         + (f" ({more} more are in the JSON)" if more else ""),
-        columns=("what", "most in", "maneuver", "from [s]", "to [s]", "times noise", "chance",
+        columns=("what", "most in", "maneuver", "from", "to", "times noise", "chance",
                  "where"),
         rows=tuple(
             (
                 coefficient_words(one.coefficient) if one.coefficient else "instrument",
-                channel(one.channel).symbol if one.channel else "",
+                one.channel,
                 one.maneuver,
-                f"{one.t_start:.1f}",
-                f"{one.t_end:.1f}",
+                clock_text(one.t_start, decimals=1),
+                clock_text(one.t_end, decimals=1),
                 f"{one.rms / one.noise_floor:.1f}" if one.noise_floor > 0.0 else "",
                 chance_words(one.p_value),
                 one.region.words if one.region else "",

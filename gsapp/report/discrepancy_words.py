@@ -18,7 +18,7 @@ from gsapp.discrepancy.results import (
 )
 from gsapp.dynamics.buildup import COEFFICIENT_TITLES
 from gsapp.foundation import UnknownNameError
-from gsapp.quantities import FloatArray, channel, from_si
+from gsapp.quantities import FloatArray, channel, clock_text, from_si
 
 HEADLINES = {
     "effects-found": "The model lacks something, and it has a name.",
@@ -80,13 +80,13 @@ def disagreement_words(one: Disagreement) -> str:
     """Return where one disagreement is, as a sentence."""
     times = one.rms / one.noise_floor if one.noise_floor > 0.0 else math.inf
     region = f", {one.region.words}" if one.region else ""
-    where = f"Maneuver {one.maneuver}, {one.t_start:.1f} to {one.t_end:.1f} s{region}"
+    start, end = (clock_text(time, decimals=1) for time in (one.t_start, one.t_end))
+    where = f"Maneuver {one.maneuver}, {start} to {end}{region}"
     if not one.coefficient:
-        symbol = channel(one.channel).symbol
-        return f"{where}: the instrument of {symbol} is off by {times:.1f} times the noise."
+        return f"{where}: the instrument of {one.channel} is off by {times:.1f} times the noise."
     return (
         f"{where}: the {coefficient_words(one.coefficient)} is off by {times:.1f} times the "
-        f"noise, most in {channel(one.channel).symbol}."
+        f"noise, most in {one.channel}."
     )
 
 
@@ -174,7 +174,7 @@ def rms_rows(gap: Gap, units: Literal["US", "SI"]) -> tuple[tuple[str, str, str,
             f"{from_si(value, unit, spec.quantity) - zero:.3g}"
             for value in (one.before, one.after, one.floor)
         )
-        rows.append((f"{spec.symbol} [{unit}]" if unit else spec.symbol, before, after, floor))
+        rows.append((f"{name} [{unit}]" if unit else name, before, after, floor))
     return tuple(rows)
 
 

@@ -40,6 +40,8 @@ LOOK = (
         "lines.linewidth": 0.9,
         # A dollar sign in a flight's name is no mathematics.
         "text.parse_math": False,
+        # Symbols of channels and derivatives, which are, look like the text around them.
+        "mathtext.default": "regular",
         "pdf.fonttype": 42,
         "path.simplify_threshold": 0.2,
         # Names of things in vector files are the same in every run.

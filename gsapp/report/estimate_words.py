@@ -7,10 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 from gsapp.dynamics.buildup import derivative_names
-from gsapp.dynamics.terms import COEFFICIENTS
 from gsapp.identification.campaign import CampaignResult, ManeuverResult
 from gsapp.identification.summary import CampaignSummary, Dependence, DerivativeSummary
-from gsapp.quantities import channel, from_si
+from gsapp.quantities import channel, clock_text, from_si
 
 _HONEST: Final = (0.7, 1.4)
 """Scatter over bounds between which bounds are called honest."""
@@ -243,12 +242,13 @@ def maneuver_rows(results: Sequence[ManeuverResult], units: str) -> tuple[tuple[
         elif not estimate.converged:
             state = f"not converged: {estimate.message}"
         else:
-            state = "" if worst is None else f"{_symbol(worst[0])} {worst[1].r2:.3f}"
+            state = "" if worst is None else f"{worst[0]} {worst[1].r2:.3f}"
         rows.append(
             (
                 maneuver.id,
                 maneuver.flight,
-                f"{maneuver.t_start:.1f} - {maneuver.t_end:.1f}",
+                f"{clock_text(maneuver.t_start, decimals=1)} to "
+                f"{clock_text(maneuver.t_end, decimals=1)}",
                 f"{'+'.join(maneuver.inputs) or 'none'} {maneuver.kind}".strip(),
                 *(_condition(conditions, name, units) for name in ("V", "alpha")),
                 state,
@@ -257,15 +257,10 @@ def maneuver_rows(results: Sequence[ManeuverResult], units: str) -> tuple[tuple[
     return tuple(rows)
 
 
-def _symbol(response: str) -> str:
-    """Return how figures call a response; a coefficient is called as it is."""
-    return response if response in COEFFICIENTS else channel(response).symbol
-
-
 def maneuver_columns(units: str) -> tuple[str, ...]:
     """Return the headings of `maneuver_rows`."""
     return (
-        "maneuver", "flight", "time [s]", "input", f"V [{channel('V').display_unit(units)}]",
+        "maneuver", "flight", "time", "input", f"V [{channel('V').display_unit(units)}]",
         "alpha [deg]", "worst R2",
     )  # fmt: skip
 

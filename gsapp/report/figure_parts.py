@@ -7,16 +7,18 @@ points in order (`name_points`).
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import Formatter, Locator, MaxNLocator
 
 from gsapp.dynamics.terms import COEFFICIENTS
-from gsapp.quantities import FloatArray, channel, from_si
+from gsapp.quantities import FloatArray, channel, clock_text, from_si, symbol_parts
 from gsapp.report.palette import Palette
 
 if TYPE_CHECKING:
@@ -27,12 +29,61 @@ SIGMAS: Final = 2.0
 MANEUVER, DERIVATIVE = "maneuver:", "derivative:"
 """Begin the names of points, and of axes."""
 BETWEEN_NAMES: Final = "|"
-_TRACE, _BROAD = 0.9, 2.0
+_TRACE, BROAD = 0.9, 2.0
 """Width of a trace, and of one under another, points."""
-_PALE: Final = 0.55
+PALE: Final = 0.55
 """Opacity of a trace under another."""
 _POINTS: Final = 3000
 """Of a trace: more cannot be told apart."""
+_TIME_STEPS: Final = (
+    0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0,
+    1800.0, 3600.0,
+)  # fmt: skip
+_TENTH: Final = 0.095
+_TIMES: Final = 5
+"""Steps of a time axis, at most."""
+_ACCENTS: Final = {"\N{COMBINING DOT ABOVE}": "dot", "\N{COMBINING MACRON}": "bar"}
+
+
+class ClockFormatter(Formatter):
+    """Writes flight time as ``mm:ss.s``, with more digits where ticks are closer."""
+
+    def __call__(self, time: float, _place: int | None = None) -> str:
+        """Return one time."""
+        return clock_text(time, decimals=1)
+
+    def format_ticks(self, values: Sequence[float]) -> list[str]:
+        """Return the times of all ticks."""
+        close = len(values) > 1 and abs(values[1] - values[0]) < _TENTH
+        return [clock_text(time, decimals=2 if close else 1) for time in values]
+
+
+class ClockLocator(Locator):
+    """Places ticks at round seconds and minutes."""
+
+    def __call__(self) -> Sequence[float]:
+        """Return the ticks in sight."""
+        low, high = sorted(self.axis.get_view_interval())  # type: ignore[union-attr]
+        return self.tick_values(low, high)
+
+    def tick_values(self, vmin: float, vmax: float) -> Sequence[float]:
+        """Return the ticks between two times."""
+        fitting = (step for step in _TIME_STEPS if vmax - vmin <= _TIMES * step)
+        step = next(fitting, _TIME_STEPS[-1])
+        first, last = math.ceil(vmin / step - 1e-6), math.floor(vmax / step + 1e-6)
+        return [place * step for place in range(first, last + 1)]
+
+
+def clock_axis(*charts: Axes) -> None:
+    """Write flight time along the x axes."""
+    for chart in charts:
+        chart.xaxis.set_major_locator(ClockLocator())
+        chart.xaxis.set_major_formatter(ClockFormatter())
+
+
+def label_flight_time(chart: Axes, palette: Palette) -> None:
+    """Name the time axis."""
+    chart.set_xlabel("flight time [mm:ss.s]", color=palette.ink)
 
 
 def name_points(line: Line2D, maneuvers: Sequence[str]) -> None:
@@ -88,23 +139,54 @@ def draw_trace(
     shown = shown_values(name, np.asarray(values[::step]), units)
     chart.plot(
         times[::step], shown, color=color, linestyle=linestyle, label=label or None,
-        zorder=1.5 if behind else 2.0, alpha=_PALE if under else 1.0,
-        linewidth=(_BROAD if under else _TRACE) * palette.weight,
+        zorder=1.5 if behind else 2.0, alpha=PALE if under else 1.0,
+        linewidth=(BROAD if under else _TRACE) * palette.weight,
     )  # fmt: skip
+    label_channel(chart, name, units, palette)
+    plain(chart, palette)
+    clock_axis(chart)
+
+
+def label_channel(chart: Axes, name: str, units: str, palette: Palette) -> None:
+    """Write symbol and unit of a channel or a coefficient left of its chart."""
     chart.set_ylabel(
         labeled(name, units, "\n"), rotation=0, ha="right", va="center", color=palette.ink,
-        labelpad=6,
+        labelpad=6, parse_math=True,
     )  # fmt: skip
-    plain(chart, palette)
+
+
+def symbol_math(symbol: str) -> str:
+    """Return a symbol as matplotlib typesets it where ``parse_math`` is true."""
+    base, below, rest = symbol_parts(symbol)
+    for accent, command in _ACCENTS.items():
+        base = re.sub(f"(.){accent}", rf"\\{command}{{\1}}", base)
+        below = re.sub(f"(.){accent}", rf"\\{command}{{\1}}", below)
+    if not below and base.isascii() and "\\" not in base:
+        return base + rest
+    return f"${base}_{{{below}}}${rest}" if below else f"${base}${rest}"
+
+
+def math_text(label: str) -> str:
+    """Return what `symbol_math` typesets as plain Unicode on one line."""
+    for accent, command in _ACCENTS.items():
+        label = re.sub(rf"\\{command}{{(.)}}", rf"\1{accent}", label)
+    return re.sub(r"[${}]|(?<=\w)_(?={)", "", label).replace("\n", " ")
 
 
 def labeled(name: str, units: str, between: str = " ") -> str:
-    """Return a channel's symbol with its unit, ``alpha [deg]``; a coefficient has none."""
+    """Return a channel's symbol with its unit for an axis; ``parse_math`` typesets it."""
     if name in COEFFICIENTS:
-        return name
+        return symbol_math(name)
     spec = channel(name)
     unit = spec.display_unit(units)
-    return f"{spec.symbol}{between}[{unit}]" if unit else spec.symbol
+    symbol = symbol_math(spec.symbol)
+    return f"{symbol}{between}[{unit}]" if unit else symbol
+
+
+def column_title(name: str, units: str) -> str:
+    """Return a channel's id with its unit for a table or a file, ``alpha [deg]``."""
+    unit = "" if name in COEFFICIENTS else channel(name).display_unit(units)
+    return f"{name} [{unit}]" if unit else name
 
 
 def shown_values(name: str, values: FloatArray, units: str) -> FloatArray:

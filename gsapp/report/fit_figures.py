@@ -1,6 +1,6 @@
 """One maneuver: what was moved, measured against computed responses, and what is left over.
 
-Measured is solid, computed is dashed, what another run computed is gray.
+Measured is solid in the color of its channel, computed dashed, another run gray.
 """
 
 from __future__ import annotations
@@ -10,12 +10,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import FigureBase
+from matplotlib.lines import Line2D
 
 from gsapp.identification.campaign import ManeuverResult
 from gsapp.identification.results import Method, ResponseHistory
 from gsapp.quantities import FloatArray
 from gsapp.report.document import TALLEST, Picture, Table, margins
-from gsapp.report.figure_parts import draw_trace, labeled, number_text, plain, shown_values
+from gsapp.report.figure_parts import (
+    BROAD,
+    PALE,
+    column_title,
+    draw_trace,
+    label_flight_time,
+    number_text,
+    plain,
+    shown_values,
+)
 from gsapp.report.palette import PAPER, Palette
 
 if TYPE_CHECKING:
@@ -72,14 +82,15 @@ def fit_picture(
         margins(container, left=0.95, top=0.32, bottom=0.42, hspace=0.16)
         for chart, name in zip(charts, inputs, strict=False):
             times, values = maneuver.block.times, maneuver.samples(name)
-            draw_trace(chart, name, times, values, units, palette.ink, palette)
+            draw_trace(chart, name, times, values, units, palette.channel(name), palette)
         for chart, response in zip(charts[len(inputs) :], history.channels, strict=True):
             _draw_response(chart, response, history, beside, other_name, units, palette)
-        charts[-1].set_xlabel("flight time [s]", color=palette.ink)
+        label_flight_time(charts[-1], palette)
         charts[-1].set_xlim(float(history.times[0]), float(history.times[-1]))
+        names = {line.get_label() for chart in charts for line in chart.lines}
         container.legend(
-            *charts[len(inputs)].get_legend_handles_labels(), loc="upper right", ncols=3,
-            borderaxespad=0.1,
+            handles=[one for one in _handles(palette, other_name) if one.get_label() in names],
+            loc="upper right", ncols=3, borderaxespad=0.1,
         )  # fmt: skip
 
     return Picture(
@@ -90,6 +101,18 @@ def fit_picture(
         draw=draw,
         numbers=lambda: _numbers(result, inputs, history, units),
     )
+
+
+def _handles(palette: Palette, other_name: str) -> list[Line2D]:
+    """Return the legend: measured traces have the colors of their channels."""
+    return [
+        Line2D(
+            [], [], color=palette.quiet, label="measured", linewidth=BROAD * palette.weight,
+            alpha=PALE,
+        ),
+        Line2D([], [], color=palette.ink, linestyle="--", label="computed"),
+        Line2D([], [], color=palette.previous, label=other_name),
+    ]  # fmt: skip
 
 
 def history_of(result: ManeuverResult) -> ResponseHistory | None:
@@ -115,11 +138,12 @@ def _draw_response(
 ) -> None:
     column = history.channels.index(name)
     draw_trace(
-        chart, name, history.times, history.measured[:, column], units, palette.measured, palette,
+        chart, name, history.times, history.measured[:, column], units,
+        palette.channel(name), palette,
         label="measured", under=True,
     )  # fmt: skip
     draw_trace(
-        chart, name, history.times, history.computed[:, column], units, palette.computed, palette,
+        chart, name, history.times, history.computed[:, column], units, palette.ink, palette,
         label="computed", linestyle="--",
     )  # fmt: skip
     if beside is not None and name in beside.channels:
@@ -152,14 +176,14 @@ def residual_picture(
         for row, name in enumerate(history.channels):
             left, right = charts[row]
             times, values = history.times, residuals[:, row]
-            draw_trace(left, name, times, values, units, palette.measured, palette)
+            draw_trace(left, name, times, values, units, palette.channel(name), palette)
             lags, repeated, band = autocorrelation(residuals[:, row], dt)
             right.axhspan(-band, band, color=palette.band, linewidth=0)
-            right.plot(lags, repeated, color=palette.measured)
+            right.plot(lags, repeated, color=palette.channel(name))
             right.set_ylim(-1.05, 1.05)
             plain(right, palette)
         charts[0, 1].set_title("autocorrelation", loc="left", color=palette.ink, y=1.0, pad=3.0)
-        charts[-1, 0].set_xlabel("flight time [s]", color=palette.ink)
+        label_flight_time(charts[-1, 0], palette)
         charts[-1, 1].set_xlabel("lag [s]", color=palette.ink)
         charts[-1, 0].set_xlim(float(history.times[0]), float(history.times[-1]))
 
@@ -214,9 +238,9 @@ def _numbers(
     for column, name in enumerate(history.channels):
         columns.append(shown_values(name, history.measured[:, column], units))
         columns.append(shown_values(name, history.computed[:, column], units))
-    heads = [labeled(name, units) for name in inputs]
+    heads = [column_title(name, units) for name in inputs]
     for name in history.channels:
-        heads += [f"{labeled(name, units)} measured", f"{labeled(name, units)} computed"]
+        heads += [f"{column_title(name, units)} measured", f"{column_title(name, units)} computed"]
     return Table(
         columns=("time [s]", *heads),
         rows=tuple(tuple(map(number_text, row)) for row in np.column_stack(columns)),

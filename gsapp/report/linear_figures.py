@@ -15,7 +15,16 @@ from matplotlib.lines import Line2D
 from gsapp.identification.summary.linear_comparison import AxisComparison, LinearTrace
 from gsapp.quantities import FloatArray
 from gsapp.report.document import TALLEST, Picture, Table, margins
-from gsapp.report.figure_parts import MANEUVER, labeled, number_text, plain, shown_values
+from gsapp.report.figure_parts import (
+    MANEUVER,
+    clock_axis,
+    column_title,
+    label_channel,
+    label_flight_time,
+    number_text,
+    plain,
+    shown_values,
+)
 from gsapp.report.linear_words import MODEL_NAMES
 from gsapp.report.palette import PAPER, Palette
 
@@ -28,8 +37,6 @@ _DASHES: Final[Mapping[str, tuple[float, ...]]] = {
     "ml": (5.0, 1.2, 1.0, 1.2),
 }
 """Of each model: told apart without color, too."""
-_COLORS: Final[Mapping[str, int]] = {"bls": 4, "subspace": 2, "ml": 1}
-"""Of each model: places among the palette's colors."""
 _MOST: Final = 3
 """Maneuvers beside each other."""
 _ROOM: Final = 0.25
@@ -71,13 +78,10 @@ def linear_picture(
             charts[0, column].set_title(
                 f"{trace.maneuver} of {trace.flight}", loc="left", color=palette.ink
             )
-            charts[-1, column].set_xlabel("flight time [s]", color=palette.ink)
+            label_flight_time(charts[-1, column], palette)
             charts[-1, column].set_xlim(float(trace.times[0]), float(trace.times[-1]))
         for row, name in enumerate(names):
-            charts[row, 0].set_ylabel(
-                labeled(name, units, "\n"), rotation=0, ha="right", va="center",
-                color=palette.ink, labelpad=6,
-            )  # fmt: skip
+            label_channel(charts[row, 0], name, units, palette)
         container.legend(
             handles=_handles(one, palette), loc="upper left", ncols=1 + len(one.models),
             borderaxespad=0.1, labelcolor=palette.ink,
@@ -95,9 +99,9 @@ def linear_picture(
 
 
 def _numbers(one: AxisComparison, traces: Sequence[LinearTrace], units: str) -> Table:
-    heads = ["maneuver", "time [s]", *(labeled(name, units) for name in one.inputs)]
+    heads = ["maneuver", "time [s]", *(column_title(name, units) for name in one.inputs)]
     for name in one.outputs:
-        heads += [f"{labeled(name, units)} {which}" for which in ("measured", *one.models)]
+        heads += [f"{column_title(name, units)} {which}" for which in ("measured", *one.models)]
     rows: list[tuple[str, ...]] = []
     for trace in traces:
         columns = [trace.times]
@@ -126,17 +130,20 @@ def _draw(
     chart.set_gid(MANEUVER + trace.maneuver)
     if name in one.inputs:
         moved = shown_values(name, trace.inputs[:, one.inputs.index(name)], units)
-        chart.plot(trace.times, moved, color=palette.ink)
+        chart.plot(trace.times, moved, color=palette.channel(name))
         plain(chart, palette)
+        clock_axis(chart)
         return
     column = one.outputs.index(name)
     measured = shown_values(name, trace.measured[:, column], units)
-    chart.plot(trace.times, measured, color=palette.measured)
+    chart.plot(trace.times, measured, color=palette.channel(name), label="measured")
     for model, computed in trace.computed.items():
         shown = shown_values(name, computed[:, column], units)
-        chart.plot(trace.times, shown, color=_color(model, palette), dashes=_DASHES[model])
+        chart.plot(trace.times, shown, color=_color(model, palette), dashes=_DASHES[model],
+                   label=MODEL_NAMES[model])  # fmt: skip
     chart.set_ylim(*_limits(measured))
     plain(chart, palette)
+    clock_axis(chart)
 
 
 def _limits(measured: FloatArray) -> tuple[float, float]:
@@ -146,12 +153,13 @@ def _limits(measured: FloatArray) -> tuple[float, float]:
 
 
 def _color(model: str, palette: Palette) -> str:
-    return palette.flight(_COLORS[model])
+    """Return a color that no response has."""
+    return {"bls": palette.traces["olive"], "subspace": palette.quiet}.get(model, palette.ink)
 
 
 def _handles(one: AxisComparison, palette: Palette) -> list[Line2D]:
     return [
-        Line2D([], [], color=palette.measured, label="measured"),
+        Line2D([], [], color=palette.quiet, label="measured"),
         *(
             Line2D(
                 [], [], color=_color(model, palette), dashes=_DASHES[model],

@@ -22,7 +22,6 @@ from gsapp.identification.summary.linear_comparison import (
     LinearComparison,
     compare_linear,
 )
-from gsapp.quantities import channel
 
 AXIS_TITLES: Final[Mapping[LinearAxis, str]] = {
     "lon": "longitudinal",
@@ -154,7 +153,7 @@ def error_rows(
     rows = []
     for name in outputs:
         found = [own[name] for own in errors.values()]
-        rows.append((channel(name).symbol, *(_error(value, min(found)) for value in found)))
+        rows.append((name, *(_error(value, min(found)) for value in found)))
     return tuple(rows)
 
 

@@ -19,10 +19,13 @@ from gsapp.report.document import Picture, Table, margins
 from gsapp.report.figure_parts import (
     DERIVATIVE,
     SIGMAS,
+    clock_axis,
     grid_of,
+    label_flight_time,
     name_points,
     number_text,
     plain,
+    symbol_math,
 )
 from gsapp.report.palette import PAPER, Palette
 
@@ -79,7 +82,7 @@ def online_picture(
             _draw_history(chart, one, summary.derivatives.get(one.name), ends, palette)
         for chart in lowest:
             chart.tick_params(labelbottom=True)
-            chart.set_xlabel("flight time [s]", color=palette.ink)
+            label_flight_time(chart, palette)
         container.legend(
             handles=_handles(palette), loc="upper left", ncols=3, borderaxespad=0.1,
             columnspacing=1.2,
@@ -99,9 +102,9 @@ def online_picture(
 
 def _handles(palette: Palette) -> list[Line2D]:
     return [
-        Line2D([], [], color=palette.measured, label="FTR in the air"),
+        Line2D([], [], color=palette.traces["blue"], label="FTR in the air"),
         Line2D(
-            [], [], color=palette.computed, linestyle="none", marker="s", markersize=3.5,
+            [], [], color=palette.traces["rust"], linestyle="none", marker="s", markersize=3.5,
             label="each maneuver on the ground",
         ),
         Line2D([], [], color=palette.ink, linestyle="--", label="mean of the campaign"),
@@ -122,20 +125,21 @@ def _draw_history(
         chart.axhspan(mean - half, mean + half, color=palette.band, linewidth=0)
         chart.axhline(mean, color=palette.ink, linewidth=0.8 * palette.weight, linestyle="--")
     low, high = one.values - SIGMAS * one.stds, one.values + SIGMAS * one.stds
-    chart.fill_between(one.times, low, high, color=palette.measured, alpha=0.18, linewidth=0)
-    chart.plot(one.times, one.values, color=palette.measured)
+    chart.fill_between(one.times, low, high, color=palette.traces["blue"], alpha=0.18, linewidth=0)
+    chart.plot(one.times, one.values, color=palette.traces["blue"])
     points = [] if known is None else [one for one in known.kept if one.maneuver in ends]
     if points:
         bars = chart.errorbar(
             [ends[point.maneuver] for point in points],
             [point.value for point in points],
             yerr=[SIGMAS * point.std for point in points],
-            linestyle="none", marker="s", markersize=3.5, color=palette.computed,
+            linestyle="none", marker="s", markersize=3.5, color=palette.traces["rust"],
             elinewidth=0.7 * palette.weight, zorder=3,
         )  # fmt: skip
         name_points(bars.lines[0], [point.maneuver for point in points])
     plain(chart, palette)
-    chart.set_title(one.name, loc="left", color=palette.ink, y=1.0)
+    clock_axis(chart)
+    chart.set_title(symbol_math(one.name), loc="left", color=palette.ink, y=1.0, parse_math=True)
     chart.set_xlim(float(one.times[0]), float(one.times[-1]))
     earned = np.isfinite(one.values)
     if not earned.any():

@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+from gsapp.quantities import TRACE_COLORS, trace_color
+
+FLIGHTS: Final = ("blue", "rust", "purple", "olive", "sky", "ink")
+"""Trace colors of flights, in the order in which they are handed out."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Palette:
-    """Colors (``#rrggbb``) and weight of a picture; flights and traces from a color-blind-safe set.
+    """Colors (``#rrggbb``) and weight of a picture.
+
+    A measured channel is solid in its own color (`channel`), a computed one dashed in ink. Flights
+    and estimators take trace colors by name.
 
     Attributes
     ----------
@@ -17,14 +27,14 @@ class Palette:
         What is read; what is read second.
     faint : str
         Grid and frames.
-    measured, computed, previous : str
-        Traces: measured is drawn solid, computed dashed, what was known before gray.
+    previous : str
+        What was known before; another run.
     band : str
         Areas behind the traces: 95 % of a mean, what white noise keeps within.
     left_out : str
         Points that do not count.
-    flights : tuple of str
-        One color after the other; each flight has a marker of its own, too.
+    traces : mapping of str to str
+        Colors of the names in `TRACE_COLORS`.
     weight : float
         Of lines, 1 on paper.
     """
@@ -33,17 +43,19 @@ class Palette:
     ink: str
     quiet: str
     faint: str
-    measured: str
-    computed: str
     previous: str
     band: str
     left_out: str
-    flights: tuple[str, ...]
+    traces: Mapping[str, str] = field(hash=False)
     weight: float = 1.0
+
+    def channel(self, name: str) -> str:
+        """Return the color of a channel or a coefficient, the same in every figure."""
+        return self.traces[trace_color(name)]
 
     def flight(self, place: int) -> str:
         """Return the color of a flight by its place among all, from 0."""
-        return self.flights[place % len(self.flights)]
+        return self.traces[FLIGHTS[place % len(FLIGHTS)]]
 
 
 PAPER = Palette(
@@ -51,14 +63,18 @@ PAPER = Palette(
     ink="#20262e",
     quiet="#4a525d",
     faint="#c8ccd2",
-    measured="#0072b2",
-    computed="#d55e00",
     previous="#7d8590",
     band="#dfe9f2",
     left_out="#9aa2ac",
-    flights=("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#20262e"),
+    traces=dict(
+        zip(
+            TRACE_COLORS,
+            ("#0072b2", "#cc79a7", "#d55e00", "#20262e", "#56b4e9", "#8a7d00"),
+            strict=True,
+        )
+    ),
 )
-"""Of every report."""
+"""Of every report: the Okabe-Ito set, its yellow darkened for white paper."""
 
 MARKERS = "os^Dv<>pXh"
 """Of the flights, in their order."""

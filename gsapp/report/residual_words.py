@@ -9,7 +9,6 @@ import numpy as np
 
 from gsapp.identification.campaign import CampaignResult
 from gsapp.identification.statistics import Whiteness, whiteness
-from gsapp.quantities import channel
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,7 +68,7 @@ def residual_rows(result: CampaignResult) -> tuple[tuple[str, ...], ...]:
     """Return a row for each response: how far its residuals are from white noise."""
     return tuple(
         (
-            channel(one.name).symbol,
+            one.name,
             str(one.fits),
             str(one.white),
             f"{100.0 * one.low_share:.0f} %",

@@ -9,21 +9,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator
+from matplotlib.ticker import MaxNLocator
 
 from gsapp.foundation import write_atomically
 from gsapp.quantities import Block, channel, from_si
+from gsapp.report.figure_parts import clock_axis, label_channel, label_flight_time
+from gsapp.report.palette import PAPER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-INK, FAINT, TRACE = "#20262e", "#c8ccd2", "#0072b2"
-
-
-def minutes(time: float) -> str:
-    """Return flight time as m:ss."""
-    sign = "-" if time < 0 else ""
-    return f"{sign}{int(abs(time)) // 60}:{int(abs(time)) % 60:02d}"
+INK, FAINT, TRACE = PAPER.ink, PAPER.faint, PAPER.traces["blue"]
 
 
 def strip_figure(
@@ -58,9 +54,9 @@ def strip_figure(
     for row, channel_id in zip(axes, shown, strict=False):
         _draw_strip(row, block, channel_id)
     bottom = axes[-1]
-    bottom.xaxis.set_major_formatter(FuncFormatter(lambda time, _: minutes(time)))
+    clock_axis(bottom)
     bottom.tick_params(axis="x", labelsize=8, colors=INK, length=3)
-    bottom.set_xlabel("flight time [min:s]", fontsize=8, color=INK)
+    label_flight_time(bottom, PAPER)
     if len(block):
         bottom.set_xlim(float(block.times[0]), float(block.times[-1]))
     figure.suptitle(title, x=0.01, y=0.995, ha="left", va="top", fontsize=11, color=INK)
@@ -77,7 +73,7 @@ def _draw_strip(row: Axes, block: Block, channel_id: str) -> None:
     spec = channel(channel_id)
     unit = spec.display_unit("US")
     values = from_si(np.asarray(block[channel_id]), unit, spec.quantity)
-    row.plot(block.times, values, color=TRACE, linewidth=0.8)
+    row.plot(block.times, values, color=PAPER.channel(channel_id), linewidth=0.8)
     row.grid(True, color=FAINT, linewidth=0.4)
     row.yaxis.set_major_locator(MaxNLocator(nbins=3, min_n_ticks=2))
     row.tick_params(axis="y", labelsize=7, colors=INK, length=2)
@@ -86,5 +82,4 @@ def _draw_strip(row: Axes, block: Block, channel_id: str) -> None:
         row.spines[side].set_visible(False)
     for side in ("left", "bottom"):
         row.spines[side].set_color(FAINT)
-    label = f"{spec.symbol} [{unit}]" if unit else spec.symbol
-    row.set_ylabel(label, rotation=0, ha="right", va="center", fontsize=9, color=INK, labelpad=8)
+    label_channel(row, channel_id, "US", PAPER)

@@ -13,7 +13,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from gsapp.foundation.naming import listed
 from gsapp.identification.results import Estimate
 from gsapp.report.document import TALLEST, Picture, Table, margins
-from gsapp.report.figure_parts import number_text, plain
+from gsapp.report.figure_parts import number_text, plain, symbol_math
 from gsapp.report.palette import PAPER, Palette
 
 if TYPE_CHECKING:
@@ -67,15 +67,19 @@ def correlation_picture(
     def draw(container: FigureBase) -> None:
         chart = container.subplots()
         margins(container, left=0.85, right=0.12, top=0.65, bottom=0.1)
+        symbols = [symbol_math(name) for name in names]
         chart.imshow(matrix, cmap=_map(palette), vmin=-1.0, vmax=1.0, aspect="auto")
         chart.set_xticks(
-            range(len(names)), names, fontsize=6.0 if crowded else 7.5, rotation=_SLANT
-        )
+            range(len(names)), symbols, fontsize=6.0 if crowded else 7.5, rotation=_SLANT,
+            parse_math=True,
+        )  # fmt: skip
         for text in chart.get_xticklabels():
             text.set_horizontalalignment("left")
             text.set_rotation_mode("anchor")
         chart.xaxis.tick_top()
-        chart.set_yticks(range(len(names)), names, fontsize=6.5 if crowded else 7.5)
+        chart.set_yticks(
+            range(len(names)), symbols, fontsize=6.5 if crowded else 7.5, parse_math=True
+        )
         chart.tick_params(length=0, colors=palette.ink)
         for side in chart.spines.values():
             side.set_visible(False)
@@ -111,9 +115,9 @@ def correlation_picture(
 
 
 def _map(palette: Palette) -> LinearSegmentedColormap:
-    """Return -1 in the color of computed traces, 1 in that of measured ones, 0 as background."""
+    """Return a map from rust (-1) over the background (0) to blue (1)."""
     return LinearSegmentedColormap.from_list(
-        "correlations", (palette.computed, palette.background, palette.measured)
+        "correlations", (palette.traces["rust"], palette.background, palette.traces["blue"])
     )
 
 
@@ -177,14 +181,16 @@ def bounds_picture(estimate: Estimate, subject: str, *, palette: Palette = PAPER
         chart.hlines(rows, raw, honest, color=palette.previous, linewidth=2.0 * palette.weight)
         chart.plot(
             raw, rows, linestyle="none", marker="o", markerfacecolor=palette.background,
-            markeredgecolor=palette.computed, markersize=5.5, label="Cramér-Rao (white noise)",
+            markeredgecolor=palette.traces["rust"], markersize=5.5,
+            label="Cramér-Rao (white noise)",
         )  # fmt: skip
         chart.plot(
-            honest, rows, linestyle="none", marker="s", color=palette.measured, markersize=5.5,
+            honest, rows, linestyle="none", marker="s", color=palette.traces["blue"],
+            markersize=5.5,
             label="corrected for colored residuals",
         )  # fmt: skip
         plain(chart, palette)
-        chart.set_yticks(rows, [name for name, _, _ in found])
+        chart.set_yticks(rows, [symbol_math(name) for name, _, _ in found], parse_math=True)
         chart.set_ylim(len(found) - 0.4, -0.6)
         low, high = float(min(raw.min(), honest.min())), float(max(raw.max(), honest.max()))
         chart.set_xlim(0.7 * low, 1.4 * high)

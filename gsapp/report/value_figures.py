@@ -24,12 +24,14 @@ from gsapp.report.document import Picture, Table, margins
 from gsapp.report.figure_parts import (
     DERIVATIVE,
     SIGMAS,
+    column_title,
     grid_of,
     labeled,
     name_points,
     number_text,
     plain,
     shown_values,
+    symbol_math,
 )
 from gsapp.report.palette import PAPER, Palette, marker
 
@@ -178,14 +180,14 @@ def values_picture(
         for chart, one in zip(charts, chosen, strict=True):
             _draw_values(chart, one, drawn)
         for chart in lowest:
-            chart.set_xlabel(label, color=palette.ink)
+            chart.set_xlabel(label, color=palette.ink, parse_math=True)
         container.legend(
             handles=handles, loc="upper left", ncols=_FLIGHTS_A_ROW, borderaxespad=0.1,
             columnspacing=1.2, handletextpad=0.4,
         )  # fmt: skip
 
     rows = -(-len(chosen) // across)
-    told = "maneuver by maneuver" if over == "number" else f"over {label}"
+    told = "maneuver by maneuver" if over == "number" else f"over {column_title(over, units)}"
     subject = f"{names[0]}, per radian," if len(chosen) == 1 else "Each derivative, per radian,"
     there = any(name in drawn.known for name in names)
     dotted = ", the dotted line what was known before" if there else ""
@@ -262,7 +264,7 @@ def _draw_values(chart: Axes, one: DerivativeSummary, drawn: _Drawn) -> None:
             drawn.known[one.name], color=palette.previous, linewidth=0.9 * palette.weight,
             linestyle=":",
         )  # fmt: skip
-    chart.set_title(one.name, loc="left", color=palette.ink, y=1.0)
+    chart.set_title(symbol_math(one.name), loc="left", color=palette.ink, y=1.0, parse_math=True)
 
 
 def _draw_left_out(chart: Axes, points: Sequence[Point], sign: str, drawn: _Drawn) -> None:
@@ -340,7 +342,7 @@ def _numbers(chosen: Sequence[DerivativeSummary], units: str) -> Table:
     return Table(
         columns=(
             "derivative", "maneuver", "flight", "number",
-            *(labeled(name, units) for name in conditions), "value", "bound", "left out",
+            *(column_title(name, units) for name in conditions), "value", "bound", "left out",
         ),
         rows=tuple(rows),
     )  # fmt: skip

@@ -219,7 +219,7 @@ def test_linear_models_are_drawn_with_the_numbers_shown(compared: LinearComparis
     assert [line.get_linestyle() for line in computed] == ["--"] * 3
     assert picture.numbers is not None
     table = picture.numbers()
-    assert table.columns[:4] == ("maneuver", "time [s]", "delta_e [deg]", "a_n [g] measured")
+    assert table.columns[:4] == ("maneuver", "time [s]", "de [deg]", "an [g] measured")
     shown = np.array([float(row[3]) for row in table.rows if row[0] == WILD])
     assert np.array_equal(shown, measured.get_ydata())
 

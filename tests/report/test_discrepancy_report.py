@@ -364,6 +364,6 @@ def test_missing_samples_and_runaway_models_leave_gaps_and_no_errors() -> None:
         overlay.draw(figure)
     an = measured[:, 2] / 9.80665
     left, right = figure.axes[2:4]
-    assert left.get_ylabel().startswith("a_n")
+    assert left.get_ylabel().startswith("$a_{n}$")
     for chart in (left, right):
         assert np.ptp(chart.get_ylim()) < 4.0 * np.ptp(an)

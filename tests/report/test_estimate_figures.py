@@ -25,6 +25,7 @@ from gsapp.identification.ftr import EstimateHistory
 from gsapp.identification.runs.excluding import excluding
 from gsapp.identification.summary import summarize_campaign
 from gsapp.identification.summary.mode_spread import mode_spread
+from gsapp.quantities import TRACE_COLORS
 from gsapp.report.document import Picture, drawing, picture_png
 from gsapp.report.figure_parts import DERIVATIVE, point_names
 from gsapp.report.fit_figures import autocorrelation, fit_picture, residual_picture
@@ -37,9 +38,10 @@ from gsapp.report.trust_figures import bounds_picture, correlation_picture, stro
 from gsapp.report.value_figures import values_picture
 
 NIGHT = Palette(
-    background="#000000", ink="#ffffff", quiet="#dddddd", faint="#222222", measured="#8ac6ff",
-    computed="#ffa875", previous="#9a9a9a", band="#112233", left_out="#777777",
-    flights=("#8ac6ff", "#ffa875"), weight=2.0,
+    background="#000000", ink="#ffffff", quiet="#dddddd", faint="#222222",
+    previous="#9a9a9a", band="#112233", left_out="#777777", weight=2.0,
+    traces=dict(zip(TRACE_COLORS, ("#8ac6ff", "#ffa3d6", "#ffa875", "#ffffff", "#a8e0ff",
+                                   "#fff04d"), strict=True)),
 )  # fmt: skip
 
 
@@ -164,7 +166,7 @@ def test_pictures_take_every_color_from_the_palette() -> None:
         fit_picture(one, palette=NIGHT),
         bounds_picture(one.estimate, "it", palette=NIGHT),
     )
-    paper = {PAPER.ink, PAPER.measured, PAPER.computed, PAPER.band, PAPER.faint, "#ffffff"}
+    paper = {*PAPER.traces.values(), PAPER.ink, PAPER.band, PAPER.faint, "#ffffff"}
     for picture in pictures:
         assert picture is not None
         canvas = drawn(picture, NIGHT).canvas
@@ -175,7 +177,7 @@ def test_pictures_take_every_color_from_the_palette() -> None:
         counts = np.bincount((pixels @ np.array([65536, 256, 1])).ravel())
         shown = {f"#{color:06x}" for color in np.flatnonzero(counts > 40)}
         assert NIGHT.background in shown
-        assert not shown & (paper - {NIGHT.ink})
+        assert not shown & (paper - {NIGHT.ink, *NIGHT.traces.values()})
 
 
 def test_fit_shows_another_run_in_gray_and_its_numbers_are_those_of_the_history() -> None:
@@ -185,7 +187,7 @@ def test_fit_shows_another_run_in_gray_and_its_numbers_are_those_of_the_history(
     assert picture is not None
     figure = drawn(picture)
     colors = [to_hex(line.get_color()) for line in figure.axes[-1].lines]
-    assert sorted(colors) == sorted([PAPER.measured, PAPER.computed, PAPER.previous])
+    assert sorted(colors) == sorted([PAPER.channel("an"), PAPER.ink, PAPER.previous])
     assert picture.numbers is not None
     table = picture.numbers()
     assert one.estimate is not None
@@ -211,7 +213,7 @@ def test_methods_without_responses_show_coefficients_and_no_residuals(method: st
     assert picture is not None
     assert "coefficients" in picture.caption
     lowest = drawn(picture).axes[-1]
-    assert lowest.get_ylabel() == "Cm"
+    assert lowest.get_ylabel() == "$C_{m}$"
     (history,) = estimate.histories
     np.testing.assert_array_equal(lowest.lines[0].get_ydata(), history.measured[:, -1])
     assert picture.numbers is not None

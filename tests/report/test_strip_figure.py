@@ -5,10 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from gsapp.quantities import Block
-from gsapp.report.strip_figure import minutes, strip_figure
+from gsapp.report.figure_parts import clock_axis
+from gsapp.report.strip_figure import strip_figure
 
 
 def block() -> Block:
@@ -44,5 +46,16 @@ def test_svg_and_pdf_are_written_too(tmp_path: Path) -> None:
     assert strip_figure(block(), ["q"], tmp_path / "a.pdf").read_bytes().startswith(b"%PDF")
 
 
-def test_time_is_read_in_minutes() -> None:
-    assert [minutes(time) for time in (0.0, 59.9, 61.0, -5.0)] == ["0:00", "0:59", "1:01", "-0:05"]
+def test_time_axes_are_clocks_with_ticks_at_round_times() -> None:
+    figure = Figure()
+    chart = figure.subplots()
+    clock_axis(chart)
+    ticks = {}
+    for low, high in ((0.0, 600.0), (96.2, 101.4), (96.20, 96.35)):
+        chart.set_xlim(low, high)
+        ticks[low, high] = chart.xaxis.get_major_formatter().format_ticks(chart.get_xticks())
+    figure.canvas.draw()
+    assert ticks[0.0, 600.0] == [f"{minute:02d}:00.0" for minute in range(0, 11, 2)]
+    assert ticks[96.2, 101.4] == ["01:38.0", "01:40.0"]
+    shown = [label.get_text() for label in chart.get_xticklabels()]
+    assert shown == ["01:36.20", "01:36.25", "01:36.30", "01:36.35"]

@@ -401,7 +401,7 @@ def test_words_in_figures_stand_out_seven_to_one(theme: str) -> None:
     palette = window_palette(THEMES[theme])
     for color in (palette.ink, palette.quiet):
         assert contrast(color, palette.background) >= 7.0
-    for color in (palette.measured, palette.computed, *palette.flights):
+    for color in palette.traces.values():
         assert contrast(color, palette.background) >= 3.0
 
 

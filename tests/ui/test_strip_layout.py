@@ -116,7 +116,7 @@ def test_lines_of_one_chart_differ_and_previous_ones_can_still_be_read():
         Trace(channel="p", style="previous"),
     )
     for theme in THEMES.values():
-        chart = make_chart(Strip(traces=traces), 1, theme, "SI", None)
+        chart = make_chart(Strip(traces=traces), theme, "SI", None)
         assert len(set(chart.colors)) == 3
         assert chart.dashed == (False, True, False)
         assert chart.colors[2] == theme.previous
@@ -126,22 +126,20 @@ def test_lines_of_one_chart_differ_and_previous_ones_can_still_be_read():
         assert dashes[1][1] == 2 * dashes[0][1] > 0
 
 
-def test_a_line_has_the_color_it_asks_for_and_charts_of_a_group_share_one():
+def test_a_line_has_the_color_of_its_channel_unless_it_asks_for_another():
     theme = THEMES["daylight"]
 
-    def colors(group, *asked):
+    def colors(names, *asked):
         traces = tuple(
-            Trace(channel=name, color=color) for name, color in zip("qrp", asked, strict=False)
+            Trace(channel=name, color=color) for name, color in zip(names, asked, strict=True)
         )
-        return make_chart(Strip(traces=traces), group, theme, "SI", None).colors
+        return make_chart(Strip(traces=traces), theme, "SI", None).colors
 
-    assert colors(0, "rust") == (theme.trace("rust"),)
-    # Nobody else has a color that was asked for.
-    assert theme.trace("blue") not in colors(0, None, "blue", None)[::2]
-    assert colors(0, None) == colors(0, None)
-    of_groups = [colors(group, None)[0] for group in range(5)]
-    assert len(set(of_groups[:4])) == 4
-    assert of_groups[4] == of_groups[0]
+    assert colors("r", "blue") == (theme.trace("blue"),)
+    assert colors("pqr", None, None, None) == tuple(map(theme.trace, ("purple", "blue", "rust")))
+    # Nobody else has a color that was asked for, and two lines of one family differ.
+    assert theme.trace("blue") not in colors("qrp", None, "blue", None)[::2]
+    assert len(set(colors(("elevator_left", "elevator_right"), None, None))) == 2
 
 
 def test_the_range_of_an_axis_is_the_one_asked_for():
@@ -150,7 +148,7 @@ def test_the_range_of_an_axis_is_the_one_asked_for():
 
     def ends(mode, limits=None):
         strip = Strip(traces=(Trace(channel="alpha"),), range=mode, low=-0.1, high=0.2)
-        chart = make_chart(strip, 0, theme, "SI", limits)
+        chart = make_chart(strip, theme, "SI", limits)
         return [math.radians(chart.low), math.radians(chart.high)]
 
     assert ends("fixed") == pytest.approx([-0.1, 0.2])
@@ -171,7 +169,7 @@ def test_every_limit_is_a_band_from_itself_outward():
     theme = THEMES["dark"]
 
     def bands(**limits):
-        chart = make_chart(Strip(traces=(Trace(channel="q"),)), 0, theme, "SI", Bands(**limits))
+        chart = make_chart(Strip(traces=(Trace(channel="q"),)), theme, "SI", Bands(**limits))
         return {
             (band.low, band.high, band.fill) for band in chart_paint(chart, 0, 50, theme, 1).bands
         }

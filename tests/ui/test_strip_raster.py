@@ -51,7 +51,7 @@ MARKS = (Mark(label="here", time=6.5),)
 def picture_of(view, strips=STRIPS, height=120, ratio=1.0, limits=None, **across):
     """Return a picture of charts one above the other, as wide as the view."""
     charts = {
-        number: make_chart(strip, 0, DAYLIGHT, "SI", limits) for number, strip in enumerate(strips)
+        number: make_chart(strip, DAYLIGHT, "SI", limits) for number, strip in enumerate(strips)
     }
     geometry = arrange(
         view.width,
@@ -140,7 +140,8 @@ def test_all_charts_share_their_columns_exactly():
         at = []
         for box in geometry.charts:
             high = pixels[box.y - geometry.plot.y + 4]
-            at.append(tuple(np.flatnonzero(high == color(DAYLIGHT.trace("blue"))).tolist()))
+            lines = [color(trace) for trace in DAYLIGHT.traces.values()]
+            at.append(tuple(np.flatnonzero(np.isin(high, lines)).tolist()))
         assert len(set(at)) == 1
         assert view.x(18.5) in at[0]
 
@@ -445,7 +446,7 @@ def test_an_axis_follows_what_is_in_sight():
     view = view_of(history, window=20.0)
     strip = Strip(traces=(Trace(channel="alpha"),))
     limits = Bands(caution_low=-0.25, caution_high=0.1, warning_high=0.2)
-    chart = make_chart(strip, 0, DAYLIGHT, "US", limits)
+    chart = make_chart(strip, DAYLIGHT, "US", limits)
     geometry = arrange(300, 300, 1.0, COLUMNS, [("", [1.0])], (), 0, False)
     picture = Picture({0: chart}, geometry, DAYLIGHT, 1.0)
     picture.advance(history, view)

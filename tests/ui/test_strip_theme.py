@@ -2,8 +2,9 @@
 
 import pytest
 
+from gsapp.quantities import TRACE_COLORS
 from ui import fonts
-from ui.theme import DARK, DAYLIGHT, HIGH_CONTRAST, THEMES, TRACE_COLORS, contrast, sizes
+from ui.theme import DARK, DAYLIGHT, HIGH_CONTRAST, THEMES, contrast, sizes
 
 READ = ("text", "muted", "good", "caution", "warning", *(f"traces.{name}" for name in TRACE_COLORS))
 

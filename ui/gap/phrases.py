@@ -187,10 +187,10 @@ def inputs_text(kind: str) -> str:
 
 
 def maneuver_text(answer: Answer, view: ManeuverView, *, clock: bool = True) -> str:
-    """Return one maneuver in a list: ``3 · elevator doublet · 02:18 · kept out``."""
+    """Return one maneuver in a list: ``3 · elevator doublet · 02:18.4 · kept out``."""
     parts = [view.id, inputs_text(answer.kinds.get(view.id, view.kind))]
     if clock and view.times.size:
-        parts.append(clock_text(float(view.times[0])))
+        parts.append(clock_text(float(view.times[0]), decimals=1))
     if view.held_out:
         # Where there is no room for everything, this matters more than the kind.
         parts.insert(len(parts) if clock else 1, "kept out")

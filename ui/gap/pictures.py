@@ -242,7 +242,7 @@ def disagreement_lines(answer: Answer) -> tuple[Line, ...]:
     """Return the list of disagreements, most significant first; keys are their places."""
     lines = []
     for place, one in enumerate(answer.discrepancy.disagreements):
-        when = f"{clock_text(one.t_start)} to {clock_text(one.t_end)}"
+        when = f"{clock_text(one.t_start, decimals=1)} to {clock_text(one.t_end, decimals=1)}"
         detail = (
             f"Maneuver {one.maneuver}, {when}, seen most in {channel_text(one.channel)}; "
             f"{chance_text(one.p_value)} that noise alone did it."

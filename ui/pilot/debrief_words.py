@@ -46,7 +46,7 @@ def maneuver_line(judged: JudgedManeuver, units: str) -> BigLine:
     return BigLine(
         key=verdict.id,
         words=f"{verdict.id}  {surfaces_text(verdict.surfaces)} {verdict.kind}",
-        more=f"{clock_text(verdict.t_input)}{speed}: {verdict.advice}",
+        more=f"{clock_text(verdict.t_input, decimals=1)}{speed}: {verdict.advice}",
         state=_STATES.get(verdict.result, "caution"),
         state_words=RESULTS[verdict.result][0].lower(),
         note=" ".join(filter(None, (verdict.card, counts))),

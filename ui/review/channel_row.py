@@ -7,11 +7,11 @@ from collections.abc import Collection
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
 
-from gsapp.quantities import channel
+from gsapp.quantities import channel, trace_color
 from ui.layouts import FlowLayout
 from ui.look import Look
 from ui.pages import label
-from ui.review.timeline_lines import CHANNELS, trace_color
+from ui.review.timeline_lines import CHANNELS
 from ui.words import symbol_text
 
 

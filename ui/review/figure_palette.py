@@ -6,8 +6,6 @@ from gsapp.report.palette import Palette
 from ui.look import mixed
 from ui.theme import Theme, luminance
 
-_FLIGHTS = ("blue", "rust", "purple", "olive", "sky", "ink")
-"""Trace colors of flights, in the order in which they are handed out."""
 _PAPER_LINE = 1.8
 """Width of a trace of the window at which a picture's lines are as heavy as on paper."""
 _BAND, _BAND_ON_DARK = 0.14, 0.28
@@ -22,11 +20,9 @@ def window_palette(theme: Theme) -> Palette:
         ink=theme.text,
         quiet=theme.muted,
         faint=mixed(theme.plot, theme.axis, 0.55).name(),
-        measured=theme.traces["blue"],
-        computed=theme.traces["rust"],
         previous=theme.previous,
         band=mixed(theme.plot, theme.traces["blue"], _BAND_ON_DARK if dark else _BAND).name(),
         left_out=theme.previous,
-        flights=tuple(theme.traces[name] for name in _FLIGHTS),
+        traces=theme.traces,
         weight=theme.line_width / _PAPER_LINE,
     )

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from gsapp.quantities import channel, from_si
+from gsapp.quantities import channel, symbol_text, typeset
+from ui.words import value_text
 
 if TYPE_CHECKING:
     from gsapp.identification.campaign import ManeuverResult
@@ -79,23 +80,20 @@ def run_name(outcome: Outcome) -> str:
 
 
 def maneuver_words(result: ManeuverResult) -> str:
-    """Return ``2:M4  dr doublet  Flight E``."""
+    """Return ``2:M4  δr doublet  Flight E``."""
     maneuver = result.maneuver
-    what = f"{'+'.join(maneuver.inputs) or 'nothing'} {maneuver.kind}".strip()
+    moved = "+".join(symbol_text(channel(name).symbol) for name in maneuver.inputs)
+    what = f"{moved or 'nothing'} {maneuver.kind}".strip()
     return f"{maneuver.id}  {what}  {maneuver.flight}"
 
 
 def conditions_words(conditions: Mapping[str, float], units: str) -> str:
-    """Return ``V 95 ft/s, alpha 4.1 deg``."""
-    said = []
-    for name in ("V", "alpha", "beta"):
-        if name not in conditions:
-            continue
-        spec = channel(name)
-        unit = spec.display_unit(units)
-        value = float(from_si(conditions[name], unit, spec.quantity))
-        said.append(f"{spec.symbol} {value:.{spec.decimals(unit)}f} {unit}")
-    return ", ".join(said)
+    """Return ``V 95 ft/s, α 4.1 °``."""
+    return ", ".join(
+        f"{symbol_text(channel(name).symbol)} {value_text(channel(name), conditions[name], units)}"
+        for name in ("V", "alpha", "beta")
+        if name in conditions
+    )
 
 
 def point_words(material: Material, derivative: str, maneuver: str) -> str:
@@ -106,7 +104,7 @@ def point_words(material: Material, derivative: str, maneuver: str) -> str:
     point = None if summary is None else _point_of(summary, maneuver)
     if summary is not None and point is not None:
         percent = f" ({100.0 * point.std / abs(point.value):.2g} %)" if point.value else ""
-        lines.append(f"{derivative} {point.value:.4g}, bound {point.std:.2g}{percent}")
+        lines.append(f"{symbol_text(derivative)} {point.value:.4g}, bound {point.std:.2g}{percent}")
         lines.append(f"mean {summary.value.mean:.4g}, bound {summary.value.std:.2g}")
         lines.append(conditions_words(point.conditions, material.units))
         lines += _left_out_words(summary, maneuver)
@@ -116,7 +114,7 @@ def point_words(material: Material, derivative: str, maneuver: str) -> str:
         lines.append(conditions_words(conditions_of(result.maneuver), material.units))
         if maneuver in material.outcome.summary.without:
             lines.append(_BY_HAND)
-    return "\n".join(line for line in lines if line)
+    return typeset("\n".join(line for line in lines if line))
 
 
 def _point_of(summary: DerivativeSummary, maneuver: str) -> Point | None:

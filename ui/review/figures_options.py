@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from gsapp.quantities import symbol_text
 from ui.review.figures_material import Material, maneuver_words, result_of, run_name
 
 if TYPE_CHECKING:
@@ -56,12 +57,14 @@ def group_of(material: Material) -> Option:
     names = _names(material)
     groups = {
         **{axis: f"all {words}" for axis, words in AXES.items()},
-        **{one: f"of {one}" for one in _COEFFICIENTS},
+        **{one: f"of {symbol_text(one)}" for one in _COEFFICIENTS},
         _EFFECTS: "parameters of effects",
     }
     choices = tuple((key, words) for key, words in groups.items() if _within(names, key))
     return Option(
-        id="group", title="Derivatives", choices=(*choices, *((name, name) for name in names))
+        id="group",
+        title="Derivatives",
+        choices=(*choices, *((name, symbol_text(name)) for name in names)),
     )
 
 

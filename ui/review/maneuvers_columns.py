@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from gsapp.quantities import channel
 from gsapp.session.review.review import ManeuverRow
 from ui.review.maneuvers_words import grade_text, inputs_text
-from ui.words import unit_text, value_text
+from ui.words import clock_text, unit_text, value_text
 
 _NOWHERE = -1e9
 """Sorts what is not known before everything."""
@@ -101,12 +101,12 @@ COLUMNS = (
         text=lambda row: f"{row.number} {row.flight}",
     ),
     Column(
-        id="start", title="Start [s]", width=78, key=lambda row: row.maneuver.t_start,
-        text=lambda row: f"{row.maneuver.t_start:.2f}",
+        id="start", title="Start", width=78, key=lambda row: row.maneuver.t_start,
+        text=lambda row: clock_text(row.maneuver.t_start, decimals=1),
     ),
     Column(
         id="length", title="Length [s]", width=84, key=_length,
-        text=lambda row: f"{_length(row):.2f}",
+        text=lambda row: f"{_length(row):.1f}",
     ),
     Column(
         id="inputs", title="Inputs", width=70, key=lambda row: row.maneuver.inputs,

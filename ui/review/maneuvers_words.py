@@ -5,7 +5,7 @@ from __future__ import annotations
 from gsapp.flight.maneuvers.found import CREW, GRADES, FoundManeuver
 from gsapp.quantities import channel
 from gsapp.session.review.review import ManeuverRow
-from ui.words import DASH, MINUS, symbol_text, value_text
+from ui.words import DASH, clock_text, symbol_text, value_text
 
 _NAMES = {"de": "elevator", "da": "aileron", "dr": "rudder"}
 
@@ -32,11 +32,9 @@ def title_text(name: str, maneuver: FoundManeuver) -> str:
 
 
 def times_text(maneuver: FoundManeuver) -> str:
-    """Return the edges and the length: ``96.02 to 101.50 s, 5.48 s long``."""
-    length = maneuver.t_end - maneuver.t_start
-    return f"{maneuver.t_start:.2f} to {maneuver.t_end:.2f} s, {length:.2f} s long".replace(
-        "-", MINUS
-    )
+    """Return the edges and the length: ``01:36.0 to 01:41.5, 5.5 s long``."""
+    start, end = (clock_text(time, decimals=1) for time in (maneuver.t_start, maneuver.t_end))
+    return f"{start} to {end}, {maneuver.t_end - maneuver.t_start:.1f} s long"
 
 
 def condition_text(maneuver: FoundManeuver, units: str) -> str:

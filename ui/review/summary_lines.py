@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
+from gsapp.quantities import channel
 from ui.flight.tables import Line
 from ui.words import DASH, MINUS, number_text, symbol_text
 
@@ -101,8 +102,6 @@ def _status(status: str) -> str:
 
 
 def _trends(one: DerivativeSummary) -> list[str]:
-    from gsapp.quantities import channel
-
     return [
         f"changes with {channel(trend.condition).title.lower()}"
         for trend in one.trends
@@ -112,7 +111,6 @@ def _trends(one: DerivativeSummary) -> list[str]:
 
 def derivative_words(outcome: Outcome, name: str) -> str:
     """Return all there is to say of one derivative, in sentences."""
-    from gsapp.quantities import channel
     from gsapp.report.estimate_words import decimals, unknown_rows
 
     one = outcome.summary.derivatives.get(name)
@@ -285,7 +283,7 @@ def error_lines(comparison: LinearComparison) -> tuple[Line, ...]:
     for axis, one in comparison.axes.items():
         for words, found in (("", one.errors), (", whole flight", one.whole)):
             for name, *errors in error_rows(one.outputs, found) if found else ():
-                cells = (f"{symbol_text(name)}{words}", *errors)
+                cells = (f"{symbol_text(channel(name).symbol)}{words}", *errors)
                 lines.append(Line(key=(axis, name, words), cells=cells))
     return tuple(lines)
 

@@ -17,7 +17,7 @@ from ui.glyphs import State
 from ui.look import Look, mixed
 from ui.review.timeline_lines import LineChart
 from ui.strips.ticks import multiples, step_decimals, time_step, value_ticks
-from ui.words import number_text
+from ui.words import clock_text, number_text
 
 GRADE_STATES: dict[str, State] = {"A": "good", "B": "good", "C": "caution", "D": "warning"}
 """How a grade is colored; the letter says it too."""
@@ -155,7 +155,7 @@ def draw_pointer(
     painter.setPen(QPen(look.color("muted"), 1))
     painter.drawLine(QPointF(x, plot.top()), QPointF(x, plot.bottom()))
     font = look.font("label", strong=True)
-    text = number_text(time, 2)
+    text = clock_text(time, decimals=1)
     wide = QFontMetricsF(font).horizontalAdvance(text) + look.px(8)
     left = min(max(x - wide / 2.0, axis.left()), axis.right() - wide)
     place = QRectF(left, axis.top() + 1, wide, axis.height() - 1)
@@ -309,17 +309,17 @@ def draw_names(
 
 
 def draw_axis(painter: QPainter, look: Look, scale: Scale, box: QRectF, tick: float) -> None:
-    """Write the times below the charts, s of flight time."""
+    """Write the flight times below the charts."""
     font = look.font("label")
     painter.setFont(font)
     metrics = QFontMetricsF(font)
-    unit = "s of flight"
+    unit = "flight time"
     end = box.right() - metrics.horizontalAdvance(unit) - look.px(10)
     painter.setPen(look.color("muted"))
     right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
     painter.drawText(box, right, unit)
     for time in multiples(scale.start, scale.stop, tick):
-        text = number_text(time, step_decimals(tick))
+        text = clock_text(time, decimals=max(step_decimals(tick), 1))
         half = metrics.horizontalAdvance(text) / 2
         x = scale.x(time)
         if x + half < end and x - half >= 0:
@@ -329,6 +329,6 @@ def draw_axis(painter: QPainter, look: Look, scale: Scale, box: QRectF, tick: fl
 
 def time_tick(look: Look, scale: Scale) -> float:
     """Return the seconds between ticks of the axis."""
-    apart = 1.8 * QFontMetricsF(look.font("label")).horizontalAdvance("000.00")
+    apart = 1.8 * QFontMetricsF(look.font("label")).horizontalAdvance("00:00.0")
     most = max(int((scale.right - scale.left) / apart), 2)
     return time_step(scale.stop - scale.start, most)

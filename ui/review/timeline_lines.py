@@ -1,7 +1,4 @@
-"""Which channels stand together in a chart of the time line, and how their axes are chosen. No Qt.
-
-Pitch is blue everywhere, roll purple, yaw rust: a surface has the color of what it moves.
-"""
+"""Which channels share a chart of the time line, and how their axes are chosen. No Qt."""
 
 from __future__ import annotations
 
@@ -11,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gsapp.quantities import FloatArray, channel
+from gsapp.quantities import FloatArray, channel, trace_color
 from gsapp.session.review.traces import Traces
 from ui.strips.furniture import Display
 from ui.strips.ticks import round_range
@@ -29,11 +26,6 @@ GROUPS = (
 CHANNELS = tuple(name for group in GROUPS for name in group)
 """All that the time line can show."""
 
-_COLORS = {
-    **dict.fromkeys(("de", "q", "alpha", "an", "V"), "blue"),
-    **dict.fromkeys(("da", "p"), "purple"),
-    **dict.fromkeys(("dr", "r", "beta", "ay"), "rust"),
-}
 _MARGIN = 0.06
 
 
@@ -80,11 +72,6 @@ class LineChart:
     high: float
 
 
-def trace_color(channel_id: str) -> str:
-    """Return the name of the trace color of a channel."""
-    return _COLORS[channel_id]
-
-
 def charts(
     traces: Traces, wanted: Collection[str], start: float, stop: float, columns: int, units: str
 ) -> tuple[LineChart, ...]:
@@ -125,7 +112,7 @@ def _chart(
             Line(
                 channel=name,
                 title=symbol_text(channel(name).symbol),
-                color=_COLORS[name],
+                color=trace_color(name),
                 times=times,
                 values=shown,
                 dense=times.size > 1 and bool(times[0] == times[1]),

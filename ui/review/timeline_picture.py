@@ -17,6 +17,7 @@ from ui.review import timeline_drawing as drawing
 from ui.review.timeline_drawing import Scale, TimelineSpan
 from ui.review.timeline_lines import CHANNELS, LineChart, charts
 from ui.review.timeline_view import TimeView
+from ui.words import clock_text
 
 _OUTLINE = ("altitude", "V", "q", "de")
 """What tells how a whole flight went, the first one that was measured."""
@@ -324,13 +325,19 @@ class TimelinePicture(QWidget):
     def _describe(self) -> None:
         """Say what is in sight, for those who hear the window."""
         view = self.view
-        words = [f"{view.start:.1f} to {view.stop:.1f} s in sight"]
+        words = [f"{_clock(view.start)} to {_clock(view.stop)} in sight"]
         for span in self._spans:
             if span.id == self._name:
-                words.insert(0, f"maneuver {span.label}, {span.start:.2f} to {span.stop:.2f} s")
+                words.insert(
+                    0, f"maneuver {span.label}, {_clock(span.start)} to {_clock(span.stop)}"
+                )
         if self.stretch is not None:
-            words.append(f"{self.stretch[0]:.2f} to {self.stretch[1]:.2f} s marked")
+            words.append(f"{_clock(self.stretch[0])} to {_clock(self.stretch[1])} marked")
         if self.pointer is not None:
             values = [name for chart in self.shown_charts for name in self._names(chart)]
-            words.append(f"at {self.pointer:.2f} s {', '.join(values)}")
+            words.append(f"at {_clock(self.pointer)} {', '.join(values)}")
         self.setAccessibleDescription("; ".join(words))
+
+
+def _clock(time: float) -> str:
+    return clock_text(time, decimals=1)

@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from gsapp.quantities import CIRCULAR, ChannelSpec, base_id, channel
+from gsapp.quantities import (
+    CIRCULAR,
+    TRACE_COLORS,
+    ChannelSpec,
+    base_id,
+    channel,
+    trace_color,
+)
 from ui.strips.columns import Samples
 from ui.strips.furniture import Display, Limits, Source, State, limit_state
 from ui.strips.geometry import Box
@@ -14,11 +21,9 @@ from ui.strips.layout import Strip
 from ui.strips.ranges import SteadyRange
 from ui.strips.raster import BandPaint, ChartPaint, Color, TracePaint
 from ui.strips.ticks import value_ticks
-from ui.theme import TRACE_COLORS, Theme
+from ui.theme import Theme
 from ui.words import DASH, number_text
 
-# The colors farthest apart, for groups and for lines that share a chart.
-_GROUP_COLORS = ("blue", "purple", "ink", "rust")
 BEYOND, BEYOND_WORDS = "*", "beyond cal"
 """How a value is marked that an instrument gave beyond what it was calibrated for, and called."""
 _DASH = 5  # logical pixels of a third of a dash with its gap
@@ -95,19 +100,34 @@ def thickness(theme: Theme, ratio: float) -> float:
     return max(theme.line_width * ratio, 1.0)
 
 
-def make_chart(strip: Strip, group: int, theme: Theme, system: str, limits: Limits | None) -> Chart:
-    """Return a chart of the layout, in ``US`` or ``SI`` units, with nothing measured yet.
+def trace_colors(channels: Sequence[str], asked: Sequence[str | None] = ()) -> tuple[str, ...]:
+    """Return the trace colors of channels that share a chart.
 
-    Charts of one group share a color unless they ask for another.
+    Each has its own color (`trace_color`) unless it asks for another or the color is taken: then
+    it gets the next free one.
     """
-    start = group % len(_GROUP_COLORS)
-    order = (*_GROUP_COLORS[start:], *_GROUP_COLORS[:start], *TRACE_COLORS)
-    free = list(dict.fromkeys(order))
-    free = [name for name in free if name not in {trace.color for trace in strip.traces}]
+    asked = (*asked, *(None,) * (len(channels) - len(asked)))
+    used = {name for name in asked if name is not None}
     colors = []
-    for trace in strip.traces:
-        name = trace.color or free.pop(0)
-        colors.append(theme.previous if trace.style == "previous" else theme.trace(name))
+    for channel_id, wanted in zip(channels, asked, strict=True):
+        color = wanted
+        if color is None:
+            order = (trace_color(channel_id), *TRACE_COLORS)
+            color = next((name for name in order if name not in used), order[0])
+            used.add(color)
+        colors.append(color)
+    return tuple(colors)
+
+
+def make_chart(strip: Strip, theme: Theme, system: str, limits: Limits | None) -> Chart:
+    """Return a chart of the layout, in ``US`` or ``SI`` units, with nothing measured yet."""
+    names = trace_colors(
+        [trace.channel for trace in strip.traces], [trace.color for trace in strip.traces]
+    )
+    colors = [
+        theme.previous if trace.style == "previous" else theme.trace(name)
+        for trace, name in zip(strip.traces, names, strict=True)
+    ]
     specs = tuple(channel(trace.channel) for trace in strip.traces)
     displays = tuple(Display.of(spec, system) for spec in specs)
     steady = SteadyRange(displays[0].least_span)

@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 from PySide6.QtCore import QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 
-from gsapp.quantities import ChannelSpec
+from gsapp.quantities import ChannelSpec, symbol_parts
 from ui.fonts import sans
 from ui.strips.charts import BEYOND, BEYOND_WORDS, Chart, Reading, thickness
-from ui.strips.furniture import Display, Mark, Span, symbol_parts
+from ui.strips.furniture import Display, Mark, Span
 from ui.strips.geometry import Box, Columns, Geometry
 from ui.strips.ticks import multiples, step_decimals, time_step
 from ui.strips.view import StripView

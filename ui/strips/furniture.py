@@ -12,11 +12,6 @@ from gsapp.quantities import ChannelSpec, from_si
 SpanKind = Literal["maneuver", "event"]
 State = Literal["", "caution", "warning"]
 
-_GREEK = {
-    "alpha": "α", "beta": "β", "delta": "δ", "phi": "φ", "theta": "θ", "psi": "ψ", "chi": "χ",
-    "rho": "ρ", "qbar": "q\N{COMBINING MACRON}",
-}  # fmt: skip
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Span:
@@ -86,15 +81,6 @@ def limit_state(value: float, limits: Limits | None) -> tuple[State, str]:
         if high is not None and value > high:
             return state, "HIGH"
     return "", ""
-
-
-def symbol_parts(symbol: str) -> tuple[str, str, str]:
-    """Return a symbol as (letter, subscript, rest): ``delta_e left`` as ``δ``, ``e``, `` left``."""
-    head, blank, rest = symbol.partition(" ")
-    base, _, below = head.partition("_")
-    if below == "dot":
-        base, below = base + "\N{COMBINING DOT ABOVE}", ""
-    return _GREEK.get(base, base), below, blank + rest
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,8 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator, model_validator
 
 from gsapp.foundation import StrictModel, read_toml, write_toml
-from gsapp.quantities import CHANNELS, base_id, channel, from_si, parse
-from ui.theme import TRACE_COLORS
+from gsapp.quantities import CHANNELS, TRACE_COLORS, base_id, channel, from_si, parse
 
 Style = Literal["measured", "computed", "previous"]
 RangeMode = Literal["auto", "fixed", "limits"]
@@ -27,7 +26,7 @@ class Trace(StrictModel):
     channel : str
         Channel id.
     color : str or None
-        Name in `ui.theme.TRACE_COLORS`; None takes the next one that is free.
+        Name in `TRACE_COLORS`; None takes that of the channel, or the next free one.
     style : {"measured", "computed", "previous"}
         Solid, dashed, gray.
     """

@@ -477,7 +477,6 @@ class StripChart(QWidget):
         self._charts = {
             index: make_chart(
                 strip,
-                self._layout.place(index)[0],
                 self._theme,
                 self._units,
                 self._limits.get(strip.channel),
