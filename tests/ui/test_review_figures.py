@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QColor, QGuiApplication
+from PySide6.QtGui import QColor, QGuiApplication, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMainWindow
 from pytestqt.qtbot import QtBot
@@ -29,6 +29,7 @@ from window_kit import until
 from gsapp.identification import equation_error
 from gsapp.identification.ftr import EstimateHistory
 from gsapp.identification.summary.beside import beside_values
+from gsapp.quantities import clock_text
 from gsapp.report.hearing import Heard
 from gsapp.report.palette import PAPER
 from ui.commands import CommandSet
@@ -38,7 +39,7 @@ from ui.review.figure_drawing import Room
 from ui.review.figure_geometry import Pane, Spot, View, moved, sensible, stepped, zoomed
 from ui.review.figure_palette import window_palette
 from ui.review.figures_kinds import KINDS
-from ui.review.figures_material import Material
+from ui.review.figures_material import Material, result_of
 from ui.review.figures_options import beside_of
 from ui.review.figures_page import FiguresPage
 from ui.review.figures_saving import FigureSaver
@@ -358,23 +359,126 @@ def test_zoom_keeps_the_chosen_point_in_place_and_home_shows_all(bench: Bench) -
     assert after.view.x == pytest.approx(pane.view.x)
 
 
-def test_a_drag_moves_the_times_of_all_responses_together(bench: Bench) -> None:
+def drag(canvas: Any, start: QPoint, way: QPoint, *, shift: bool = False) -> None:
+    """Drag with the left button."""
+    held = Qt.KeyboardModifier.ShiftModifier if shift else Qt.KeyboardModifier.NoModifier
+    QTest.mousePress(canvas, Qt.MouseButton.LeftButton, held, start)
+    QTest.mouseMove(canvas, start + way / 3)
+    QTest.mouseMove(canvas, start + way)
+    QTest.mouseRelease(canvas, Qt.MouseButton.LeftButton, held, start + way)
+
+
+def test_a_drag_with_shift_moves_the_times_of_all_responses_together(bench: Bench) -> None:
     """In a fit the mouse moves time in every chart alike, and no values."""
     bench.page.open_fit("1:M1")
     bench.settle()
     canvas = bench.page.view.canvas
     pane = canvas.panes[0]
-    start = QPoint(round(pane.left + 200), round(pane.top + 20))
-    QTest.mousePress(canvas, Qt.MouseButton.LeftButton, pos=start)
-    QTest.mouseMove(canvas, start + QPoint(-30, 8))
-    QTest.mouseMove(canvas, start + QPoint(-100, 8))
-    QTest.mouseRelease(canvas, Qt.MouseButton.LeftButton, pos=start + QPoint(-100, 8))
+    drag(canvas, QPoint(round(pane.left + 200), round(pane.top + 20)), QPoint(-100, 8), shift=True)
     bench.settle()
     step = 100 / (pane.right - pane.left) * (pane.view.x[1] - pane.view.x[0])
     for former, now in zip([pane] * len(canvas.panes), canvas.panes, strict=True):
         assert now.view.x[0] == pytest.approx(former.view.x[0] + step)
     assert canvas.panes[0].view.y == pytest.approx(pane.view.y)
-    assert "flight time" in canvas.words_at(QPointF(start))
+
+
+def test_a_drag_zooms_to_its_rectangle_and_a_double_click_shows_everything(bench: Bench) -> None:
+    """Time in every chart, values in the one that was dragged in; a flat drag zooms time alone."""
+    bench.page.open_fit("1:M1")
+    bench.settle()
+    canvas = bench.page.view.canvas
+    whole = [pane.view for pane in canvas.panes]
+    pane = canvas.panes[1]
+    wide, high = pane.right - pane.left, pane.bottom - pane.top
+    start = QPoint(round(pane.left + 0.25 * wide), round(pane.top + 0.2 * high))
+    drag(canvas, start, QPoint(round(0.5 * wide), round(0.4 * high)))
+    bench.settle()
+    (low, high_x), (bottom, top) = pane.view.x, pane.view.y
+    span, tall = high_x - low, top - bottom
+    for now in canvas.panes:
+        assert now.view.x == pytest.approx((low + 0.25 * span, low + 0.75 * span), abs=0.01 * span)
+    expected = (bottom + 0.4 * tall, bottom + 0.8 * tall)
+    assert canvas.panes[1].view.y == pytest.approx(expected, abs=0.05 * tall)
+    assert canvas.panes[0].view.y == pytest.approx(whole[0].y)
+    QTest.mouseDClick(canvas, Qt.MouseButton.LeftButton, pos=start)
+    bench.settle()
+    for now, former in zip(canvas.panes, whole, strict=True):
+        assert now.view.x == pytest.approx(former.x)
+        assert now.view.y == pytest.approx(former.y)
+    drag(canvas, start, QPoint(round(0.5 * wide), 3))
+    bench.settle()
+    assert canvas.panes[1].view.y == pytest.approx(pane.view.y)
+    assert canvas.panes[0].view.x[0] > low
+
+
+def test_the_cursor_reads_the_curves_at_its_time_in_the_units_chosen(bench: Bench) -> None:
+    """Flight time as a clock; measured and computed of the chart, at the nearest sample."""
+    bench.page.open_fit("1:M1")
+    bench.settle()
+    canvas = bench.page.view.canvas
+    (history,) = result_of(outcome(), "1:M1").estimate.histories
+    pane = next(one for one in canvas.panes if one.y_title.startswith("q"))
+    x = (pane.left + pane.right) / 2
+    words = canvas.words_at(QPointF(x, pane.top + 5)).splitlines()
+    time = (pane.view.x[0] + pane.view.x[1]) / 2
+    assert words[0] == clock_text(time, decimals=2)
+    near_sample = int(np.abs(history.times - time).argmin())
+    for line, values in zip(words[1:], (history.measured, history.computed), strict=True):
+        q = np.degrees(values[near_sample, history.channels.index("q")])
+        kind = "measured" if values is history.measured else "computed"
+        assert line == f"q {kind} {q:.4g} deg/s"
+    QTest.mouseMove(canvas, QPoint(round(x), round(pane.top + 30)))
+    seen = canvas.grab().toImage()
+    canvas.pointer = None
+    assert seen != canvas.grab().toImage()
+
+
+def test_the_wheel_zooms_and_with_shift_the_page_scrolls(bench: Bench) -> None:
+    """At the pointer; Home shows everything again."""
+    bench.page.open_fit("1:M1")
+    bench.settle()
+    canvas = bench.page.view.canvas
+    pane = canvas.panes[0]
+    at = QPointF(pane.left + 0.3 * (pane.right - pane.left), pane.top + 10)
+    for held in (Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.NoModifier):
+        event = QWheelEvent(
+            at, canvas.mapToGlobal(at), QPoint(), QPoint(0, 120), Qt.MouseButton.NoButton, held,
+            Qt.ScrollPhase.NoScrollPhase, False,
+        )  # fmt: skip
+        QApplication.sendEvent(canvas, event)
+        bench.settle()
+        zooms = held == Qt.KeyboardModifier.NoModifier
+        span, former = (one.view.x[1] - one.view.x[0] for one in (canvas.panes[0], pane))
+        assert span == pytest.approx(former * (0.8 if zooms else 1.0))
+    still = pane.view.x[0] + 0.3 * (pane.view.x[1] - pane.view.x[0])
+    now = canvas.panes[0].view.x
+    assert now[0] + 0.3 * (now[1] - now[0]) == pytest.approx(still)
+    next(one for one in canvas.actions() if one.text() == "Reset zoom").trigger()
+    bench.settle()
+    assert canvas.panes[0].view.x == pytest.approx(pane.view.x)
+
+
+def test_words_below_a_figure_are_about_a_point_that_it_draws(bench: Bench) -> None:
+    """A maneuver without a point in the derivatives shown has no words below them."""
+    bench.selection.choose_maneuver("1:M1")
+    bench.show("lon")
+    assert "Maneuver 1:M1" in bench.page.frame.detail.text()
+    without = replace(
+        outcome(),
+        summary=replace(
+            outcome().summary,
+            derivatives={
+                name: replace(
+                    one, points=tuple(two for two in one.points if two.maneuver != "1:M1"),
+                )
+                for name, one in outcome().summary.derivatives.items()
+            },
+        ),
+    )  # fmt: skip
+    bench.page.show_outcome(without)
+    bench.settle()
+    assert all(spot.maneuver != "1:M1" for spot in bench.page.view.canvas.spots)
+    assert bench.page.frame.detail.text() == ""
 
 
 @pytest.mark.parametrize(("theme", "scale"), [("dark", 200), ("high-contrast", 100)])

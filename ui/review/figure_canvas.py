@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from PySide6.QtCore import QEvent, QPointF, Qt, Signal
-from PySide6.QtGui import QHelpEvent, QKeyEvent, QMouseEvent, QWheelEvent
-from PySide6.QtWidgets import QToolTip
+from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QWheelEvent
 
+from ui.gap.marking import paint_readout
 from ui.keyboard import ArrowKeys
 from ui.look import Look
 from ui.review.figure_geometry import Pane, Spot, View, moved, nearest, sensible, stepped, zoomed
@@ -21,6 +21,9 @@ _DRAG = 4
 _STEP, _ZOOM = 0.15, 0.8
 """Share of a chart that a key moves it by; factor of its range that a key or a notch zooms by."""
 _NOTCH = 120
+_FLAT = 12
+"""Points of height up to which a rectangle in a history means a stretch of time."""
+_SHADE = 0.12
 _WALKS = {
     Qt.Key.Key_Left: "left",
     Qt.Key.Key_Right: "right",
@@ -43,8 +46,23 @@ _SHIFT = Qt.KeyboardModifier.ShiftModifier
 _CONTROL = Qt.KeyboardModifier.ControlModifier
 
 
+@dataclass(slots=True, kw_only=True)
+class _Press:
+    """A button of the mouse that is held."""
+
+    at: QPointF
+    pane: Pane | None
+    view: View | None
+    moves: bool
+    dragged: bool = False
+
+
 class FigureCanvas(ArrowKeys, FigurePaper):
     """A figure that answers to mouse and keys.
+
+    The wheel zooms at the pointer (with Shift the page scrolls), a drag zooms to a rectangle, with
+    Shift or the middle button it moves the chart; a double click shows everything again, or opens
+    what it is on. Values stand beside the pointer.
 
     Arrows walk from point to point (in figures without points they move and zoom), Shift and
     arrows move the chart, plus and minus zoom, Home shows everything, Enter opens the fit,
@@ -67,8 +85,8 @@ class FigureCanvas(ArrowKeys, FigurePaper):
         Name of a chart that is wanted large.
     views_changed : Signal
         Another part is wanted: `views`.
-    wheel_free : bool
-        Whether the wheel zooms by itself, since nothing is to be scrolled.
+    pointer : QPointF or None
+        Where the mouse is.
     """
 
     spot_chosen = Signal(str, str)
@@ -79,10 +97,10 @@ class FigureCanvas(ArrowKeys, FigurePaper):
     def __init__(self, look: Look, describe: Callable[[str, str], str]) -> None:
         super().__init__(look)
         self._describe = describe
-        self.wheel_free = False
-        self._pressed: tuple[QPointF, Pane | None] | None = None
-        self._dragged: View | None = None
+        self.pointer: QPointF | None = None
+        self._pressed: _Press | None = None
         self.setMouseTracking(True)
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
     # Choosing
 
@@ -105,10 +123,7 @@ class FigureCanvas(ArrowKeys, FigurePaper):
         self.update()
 
     def event(self, event: QEvent) -> bool:
-        """Tell what a point is; keep the keys that move and zoom."""
-        if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
-            QToolTip.showText(event.globalPos(), self.words_at(QPointF(event.pos())), self)
-            return True
+        """Keep the keys that move and zoom."""
         if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
             shifted = bool(event.modifiers() & _SHIFT) and Qt.Key(event.key()) in _MOVES
             plain = not event.modifiers() & _CONTROL and Qt.Key(event.key()) in _ZOOMS
@@ -128,56 +143,109 @@ class FigureCanvas(ArrowKeys, FigurePaper):
         return pane.reading(self.view_of(pane), point.x(), point.y())
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Begin a click or a drag."""
-        if event.button() == Qt.MouseButton.LeftButton:
-            pane = self._pane_at(event.position())
-            self._pressed = (event.position(), pane)
-            self._dragged = None
+        """Begin a click or a drag; the menu is about the point under the mouse."""
+        pane, spot = self._pane_at(event.position()), self._at(event.position())
+        if event.button() == Qt.MouseButton.RightButton and spot is not None:
+            self._choose_spot(spot)
+        middle = event.button() == Qt.MouseButton.MiddleButton
+        if middle or event.button() == Qt.MouseButton.LeftButton:
+            moves = middle or bool(event.modifiers() & _SHIFT)
+            view = None if pane is None else self.view_of(pane)
+            self._pressed = _Press(at=event.position(), pane=pane, view=view, moves=moves)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Move the chart with the mouse, or show that a point can be pressed."""
-        point = event.position()
-        if self._pressed is None:
-            shape = Qt.CursorShape.PointingHandCursor
-            self.setCursor(shape if self._at(point) is not None else Qt.CursorShape.ArrowCursor)
+        """Show the values under the mouse, or draw a rectangle, or move the chart."""
+        self.pointer = event.position()
+        self.update()
+        press = self._pressed
+        if press is None:
+            at_spot = self._at(self.pointer) is not None
+            inside = self._pane_at(self.pointer) is not None
+            shapes = Qt.CursorShape
+            shape = shapes.CrossCursor if inside else shapes.ArrowCursor
+            self.setCursor(shapes.PointingHandCursor if at_spot else shape)
             return
-        start, pane = self._pressed
-        way = point - start
-        if pane is None or (self._dragged is None and way.manhattanLength() < self._look.px(_DRAG)):
+        way = self.pointer - press.at
+        if press.pane is None or press.view is None:
             return
-        if self._dragged is None:
-            self._dragged = self.view_of(pane)
+        press.dragged = press.dragged or way.manhattanLength() >= self._look.px(_DRAG)
+        if press.dragged and press.moves:
+            pane = press.pane
             self.setCursor(Qt.CursorShape.ClosedHandCursor)
-        across = -way.x() / max(pane.right - pane.left, 1.0)
-        up = way.y() / max(pane.bottom - pane.top, 1.0)
-        self._show_view(pane, moved(self._dragged, across, up, only_x=pane.over_time))
+            across = -way.x() / max(pane.right - pane.left, 1.0)
+            up = way.y() / max(pane.bottom - pane.top, 1.0)
+            self._show_view(pane, moved(press.view, across, up, only_x=pane.over_time))
+
+    def _rectangle(self) -> QRectF | None:
+        """Return the rectangle that is being drawn; of a history its time where it is flat."""
+        press = self._pressed
+        if press is None or press.pane is None or press.moves or not press.dragged:
+            return None
+        pane = press.pane
+        plot = QRectF(QPointF(pane.left, pane.top), QPointF(pane.right, pane.bottom))
+        drawn = QRectF(press.at, self.pointer).normalized()
+        if pane.over_time and drawn.height() < self._look.px(_FLAT):
+            drawn = QRectF(drawn.left(), plot.top(), drawn.width(), plot.height())
+        return drawn.intersected(plot)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Choose what was clicked."""
-        pressed, self._pressed = self._pressed, None
-        if pressed is None or self._dragged is not None:
-            self._dragged = None
-            self.unsetCursor()
+        """Choose what was clicked, or zoom to the rectangle."""
+        self.pointer = event.position()
+        box, press = self._rectangle(), self._pressed
+        self._pressed = None
+        self.update()
+        if press is None:
             return
-        if pressed[1] is not None:
-            self.place = pressed[1].place
+        pane, view = press.pane, press.view
+        if pane is not None:
+            self.place = pane.place
+        if box is not None and pane is not None and view is not None:
+            if min(box.width(), box.height()) >= self._look.px(_DRAG):
+                corners = (box.left(), box.top()), (box.right(), box.bottom())
+                self._show_view(pane, pane.boxed(view, *corners))
+            return
         spot = self._at(event.position())
-        if spot is not None:
+        if spot is not None and not press.dragged:
             self._choose_spot(spot)
 
+    def leaveEvent(self, event: QEvent) -> None:
+        """Take the values away."""
+        super().leaveEvent(event)
+        self.pointer = None
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw over the figure: the rectangle of a zoom, the values under the mouse."""
+        super().paintEvent(event)
+        pane = None if self.pointer is None else self._pane_at(self.pointer)
+        box = self._rectangle()
+        painter = QPainter(self)
+        if box is not None:
+            color = self._look.color("accent")
+            painter.setPen(QPen(color, 1, Qt.PenStyle.DashLine))
+            color.setAlphaF(_SHADE)
+            painter.setBrush(color)
+            painter.drawRect(box)
+        elif pane is not None and self.pointer is not None and self._pressed is None:
+            plot = QRectF(QPointF(pane.left, pane.top), QPointF(pane.right, pane.bottom))
+            words = self.words_at(self.pointer)
+            paint_readout(painter, plot, self.pointer, words, self._look)
+        painter.end()
+
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Open the fit of a point, or a chart large."""
+        """Open the fit of a point; show everything where it is zoomed; show a chart large."""
         spot, pane = self._at(event.position()), self._pane_at(event.position())
         if spot is not None:
             self.opened.emit(spot.maneuver)
+        elif self.views:
+            self.show_all()
         elif pane is not None and pane.name:
             self.pane_opened.emit(pane.name)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom at the mouse; without Control the page scrolls where it can."""
+        """Zoom at the mouse; with Shift, and beside the charts, the page scrolls."""
         pane = self._pane_at(event.position())
-        wanted = self.wheel_free or event.modifiers() & _CONTROL
-        if pane is None or not wanted or not event.angleDelta().y():
+        if pane is None or event.modifiers() & _SHIFT or not event.angleDelta().y():
             event.ignore()
             return
         across, up = pane.shares(event.position().x(), event.position().y())
@@ -198,7 +266,7 @@ class FigureCanvas(ArrowKeys, FigurePaper):
         elif key in _ZOOMS and pane is not None:
             self._zoom(pane, _ZOOMS[key])
         elif key == Qt.Key.Key_Home:
-            self._show_all()
+            self.show_all()
         elif key in _ENTER and self.maneuver:
             self.opened.emit(self.maneuver)
         elif key == Qt.Key.Key_Space and pane is not None and pane.name:
@@ -245,7 +313,8 @@ class FigureCanvas(ArrowKeys, FigurePaper):
         self.views_changed.emit()
         self.update()
 
-    def _show_all(self) -> None:
+    def show_all(self) -> None:
+        """Show everything again."""
         if self.views:
             self.views = {}
             self.views_changed.emit()

@@ -17,7 +17,7 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QImage
 
-from ui.review.figure_geometry import Limits, Pane, Spot, View
+from ui.review.figure_geometry import Curve, Limits, Pane, Spot, View
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,6 +30,8 @@ _LEAST_SHARE = 0.85
 """Of a picture's height on paper that it needs in the window."""
 _MOST_SHARE = 2.5
 """Of that height, beyond which room is left empty."""
+_FEW = 8
+"""Points up to which a line is no curve to be read: axes, limits, means."""
 _IDLE_SECONDS = 3.0
 """Without an order after which the thread ends; the next order begins another."""
 _LOOKS = 0.1
@@ -152,7 +154,20 @@ def _limits(limits: tuple[float, float], scale: str) -> Limits:
     return (math.log10(low), math.log10(high)) if scale == "log" else (low, high)
 
 
+def _curves(axes: Axes) -> tuple[Curve, ...]:
+    """Return the lines over time of a chart."""
+    found = []
+    for line in axes.lines:
+        x, y = (np.asarray(part, dtype=np.float64) for part in line.get_data())
+        label = str(line.get_label())
+        if line.get_linestyle() != "None" and x.size > _FEW and bool((np.diff(x) > 0.0).all()):
+            found.append(Curve(label="" if label.startswith("_") else label, x=x, y=y))
+    return tuple(found)
+
+
 def _panes(figure: Figure, ratio: float) -> tuple[Pane, ...]:
+    from gsapp.report.figure_parts import ClockFormatter, math_text
+
     tall = figure.bbox.height
     places = {axes: place for place, axes in enumerate(figure.axes)}
     found = []
@@ -177,10 +192,12 @@ def _panes(figure: Figure, ratio: float) -> tuple[Pane, ...]:
                 ),
                 group=min(siblings),
                 over_time=len(siblings) > 1,
-                x_title=next(filter(None, titles), ""),
-                y_title=(axes.get_ylabel() or axes.get_title(loc="left")).replace("\n", " "),
+                x_title=math_text(next(filter(None, titles), "")),
+                y_title=math_text(axes.get_ylabel() or axes.get_title(loc="left")),
                 x_log=axes.get_xscale() == "log",
                 y_log=axes.get_yscale() == "log",
+                clock=isinstance(axes.xaxis.get_major_formatter(), ClockFormatter),
+                curves=_curves(axes),
             )
         )
     return tuple(found)

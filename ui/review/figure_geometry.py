@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from gsapp.quantities import FloatArray, clock_text
 
 Limits = tuple[float, float]
 """Of an axis, from left to right or from bottom to top; decimal logarithms on a log axis."""
@@ -21,6 +25,31 @@ class View:
 
     x: Limits
     y: Limits
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Curve:
+    """One line over an x axis that rises.
+
+    Attributes
+    ----------
+    label : str
+        In the legend; may be empty.
+    x, y : ndarray, shape (n,)
+    """
+
+    label: str
+    x: FloatArray
+    y: FloatArray
+
+    def value(self, x: float) -> float:
+        """Return the sample nearest to a place on the x axis; NaN outside."""
+        if not self.x.size or not self.x[0] <= x <= self.x[-1]:
+            return float("nan")
+        place = int(np.searchsorted(self.x, x))
+        if place > 0 and x - self.x[place - 1] < self.x[min(place, self.x.size - 1)] - x:
+            place -= 1
+        return float(self.y[place])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,6 +73,10 @@ class Pane:
         Along its axes.
     x_log, y_log : bool
         Whether an axis is logarithmic.
+    clock : bool
+        Whether x is flight time.
+    curves : tuple of Curve
+        Lines whose values the cursor reads.
     """
 
     place: int
@@ -59,6 +92,8 @@ class Pane:
     y_title: str = ""
     x_log: bool = False
     y_log: bool = False
+    clock: bool = False
+    curves: tuple[Curve, ...] = field(default=(), compare=False)
 
     def holds(self, x: float, y: float) -> bool:
         """Return whether a pixel lies within."""
@@ -70,16 +105,35 @@ class Pane:
         return (x - self.left) / wide, (self.bottom - y) / high
 
     def reading(self, view: View, x: float, y: float) -> str:
-        """Return the values at a pixel, each beside its axis' title; a title less is left out."""
-        said = []
-        for title, limits, share, log in zip(
-            (self.x_title, self.y_title), (view.x, view.y), self.shares(x, y),
-            (self.x_log, self.y_log), strict=True,
-        ):  # fmt: skip
-            value = limits[0] + share * (limits[1] - limits[0])
-            if title:
-                said.append(f"{title} {10.0**value if log else value:.5g}")
+        """Return the values at a pixel: of the curves where there are any, else of the axes."""
+        across, up = self.shares(x, y)
+        at_x, at_y = (
+            10.0**value if log else value
+            for value, log in (
+                (view.x[0] + across * (view.x[1] - view.x[0]), self.x_log),
+                (view.y[0] + up * (view.y[1] - view.y[0]), self.y_log),
+            )
+        )
+        said = [f"{self.x_title} {at_x:.5g}"] if self.x_title else []
+        if self.clock:
+            said = [clock_text(at_x, decimals=2)]
+        values = [(one.label, one.value(at_x)) for one in self.curves]
+        values = [(label, value) for label, value in values if np.isfinite(value)]
+        if not values and self.y_title:
+            values = [("", at_y)]
+        # The unit follows the value: "q [deg/s]" becomes "q 3.2 deg/s".
+        symbol, _, unit = self.y_title.partition("[")
+        said += [
+            " ".join(filter(None, (symbol.strip(), label, f"{value:.4g}", unit.rstrip("]"))))
+            for label, value in values
+        ]
         return "\n".join(said)
+
+    def boxed(self, view: View, corner: tuple[float, float], other: tuple[float, float]) -> View:
+        """Return the part of a view within a rectangle, given by two pixels."""
+        (left, low), (right, high) = self.shares(*corner), self.shares(*other)
+        x, y = ((min(a, b), max(a, b)) for a, b in ((left, right), (low, high)))
+        return View(x=_part(view.x, x), y=_part(view.y, y))
 
     def seen_as(self, view: View, x: float, y: float) -> tuple[float, float]:
         """Return where what was drawn at a pixel lies when the chart shows another view."""
@@ -100,6 +154,11 @@ class Spot:
     maneuver: str
     x: float
     y: float
+
+
+def _part(limits: Limits, shares: Limits) -> Limits:
+    low, high = limits
+    return low + shares[0] * (high - low), low + shares[1] * (high - low)
 
 
 def _rescaled(share: float, drawn: Limits, wanted: Limits) -> float:

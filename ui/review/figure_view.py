@@ -198,7 +198,6 @@ class FigureView(QScrollArea):
             self.canvas.setFixedSize(drawing.width, drawing.height)
             self.canvas.setAccessibleDescription(drawing.picture.caption)
         self.drawn.emit(drawing)
-        self.canvas.wheel_free = drawing.height <= self.viewport().height()
         if not self._fits and abs(self.room.height - drawing.order.room.height) > _HAIR:
             # What stands below takes another height than it did: once more, but only once.
             self._fits = True

@@ -80,6 +80,12 @@ class FiguresFrame(QWidget):
             ActionButton(actions["review_figure_save"], "Save…", look),
         )
         self._column.addWidget(self.buttons)
+        reset = QAction("Reset zoom", self)
+        reset.setShortcut("Home")
+        reset.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+        reset.triggered.connect(self.view.canvas.show_all)
+        names = ("review_figure_copy", "review_figure_save", "review_open_fit", "review_exclude")
+        self.view.canvas.addActions([reset, *(actions[name] for name in names)])
         look.changed.connect(self._restyle)
         self._restyle()
 

@@ -11,6 +11,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QVBoxLayout
 
+from gsapp.quantities import typeset
 from ui.commands import Need
 from ui.frame.steps import StepState
 from ui.look import Look
@@ -33,8 +34,6 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-_POINTED = frozenset({"values", "online"})
-"""Figures whose points stand for maneuvers."""
 _NOTHING = f"{NO_RUN} the figures of the run come here."
 
 
@@ -203,7 +202,6 @@ class FiguresPage(ReviewPage):
             return
         self.view.canvas.choose(self._selection.maneuver)
         self.view.show_figure(lambda palette, room: kind.make(material, palette, room), same=same)
-        self._show_detail()
 
     def _key(self, option: Option) -> str:
         """Return what is chosen in a list; the maneuver is the one that all pages look at."""
@@ -232,9 +230,10 @@ class FiguresPage(ReviewPage):
 
     def _drawn(self, drawing: Drawing) -> None:
         picture, table = drawing.picture, self.kind.table
-        self.frame.show_caption("" if picture is None else picture.caption)
+        self.frame.show_caption("" if picture is None else typeset(picture.caption))
         there = picture is not None and table is not None and self._material is not None
         self.frame.table.show_table(table(self._material) if there else None)
+        self._show_detail()
 
     def _describe(self, pane: str, maneuver: str) -> str:
         if self._material is None:
@@ -242,13 +241,17 @@ class FiguresPage(ReviewPage):
         return point_words(self._material, pane.partition(":")[2], maneuver)
 
     def _show_detail(self) -> None:
-        """Say under the figure what is chosen in it."""
-        material, maneuver = self._material, self._selection.maneuver
-        pointed = self.kind.id in _POINTED
-        if material is None or not pointed or result_of(material.outcome, maneuver) is None:
+        """Describe the chosen maneuver below the figure, if the figure has a point for it."""
+        canvas, chosen_name = self.view.canvas, self._selection.maneuver
+        charts = [canvas.pane(one.pane) for one in canvas.spots if one.maneuver == chosen_name]
+        derivatives = {pane.name.partition(":")[2] for pane in charts if pane is not None}
+        if self._material is None or not derivatives or not self.view.settled:
             self.frame.tell("")
             return
-        words = point_words(material, self._selection.derivative, maneuver)
+        derivative = self._selection.derivative
+        words = point_words(
+            self._material, derivative if derivative in derivatives else "", chosen_name
+        )
         self.frame.tell(" · ".join(words.splitlines()))
 
     # Choosing
