@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsapp.foundation import GroundStationError
-from gsapp.foundation.endings import asked_to_end
+from gsapp.foundation.endings import asked_to_end, ends_within
 from ui.display import fonts_without_screen, require_display
 
 if TYPE_CHECKING:
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 _QT_PACKAGES = "libgl1 libegl1 libxkbcommon0 libdbus-1-3 libfontconfig1 libglib2.0-0"
 
 _COLLECT_SECONDS = 1.0
+_ENDS_SECONDS = 12.0
+"""From a signal that asks the program to end until it is ended, whatever it still waits for."""
 _IDLE_MS = 500
 """From the opening of a window without a flight until it gets ready for one."""
 
@@ -164,7 +166,7 @@ def run_window(
         QTimer.singleShot(_IDLE_MS, loader, loader.begin)
     try:
         # Python only sees a signal between its own steps, which the window's timer provides.
-        with asked_to_end(lambda _signal: window.end()):
+        with asked_to_end(lambda _signal: window.end()), ends_within(_ENDS_SECONDS, log_path()):
             return int(application.exec())
     finally:
         lit_screen.close()

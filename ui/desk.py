@@ -404,7 +404,7 @@ class Desk(QObject):
         over = equipment is not None and equipment.ended and session.feed.caught_up
         if over and not self._finished:
             self._finished = True
-            session.finish()
+            session.finish(wait=False)  # the event loop waits for nothing
             self.ended.emit(session.path)
         if snapshot.problem != self._problem:
             # What heals and fails again is told again.

@@ -1,10 +1,14 @@
-"""Hearing when this process is asked to end."""
+"""Hearing when this process is asked to end, and ending in time."""
 
 from __future__ import annotations
 
+import faulthandler
+import os
 import signal
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 _ASK_TO_END = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 
@@ -34,3 +38,36 @@ def asked_to_end(act: Callable[[int], object], *, ctrl_c: bool = True) -> Iterat
     finally:
         for number, handler in former.items():
             signal.signal(number, handler)
+
+
+@contextmanager
+def ends_within(seconds: float, log: Path) -> Iterator[None]:
+    """End this process that long after the first signal of `asked_to_end`, whatever it waits for.
+
+    That holds beyond this context, for threads that Python waits for as it exits. A thread of its
+    own hears the signal, since the main thread may be stuck where it hears none.
+
+    Parameters
+    ----------
+    seconds : float
+        From the signal on.
+    log : Path
+        Gets the traceback of every thread where the time was not enough; the exit code is 1 then.
+    """
+    heard, wake = os.pipe()
+    os.set_blocking(wake, False)
+    former = signal.set_wakeup_fd(wake, warn_on_full_buffer=False)
+
+    def watch() -> None:
+        if os.read(heard, 1):
+            # Never closed: it is written to as the process ends.
+            file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+            faulthandler.dump_traceback_later(seconds, exit=True, file=file)
+        os.close(heard)
+
+    threading.Thread(target=watch, name="ending", daemon=True).start()
+    try:
+        yield
+    finally:
+        signal.set_wakeup_fd(former)
+        os.close(wake)

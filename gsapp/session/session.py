@@ -284,14 +284,20 @@ class Session:
         """
         return self.mode == "replay" or not self.feed.caught_up or self._has_grown()
 
-    def finish(self) -> None:
-        """Take in the very last rows of a flight that is over, and judge them."""
+    def finish(self, *, wait: bool = True) -> None:
+        """Take in the very last rows of a flight that is over, and judge them.
+
+        Parameters
+        ----------
+        wait : bool
+            Whether to wait for the last fits; without it, `update` takes them in as they come.
+        """
         if isinstance(self.feed, LiveFeed):
             self.feed.finish()
         if self.cue_watch is not None:
             self.cue_watch.finish()
         if self.estimates is not None:
-            self.estimates.finish()
+            self.estimates.finish(wait=wait)
 
     def close(self) -> None:
         """Give back what the session holds. Recorder and record go on."""

@@ -179,6 +179,19 @@ def test_a_worker_ends_with_a_window_that_was_killed() -> None:
     assert window.communicate(timeout=240.0)[0] == b""
 
 
+def test_a_fit_that_runs_does_not_hold_up_the_end_of_the_program() -> None:
+    code = (
+        "import time; from gsapp.session.estimating.workers import OtherProcess\n"
+        "workers = OtherProcess(time.sleep)\n"
+        "running = workers.submit(120.0)\n"
+        "while not running.running(): time.sleep(0.01)\n"
+        "workers.close()\n"
+    )
+    began = time.monotonic()
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=100.0)
+    assert time.monotonic() - began < 60.0
+
+
 def die_once(request: FitRequest) -> FitReply:
     """Be killed with the first fit, as by a system that is short of memory."""
     mark = Path(os.environ["GSAPP_TEST_DIED"])

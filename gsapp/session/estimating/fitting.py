@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import multiprocessing
+import contextlib
 import os
 import signal
 import threading
 import time
 from dataclasses import dataclass
+from multiprocessing.connection import Connection
 
 from gsapp.dynamics.model import Model
 from gsapp.foundation import GroundStationError, priority
@@ -61,16 +62,20 @@ def fit(request: FitRequest) -> FitReply:
     return FitReply(result=result, seconds=time.perf_counter() - started)
 
 
-def stand_back() -> None:
-    """Make a worker process yield to all else, leave Ctrl+C to its parent, and end with it."""
+def stand_back(wanted: Connection) -> None:
+    """Make a worker process yield to all else and leave Ctrl+C to its parent.
+
+    Parameters
+    ----------
+    wanted : Connection
+        The process ends at once when the other end is closed, or its parent was killed.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     priority.stand_back(_POLITE)
-    threading.Thread(target=_end_with_parent, name="parent", daemon=True).start()
+    threading.Thread(target=_end_when_closed, args=(wanted,), name="wanted", daemon=True).start()
 
 
-def _end_with_parent() -> None:
-    """Wait for the end of the parent: one that was killed cannot end its workers."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+def _end_when_closed(wanted: Connection) -> None:
+    with contextlib.suppress(EOFError, OSError):
+        wanted.recv_bytes()
+    os._exit(1)

@@ -86,12 +86,13 @@ class EstimateWatch:
             self._ftr.reset()
         self.fits.reset()
 
-    def finish(self) -> None:
-        """Take in what was held back, and wait for the last fits; the flight is over."""
+    def finish(self, *, wait: bool = True) -> None:
+        """Take in what was held back, and ask for the last fits; the flight is over."""
         if self._ftr is not None:
             self._ftr.finish()
         self.fits.look(self._verdicts(), None)
-        self.fits.wait()
+        if wait:
+            self.fits.wait()
 
     def close(self) -> None:
         """Give back what is held."""

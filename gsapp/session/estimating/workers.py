@@ -6,6 +6,7 @@ import multiprocessing
 from collections.abc import Callable
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
@@ -55,6 +56,7 @@ class OtherProcess:
     def __init__(self, work: Callable[[FitRequest], FitReply] | None = None) -> None:
         self._work = work
         self._pool: ProcessPoolExecutor | None = None
+        self._pipe: tuple[Connection, Connection] | None = None
 
     def submit(self, request: FitRequest) -> Future[FitReply]:
         """Begin a fit."""
@@ -73,11 +75,21 @@ class OtherProcess:
         if self._pool is None:
             # A fork would copy a process full of threads and windows.
             context = multiprocessing.get_context("spawn")
-            self._pool = ProcessPoolExecutor(1, mp_context=context, initializer=stand_back)
+            self._pipe = context.Pipe(duplex=False)
+            self._pool = ProcessPoolExecutor(
+                1, mp_context=context, initializer=stand_back, initargs=self._pipe[:1]
+            )
         return self._pool
 
     def close(self) -> None:
-        """End the process; a fit that runs is dropped."""
+        """End the process at once; a fit that runs is dropped.
+
+        A pool alone would finish that fit first, and Python waits for it when it exits.
+        """
         pool, self._pool = self._pool, None
+        pipe, self._pipe = self._pipe, None
         if pool is not None:
             pool.shutdown(wait=False, cancel_futures=True)
+        if pipe is not None:
+            for end in pipe:
+                end.close()

@@ -1,0 +1,54 @@
+"""A process that is asked to end does so in time, whatever it waits for."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="SIGTERM ends a process at once")
+
+
+def run(body: str, log: Path) -> subprocess.Popen[bytes]:
+    code = (
+        "import sys, threading, time\n"
+        "from pathlib import Path\n"
+        "from gsapp.foundation.endings import asked_to_end, ends_within\n"
+        "end = threading.Event()\n"
+        "with asked_to_end(lambda _: end.set()), ends_within(1.0, Path(sys.argv[1])):\n"
+        "    print('ready', flush=True)\n"
+        f"    {body}\n"
+    )
+    child = subprocess.Popen([sys.executable, "-c", code, str(log)], stdout=subprocess.PIPE)
+    assert child.stdout is not None
+    assert child.stdout.readline().strip() == b"ready"
+    return child
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        # Python itself waits for a thread as it exits.
+        "threading.Thread(target=time.sleep, args=(60,)).start(); end.wait()",
+        # The main thread is where it hears no signal: this wait is begun again after each.
+        "import ctypes; c = ctypes.CDLL(None); [c.usleep(900_000) for _ in iter(int, 1)]",
+    ],
+    ids=["thread", "main thread"],
+)
+def test_what_waits_for_ever_is_ended_and_says_where(tmp_path: Path, body: str) -> None:
+    child = run(body, tmp_path / "log")
+    time.sleep(0.2)
+    child.send_signal(signal.SIGTERM)
+    assert child.wait(15.0) == 1
+    assert "Thread 0x" in (tmp_path / "log").read_text()
+
+
+def test_what_ends_in_time_is_left_alone(tmp_path: Path) -> None:
+    child = run("end.wait()", tmp_path / "log")
+    child.send_signal(signal.SIGTERM)
+    assert child.wait(15.0) == 0
+    assert not (tmp_path / "log").exists() or not (tmp_path / "log").read_text()
