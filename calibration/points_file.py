@@ -7,7 +7,6 @@ the supply at each point; the volts are then referred to its mean.
 from __future__ import annotations
 
 import csv
-import difflib
 import math
 import re
 from collections.abc import Callable
@@ -16,6 +15,7 @@ from pathlib import Path
 
 from calibration.points import DIRECTION_WORDS, CalibrationPoint, Direction
 from gsapp.foundation import FileProblem, FileProblemsError, UnitError
+from gsapp.foundation.naming import did_you_mean
 from gsapp.quantities import channel, from_si, normalize_unit, to_si
 
 MOST_PROBLEMS = 20
@@ -194,8 +194,7 @@ def _columns(
         name = match["name"].lower() if match else heading
         key = names.get(name)
         if match is None or key is None:
-            near = difflib.get_close_matches(name, names, n=1)
-            remedy = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(names)}"
+            remedy = did_you_mean(name, names, f"known: {', '.join(names)}", most=1)
             problems.append(_problem(line, f"'{heading.strip()}' is not a known column", remedy))
             continue
         if key in seen:

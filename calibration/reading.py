@@ -23,6 +23,7 @@ from gsapp.foundation import (
     write_toml,
 )
 from gsapp.foundation.files import files_of, stands
+from gsapp.foundation.naming import did_you_mean
 from gsapp.quantities import channel, from_si, normalize_unit
 from gsapp.quantities.fields import Temperature, Voltage
 
@@ -177,9 +178,11 @@ def certificate_files(folder_or_name: str | Path) -> tuple[Path, ...]:
     if not folder.is_dir():
         folder = FOLDER / str(folder_or_name)
         if folder.parent != FOLDER or not folder.is_dir():
+            hint = did_you_mean(str(folder_or_name), shipped_sets(), most=1)
             raise UnknownNameError(
                 f"there is no folder '{folder_or_name}' with calibration certificates, and none "
-                f"of that name comes with the program; shipped are: {', '.join(shipped_sets())}"
+                f"of that name comes with the program; {hint}{' ' if hint else ''}"
+                f"shipped are: {', '.join(shipped_sets())}"
             )
     inner = (folder / name for name in ("calibration", "in_force"))
     folder = next((place for place in inner if stands(place)), folder)

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from gsapp.cli._options import FlightPath, JsonFile, MapName, OtherCertificates
+from gsapp.cli._options import SYSTEMS, FlightPath, JsonFile, MapName, OtherCertificates, Units
 
 FlightPaths = Annotated[
     list[Path],
@@ -294,7 +294,7 @@ def report(
             help="One of the flights, to judge linear models on; repeatable; by default the last",
         ),
     ] = None,
-    units: Annotated[Literal["US", "SI"], typer.Option(help="Of pictures and tables")] = "US",
+    units: Units = "us",
     dated: Dated = True,
     channel_map: MapName = None,
     calibration: OtherCertificates = None,
@@ -313,7 +313,7 @@ def report(
     command.run(
         flights=flights, out=out, aircraft=aircraft, method=method, axis=axis, weights=weights,
         model=model, joint=joint, maneuver=maneuver or (), every_grade=every_grade,
-        as_found=as_found, units=units, dated=dated, channel_map=channel_map,
+        as_found=as_found, units=SYSTEMS[units], dated=dated, channel_map=channel_map,
         calibration=calibration, validate=validate or (), json=json,
     )  # fmt: skip
 
@@ -323,12 +323,15 @@ def compatibility(
     aircraft: AircraftName = None,
     maneuver: ManeuverList = None,
     as_found: AsFound = False,
-    free: Annotated[
+    error: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="ID.KIND", help="Estimate this error, too, as q.scale or V.delay; repeatable"
+            "--error",
+            metavar="ID.KIND",
+            help="Estimate this error, too, such as q.scale or V.delay; repeatable",
         ),
     ] = None,
+    free: Annotated[list[str] | None, typer.Option("--free", hidden=True)] = None,
     channel_map: MapName = None,
     calibration: OtherCertificates = None,
     json: JsonFile = None,
@@ -346,7 +349,8 @@ def compatibility(
 
     command.run(
         flights=flights, aircraft=aircraft, maneuver=maneuver or (), as_found=as_found,
-        free=free or (), channel_map=channel_map, calibration=calibration, json=json,
+        free=[*(error or ()), *(free or ())], channel_map=channel_map, calibration=calibration,
+        json=json,
     )  # fmt: skip
 
 
@@ -451,7 +455,7 @@ def runs(
             help="Of the report: a .html or .pdf file, or a folder",
         ),
     ] = None,
-    units: Annotated[Literal["US", "SI"], typer.Option(help="Of the report")] = "US",
+    units: Units = "us",
     dated: Dated = True,
     json: JsonFile = None,
 ) -> None:
@@ -477,7 +481,13 @@ def runs(
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     command.run(
-        catalog=catalog, what=what, rest=rest or (), out=out, units=units, dated=dated, json=json
+        catalog=catalog,
+        what=what,
+        rest=rest or (),
+        out=out,
+        units=SYSTEMS[units],
+        dated=dated,
+        json=json,
     )
 
 
@@ -549,9 +559,10 @@ def discrepancy(
             "linear build-up is fitted",
         ),
     ] = None,
-    catalog: Annotated[
-        bool, typer.Option("--catalog", help="List the effects that can be named, and stop")
+    list_: Annotated[
+        bool, typer.Option("--list", help="List the effects that can be named, and stop")
     ] = False,
+    catalog: Annotated[bool, typer.Option("--catalog", hidden=True)] = False,
     maneuver: ManeuverList = None,
     every_grade: EveryGrade = False,
     as_found: AsFound = False,
@@ -582,9 +593,7 @@ def discrepancy(
             "those kept out",
         ),
     ] = None,
-    units: Annotated[
-        Literal["us", "si"], typer.Option(help="Units on the screen and in the report")
-    ] = "us",
+    units: Units = "us",
     channel_map: MapName = None,
     calibration: OtherCertificates = None,
     json: JsonFile = None,
@@ -598,20 +607,21 @@ def discrepancy(
     Example: gsapp discrepancy flights/a --out missing --refuse aero.Cm.speed
     --held-out 3 --held-out 7
 
-    Example: gsapp discrepancy --catalog
+    Example: gsapp discrepancy --list
     """
-    if catalog:
+    if list_ or catalog:
         from gsapp.cli._effects_text import run as list_effects
 
         list_effects(json=json)
         return
     if not flights or out is None:
-        raise typer.BadParameter("give FLIGHT... and --out DIR, or --catalog")
+        raise typer.BadParameter("give FLIGHT... and --out DIR, or --list")
     from gsapp.cli import discrepancy as command
 
     command.run(
         flights=flights, out=out, aircraft=aircraft, model=model, maneuver=maneuver or (),
         every_grade=every_grade, as_found=as_found, refuse=refuse or (), force=force or (),
-        held_out=held_out or (), most_effects=most_effects, draw=draw or (), units=units,
+        held_out=held_out or (), most_effects=most_effects, draw=draw or (),
+        units=SYSTEMS[units],
         channel_map=channel_map, calibration=calibration, json=json,
     )  # fmt: skip

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 _TYPE = re.compile(r" <(list\[)?\w+\]?>$")
+_CHOICE = re.compile(r"'(?P<typed>.*)' is not one of (?P<known>'.*')\.")
 _PLACES = {"<str>": "TEXT", "<int>": "N", "<int range>": "N", "<float>": "X", "<float range>": "X"}
 """What stands in the place of a value that is not a choice."""
 _BRACES = str.maketrans("", "", "{}")
@@ -26,11 +28,8 @@ class _Command(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read what was typed."""
-        try:
+        with _plain_complaints():
             return super().parse_args(ctx, args)
-        except typer.BadParameter as error:
-            error.message = _plain(error)
-            raise
 
     def invoke(self, ctx: Any) -> Any:
         """Do it; when asked to end, take back on the way out what is half done."""
@@ -76,6 +75,11 @@ def _placed(name: str) -> str:
 class _Group(TyperGroup):
     """The commands together; a flight in the place of one is told how it opens."""
 
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read what was typed."""
+        with _plain_complaints():
+            return super().parse_args(ctx, args)
+
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return which command was typed, and what follows it."""
         if args and args[0] not in self.commands and Path(args[0]).exists():
@@ -92,6 +96,32 @@ class Commands(typer.Typer):
     def command(self, name: str | None = None, **options: Any) -> Callable[..., Any]:
         """Return what makes a command of a function."""
         return super().command(name, cls=_Command, **options)
+
+
+@contextmanager
+def _plain_complaints() -> Iterator[None]:
+    """Say in plain words what is wrong with what was typed, and what was meant."""
+    try:
+        yield
+    except typer.BadParameter as error:
+        error.message = _with_hint(_plain(error))
+        raise
+    except typer.TyperException as error:
+        if near := getattr(error, "possibilities", None):  # it is about an unknown option
+            error.message += f". Did you mean {' or '.join(near)}?"
+            error.possibilities = ()  # type: ignore[attr-defined]
+        raise
+
+
+def _with_hint(complaint: str) -> str:
+    """Return a complaint with the choice that was meant, where it is about one."""
+    choice = _CHOICE.fullmatch(complaint)
+    if choice is None:
+        return complaint
+    from gsapp.foundation.naming import did_you_mean  # not needed for --help
+
+    hint = did_you_mean(choice["typed"], re.findall(r"'([^']+)'", choice["known"]), most=1)
+    return f"{complaint} {hint[:1].upper()}{hint[1:]}".rstrip()
 
 
 def _plain(error: typer.BadParameter) -> str:

@@ -1,4 +1,4 @@
-"""``gsapp discrepancy --catalog``: the effects that a model may lack, as tables for people."""
+"""``gsapp discrepancy --list``: the effects that a model may lack, as tables for people."""
 
 from __future__ import annotations
 

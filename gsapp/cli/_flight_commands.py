@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from gsapp.cli._options import FlightPath, JsonFile, MapName, OtherCertificates
+from gsapp.cli._options import FileUnits, FlightPath, JsonFile, MapName, OtherCertificates
 
 
 def demo(
@@ -222,11 +222,13 @@ def replay(
     """
     if not headless and json is None:
         from gsapp.cli._calls import wrong_call
+        from gsapp.flight.loading import check_there
         from gsapp.session.feeds import parse_speed
         from ui.app import run_window
 
         with wrong_call():
             parse_speed(speed or "1")
+        check_there(flight)
 
         raise typer.Exit(
             run_window(
@@ -330,10 +332,7 @@ def export(
     out: Annotated[Path, typer.Option(readable=False, metavar="FILE", help="File to write")],
     channel_map: MapName = None,
     calibration: OtherCertificates = None,
-    units: Annotated[
-        Literal["us", "si", "base"],
-        typer.Option(help="Units: us ft/s, deg, g; si m/s, deg, g; base m/s, rad, m/s^2"),
-    ] = "us",
+    units: FileUnits = "us",
     json: JsonFile = None,
 ) -> None:
     """Write a flight for other programs.

@@ -1,9 +1,12 @@
-"""Arguments and options that commands share."""
+"""Arguments and options that commands share.
+
+A word means the same in all commands; `tests/cli/test_words.py` holds them to it.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -37,3 +40,15 @@ OtherCertificates = Annotated[
         help="Certificates in place of those kept with the flight: a folder, or a shipped set",
     ),
 ]
+Units = Annotated[
+    Literal["us", "si"],
+    typer.Option(case_sensitive=False, help="us: ft/s, deg, g; si: m/s, deg, g"),
+]
+FileUnits = Annotated[
+    Literal["us", "si", "base"],
+    typer.Option(
+        case_sensitive=False, help="us: ft/s, deg, g; si: m/s, deg, g; base: m/s, rad, m/s^2"
+    ),
+]
+SYSTEMS: dict[Literal["us", "si"], Literal["US", "SI"]] = {"us": "US", "si": "SI"}
+"""The systems of units of `Units`, as reports call them."""

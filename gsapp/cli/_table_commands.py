@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from gsapp.cli._options import FlightPath, JsonFile, MapName, OtherCertificates
+from gsapp.cli._options import FileUnits, FlightPath, JsonFile, MapName, OtherCertificates
 
 TableFile = Annotated[
     Path,
@@ -27,10 +27,6 @@ RenameList = Annotated[
     list[str] | None,
     typer.Option(metavar="OLD=NEW", help="Give a channel another id; repeatable"),
 ]
-WrittenUnits = Annotated[
-    Literal["us", "si", "base"],
-    typer.Option(help="Units: us ft/s, deg, g; si m/s, deg, g; base m/s, rad, m/s^2"),
-]
 
 
 def cut(
@@ -48,7 +44,7 @@ def cut(
     without: WithoutList = None,
     rename: RenameList = None,
     from_zero: Annotated[bool, typer.Option("--from-zero", help="Let times begin at 0")] = False,
-    units: WrittenUnits = "us",
+    units: FileUnits = "us",
     channel_map: MapName = None,
     calibration: OtherCertificates = None,
     json: JsonFile = None,
@@ -99,7 +95,7 @@ def merge(
         float | None,
         typer.Option(metavar="HZ", help="Of the result; by default that of the quickest"),
     ] = None,
-    units: WrittenUnits = "us",
+    units: FileUnits = "us",
     channel_map: MapName = None,
     calibration: OtherCertificates = None,
     json: JsonFile = None,
@@ -136,13 +132,15 @@ def resample(
             help="Corner of a zero-phase filter; 0.4 of a lower rate by default, 0 for none",
         ),
     ] = None,
-    kind: Annotated[
-        Literal["linear", "cubic"], typer.Option(help="Interpolation between samples")
+    interpolation: Annotated[
+        Literal["linear", "cubic"],
+        typer.Option("--interpolation", help="Interpolation between samples"),
     ] = "linear",
+    kind: Annotated[Literal["linear", "cubic"] | None, typer.Option("--kind", hidden=True)] = None,
     channels: ChannelList = None,
     without: WithoutList = None,
     rename: RenameList = None,
-    units: WrittenUnits = "us",
+    units: FileUnits = "us",
     channel_map: MapName = None,
     calibration: OtherCertificates = None,
     json: JsonFile = None,
@@ -157,12 +155,12 @@ def resample(
 
     Example: gsapp resample flights/a --low-pass 5 --channels q,alpha --out smooth.mat
 
-    Example: gsapp resample gps.csv --rate 100 --kind cubic --out gps100.csv
+    Example: gsapp resample gps.csv --rate 100 --interpolation cubic --out gps100.csv
     """
     from gsapp.cli import resample as command
 
     command.run(
-        flight=flight, out=out, rate=rate, low_pass=low_pass, kind=kind, channels=channels,
-        without=without, rename=rename or (), units=units, channel_map=channel_map,
-        calibration=calibration, json=json,
+        flight=flight, out=out, rate=rate, low_pass=low_pass, kind=kind or interpolation,
+        channels=channels, without=without, rename=rename or (), units=units,
+        channel_map=channel_map, calibration=calibration, json=json,
     )  # fmt: skip

@@ -37,7 +37,7 @@ def run(
     held_out: Sequence[str] = (),
     most_effects: int = 4,
     draw: Sequence[str] = (),
-    units: Literal["us", "si"] = "us",
+    units: Literal["US", "SI"] = "US",
     channel_map: str | None = None,
     calibration: str | None = None,
     json: Path | None = None,
@@ -68,7 +68,7 @@ def run(
         Stop after so many.
     draw : sequence of str
         Ids of the maneuvers that the report draws in full; by default the worst of those kept out.
-    units : {"us", "si"}
+    units : {"US", "SI"}
         On the screen and in the report.
     json : Path, optional
         Where the answer for programs goes, besides the folder.
@@ -124,9 +124,8 @@ def run(
         flights, settings, aircraft=aircraft, model=model, channel_map=channel_map,
         calibration=calibration, maneuvers=maneuver, as_found=as_found,
     )  # fmt: skip
-    system: Literal["US", "SI"] = "SI" if units == "si" else "US"
     with console.status("writing the report"), _whole_folder(out) as part:
-        _fill(part, found, out, own, provenance, system, draw)
+        _fill(part, found, out, own, provenance, units, draw)
     if json is not None:
         write_result(json, result_text(discrepancy_json(found, model=out / MODEL)))
     warn_of_aircraft(console, [own], rests_on_it=True)
@@ -134,7 +133,7 @@ def run(
         for remark in one.remarks:
             if remark not in one.flight.calibration_remarks:  # stands among the warnings
                 _remark(console, f"{one.flight.name}: {remark}")
-    describe(console, found, system)
+    describe(console, found, units)
     console.print(
         f"The model, the report and its figures are in {out}", highlight=False,
         soft_wrap=True,

@@ -33,11 +33,13 @@ from gsapp.cli._ground_commands import calibrate, certificates, inertia
 from gsapp.cli._table_commands import cut, merge, resample
 
 app = Commands(
-    add_completion=False,
     pretty_exceptions_enable=False,
     # Plain help is twice as quick as the colored one.
     rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings={
+        "help_option_names": ["-h", "--help"],
+        "max_content_width": sys.maxsize,  # the terminal's
+    },
     help="Ground station for flight-testing remotely piloted research aircraft. "
     "Without a command it opens the window.",
 )
@@ -85,7 +87,10 @@ def _show_version(wanted: bool) -> None:
 def window(
     context: typer.Context,
     version: Annotated[  # noqa: ARG001  acts in its callback
-        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show it")
+        bool,
+        typer.Option(
+            "--version", "-V", callback=_show_version, is_eager=True, help="Show the version"
+        ),
     ] = False,
 ) -> None:
     """Open the ground station window when no command is given."""

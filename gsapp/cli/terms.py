@@ -58,13 +58,13 @@ def run(
     from gsapp.cli._screen import Screen
     from gsapp.dynamics.model import load_model
     from gsapp.foundation import FlightError
+    from gsapp.foundation.naming import did_you_mean
     from gsapp.identification.equation_error.stepwise import choose_terms
 
     unknown = [name for name in coefficient if name not in _AXES]
     if unknown:
-        raise WrongCallError(
-            f"there is no coefficient '{unknown[0]}'; there are {', '.join(_AXES)}"
-        )
+        hint = did_you_mean(unknown[0], _AXES, f"there are {', '.join(_AXES)}")
+        raise WrongCallError(f"there is no coefficient '{unknown[0]}'; {hint}")
     check_windows(maneuver, flights)
     console = Screen(stderr=on_screen(json))
     known = None if model is None else load_model(model)

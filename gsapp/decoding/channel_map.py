@@ -36,7 +36,6 @@ several columns), and the head may name the clock::
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -55,7 +54,7 @@ from gsapp.foundation import (
     UnknownNameError,
     read_toml,
 )
-from gsapp.foundation.naming import did_you_mean
+from gsapp.foundation.naming import did_you_mean, nearest
 from gsapp.foundation.shipped import Shipped
 from gsapp.foundation.toml import validate
 from gsapp.quantities import CHANNELS, base_id, channel, normalize_unit
@@ -647,7 +646,7 @@ class _Reader:
 def _meant_format(raw: Mapping[str, Any]) -> str | None:
     """Return the format that a head with mistakes means; None where that cannot be told."""
     written = raw.get("format", "mavlink")
-    near = difflib.get_close_matches(str(written), get_args(Format), n=1, cutoff=0.6)
+    near = nearest(str(written), get_args(Format), most=1)
     return near[0] if near else None
 
 

@@ -1,4 +1,4 @@
-"""The catalog of effects for programs: the JSON of ``gsapp discrepancy --catalog``.
+"""The catalog of effects for programs: the JSON of ``gsapp discrepancy --list``.
 
 SI and radians; absent = null.
 """

@@ -34,7 +34,7 @@ from gsapp.flight.records import RawRecord
 from gsapp.flight.setting import Name, Setting
 from gsapp.flight.uniform import even_grid, typical_step, union
 from gsapp.foundation import FlightError, GroundStationError, UnmappedError
-from gsapp.foundation.naming import listed
+from gsapp.foundation.naming import did_you_mean, listed
 from gsapp.quantities import Block
 
 _RECORDS_AT_ONCE = 20_000
@@ -111,8 +111,7 @@ def load_flight(
     )
     if folder is not None:
         return _load_folder(folder, setting)
-    if not path.exists():
-        raise FlightError(f"there is no flight {path}; check the path")
+    check_there(path)
     if path.suffix.casefold() in _MAPPED and setting.channel_map is None:
         setting = replace(setting, channel_map=default_map(path))
     decoded = _decode_file(path, setting)
@@ -127,6 +126,15 @@ def load_flight(
         remarks=(*calibration_remarks(used, decoded.sources, decoded.block), *decoded.remarks),
         certificates=used,
     )
+
+
+def check_there(path: Path) -> None:
+    """Raise `FlightError` if there is no such flight; names what has a like name in its folder."""
+    if not path.exists():
+        folder = path.absolute().parent
+        there = [one.name for one in folder.iterdir()] if folder.is_dir() else []
+        hint = did_you_mean(path.name, there, "check the path", most=1)
+        raise FlightError(f"there is no flight {path}; {hint}")
 
 
 def load_with_log(folder: FlightFolder, log: Path) -> Flight:

@@ -19,7 +19,7 @@ def listed(names: Sequence[str], most: int) -> str:
 
 
 def did_you_mean(name: str, known: Iterable[str], otherwise: str = "", *, most: int = 3) -> str:
-    """Return the question for the nearest names that exist, or other words where none is near.
+    """Return the question for the nearest names, or other words where none is near.
 
     Parameters
     ----------
@@ -37,5 +37,25 @@ def did_you_mean(name: str, known: Iterable[str], otherwise: str = "", *, most: 
     >>> did_you_mean("alhpa", ["alpha", "beta"])
     "did you mean 'alpha'?"
     """
-    near = difflib.get_close_matches(name, list(known), n=most)
-    return f"did you mean {' or '.join(repr(one) for one in near)}?" if near else otherwise
+    *others, last = [repr(one) for one in nearest(name, known, most=most)] or [""]
+    if not last:
+        return otherwise
+    return f"did you mean {', '.join(others)}{' or ' if others else ''}{last}?"
+
+
+def nearest(name: str, known: Iterable[str], *, most: int = 3, cutoff: float = 0.6) -> list[str]:
+    """Return the names that are most like one that was typed, in whatever case; the best first.
+
+    Parameters
+    ----------
+    name : str
+    known : iterable of str
+    most : int
+    cutoff : float
+        How like, from 0 to 1; see `difflib.get_close_matches`.
+    """
+    of_plain: dict[str, list[str]] = {}
+    for one in known:
+        of_plain.setdefault(one.casefold(), []).append(one)
+    near = difflib.get_close_matches(name.casefold(), of_plain, n=most, cutoff=cutoff)
+    return [one for plain in near for one in of_plain[plain]][:most]

@@ -167,6 +167,9 @@ def _problem(detail: dict[str, Any], model: type[BaseModel]) -> FileProblem:
         return FileProblem(where=where, what="is missing", remedy="add it")
     text = str(detail["msg"]).removeprefix("Value error, ")
     what, _, remedy = text.partition("; ")
+    if detail["type"] == "literal_error":
+        choices = re.findall(r"'([^']+)'", detail["ctx"]["expected"])
+        remedy = did_you_mean(str(detail["input"]), choices, most=1)
     if detail["type"] != "value_error":
         what = f"{what[:1].lower()}{what[1:]} (found {detail['input']!r})"
     return FileProblem(where=where, what=what, remedy=remedy)

@@ -11,6 +11,7 @@ from pydantic import Field, field_validator
 
 from gsapp.dynamics.sensors import OUTPUTS
 from gsapp.foundation import StrictModel, read_toml
+from gsapp.foundation.naming import did_you_mean
 from gsapp.foundation.shipped import Shipped
 from gsapp.quantities import channel, normalize_unit, to_si
 
@@ -109,9 +110,8 @@ def _plain(flight: str) -> str:
 def _check_responses(value: Mapping[str, object]) -> None:
     unknown = [name for name in value if name not in OUTPUTS]
     if unknown:
-        raise ValueError(
-            f"{', '.join(unknown)} is no response; the equations predict {', '.join(OUTPUTS)}"
-        )
+        hint = did_you_mean(unknown[0], OUTPUTS, f"choose from {', '.join(OUTPUTS)}")
+        raise ValueError(f"'{unknown[0]}' is not a response; {hint}")
 
 
 def _check_weights(value: Mapping[str, float]) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.foundation import UnknownNameError
+from gsapp.foundation.naming import did_you_mean
 from gsapp.quantities.channels import channel
 
 FloatArray = npt.NDArray[np.float64]
@@ -88,9 +89,8 @@ class Block:
         try:
             return self.values[:, self.channels.index(channel_id)]
         except ValueError:
-            raise UnknownNameError(
-                f"this flight has no channel '{channel_id}'; it has {', '.join(self.channels)}"
-            ) from None
+            hint = did_you_mean(channel_id, self.channels, f"it has {', '.join(self.channels)}")
+            raise UnknownNameError(f"this flight has no channel '{channel_id}'; {hint}") from None
 
     def select(self, channel_ids: Sequence[str]) -> Block:
         """Return a block of these channels, in this order."""

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.foundation import UnitError, UnknownNameError
+from gsapp.foundation.naming import did_you_mean
 from gsapp.quantities.unit_definitions import DEFINITIONS
 
 if TYPE_CHECKING:
@@ -146,9 +147,8 @@ def quantity(key: str) -> Quantity:
     try:
         return QUANTITIES[key]
     except KeyError:
-        raise UnknownNameError(
-            f"no quantity is called '{key}'; known are {', '.join(QUANTITIES)}"
-        ) from None
+        hint = did_you_mean(key, QUANTITIES, f"known are {', '.join(QUANTITIES)}")
+        raise UnknownNameError(f"no quantity is called '{key}'; {hint}") from None
 
 
 def normalize_unit(text: str, key: str) -> str:
@@ -179,7 +179,11 @@ def normalize_unit(text: str, key: str) -> str:
         return spaced
     listed = ", ".join(unit or "(no unit)" for unit in allowed)
     shown = f"'{text}'" if text.strip() else "no unit"
-    raise UnitError(f"{shown} is not a unit of {quantity(key).name}; use one of: {listed}")
+    hint = did_you_mean(plain, [unit for unit in allowed if unit], most=1) if plain else ""
+    raise UnitError(
+        f"{shown} is not a unit of {quantity(key).name}; {hint}{' ' if hint else ''}"
+        f"use one of: {listed}"
+    )
 
 
 @cache

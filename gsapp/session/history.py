@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.foundation import UnknownNameError
+from gsapp.foundation.naming import did_you_mean
 from gsapp.quantities import Block, FloatArray
 from gsapp.session.spill import SpillPool
 
@@ -448,9 +449,8 @@ class History:
         try:
             return self._tracks[channel_id]
         except KeyError:
-            raise UnknownNameError(
-                f"this flight has no channel '{channel_id}'; it has {', '.join(self._tracks)}"
-            ) from None
+            hint = did_you_mean(channel_id, self._tracks, f"it has {', '.join(self._tracks)}")
+            raise UnknownNameError(f"this flight has no channel '{channel_id}'; {hint}") from None
 
     def samples(self, channel_id: str, first: int, last: int) -> FloatArray:
         """Return the samples at ``first <= k < last``.

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
 
 from gsapp.foundation import LinkError
+from gsapp.foundation.naming import nearest
 
 LinkKind = Literal["udpin", "udpout", "tcp", "tcpin", "serial", "text", "virtual", "flight"]
 
@@ -88,7 +88,7 @@ def parse_link(text: str) -> LinkAddress:
         return LinkAddress(kind="flight", path=text)
     if not text:
         raise LinkError(f"a link is missing; write {GRAMMAR}")
-    near = difflib.get_close_matches(kind, (*_NETWORK, *_SERIAL, "virtual"), n=1)
+    near = nearest(kind, (*_NETWORK, *_SERIAL, "virtual"), most=1)
     if near:
         example = near[0] + (f":{rest}" if colon and near[0] != "virtual" else "")
         raise LinkError(f"'{text}' is not a link; did you mean '{example}'? A link is {GRAMMAR}")

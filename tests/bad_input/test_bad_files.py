@@ -246,7 +246,7 @@ def test_an_aircraft_with_mistakes(tmp_path: Path) -> None:
     refused(
         ("fly", "--out", "new", "--plan", "short", "--aircraft", name),
         "mine.toml: 3 problems",
-        "geometry.wing_area: 'ft' is not a unit of area; use one of: m^2, ft^2",
+        "geometry.wing_area: 'ft' is not a unit of area; did you mean 'ft^2'?",
         "geometry.span: is missing; add it",
         "geometry.spam: is not a known key; did you mean 'span'?",
         cwd=tmp_path,

@@ -167,7 +167,7 @@ def test_the_command_tells_and_takes_back(flight, tmp_path, capsys):
     assert told(use="none")["onboard"] is None
     again = load_flight(folder.path)
     assert np.array_equal(again.block.values, live.block.values, equal_nan=True)
-    with pytest.raises(FlightError, match=r"there are: box\.csv, box\.tlog"):
+    with pytest.raises(FlightError, match=r"it has box\.csv, box\.tlog"):
         use_log(folder.path, "other.bin")
 
 

@@ -54,7 +54,7 @@ def test_a_file_of_the_user(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("[default]\nalfa = 1", "alfa is no response"),
+        ("[default]\nalfa = 1", "did you mean 'alpha'"),
         ("[default]\nalpha = -1", "0 or more"),
         ("[flights.A]\nbeta = nan", "0 or more"),
         ('[units]\nan = "deg"', "not a unit of acceleration"),

@@ -134,6 +134,7 @@ def test_a_read_only_clone_keeps_its_caches_in_the_environment(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bootstrap = load_bootstrap(tmp_path, monkeypatch)
+    monkeypatch.delenv("MYPY_CACHE_DIR", raising=False)
     monkeypatch.setattr(bootstrap.os, "access", lambda *_: True)
     assert "MYPY_CACHE_DIR" not in bootstrap.environment()
     monkeypatch.setattr(bootstrap.os, "access", lambda *_: False)

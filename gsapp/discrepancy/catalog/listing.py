@@ -70,7 +70,7 @@ def record(effect_id: str) -> EffectRecord:
     """
     table = _table()
     if effect_id not in table:
-        hint = did_you_mean(effect_id, table, "gsapp discrepancy --catalog lists all")
+        hint = did_you_mean(effect_id, table, "gsapp discrepancy --list lists all")
         raise UnknownNameError(f"the catalog has no effect '{effect_id}'; {hint}")
     return table[effect_id]
 

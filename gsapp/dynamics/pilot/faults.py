@@ -16,6 +16,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from gsapp.dynamics.pilot.converter import DAQ
 from gsapp.foundation import FileProblemsError, FlightError, StrictModel
+from gsapp.foundation.naming import did_you_mean
 from gsapp.foundation.toml import validate
 from gsapp.quantities import FloatArray, channel, parse
 from gsapp.quantities.fields import Time
@@ -55,7 +56,8 @@ class Fault(StrictModel):
     @classmethod
     def _is_measured(cls, value: str) -> str:
         if value not in DAQ:
-            raise ValueError(f"no instrument measures '{value}'; choose one of {', '.join(DAQ)}")
+            hint = did_you_mean(value, DAQ, f"choose one of {', '.join(DAQ)}")
+            raise ValueError(f"no instrument measures '{value}'; {hint}")
         return value
 
     @field_validator("low", "high", mode="before")

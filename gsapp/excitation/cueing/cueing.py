@@ -27,6 +27,7 @@ from gsapp.excitation.speaking import Announcer, Spoken
 from gsapp.excitation.trim.watch import TrimWatch
 from gsapp.flight.cards import CardSet, CardsFlown
 from gsapp.foundation import UnknownNameError
+from gsapp.foundation.naming import did_you_mean
 from gsapp.quantities import Block
 
 _AFTER_INPUT: Final = 0.3
@@ -170,9 +171,9 @@ class Cueing:
             If there is no such card.
         """
         if card_id and (self.cards is None or self.cards.card(card_id) is None):
-            raise UnknownNameError(
-                f"there is no test card '{card_id}'; choose one of the flight's cards"
-            )
+            known = [] if self.cards is None else [card.id for card in self.cards.cards]
+            hint = did_you_mean(card_id, known, "choose one of the flight's cards")
+            raise UnknownNameError(f"there is no test card '{card_id}'; {hint}")
         # Between the tick that was judged last and the next, which is the first to know of it.
         now = 0.0 if self._time is None else self._time + 0.5 * TICK
         time = now if at is None else at

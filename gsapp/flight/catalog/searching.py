@@ -17,6 +17,7 @@ from gsapp.flight.catalog.records import (
 from gsapp.flight.catalog.store import Catalog
 from gsapp.flight.maneuvers.found import GRADES, FoundManeuver, Grade
 from gsapp.foundation import FlightError, UnknownNameError
+from gsapp.foundation.naming import did_you_mean
 
 _REMEMBERED: Final = """(r.kept IS NULL
     OR r.kept IN (SELECT id FROM kept_runs WHERE forgotten_at IS NULL))"""
@@ -165,7 +166,9 @@ def model_of(catalog: Catalog, name: str) -> StoredModel:
     """
     rows = catalog.query("SELECT * FROM models WHERE name = ?", (name,))
     if not rows:
-        raise UnknownNameError(f"the catalog {catalog.path} has no model '{name}'")
+        stored = [row["name"] for row in catalog.query("SELECT name FROM models ORDER BY name")]
+        hint = did_you_mean(name, stored, f"it has {', '.join(stored) or 'none'}")
+        raise UnknownNameError(f"the catalog {catalog.path} has no model '{name}'; {hint}")
     row = rows[0]
     return StoredModel(
         name=row["name"],

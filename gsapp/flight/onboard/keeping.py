@@ -21,6 +21,7 @@ from gsapp.flight.raw import read_tlog
 from gsapp.flight.replacing import copy_atomically
 from gsapp.foundation import FlightError
 from gsapp.foundation.files import files_of, put_in_place
+from gsapp.foundation.naming import did_you_mean
 
 _INCOMING = "incoming"
 _SAME_DAY = 12 * 3600.0
@@ -106,8 +107,9 @@ def use_log(flight: Path | str, name: str) -> Flight:
         folder.update_info(onboard_log=None)
         return load_flight(folder.path)
     if name not in logs_in(folder):
-        there = ", ".join(logs_in(folder)) or "none"
-        raise FlightError(f"{folder.path} holds no on-board log '{name}'; there are: {there}")
+        there = logs_in(folder)
+        hint = did_you_mean(name, there, f"it has {', '.join(there) or 'none'}")
+        raise FlightError(f"{folder.path} has no on-board log '{name}'; {hint}")
     return _in_force(folder, folder.path / name, None, Path(name)).flight
 
 

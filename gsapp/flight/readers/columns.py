@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ import numpy as np
 
 from gsapp.flight.uniform import typical_step
 from gsapp.foundation import FileProblem, FileProblemsError, UnitError, UnknownNameError
+from gsapp.foundation.naming import nearest
 from gsapp.quantities import (
     CHANNELS,
     Block,
@@ -200,8 +200,7 @@ def _near(name: str) -> str:
             spec.title.casefold().replace(" ", "_"),
         ):
             return spec.id
-    close = difflib.get_close_matches(plain, (TIME, *CHANNELS), n=1, cutoff=0.7)
-    return close[0] if close else ""
+    return next(iter(nearest(plain, (TIME, *CHANNELS), most=1, cutoff=0.7)), "")
 
 
 def _is_number(text: str) -> bool:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from gsapp.foundation import UnknownNameError
+from gsapp.foundation.naming import did_you_mean
 from gsapp.quantities.constants import DEGREE, GRAVITY
 
 RATES = ("p", "q", "r")
@@ -111,10 +112,13 @@ class CompatibilitySettings:
     def __post_init__(self) -> None:
         for name in (*self.free, *self.plausible, *self.tolerable):
             if name not in PLAUSIBLE:
-                raise UnknownNameError(
-                    f"'{name}' is no error of an instrument; write for example alpha.scale: one "
-                    f"of {', '.join((*DRIVING, *SHOWN))}, then .bias, .scale or .delay"
+                known = ", ".join((*DRIVING, *SHOWN))
+                hint = did_you_mean(
+                    name,
+                    PLAUSIBLE,
+                    f"write one of {known}, then .bias, .scale or .delay, as alpha.scale",
                 )
+                raise UnknownNameError(f"'{name}' is not an error of an instrument; {hint}")
 
     def plausible_size(self, name: str) -> float:
         """Return the standard deviation of an error before anything was measured."""

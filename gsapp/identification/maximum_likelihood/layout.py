@@ -15,6 +15,7 @@ from gsapp.dynamics.model import Model
 from gsapp.dynamics.propulsion import thrust
 from gsapp.dynamics.signals import INPUT_CHANNELS, Path, SignalTerm
 from gsapp.foundation import FlightError, UnknownNameError
+from gsapp.foundation.naming import did_you_mean
 from gsapp.identification.axes import (
     COEFFICIENTS,
     DEFAULT_BIASES,
@@ -133,10 +134,8 @@ def _wanted(maneuvers: Sequence[Maneuver], settings: MLSettings) -> tuple[str, .
         known = axis_derivatives("both")
         unknown = [name for name in wanted if name not in known]
         if unknown:
-            raise UnknownNameError(
-                f"{', '.join(unknown)} is no derivative; parameters of effects belong in "
-                "free_effects"
-            )
+            hint = did_you_mean(unknown[0], known, "parameters of effects belong in free_effects")
+            raise UnknownNameError(f"'{unknown[0]}' is not a derivative; {hint}")
     else:
         wanted = free_derivatives(settings.axis, inputs)
     return tuple(name for name in wanted if name not in settings.held)

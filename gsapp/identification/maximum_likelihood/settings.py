@@ -10,6 +10,7 @@ from gsapp.dynamics.equations import POLAR_STATES
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.sensors import OUTPUTS
 from gsapp.foundation import FlightError
+from gsapp.foundation.naming import did_you_mean
 from gsapp.identification.axes import Axis
 
 
@@ -119,7 +120,8 @@ class MLSettings:
 def _check_names(what: str, names: tuple[str, ...] | None, known: tuple[str, ...]) -> None:
     unknown = [name for name in names or () if name not in known]
     if unknown:
-        raise FlightError(f"{', '.join(unknown)} is not among the {what}: {', '.join(known)}")
+        hint = did_you_mean(unknown[0], known, f"choose from {', '.join(known)}")
+        raise FlightError(f"'{unknown[0]}' is not one of the {what}; {hint}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

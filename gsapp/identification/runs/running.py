@@ -11,6 +11,7 @@ import numpy as np
 from gsapp.dynamics.model import load_model
 from gsapp.flight.catalog import FlightEntry
 from gsapp.foundation import UnknownNameError
+from gsapp.foundation.naming import did_you_mean
 from gsapp.identification.campaign import Step, run_campaign
 from gsapp.identification.runs.choosing import Doing, chosen_of, flown_maneuvers, in_order
 from gsapp.identification.runs.inputs import (
@@ -79,10 +80,8 @@ def run(
     ids = {one.maneuver.id for one in result.results}
     unknown = [name for name in request.without if name not in ids]
     if unknown:
-        raise UnknownNameError(
-            f"there is no maneuver '{unknown[0]}' to leave out of the means; there are "
-            f"{', '.join(sorted(ids))}"
-        )
+        hint = did_you_mean(unknown[0], ids, f"there are {', '.join(sorted(ids))}")
+        raise UnknownNameError(f"no maneuver '{unknown[0]}' to exclude from the means; {hint}")
     summary = summarize_campaign(result, without=request.without)
     models, why_not = linear_models(result, summary)
     read = [

@@ -11,6 +11,7 @@ from typing import Literal, get_args
 from gsapp.dynamics.pilot.bench.potentiometer import POTENTIOMETERS
 from gsapp.dynamics.pilot.bench.transducers import ACCELEROMETERS, GYROS
 from gsapp.foundation import FlightError
+from gsapp.foundation.naming import did_you_mean
 from gsapp.quantities import INSTRUMENTS
 
 BenchFaultKind = Literal["dead", "reversed", "swapped", "noisy", "clipped"]
@@ -53,11 +54,11 @@ def parse_bench_fault(text: str) -> BenchFault:
     kind, _, rest = rest.partition(":")
     name, kind = name.strip(), kind.strip()
     if name not in INSTRUMENTS:
-        raise FlightError(
-            f"'{text}': no instrument is called '{name}'; choose one of {', '.join(INSTRUMENTS)}"
-        )
+        hint = did_you_mean(name, INSTRUMENTS, f"choose one of {', '.join(INSTRUMENTS)}")
+        raise FlightError(f"'{text}': no instrument is called '{name}'; {hint}")
     if kind not in KINDS:
-        raise FlightError(f"'{text}': '{kind}' is no fault; choose one of {', '.join(KINDS)}")
+        hint = did_you_mean(kind, KINDS, f"choose one of {', '.join(KINDS)}")
+        raise FlightError(f"'{text}': '{kind}' is not a fault; {hint}")
     key, _, other = (part.strip() for part in rest.partition("="))
     if kind == "swapped":
         if key != "with" or other not in INSTRUMENTS or other == name:

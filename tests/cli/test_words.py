@@ -1,0 +1,169 @@
+"""A word means the same in every command, and a wrong one is answered with the right one."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from collections import defaultdict
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin
+
+import pytest
+import typer
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from command_kit import gsapp
+
+from gsapp.cli.main import app
+
+COMMANDS = typer.main.get_command(app).commands
+FIXED = {"--to"}
+"""Of `fly` a link, of `export` a format: both are promised to scripts."""
+
+
+def choices(annotation: Any) -> frozenset[str]:
+    """Return what an option takes; nothing where it is no choice."""
+    if get_origin(annotation) is Literal:
+        return frozenset(get_args(annotation))
+    return frozenset().union(*map(choices, get_args(annotation)))
+
+
+def test_an_option_means_the_same_in_every_command() -> None:
+    """A flag is a flag everywhere, and a choice is one of the same words, of which some lack."""
+    found: dict[str, dict[str, tuple[bool, frozenset[str]]]] = defaultdict(dict)
+    for name, command in COMMANDS.items():
+        for option in command.params:
+            if option.param_type_name == "option" and not option.hidden:
+                kind = option.is_flag, choices(option.type_descriptor.annotation)
+                found[option.opts[0]][name] = kind
+    assert len(found) > 60
+    for option, uses in found.items():
+        if option not in FIXED:
+            assert len({flag for flag, _ in uses.values()}) == 1, (option, uses)
+            every = max((words for _, words in uses.values()), key=len)
+            shared = {"us", "si"} if option == "--units" else every
+            assert all(shared <= words <= every for _, words in uses.values()), (option, uses)
+
+
+@pytest.mark.parametrize(
+    ("command", "former"),
+    [
+        ("discrepancy", "--catalog"),
+        ("compatibility", "--free"),
+        ("resample", "--kind"),
+    ],
+)
+def test_former_words_are_still_understood(command: str, former: str) -> None:
+    option = next(one for one in COMMANDS[command].params if former in one.opts)
+    assert option.hidden
+    assert former not in gsapp(command, "--help").stdout.split()
+
+
+def test_units_are_understood_in_capitals(tmp_path: Path) -> None:
+    (tmp_path / "fl.csv").write_text("time [s],V [m/s]\n0,30\n1,30\n")
+    made = gsapp("export", "fl.csv", "--to", "csv", "--units", "SI", "--out", "x.csv",
+                 folder=tmp_path)  # fmt: skip
+    assert made.returncode == 0, made.stderr
+    assert "V [m/s]" in (tmp_path / "x.csv").read_text()
+
+
+@pytest.mark.parametrize(
+    ("call", "meant"),
+    [
+        (("estimat", "fl.csv"), "'estimate'"),
+        (("replay", "fl.csv", "--headles"), "--headless"),
+        (("export", "fl.csv", "--to", "cvs", "--out", "x.csv"), "'csv'"),
+        (("estimate", "fl.csv", "--axis", "Lonn"), "'lon'"),
+        (("runs", "c.sqlite", "shw"), "'show'"),
+        (("replay", "fk.csv", "--headless"), "'fl.csv'"),
+        (("replay", "fl.csv", "--headless", "--map", "b77"), "'b777'"),
+        (("cut", "fl.csv", "--channels", "Alhpa", "--out", "x.csv"), "'alpha'"),
+        (("estimate", "fl.csv", "--aircraft", "B77"), "'b777'"),
+        (("estimate", "fl.csv", "--aircraft", "b777", "--hold", "CM_ALPH=1"), "'Cm_alpha'"),
+        (("estimate", "fl.csv", "--aircraft", "b777", "--states", "alhpa"), "'alpha'"),
+        (("terms", "fl.csv", "--coefficient", "Cmm"), "'Cm'"),
+        (("compatibility", "fl.csv", "--error", "q.scal"), "'q.scale'"),
+        (("fly", "--out", "x", "--plan", "shrt"), "'short'"),
+        (("fly", "--out", "x", "--hide", "aero.Cm.alfa2"), "'aero.Cm.alpha2'"),
+        (("fly", "--out", "x", "--fault", "alhpa:stuck"), "'alpha'"),
+        (("fly", "--out", "x", "--fault", "alpha:stukc"), "'stuck'"),
+        (("fly", "--bench", "--to", "virtual", "--fault", "ruder:dead"), "'rudder'"),
+        (("certificates", "b77"), "'b777'"),
+        (("discrepancy", "fl.csv", "--out", "d", "--force", "aero.Cm.alfa2"), "'aero.Cm.alpha2'"),
+        (("record", "seriel:/dev/x:57600", "--out", "x"), "'serial:/dev/x:57600'"),
+    ],
+)  # fmt: skip
+def test_a_wrong_name_is_answered_with_the_one_that_was_meant(
+    tmp_path: Path, call: tuple[str, ...], meant: str
+) -> None:
+    rows = "".join(f"{k / 50},{k % 7},{k % 5}\n" for k in range(200))
+    (tmp_path / "fl.csv").write_text(f"time [s],alpha [deg],q [deg/s]\n{rows}")
+    done = gsapp(*call, folder=tmp_path)
+    assert meant in re.split("[Dd]id you mean", done.stderr)[-1], done.stderr
+    assert "ou mean" in done.stderr
+    assert done.returncode in {1, 2}
+    assert [path.name for path in tmp_path.iterdir()] == ["fl.csv"]
+
+
+def test_a_missing_flight_is_named_without_a_display(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
+        monkeypatch.delenv(name, raising=False)
+    done = gsapp("replay", "absent", folder=tmp_path)
+    assert done.returncode == 1
+    assert "absent" in done.stderr
+    assert "display" not in done.stderr
+
+
+def test_help_is_as_wide_as_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    def widest(columns: int) -> int:
+        monkeypatch.setenv("COLUMNS", str(columns))
+        return max(map(len, gsapp("estimate", "--help").stdout.splitlines()))
+
+    assert 120 < widest(140) <= 140
+    assert widest(80) <= 80
+
+
+@pytest.mark.parametrize("option", ["-V", "--version"])
+def test_the_version_is_that_of_the_package(option: str) -> None:
+    from importlib.metadata import version
+
+    assert gsapp(option).stdout.strip() == version("gsapp-ground-station")
+
+
+@pytest.mark.parametrize(
+    ("typed", "completed"),
+    [
+        ("gsapp est", ["estimate"]),
+        ("gsapp export --to ", ["csv", "mat", "parquet"]),
+        ("gsapp replay --head", ["--headless"]),
+    ],
+)
+def test_a_shell_completes_what_is_typed(typed: str, completed: list[str]) -> None:
+    asked = {
+        "_GSAPP_COMPLETE": "complete_bash",
+        "COMP_WORDS": typed,
+        "COMP_CWORD": str(len(typed.split(" ")) - 1),
+    }
+    done = subprocess.run(
+        [sys.executable, "-m", "gsapp"], env={**os.environ, **asked}, capture_output=True,
+        encoding="utf-8", timeout=240,
+    )  # fmt: skip
+    assert done.stdout.split() == completed
+
+
+def test_completion_is_installed_for_a_shell(tmp_path: Path) -> None:
+    # In the tests no shell calls the program that it could find.
+    named = {"_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION": "1", "HOME": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, "-m", "gsapp", "--install-completion", "bash"],
+        env={**os.environ, **named}, capture_output=True, encoding="utf-8", timeout=240,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    (script,) = tmp_path.rglob("gsapp.sh")
+    assert "_GSAPP_COMPLETE" in script.read_text()
+    assert str(script) in (tmp_path / ".bashrc").read_text()
