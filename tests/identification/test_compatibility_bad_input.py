@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,8 +13,9 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 
 from virtual_instruments import with_channels, with_errors, without
+from virtual_maneuvers import fly
 
-from gsapp.identification.compatibility import check
+from gsapp.identification.compatibility import CompatibilitySettings, check
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
@@ -135,3 +137,45 @@ def test_a_vane_in_another_unit_is_not_called_consistent(good: Maneuver) -> None
     found = check([with_channels(good, alpha=good.block["alpha"] * DEGREE)])
     assert not found.consistent
     assert "in the units that the channel map says" in found.summary
+
+
+@pytest.mark.parametrize(
+    ("seed", "gust", "duration", "missing"),
+    [
+        (3579, 1.0, 3.0, ("an", "alpha", "theta")),
+        (732, 2.0, 3.0, ("an", "alpha", "theta")),
+        (4273, 1.0, 5.0, ("r", "phi")),
+    ],
+)
+def test_quiet_stretches_in_gusts_give_a_result(
+    seed: int, gust: float, duration: float, missing: tuple[str, ...]
+) -> None:
+    """The last fit has no way from the usual start: it goes on from where the one before ended."""
+    kind = "lat" if seed % 2 else "lon"
+    flown = without(fly(seed, kind, gust=gust, duration=duration).maneuver, *missing)
+    found = check([flown], settings=CompatibilitySettings(try_signs=False))
+    assert found.maneuvers == (flown.id,)
+    assert found.histories
+    assert not found.converged
+    assert found.warnings
+
+
+def test_a_channel_with_a_few_samples_counts_as_absent(good: Maneuver) -> None:
+    """Five samples of alpha and nothing else to compare with: a sentence, and no number."""
+    few = np.full(len(good.block), np.nan)
+    few[100:105] = 0.05
+    bare = without(good, "beta", "V", "qbar", "dynamic_pressure", "phi", "theta")
+    found = check([with_channels(bare, alpha=few)])
+    assert not found.parameters
+    assert found.warnings
+
+
+def test_redundant_gyros_of_which_one_is_rarely_there(good: Maneuver) -> None:
+    """Few samples together, none of them at the shifts: no delay is made up."""
+    rare = np.full(len(good.block), np.nan)
+    rare[:45] = good.block["q"][:45]
+    with np.errstate(all="raise"), warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = check([with_channels(good, **{"q.2": rare})])
+    (compared,) = [one for one in found.comparisons if one.other == "q.2"]
+    assert compared.delay is None or abs(compared.delay) < 0.1

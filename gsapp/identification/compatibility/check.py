@@ -109,13 +109,12 @@ def check(
             "rates and accelerations make no flight at all of these maneuvers: look whether they "
             "are in the units that the channel map says"
         )
-    final = fit(
-        found.stretches,
-        chosen,
-        free,
-        noises=[one.noise for one in found.fit.stretches],
-        begin=found.fit if found.fit.converged else None,
-    )
+    noises = [one.noise for one in found.fit.stretches]
+    begin = found.fit if found.fit.converged else None
+    final = fit(found.stretches, chosen, free, noises=noises, begin=begin)
+    if not final.stretches:
+        # Quiet stretches may have no way back from the usual start under the noise found.
+        final = fit(found.stretches, chosen, free, noises=noises, begin=found.fit)
     found = Remedied(
         stretches=found.stretches,
         fit=final,

@@ -209,12 +209,12 @@ def fit(
         if not cost <= _WORSE * least and (np.isinf(cost) or not look) and halved < _HALVINGS:
             # The step led too far: a part of it may not.
             if not parts:
-                return _lost(free, errors, parts, number)
+                return _lost(free, before, parts, number)
             number, halved, step = number + 1, halved + 1, 0.25 * step
             errors, starts, origin = _moved(free, before, step)
             continue
         if np.isinf(cost):
-            return _lost(free, errors, parts, number)
+            return _lost(free, before, parts, number)
         parts, least, halved = sound, cost, 0
         chosen = [part.noise for part in parts]
         if phase >= _LOOKS:
@@ -301,19 +301,15 @@ def _normal(
     return np.asarray(inverted * scale * scale[:, None], dtype=np.float64), g
 
 
-def _lost(
-    free: tuple[str, ...],
-    errors: Mapping[str, float],
-    parts: Sequence[StretchFit],
-    number: int,
-) -> Fit:
-    """Return what there is of a fit that left all bounds."""
+def _lost(free: tuple[str, ...], before: _State, parts: Sequence[StretchFit], number: int) -> Fit:
+    """Return the last state of a fit before it left all bounds; no stretches if it had none."""
+    errors, _, origin = before
     return Fit(
         free=free,
         errors=errors,
         covariance=np.full((len(free), len(free)), np.inf),
         stretches=tuple(parts),
-        origin=np.zeros(len(free) + len(START) * len(parts)),
+        origin=origin,
         unlikelihood=np.inf,
         iterations=number,
         converged=False,

@@ -171,28 +171,21 @@ def _prepare(found: Preparation, maneuver: Maneuver, aircraft: Aircraft) -> None
             "what only they could tell stays open"
         )
     broken = _broken(signals, DRIVING, absent, dt)
-    pieces = [
-        piece
-        for piece in runs(~broken)
-        if piece.stop - piece.start >= max(FEWEST_SAMPLES, SHORTEST / dt)
-        and any(np.isfinite(signals[name][piece]).any() for name in shown)
-    ]
-    if not pieces:
-        found.warnings.append(
-            f"{title}: rates and accelerations have no unbroken stretch of {SHORTEST:g} s; "
-            "nothing can be compared"
-        )
-    for piece in pieces:
+    kept = 0
+    for piece in runs(~broken):
+        visible = {
+            name: signals[name][piece]
+            for name in shown
+            if np.isfinite(signals[name][piece]).sum() >= FEWEST_SAMPLES // 2
+        }
+        if not visible or piece.stop - piece.start < max(FEWEST_SAMPLES, SHORTEST / dt):
+            continue
+        kept += 1
         driving = {
             name: np.zeros(piece.stop - piece.start)
             if name in absent
             else bridge(signals[name][piece], ~np.isfinite(signals[name][piece]))
             for name in DRIVING
-        }
-        visible = {
-            name: signals[name][piece]
-            for name in shown
-            if np.isfinite(signals[name][piece]).sum() >= FEWEST_SAMPLES // 2
         }
         if guessed is not None:
             visible["V"] = np.full(piece.stop - piece.start, guessed)
@@ -208,6 +201,11 @@ def _prepare(found: Preparation, maneuver: Maneuver, aircraft: Aircraft) -> None
                 noise=_noise(driving, visible, absent, aircraft),
                 guessed_speed=guessed,
             )
+        )
+    if not kept:
+        found.warnings.append(
+            f"{title}: no {SHORTEST:g} s in a row have rates, accelerations and anything to "
+            "compare them with"
         )
 
 

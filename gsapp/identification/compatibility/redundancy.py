@@ -201,7 +201,7 @@ def _lateness(x: FloatArray, y: FloatArray, dt: float) -> float:
     for shift in range(-reach, reach + 1):
         late = y[reach + shift : x.size - reach + shift]
         good = np.isfinite(late) & np.isfinite(x[middle])
-        alike.append(abs(float(np.corrcoef(x[middle][good], late[good])[0, 1])))
+        alike.append(_correlation(x[middle][good], late[good]))
     best = int(np.argmax(alike))
     if not 0 < best < 2 * reach:
         return (best - reach) * dt
@@ -209,6 +209,13 @@ def _lateness(x: FloatArray, y: FloatArray, dt: float) -> float:
     bend = before - 2.0 * at + after
     part = 0.5 * (before - after) / bend if bend else 0.0
     return (best - reach + part) * dt
+
+
+def _correlation(a: FloatArray, b: FloatArray) -> float:
+    """Return the size of the correlation coefficient; zero where one does not vary."""
+    if a.size < 2 or not (np.ptp(a) and np.ptp(b)):
+        return 0.0
+    return abs(float(np.corrcoef(a, b)[0, 1]))
 
 
 def _judge(names: Sequence[str], found: Sequence[SensorComparison]) -> list[InstrumentVerdict]:
