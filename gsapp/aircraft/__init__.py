@@ -14,7 +14,7 @@ from gsapp.aircraft.config import (
     Propulsion,
     Sensors,
 )
-from gsapp.aircraft.reading import load_aircraft, shipped_aircraft
+from gsapp.aircraft.reading import file_warnings, load_aircraft, shipped_aircraft
 
 __all__ = [
     "Accelerometer",
@@ -29,6 +29,7 @@ __all__ = [
     "MassProperties",
     "Propulsion",
     "Sensors",
+    "file_warnings",
     "load_aircraft",
     "shipped_aircraft",
 ]

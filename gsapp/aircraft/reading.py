@@ -32,3 +32,12 @@ def load_aircraft(name_or_path: str | Path) -> Aircraft:
         If there is neither such a file nor such a shipped aircraft.
     """
     return read_toml(SHIPPED.find(name_or_path), Aircraft)
+
+
+def file_warnings(aircraft: Aircraft) -> tuple[str, ...]:
+    """Return the warnings about an aircraft file; none about a shipped one.
+
+    The values of a shipped aircraft are those of its source, which no user can measure again.
+    """
+    shipped = any(aircraft == load_aircraft(name) for name in shipped_aircraft())
+    return () if shipped else aircraft.warnings()

@@ -7,6 +7,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from gsapp.identification.campaign import CampaignValue
 
+MEAN_HEADINGS = ("mean", "std. error", "scatter", "n")
+"""Above `mean_cells`."""
+MEANING = (
+    "std. error: standard error of the mean; scatter: standard deviation from maneuver to maneuver"
+)
+
 
 def bounded(value: float, std: float, least: int = 4) -> tuple[str, str]:
     """Return a value and its bound: never a bound of zero for one that is small.
@@ -24,7 +30,7 @@ def bounded(value: float, std: float, least: int = 4) -> tuple[str, str]:
 
 
 def mean_cells(value: CampaignValue) -> list[str]:
-    """Return the cells of a mean: value, bound, scatter and number."""
+    """Return the cells of a mean: value, standard error, scatter and number."""
     mean, std = bounded(value.mean, value.std)
     scatter = "" if value.scatter is None else bounded(value.scatter, value.std)[0]
     return [mean, std, scatter, str(value.n)]

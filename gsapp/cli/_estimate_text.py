@@ -9,7 +9,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from gsapp.cli._bounded import bounded, mean_cells
+from gsapp.cli._bounded import MEAN_HEADINGS, MEANING, bounded, mean_cells
 from gsapp.cli._tables import print_whole
 
 if TYPE_CHECKING:
@@ -35,6 +35,7 @@ def describe_outcome(console: Console, outcome: Outcome) -> None:
     """
     results = outcome.result.results
     print_whole(console, _values(outcome.result, console.width))
+    console.print(MEANING, style="dim", highlight=False, soft_wrap=True)
     print_whole(console, _fits(results))
     for sentence in _sentences(outcome):
         console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
@@ -56,7 +57,7 @@ def _values(result: CampaignResult, width: int) -> Table:
         pad_edge=False,
     )
     table.add_column("", no_wrap=True)
-    headings = ["mean", "std", "scatter", "n"]
+    headings = [*MEAN_HEADINGS]
     if gusty:
         headings.append(f"{_BY_EQUATIONS}, n")
     for one in results if wide else ():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from gsapp.cli._bounded import mean_cells
+from gsapp.cli._bounded import MEAN_HEADINGS, MEANING, mean_cells
 from gsapp.cli._tables import print_whole
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def tell_list(console: Console, runs: Sequence[KeptRun]) -> None:
     for heading in ("flights", "maneuvers"):
         table.add_column(heading, justify="right", no_wrap=True)
     wide = console.width >= _WIDE
-    shown = [name for name in _SHOWN if wide and any(name in one.values for one in runs)]
+    shown = [name for name in _SHOWN if wide and any(name in one.campaign for one in runs)]
     for name in shown:
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("label", overflow="ellipsis", no_wrap=True)
@@ -43,7 +43,7 @@ def tell_list(console: Console, runs: Sequence[KeptRun]) -> None:
             one.axis,
             str(len(one.flights)),
             str(one.maneuver_count),
-            *(_value(one.values, name) for name in shown),
+            *(_value(one.campaign, name) for name in shown),
             one.label,
         )
     print_whole(console, table)
@@ -52,11 +52,12 @@ def tell_list(console: Console, runs: Sequence[KeptRun]) -> None:
 def tell_run(console: Console, one: KeptRun) -> None:
     """Print all of a run: settings, values, files, versions, remarks."""
     table = _table(f"{one.name}: {one.maneuver_count} maneuvers, {', '.join(one.flights)}")
-    for heading in ("", "mean", "std", "scatter", "n"):
+    for heading in ("", *MEAN_HEADINGS):
         table.add_column(heading, justify="right" if heading else "left", no_wrap=True)
-    for name, value in one.values.items():
+    for name, value in one.campaign.items():
         table.add_row(name, *mean_cells(value))
     print_whole(console, table)
+    console.print(MEANING, style="dim", highlight=False, soft_wrap=True)
     for heading, rows in (
         ("settings", [(name, words) for name, words in one.settings.items()]),
         ("files", [(f"{file.role} {file.name}", file.sha256) for file in one.inputs]),
@@ -84,18 +85,20 @@ def tell_comparison(console: Console, found: Comparison) -> None:
     for sentence in found.versions:
         console.print(sentence, style="yellow", soft_wrap=True)
     table = _table("per radian; difference in joint bounds")
-    for heading in ("", found.one, found.other, "difference", "in bounds", ""):
+    own = [f"{run}\n{heading}" for run in (found.one, found.other) for heading in MEAN_HEADINGS]
+    for heading in ("", *own, "difference", "in bounds", ""):
         table.add_column(heading, justify="right" if heading else "left", no_wrap=True)
     for one in found.values:
         table.add_row(
             one.name,
-            _bounded(one.one),
-            _bounded(one.other),
+            *_cells(one.one),
+            *_cells(one.other),
             "" if one.difference is None else f"{one.difference:+z.2g}",
             "one only" if one.in_bounds is None else f"{one.in_bounds:+z.2f}",
             "differs" if one.in_bounds is not None and one.differs else "",
         )
     print_whole(console, table)
+    console.print(MEANING, style="dim", highlight=False, soft_wrap=True)
 
 
 def tell_repeated(console: Console, number: int, found: Repeated) -> None:
@@ -121,5 +124,5 @@ def _value(values: Mapping[str, CampaignValue], name: str) -> str:
     return f"{values[name].mean:z.4g}" if name in values else ""
 
 
-def _bounded(value: CampaignValue | None) -> str:
-    return "unknown" if value is None else f"{value.mean:z.4g} ±{value.std:z.2g}"
+def _cells(value: CampaignValue | None) -> list[str]:
+    return ["unknown", "", "", ""] if value is None else mean_cells(value)

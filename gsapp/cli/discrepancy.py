@@ -128,7 +128,7 @@ def run(
         _fill(part, found, out, own, provenance, units, draw)
     if json is not None:
         write_result(json, result_text(discrepancy_json(found, model=out / MODEL)))
-    warn_of_aircraft(console, [own], rests_on_it=True)
+    warn_of_aircraft(console, [flown[0].file])
     for one in flown:
         for remark in one.remarks:
             if remark not in one.flight.calibration_remarks:  # stands among the warnings

@@ -118,7 +118,7 @@ def run(
         position=position,
         airborne=airborne,
     )
-    warn_of_aircraft(console, [flown], rests_on_it=False)
+    warn_of_aircraft(console, [flown])
     if out is not None:
         reached = write_folder(settings, out, truth=truth, console=console)
     elif to is not None and sticks:

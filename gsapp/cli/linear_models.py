@@ -131,7 +131,7 @@ def run(
         _write_json(json, found, reasons)
     if out is not None:
         _save(out, found, [one.flight.name for one in every[:-1]])
-    warn_of_aircraft(console, (one.aircraft for one in every), rests_on_it=True)
+    warn_of_aircraft(console, (one.file for one in every))
     # What the source found is no measure for another aircraft.
     published = published_errors() if other.aircraft.name == PUBLISHED_AIRCRAFT else {}
     for axis, models in found.items():

@@ -79,7 +79,7 @@ def run(
         write_result(json, text + "\n")
     tell_calibration(console, [loaded])
     if not on_screen(json):
-        warn_of_aircraft(console, [flown], rests_on_it=False)
+        warn_of_aircraft(console, [flown])
         _describe(console, loaded, found)
         if own is None and (assumed := assumed_words(loaded.name, loaded.info)):
             console.print(assumed, style="yellow", highlight=False, soft_wrap=True)

@@ -82,7 +82,7 @@ def run(
             out, aircraft=aircraft, channel_map=channel_map, calibration=calibration, source=link,
             tell=say,
         )  # fmt: skip
-        warn_of_aircraft(console, [folder.aircraft()], rests_on_it=False)
+        warn_of_aircraft(console, [folder.aircraft()])
         status = record(
             link, out, heartbeat=heartbeat, stop=stop, give_up=give_up, on_status=teller.tell,
             **options,

@@ -64,7 +64,7 @@ def run(
         flight, channel_map=channel_map, certificates=calibration, speed=times, workers=AtOnce()
     )
     try:
-        warn_of_aircraft(console, [session.aircraft], rests_on_it=False)
+        warn_of_aircraft(console, [session.aircraft])
         _play(session, console)
         sum_up(session, console, json)
     finally:

@@ -131,7 +131,7 @@ def _compare(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
     from gsapp.identification.runs.comparing import compare
     from gsapp.identification.runs.keeping import kept
 
-    found = compare(kept(store, int(rest[0])), kept(store, int(rest[1])))
+    found = compare(kept(store, int(rest[0])), kept(store, int(rest[1])), means="campaign")
     tell_comparison(console, found)
     return {
         **asdict(found),
@@ -244,6 +244,7 @@ def _brief(one: KeptRun) -> dict[str, Any]:
         "bounds_ratio": one.bounds_ratio,
         "wild": list(one.wild),
         "values": {name: asdict(value) for name, value in one.values.items()},
+        "campaign": {name: asdict(value) for name, value in one.campaign.items()},
     }
 
 

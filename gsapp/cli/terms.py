@@ -90,7 +90,7 @@ def run(
     if json is not None:
         content = {"coefficients": {one.coefficient: _content(one) for one in found}}
         write_result(json, result_text({**content, "remarks": reasons}))
-    warn_of_aircraft(console, (one.aircraft for one in flown), rests_on_it=True)
+    warn_of_aircraft(console, (one.file for one in flown))
     for one in found:
         _describe(console, one)
     for sentence in reasons:

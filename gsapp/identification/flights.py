@@ -24,6 +24,8 @@ class OpenedFlight:
     Attributes
     ----------
     flight : Flight
+    file : Aircraft
+        The aircraft by its file.
     carded : AsFlown
         The aircraft by the flight card.
     mass : ndarray, shape (n,)
@@ -33,6 +35,7 @@ class OpenedFlight:
     """
 
     flight: Flight
+    file: Aircraft
     carded: AsFlown
     mass: FloatArray
     assumed: str = ""
@@ -75,9 +78,11 @@ def open_flight(
     flight = load_flight(path, channel_map=channel_map, certificates=calibration, aircraft=aircraft)
     file = aircraft_of(path, aircraft)
     assumed = assumed_words(flight.name, flight.info) if file is None else ""
-    carded = as_flown(file or load_aircraft(USUAL_AIRCRAFT), flight.info)
+    own = file or load_aircraft(USUAL_AIRCRAFT)
+    carded = as_flown(own, flight.info)
     return OpenedFlight(
         flight=flight,
+        file=own,
         carded=carded,
         mass=mass_over_flight(flight, carded.aircraft),
         assumed=assumed,
@@ -91,6 +96,8 @@ class FlownFlight:
     Attributes
     ----------
     flight : Flight
+    file : Aircraft
+        The aircraft by its file.
     aircraft : Aircraft
         As that flight flew it.
     surveyed : tuple of FoundManeuver
@@ -105,6 +112,7 @@ class FlownFlight:
     """
 
     flight: Flight
+    file: Aircraft
     aircraft: Aircraft
     surveyed: tuple[FoundManeuver, ...]
     maneuvers: tuple[Maneuver, ...]
@@ -199,6 +207,7 @@ def flown_flight(
         found = tuple(one for one in found if one.used(alone=alone))
     return FlownFlight(
         flight=opened.flight,
+        file=opened.file,
         aircraft=opened.aircraft,
         surveyed=surveyed.maneuvers,
         cg_shift=opened.carded.shift,

@@ -55,10 +55,10 @@ _MOST_FITS: Final = 12
 _HALF_A_PAGE: Final = 4.5
 """Height of a picture of which two fit on a page with their captions, inches."""
 _HOW_TO_READ: Final = (
-    "The bound is one standard deviation of the mean, in percent of it beside; the truth lies "
-    "within two bounds in 95 % of all cases. Scatter is the standard deviation of the values of "
-    "single maneuvers; over what their bounds promise it is near 1 where bounds are honest. Before "
-    "is what was known, n how many maneuvers count."
+    "The standard error of the mean is one standard deviation; beside it in percent of the mean. "
+    "The truth lies within two standard errors in 95 % of all cases. Scatter is the standard "
+    "deviation from maneuver to maneuver; over the bounds of single maneuvers it is near 1 where "
+    "these are consistent. Before: known before; n: maneuvers that count."
 )
 _IN_ORDER: Final = "Of these {drawn}, the one fitted worst first."
 _NO_TREND: Final = "No derivative changes provably with speed, angle of attack or sideslip."

@@ -120,8 +120,10 @@ def derivative_rows(
 
 
 DERIVATIVE_COLUMNS: Final = (
-    "derivative", "mean", "bound", "%", "scatter", "scatter / bounds", "n", "left out", "before",
+    "derivative", "mean", "std. error", "%",
+    "scatter", "scatter / bound", "n", "left out", "before",
 )  # fmt: skip
+"""Std. error is that of the mean; scatter the standard deviation from maneuver to maneuver."""
 
 
 def decimals(std: float) -> int:

@@ -219,7 +219,7 @@ def test_certificates_from_the_future_are_told_by_the_clock_that_is_wrong(
 
 
 def test_suspicious_numbers_of_ones_own_aircraft_are_told(tmp_path: Path) -> None:
-    """By every command that reads the file; those of the shipped example only where they count."""
+    """By every command that reads the file; a shipped aircraft gives no warning about itself."""
     doubt = "ixx + iyy - izz says that the mass lies"
     mine = tmp_path / "mine.toml"
     shipped = (SHIPPED.folder / "b777.toml").read_text(encoding="utf-8")

@@ -11,8 +11,10 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from gsapp.cli._bounded import MEAN_HEADINGS, mean_cells
 from gsapp.cli.main import app
 from gsapp.foundation import FlightError, GroundStationError, UnknownNameError
+from gsapp.identification.campaign import CampaignValue
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "identification"))
 from runs_kit import WINDOWS, write_flights
@@ -35,8 +37,10 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
     catalog = folder / "campaign.sqlite"
     windows = [word for window in WINDOWS for word in ("--maneuver", window)]
     common = ("estimate", *flights, *windows, "--model", "b777", "--catalog", catalog)
-    kept = gsapp(*common, "--label", "all free")
+    kept = gsapp(*common, "--label", "all free", "--json", folder / "estimate.json")
     assert kept.rstrip().endswith(f"kept as run 1 in {catalog}")
+    assert all(heading in kept for heading in MEAN_HEADINGS)
+    assert "mass lies" not in kept  # the shipped aircraft is not doubted
     gsapp(*common, "--hold", "CN_q=5", "--weights", "table-6.2.7")
     return catalog
 
@@ -59,6 +63,23 @@ def test_runs_are_listed_and_shown(campaign: Path) -> None:
     assert (first["number"], first["label"], first["flights"]) == (1, "all free", ["a", "b"])
     assert "CN_q" in first["values"]
     assert "CN_q" not in second["values"]
+
+
+def test_a_kept_run_shows_the_means_of_its_estimate(campaign: Path) -> None:
+    """Mean, standard error, scatter and number, in show and compare, on the screen and in JSON."""
+    estimated = json.loads((campaign.parent / "estimate.json").read_text(encoding="utf-8"))
+    assert (
+        json.loads(gsapp("runs", campaign, "show", 1, "--json", "-"))["campaign"]
+        == (estimated["campaign"])
+    )
+    compared = json.loads(gsapp("runs", campaign, "compare", 1, 2, "--json", "-"))["values"]
+    assert {one["name"]: one["one"] for one in compared if one["one"]} == estimated["campaign"]
+    means = {name: mean_cells(CampaignValue(**one)) for name, one in estimated["campaign"].items()}
+    for words in (gsapp("runs", campaign, "show", 1), gsapp("runs", campaign, "compare", 1, 2)):
+        assert all(heading in words for heading in MEAN_HEADINGS)
+        rows = [line.split() for line in words.splitlines()]
+        for name, cells in means.items():
+            assert any(row[:5] == [name, *cells] for row in rows), name
 
 
 def test_two_runs_are_compared(campaign: Path) -> None:

@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gsapp.identification.statistics import Identifiability, identifiability, information
+from gsapp.identification.statistics import (
+    Identifiability,
+    correlation_warning,
+    identifiability,
+    information,
+)
 from gsapp.quantities import FloatArray
 
 NAMES = ("Cm_0", "Cm_alpha", "Cm_q", "Cm_de")
@@ -77,7 +82,7 @@ def test_strong_correlation_is_a_warning_not_a_verdict() -> None:
     found = judged(columns, 1e-4)
     assert found["Cm_de"].status == "estimated"
     assert ("Cm_alpha", "Cm_de") in [pair[:2] for pair in found.correlated]
-    assert any("Cm_alpha and Cm_de" in warning for warning in found.warnings)
+    assert "Cm_alpha and Cm_de" in correlation_warning(found.correlated)
 
 
 def test_a_parameter_of_unknown_size_is_judged_by_singularity() -> None:
@@ -98,3 +103,12 @@ def test_honest_bounds_judge_harder() -> None:
     found = identifiability(H, NAMES, covariance=covariance)
     assert found["Cm_alpha"].status == "unknown"
     assert identifiability(H, NAMES)["Cm_alpha"].status == "estimated"
+
+
+def test_one_sentence_names_the_correlated_pairs_of_a_fit() -> None:
+    pairs = [(f"C{k}", f"D{k}", 0.99 - 0.001 * k) for k in range(9)]
+    said = correlation_warning(pairs)
+    assert "\n" not in said
+    assert "C0 and D0 (+0.990)" in said
+    assert said.endswith("3 more")
+    assert "more" not in correlation_warning(pairs[:6])

@@ -105,9 +105,11 @@ def test_the_page_tells_what_came_out_and_how_far_to_believe_it(room: Room) -> N
     assert float(cells["Mean"].replace("−", "-")) == pytest.approx(one.value.mean, abs=1e-3)
     assert cells["Before"].startswith("−1.10")
     assert (cells["n"], cells["Out"]) == ("5", "1")
-    assert cells["Scatter"] == f"{one.honesty.ratio:.1f} ×"  # type: ignore[union-attr]
+    assert float(cells["Std. error"]) == pytest.approx(one.value.std, rel=0.1)
+    assert float(cells["Scatter"]) == pytest.approx(one.value.scatter, abs=1e-3)
+    assert cells["/ bound"] == f"{one.honesty.ratio:.1f} ×"  # type: ignore[union-attr]
     # Said by a sign as well as by its color, and in words beside the table.
-    assert room.cells("Cm_alpha")["Scatter"] == "▲ 1.4 ×"
+    assert room.cells("Cm_alpha")["/ bound"] == "▲ 1.4 ×"
     assert page.attention.lines.lines[0].cells[0] == WILD
     assert "wild: " in page.attention.lines.lines[0].cells[1]
     assert len([one for one in page.attention.lines.lines if one.cells[0] == WILD]) == 1
@@ -123,8 +125,9 @@ def test_what_was_not_earned_has_no_number_but_a_reason(room: Room) -> None:
     """In the table in a few words, beside it in whole; italic, and never a number."""
     room.page.show_outcome(unearned())
     cells = room.cells("CN_q")
-    assert cells["What to know"] == "unknown: too little excitation"
-    assert {cells[title] for title in ("Mean", "Bound", "%", "Scatter", "Before")} == {"–"}
+    assert cells["Remarks"] == "unknown: too little excitation"
+    blank = ("Mean", "Std. error", "%", "Scatter", "/ bound", "Before")
+    assert {cells[title] for title in blank} == {"–"}
     assert cells["n"] == "0"
     line = next(one for one in room.page.table.lines.lines if one.key == "Cm_q")
     assert line.italic
@@ -196,7 +199,7 @@ def test_the_table_is_copied_for_a_spreadsheet(room: Room, qtbot: QtBot) -> None
     """Ctrl+C: tabs, plain minus signs, a row for each derivative."""
     qtbot.keyClick(room.window, Qt.Key.Key_C, CONTROL)
     rows = [line.split("\t") for line in QGuiApplication.clipboard().text().splitlines()]
-    assert rows[0][:3] == ["derivative", "mean", "bound"]
+    assert rows[0][:3] == ["derivative", "mean", "std. error"]
     assert {len(row) for row in rows} == {len(rows[0])}
     found = {row[0]: row for row in rows}
     assert float(found["Cm_de"][1]) == pytest.approx(-1.104, abs=0.02)

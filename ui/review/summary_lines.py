@@ -17,12 +17,13 @@ if TYPE_CHECKING:
     from gsapp.identification.summary.linear_comparison import LinearComparison
 
 DERIVATIVE_TITLES: Final = (
-    "", "Mean", "Bound", "%", "Scatter", "n", "Out", "Before", "What to know",
+    "", "Mean", "Std. error", "%", "Scatter", "/ bound", "n", "Out", "Before", "Remarks",
 )  # fmt: skip
-"""Scatter from maneuver to maneuver is in times what the bounds promise."""
+"""Std. error is that of the mean; scatter the standard deviation from maneuver to maneuver,
+then in times the bounds of single maneuvers."""
 REMARK: Final = len(DERIVATIVE_TITLES) - 1
 """The column of words."""
-_HONESTY: Final = 4
+_HONESTY: Final = 5
 _SCATTERS: Final = 1.4
 """Scatter over bounds from which it is said."""
 _FEW: Final = 3
@@ -57,7 +58,7 @@ def derivative_lines(outcome: Outcome) -> tuple[Line, ...]:
     known = known_before(outcome.result)
     lines = []
     for row in derivative_rows(outcome.summary, known):
-        name, mean, bound, percent, _scatter, ratio, n, out, before = row
+        name, mean, bound, percent, scatter, ratio, n, out, before = row
         one = outcome.summary.derivatives[name]
         scatters = one.honesty is not None and one.honesty.ratio > _SCATTERS
         sign = "▲ " if scatters else ""
@@ -65,7 +66,7 @@ def derivative_lines(outcome: Outcome) -> tuple[Line, ...]:
             Line(
                 key=name,
                 cells=(
-                    name, _minus(mean), bound, percent,
+                    name, _minus(mean), bound, percent, scatter or DASH,
                     f"{sign}{ratio} ×" if ratio else DASH, n, out, _minus(before),
                     "; ".join(_trends(one)),
                 ),
@@ -77,7 +78,7 @@ def derivative_lines(outcome: Outcome) -> tuple[Line, ...]:
     for name, status, why in unknown_rows(outcome.result):
         # Never a number that was not earned.
         words = _brief(status, why)
-        cells = (name, *(DASH,) * 4, "0", "", DASH, words)
+        cells = (name, *(DASH,) * 5, "0", "", DASH, words)
         lines.append(
             Line(key=name, cells=cells, italic=True, detail=derivative_words(outcome, name))
         )

@@ -116,7 +116,7 @@ class SummaryPage(ReviewPage):
     def _derivatives(self) -> None:
         self.table = Lines(
             self.look, "Derivatives", DERIVATIVE_TITLES, stretch=REMARK,
-            widths={0: 84, 1: 96, 2: 90, 3: 60, 4: 74, 5: 40, 6: 44, 7: 92},
+            widths={0: 84, 1: 84, 2: 84, 3: 62, 4: 74, 5: 74, 6: 32, 7: 42, 8: 80},
             right=frozenset(range(1, REMARK)), least=6, most=40,
         )  # fmt: skip
         self.table.selectionModel().currentRowChanged.connect(lambda *_: self._row_chosen())

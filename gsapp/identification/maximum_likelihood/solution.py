@@ -26,6 +26,7 @@ from gsapp.identification.results import (
 from gsapp.identification.statistics import (
     Identifiability,
     Verdict,
+    correlation_warning,
     identifiability,
     joint_covariance,
     response_fit,
@@ -227,12 +228,13 @@ def _estimate(
 
 
 def _correlation_warnings(verdicts: Identifiability, shared: Sequence[str]) -> list[str]:
-    """Return a sentence for each strongly correlated pair of derivatives, biases left out."""
-    return [
-        f"{one} and {other} can hardly be told apart here (correlation {correlation:+.3f})"
+    """Return a sentence on the strongly correlated derivatives, biases left out."""
+    pairs = [
+        (one, other, correlation)
         for one, other, correlation in verdicts.correlated
         if one in shared and other in shared and not (one + other).count("_0")
     ]
+    return [correlation_warning(pairs)] if pairs else []
 
 
 def _judged(

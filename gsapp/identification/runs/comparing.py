@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 from gsapp.dynamics.buildup import derivative_names
 from gsapp.identification.campaign import CampaignValue
@@ -79,12 +80,16 @@ class Comparison:
     versions: tuple[str, ...] = ()
 
 
-def compare(one: KeptRun, other: KeptRun) -> Comparison:
+def compare(
+    one: KeptRun, other: KeptRun, *, means: Literal["values", "campaign"] = "values"
+) -> Comparison:
     """Return two runs beside each other.
 
     Parameters
     ----------
     one, other : KeptRun
+    means : {"values", "campaign"}
+        Which of their means.
 
     Raises
     ------
@@ -93,9 +98,9 @@ def compare(one: KeptRun, other: KeptRun) -> Comparison:
     """
     asked = one.request, other.request
     order = {name: place for place, name in enumerate(derivative_names())}
-    names = sorted(
-        {*one.values, *other.values}, key=lambda name: (order.get(name, len(order)), name)
-    )
+    ones: Mapping[str, CampaignValue] = getattr(one, means)
+    others: Mapping[str, CampaignValue] = getattr(other, means)
+    names = sorted({*ones, *others}, key=lambda name: (order.get(name, len(order)), name))
     return Comparison(
         one=one.name,
         other=other.name if other.name != one.name else f"{other.name} ({other.number})",
@@ -107,7 +112,7 @@ def compare(one: KeptRun, other: KeptRun) -> Comparison:
             *_other_flights(one, other),
             *_other_maneuvers(*asked),
         ),
-        values=tuple(_compared(name, one.values, other.values) for name in names),
+        values=tuple(_compared(name, ones, others) for name in names),
         versions=tuple(other_versions(one.versions, other.versions)),
     )
 

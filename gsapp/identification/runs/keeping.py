@@ -27,7 +27,7 @@ from gsapp.flight.catalog import (
 from gsapp.flight.provenance import InputFile
 from gsapp.foundation import FlightError
 from gsapp.foundation.toml import toml_text
-from gsapp.identification.campaign import CampaignValue
+from gsapp.identification.campaign import CampaignValue, campaign_values
 from gsapp.identification.runs.outcome import Outcome
 from gsapp.identification.runs.request import RunRequest
 from gsapp.identification.runs.saving import request_from_json, request_json
@@ -55,7 +55,11 @@ class KeptRun:
     settings : mapping of str to str
         All of them in words.
     values : mapping of str to CampaignValue
-        Means as in the report: values that lie far off are left out.
+        Means as in the report: values that lie far off are left out, and what values scatter
+        beyond their bounds is in the weights.
+    campaign : mapping of str to CampaignValue
+        Means weighted by the bounds alone, as `gsapp estimate` gives them. A run that was kept
+        before these were has those of the report.
     failures : mapping of str to str
         Why, by id of the maneuver that gave nothing.
     wild : tuple of str
@@ -81,6 +85,7 @@ class KeptRun:
     maneuver_count: int
     settings: Mapping[str, str]
     values: Mapping[str, CampaignValue]
+    campaign: Mapping[str, CampaignValue]
     failures: Mapping[str, str]
     wild: tuple[str, ...]
     bounds_ratio: float | None
@@ -254,9 +259,13 @@ def _places(catalog: Catalog, outcome: Outcome) -> dict[str, StoredPlace]:
 
 def _result_json(outcome: Outcome) -> dict[str, Any]:
     summary = outcome.summary
+    campaign = campaign_values(
+        [one.estimate for one in outcome.result.results if one.maneuver.id not in summary.without]
+    )
     return {
         "maneuvers": len(outcome.result.results),
         "values": {name: asdict(one.value) for name, one in summary.derivatives.items()},
+        "campaign": {name: asdict(one) for name, one in campaign.items()},
         "failures": {
             one.maneuver.id: one.failure for one in outcome.result.results if one.estimate is None
         },
@@ -278,7 +287,8 @@ def _kept(catalog: Catalog, record: KeptRecord) -> KeptRun:
             flights=record.flights,
             maneuver_count=int(record.result["maneuvers"]),
             settings=record.settings,
-            values={name: CampaignValue(**one) for name, one in record.result["values"].items()},
+            values=_values(record.result["values"]),
+            campaign=_values(record.result.get("campaign", record.result["values"])),
             failures=record.result["failures"],
             wild=tuple(record.result["wild"]),
             bounds_ratio=record.result["bounds_ratio"],
@@ -293,3 +303,7 @@ def _kept(catalog: Catalog, record: KeptRecord) -> KeptRun:
             f"the run {record.number} in the catalog {catalog.path} cannot be read ({error}); "
             "bring back a copy of the catalog"
         ) from error
+
+
+def _values(content: Mapping[str, Any]) -> dict[str, CampaignValue]:
+    return {name: CampaignValue(**one) for name, one in content.items()}

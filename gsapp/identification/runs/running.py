@@ -8,6 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
+from gsapp.aircraft import file_warnings
 from gsapp.dynamics.model import load_model
 from gsapp.flight.catalog import FlightEntry
 from gsapp.foundation import UnknownNameError
@@ -91,9 +92,9 @@ def run(
     ]
     # Of mass and inertia: moments rest on them.
     doubts = [
-        f"{one.opened.aircraft.name}: {doubt}"
+        f"{one.opened.file.name}: {doubt}"
         for one in shelved
-        for doubt in one.opened.aircraft.warnings()
+        for doubt in file_warnings(one.opened.file)
     ]
     return Outcome(
         request=replace(request, maneuvers=chosen_of(request, flown), settings=settings),

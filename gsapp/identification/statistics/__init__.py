@@ -18,20 +18,24 @@ from gsapp.identification.statistics.bounds import (
 )
 from gsapp.identification.statistics.fit import response_fit
 from gsapp.identification.statistics.identifiability import (
+    STRONGLY_CORRELATED,
     Identifiability,
     Verdict,
+    correlation_warning,
     identifiability,
 )
 from gsapp.identification.statistics.turbulence import Turbulence, turbulence
 from gsapp.identification.statistics.whiteness import Whiteness, whiteness
 
 __all__ = [
+    "STRONGLY_CORRELATED",
     "Identifiability",
     "Part",
     "Turbulence",
     "Verdict",
     "Whiteness",
     "colored_covariance",
+    "correlation_warning",
     "covariance_under",
     "cramer_rao",
     "identifiability",

@@ -60,13 +60,17 @@ class Identifiability:
         """Return the verdict on one parameter."""
         return self.verdicts[name]
 
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Return a sentence for each strongly correlated pair that was estimated."""
-        return tuple(
-            f"{one} and {other} can hardly be told apart here (correlation {correlation:+.3f})"
-            for one, other, correlation in self.correlated
-        )
+
+STRONGLY_CORRELATED = "strong correlation between "
+"""Begins the sentence of `correlation_warning`."""
+_MOST_PAIRS = 6
+
+
+def correlation_warning(pairs: Sequence[tuple[str, str, float]]) -> str:
+    """Return one sentence on the pairs of a fit that are correlated, the strongest first."""
+    listed = [f"{one} and {other} ({value:+.3f})" for one, other, value in pairs[:_MOST_PAIRS]]
+    more = len(pairs) - len(listed)
+    return STRONGLY_CORRELATED + ", ".join(listed) + (f" and {more} more" if more else "")
 
 
 def plausible_size(name: str) -> float | None:

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.stats import norm
 
 from gsapp.identification.campaign import ManeuverResult
+from gsapp.identification.statistics import STRONGLY_CORRELATED
 from gsapp.identification.summary.points import CONDITIONS, Point, values_of
 from gsapp.identification.summary.spread import robust_center
 from gsapp.quantities.constants import DEGREE
@@ -115,5 +116,5 @@ def _fit(result: ManeuverResult) -> list[str]:
     if poor:
         found.append(f"the fit does not follow {', '.join(poor)}")
     found += [text for text in estimate.warnings if "gust" in text or "turbulence" in text]
-    found += [text for text in estimate.warnings if "told apart" in text][:1]
+    found += [text for text in estimate.warnings if text.startswith(STRONGLY_CORRELATED)]
     return found
