@@ -606,8 +606,16 @@ def test_the_end_shows_before_and_after_on_a_maneuver_kept_out(
     view.channel.box.setFocus()
     press(qtbot, Qt.Key.Key_Down)
     assert story.store.current.gap_channel == "q"
-    seen = {name: count(view.overlay.plot, theme.trace(name))
-            for name in ("blue", "rust", "previous")}  # fmt: skip
+    box = view.overlay.plot.getPlotItem().getViewBox()
+    inside = view.overlay.plot.mapFromScene(box.sceneBoundingRect()).boundingRect()
+    inner = inside.adjusted(4, 4, -4, -4)
+    shown_inside = pixels(view.overlay.plot)[
+        inner.top() : inner.bottom(), inner.left() : inner.right()
+    ]
+    seen = {
+        color: (shown_inside == int(color[1:], 16)).sum()
+        for color in (theme.trace("blue"), theme.text, theme.previous)
+    }
     assert min(seen.values()) > 40
     assert "94 ± 3 % of the gap is closed" in view.closed.text()
     assert "2 and 6" in view.on.text()

@@ -63,7 +63,7 @@ def test_a_maneuver_is_told_with_verdict_reason_and_what_was_wanted() -> None:
     line = maneuver_line(judged(), "US")
     assert line.words == "M7  aileron and rudder doublet"
     assert (line.state, line.state_words, line.note) == ("caution", "too small", "C1")
-    assert line.more.startswith("02:55, 100.0 ft/s: rudder doublet too small")
+    assert line.more.startswith("02:55.0, 100.0 ft/s: rudder doublet too small")
     said = reasons(judged(), "US")
     assert said[0] == "rudder doublet too small: half again"
     assert "rudder 4.9 ° (wanted 7.0 ° to 14.0 °), steps of 0.50, 0.50 s" in said[2]
@@ -111,9 +111,12 @@ def test_the_chart_shows_the_input_within_the_wanted_band(
     """The aileron of M2 reaches into its band, the rudder stays below it; both in pixels."""
     page.list.choose("M2")
     QApplication.processEvents()
-    ink = int(window.look.theme.text[1:], 16)
     reached = []
-    for chart, low in zip(page.charts.surfaces, (4.0, 7.0), strict=True):
+    # Each surface in its color: aileron purple, rudder rust.
+    for chart, low, name in zip(
+        page.charts.surfaces, (4.0, 7.0), ("purple", "rust"), strict=True
+    ):
+        ink = int(window.look.theme.trace(name)[1:], 16)
         assert chart.isVisible()
         box = chart.plot.getPlotItem().getViewBox()
         inner = box.mapRectToScene(box.boundingRect()).toRect().adjusted(4, 4, -4, -4)

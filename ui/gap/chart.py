@@ -2,32 +2,55 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pyqtgraph
 from pyqtgraph.graphicsItems.ScatterPlotItem import Symbols
-from PySide6.QtCore import QPointF, QSize, Qt
-from PySide6.QtGui import QColor, QFontMetrics, QKeyEvent, QPainter, QPaintEvent, QPen, QWheelEvent
-from PySide6.QtWidgets import QFrame, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import (
+    QAction,
+    QColor,
+    QFontMetrics,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QApplication, QFrame, QSizePolicy, QVBoxLayout, QWidget
 
 from gsapp.quantities import FloatArray
-from ui.gap.marking import focus_frame, ink
+from ui.gap.chart_files import ChartFiles
+from ui.gap.marking import focus_frame, ink, paint_readout
 from ui.keyboard import ArrowKeys
 from ui.layouts import FlowLayout
 from ui.look import Look
 from ui.pages import label
-from ui.words import MINUS
+from ui.strips.ticks import step_decimals, time_step
+from ui.words import MINUS, clock_text
 
 _HIGH = 168
 """Points of height below which a plot says too little."""
 _MOST_POINTS = 4000
+_TICK = 1.7
+"""Distance of times along an axis, in widths of a time."""
 _LARGE = 11
 """Points across of a point with a shape of its own."""
 _MARGIN, _MARGIN_OF_POINTS = 0.02, 0.05
 """Beyond the ends of what is drawn, as shares of its width: a large point is not cut."""
 _WANTED_ALPHA = 0.28
+_FEW = 8
+"""Points up to which a line is no curve to be read: limits, means."""
+_ZOOM = 0.8
+"""Factor of the range that a notch of the wheel zooms by."""
+_UNIT = re.compile(r"(.*?)(?:, | \[)([^\],]*)\]?")
+"""Symbol and unit in the title of an axis."""
+FLIGHT_TIME = "flight time, mm:ss.s"
+"""Title of an axis of flight time; its ticks are a clock."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -156,9 +179,11 @@ class Legend(QWidget):
 
 
 class Chart(QFrame):
-    """A titled plot with legend, moved and zoomed along x by keys.
+    """A titled plot with legend.
 
-    Left and Right move, Up and Down zoom, Home shows everything.
+    The wheel zooms x at the pointer (over the left axis, values), a drag zooms to a rectangle,
+    the middle button moves, a double click shows everything. Left and Right move, Up and Down
+    zoom, Home shows everything. Values stand beside the pointer; the menu saves and copies.
 
     Parameters
     ----------
@@ -188,6 +213,8 @@ class Chart(QFrame):
         self.plot = _Plot(look, name)
         column.addWidget(self.plot, 1)
         self.setFocusProxy(self.plot)
+        self.files = ChartFiles(self)
+        self.plot.addActions([self.plot.reset, *self.files.actions])
         look.changed.connect(self._restyle)
         self._restyle()
 
@@ -218,6 +245,17 @@ class Chart(QFrame):
         self._redraw()
         self.plot.fit()
 
+    @property
+    def table(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+        """Return what is drawn as headings and rows: curve, x, y."""
+        bottom, left = self._labels
+        rows = [
+            (curve.name, repr(float(x)), repr(float(y)))
+            for curve in self._drawn[0]
+            for x, y in zip(curve.x, curve.y, strict=True)
+        ]
+        return ("curve", plain_text(bottom), plain_text(left)), rows
+
     def _redraw(self) -> None:
         curves, bands = self._drawn
         self.plot.show_items(curves, bands, *self._labels)
@@ -232,14 +270,35 @@ class Chart(QFrame):
 
 
 class _Axis(pyqtgraph.AxisItem):
-    """An axis whose numbers have a true minus sign, and no factor hidden in its label."""
+    """An axis with a true minus sign and no factor hidden in its label, or a clock.
+
+    Attributes
+    ----------
+    clock : bool
+        Whether the values are flight time.
+    """
 
     def __init__(self, **options: object) -> None:
         super().__init__(**options)
         self.enableAutoSIPrefix(False)
+        self.clock = False
 
-    def tickStrings(self, values: object, scale: float, spacing: float) -> list[str]:
+    def tickSpacing(self, low: float, high: float, size: float) -> list[tuple[float, float]]:
+        """Return the distances of ticks; those of a clock are round seconds and minutes."""
+        if not self.clock:
+            return super().tickSpacing(low, high, size)
+        return [(time_step(high - low, max(size / (_TICK * self.font_width()), 2.0)), 0.0)]
+
+    def font_width(self) -> float:
+        """Return the width of a time, pixels."""
+        font = self.style["tickFont"]
+        return QFontMetrics(font).horizontalAdvance("00:00.0") if font is not None else 48.0
+
+    def tickStrings(self, values: Sequence[float], scale: float, spacing: float) -> list[str]:
         """Return the numbers as they are shown."""
+        if self.clock:
+            decimals = max(step_decimals(spacing), 1)
+            return [clock_text(value, decimals=decimals) for value in values]
         return [text.replace("-", MINUS) for text in super().tickStrings(values, scale, spacing)]
 
 
@@ -250,13 +309,21 @@ class _Plot(ArrowKeys, pyqtgraph.PlotWidget):
         super().__init__(axisItems={side: _Axis(orientation=side) for side in ("left", "bottom")})
         self._look = look
         self.setAccessibleName(f"Chart: {name}")
-        self.setToolTip("Left and Right move, Up and Down zoom in time, Home shows everything")
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+        self.setMouseTracking(True)
+        self.pointer: QPointF | None = None
+        self._curves: tuple[Curve, ...] = ()
+        self._titles = ("", "")
+        self.reset = QAction("Reset zoom", self)
+        self.reset.setShortcut("Home")
+        self.reset.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+        self.reset.triggered.connect(self.fit)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setFrameShape(QFrame.Shape.NoFrame)
         item = self.getPlotItem()
         item.setMenuEnabled(False)
         item.hideButtons()
-        item.setMouseEnabled(x=True, y=False)
+        item.getViewBox().setMouseMode(pyqtgraph.ViewBox.RectMode)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self._whole: tuple[float, float] | None = None
         self._margin = _MARGIN
@@ -290,6 +357,8 @@ class _Plot(ArrowKeys, pyqtgraph.PlotWidget):
         """Replace everything drawn."""
         look, item = self._look, self.getPlotItem()
         item.clear()
+        self._curves, self._titles = tuple(curves), (bottom, left)
+        item.getAxis("bottom").clock = bottom == FLIGHT_TIME
         for band in bands:
             if not (np.isfinite(band.low) and np.isfinite(band.high)):
                 continue
@@ -361,13 +430,84 @@ class _Plot(ArrowKeys, pyqtgraph.PlotWidget):
             event.ignore()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Leave the wheel to the page, which scrolls."""
-        event.ignore()
+        """Zoom x at the pointer, or values over their axis; with Shift the page scrolls."""
+        if event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
+            event.ignore()
+            return
+        box = self.getPlotItem().getViewBox()
+        if not self._area().contains(event.position()):
+            super().wheelEvent(event)
+            return
+        at = box.mapSceneToView(self.mapToScene(event.position().toPoint()))
+        low, high = box.viewRange()[0]
+        factor = _ZOOM ** (event.angleDelta().y() / 120)
+        box.setXRange(*(at.x() + factor * (end - at.x()) for end in (low, high)), padding=0)
+        event.accept()
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Show everything."""
+        self.fit()
+        event.accept()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Show the values under the mouse."""
+        super().mouseMoveEvent(event)
+        self.pointer = event.position()
+        self.viewport().update()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """Take the values away."""
+        super().leaveEvent(event)
+        self.pointer = None
+        self.viewport().update()
+
+    def _area(self) -> QRectF:
+        """Return where curves are drawn, in pixels."""
+        box = self.getPlotItem().getViewBox()
+        return QRectF(self.mapFromScene(box.sceneBoundingRect()).boundingRect())
+
+    def words_at(self, point: QPointF) -> str:
+        """Return the values of the curves at a pixel; of the axes where there are only points."""
+        box = self.getPlotItem().getViewBox()
+        at = box.mapSceneToView(self.mapToScene(point.toPoint()))
+        bottom, left = self._titles
+        if bottom == FLIGHT_TIME:
+            said = [clock_text(at.x(), decimals=2)]
+        else:
+            said = [_reading(bottom, at.x())]
+        values = [
+            (curve.name, float(np.interp(at.x(), curve.x, curve.y, left=np.nan, right=np.nan)))
+            for curve in self._curves
+            if not curve.points and curve.x.size > _FEW
+        ]
+        said += [_reading(left, value, name) for name, value in values if np.isfinite(value)]
+        if len(said) == 1:
+            said.append(_reading(left, at.y()))
+        return "\n".join(said)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the plot, and a frame around it while the keyboard is on it."""
+        """Draw the plot, the values under the mouse, and a frame while the keyboard is on it."""
         super().paintEvent(event)
+        area = self._area()
+        held = QApplication.mouseButtons() != Qt.MouseButton.NoButton
+        if self.pointer is not None and area.contains(self.pointer) and not held:
+            painter = QPainter(self.viewport())
+            paint_readout(painter, area, self.pointer, self.words_at(self.pointer), self._look)
+            painter.end()
         if self.hasFocus():
             painter = QPainter(self.viewport())
             focus_frame(painter, self.viewport().rect(), self._look)
             painter.end()
+
+
+def plain_text(title: str) -> str:
+    """Return the title of an axis without its markup."""
+    return re.sub(r"<[^>]*>", "", title)
+
+
+def _reading(title: str, value: float, name: str = "") -> str:
+    """Return a value with what its axis says of it: ``q, °/s`` gives ``q measured 3.2 °/s``."""
+    match = _UNIT.fullmatch(plain_text(title))
+    symbol, unit = (match[1], match[2]) if match else (plain_text(title), "")
+    number = f"{value:.4g}".replace("-", MINUS)
+    return " ".join(filter(None, (symbol, name, number, unit)))

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 from PySide6.QtCore import Qt
 
+from gsapp.quantities import symbol_markup, trace_color
 from ui.gap.chapters import ChapterView
-from ui.gap.chart import Band, Chart, Curve
+from ui.gap.chart import FLIGHT_TIME, Band, Chart, Curve
 from ui.gap.parts import Choice, Lines, Pair
 from ui.gap.phrases import channel_text, coefficient_text, times_floor_text
 from ui.gap.pictures import (
@@ -102,7 +103,12 @@ class FindView(ChapterView):
                       dashed=True)
             )  # fmt: skip
         name = "missing now" if picture.former is not None else "missing"
-        curves.append(Curve(x=picture.times, y=picture.missing, color="blue", name=name))
+        curves.append(
+            Curve(
+                x=picture.times, y=picture.missing, name=name,
+                color=trace_color(self.selection.coefficient),
+            )
+        )  # fmt: skip
         bands = [Band(low=-picture.floor, high=picture.floor, name="noise floor")]
         bands += [
             Band(low=low, high=high, name="" if place else "proven", across=False)
@@ -123,8 +129,8 @@ class FindView(ChapterView):
             curves,
             bands,
             title=picture.title,
-            bottom="flight time, s",
-            left=self.selection.coefficient,
+            bottom=FLIGHT_TIME,
+            left=symbol_markup(self.selection.coefficient),
             words=f"{picture.title}: {times_floor_text(ratio)} times the noise floor",
         )
 
@@ -142,8 +148,11 @@ class FindView(ChapterView):
             curves.append(Curve(x=x, y=y, color="previous", name="other maneuvers", points=True))
         here = f"maneuver {self.selection.maneuver}"
         curves.append(
-            Curve(x=picture.here[0], y=picture.here[1], color="blue", name=here, points=True)
-        )
+            Curve(
+                x=picture.here[0], y=picture.here[1], name=here, points=True,
+                color=trace_color(self.selection.coefficient),
+            )
+        )  # fmt: skip
         bands = [Band(low=-picture.floor, high=picture.floor)]
         if picture.region is not None:
             low, high = picture.region
@@ -154,7 +163,7 @@ class FindView(ChapterView):
             bands,
             title=picture.title,
             bottom=f"{picture.axis}{unit}",
-            left=self.selection.coefficient,
+            left=symbol_markup(self.selection.coefficient),
             words=f"{coefficient_text(self.selection.coefficient)} against {picture.axis}",
         )
 

@@ -7,10 +7,11 @@ from dataclasses import replace
 
 from PySide6.QtGui import QAction, QResizeEvent
 
+from gsapp.quantities import trace_color
 from ui.flight.controls import ActionButton
 from ui.gap.bars import ChannelBars, Waterfall
 from ui.gap.chapters import ChapterView
-from ui.gap.chart import Band, Chart, Curve
+from ui.gap.chart import FLIGHT_TIME, Band, Chart, Curve
 from ui.gap.parts import Choice, Lines, Pair, button_row
 from ui.gap.phrases import channel_text, closed_text, joined, maneuver_text
 from ui.gap.pictures import bar_pairs, gap_lines, overlay_picture, waterfall
@@ -116,10 +117,11 @@ class ShowView(ChapterView):
         name = step_names(answer)[selection.step]
         unit = f", {picture.unit}" if picture.unit else ""
         left = f"{picture.axis.split(', ')[0]}{unit}"
+        color = trace_color(selection.channel)
         curves = [
             Curve(x=picture.times, y=picture.before, color="previous", name="baseline",
                   dashed=True),
-            Curve(x=picture.times, y=picture.measured, color="blue", name="measured"),
+            Curve(x=picture.times, y=picture.measured, color=color, name="measured"),
         ]  # fmt: skip
         rests = [
             Curve(x=picture.times, y=picture.measured - picture.before, color="previous",
@@ -127,17 +129,17 @@ class ShowView(ChapterView):
         ]  # fmt: skip
         if selection.step:
             curves.append(
-                Curve(x=picture.times, y=picture.after, color="rust", name=name, dashed=True)
+                Curve(x=picture.times, y=picture.after, color="text", name=name, dashed=True)
             )
             rests.append(
-                Curve(x=picture.times, y=picture.measured - picture.after, color="rust",
-                      name=name, dashed=True)
+                Curve(x=picture.times, y=picture.measured - picture.after, color=color,
+                      name=name)
             )  # fmt: skip
-        self.overlay.draw(curves, title=picture.title, bottom="flight time, s", left=left)
+        self.overlay.draw(curves, title=picture.title, bottom=FLIGHT_TIME, left=left)
         self.rest.draw(
             rests,
             [Band(low=-picture.floor, high=picture.floor, name="noise floor")],
             title=f"Measured minus computed: {picture.axis}",
-            bottom="flight time, s",
+            bottom=FLIGHT_TIME,
             left=left,
         )

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QGridLayout, QWidget
 
 from gsapp.excitation.debrief_maneuver import JudgedManeuver
 from gsapp.flight.cards.card import SURFACES
-from gsapp.quantities import FloatArray, channel, from_si
+from gsapp.quantities import FloatArray, channel, from_si, trace_color
 from ui.gap.chart import Band, Chart, Curve
 from ui.look import Look
 from ui.words import symbol_text, unit_text
@@ -16,8 +16,8 @@ from ui.words import symbol_text, unit_text
 _MOST: Final = 2
 """Surfaces that are drawn; no input moves more of them on purpose."""
 _RATES: Final = ("p", "q", "r")
-_COLORS: Final = ("blue", "rust", "purple")
 _HIGH: Final = 150
+_TIME: Final = "Time in maneuver, s"
 
 
 class ManeuverCharts(QWidget):
@@ -35,7 +35,7 @@ class ManeuverCharts(QWidget):
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)
         self.surfaces = [Chart(look, f"Surface {place + 1}", high=_HIGH) for place in range(_MOST)]
-        self.answer = Chart(look, "Answer", high=_HIGH)
+        self.answer = Chart(look, "Response", high=_HIGH)
         for place, chart in enumerate(self.surfaces):
             self._grid.addWidget(chart, 0, place)
         self._grid.addWidget(self.answer, 1, 0, 1, _MOST)
@@ -62,12 +62,12 @@ class ManeuverCharts(QWidget):
                 Band(low=-high, high=-low, wanted=True),
             ]
         title = SURFACES.get(name, name).capitalize()
-        curve = Curve(x=self._since(judged), y=moved, color="ink", name="moved")
+        curve = Curve(x=self._since(judged), y=moved, color=trace_color(name), name="moved")
         chart.draw(
             [curve],
             [*bands, self._hands_off(judged)],
             title=title,
-            bottom="Seconds from the input",
+            bottom=_TIME,
             left=f"From trim [{self._unit(name)}]",
             words=f"{title} of {judged.verdict.id}",
         )
@@ -78,17 +78,17 @@ class ManeuverCharts(QWidget):
             Curve(
                 x=self._since(judged),
                 y=self._shown(name, judged.curves.series[name]),
-                color=color,
+                color=trace_color(name),
                 name=symbol_text(channel(name).symbol),
             )
-            for name, color in zip(names, _COLORS, strict=False)
+            for name in names
         ]
         unit = self._unit("q")
         self.answer.draw(
             curves,
             [self._hands_off(judged)],
-            title="Answer" if curves else "The answer was not measured",
-            bottom="Seconds from the input",
+            title="Response" if curves else "Response not measured",
+            bottom=_TIME,
             left=f"Rate [{unit}]",
             words=f"Rates of {judged.verdict.id}",
         )
