@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
@@ -22,7 +23,7 @@ from ui.frame.bar_model import BarFacts, bar_parts
 from ui.frame.bar_part import BarPart
 from ui.loading import load_what_maneuvers_need
 from ui.pace import LOOK_MS, SOONEST_LIVE, SOONEST_REPLAY, Pace
-from ui.recording import Begun, RunningRecorder, running_recorders
+from ui.recording import Begun, RecorderWatch, RunningRecorder, running_recorders
 from ui.settings import SettingsStore
 from ui.starter import FlightStarter
 from ui.words import sentences
@@ -73,6 +74,8 @@ class Desk(QObject):
         The same of the open flight alone, void once another is open.
     map_wanted : Signal(object, str)
         A file needs a channel map: path, and why.
+    landed : Signal(object)
+        The open flight has landed, at a flight time (s); None: it took off again.
     ended : Signal(object)
         The recording of the open flight ended; its folder.
     """
@@ -85,6 +88,7 @@ class Desk(QObject):
     said = Signal(str, str)
     remarked = Signal(str, str)
     map_wanted = Signal(object, str)
+    landed = Signal(object)
     ended = Signal(object)
 
     def __init__(
@@ -101,6 +105,7 @@ class Desk(QObject):
         self._told_at = 0.0
         self._painted_at = 0.0
         self._moved_to: Path | None = None
+        self._landed_at: float | None = None
         self._seen: tuple[float | None, int] | None = None
         self._moved_at = 0.0
         self._finished = False
@@ -108,6 +113,8 @@ class Desk(QObject):
         self._remarked = False
         self._back_to: float | None = None
         self._pace = Pace(SOONEST_LIVE)
+        self._recorders = RecorderWatch(self)
+        self._recorders.changed.connect(self.told)
         self.starter = FlightStarter(store, faults, self._open_here, self)
         self.starter.begun.connect(self._show)
         self.starter.working.connect(self.working)
@@ -219,7 +226,7 @@ class Desk(QObject):
         self._taker = PictureTaker(session)
         self._finished = self._remarked = False
         self._problem = self._fault = ""
-        self._moved_to = self._seen = None
+        self._moved_to = self._seen = self._landed_at = None
         self._pace = Pace(SOONEST_LIVE if session.replaying is None else SOONEST_REPLAY)
         self._moved_at = time.monotonic()
         session.update(_BUDGET)
@@ -299,6 +306,12 @@ class Desk(QObject):
         """Return recorders that run, the newest first; not that of the open flight."""
         here = self.session.path.absolute() if self.session is not None else None
         return tuple(found for found in running_recorders() if found.handle.folder != here)
+
+    @property
+    def others(self) -> tuple[RunningRecorder, ...]:
+        """Return the recorders that were seen running a moment ago, but that of the open flight."""
+        here = self.session.recorder if self.session is not None else None
+        return tuple(found for found in self._recorders.running if found.handle != here)
 
     def export(self, kind: str, path: Path, progress: Progress) -> Path:
         """Write the open flight for other programs; called in the thread of a work."""
@@ -401,6 +414,9 @@ class Desk(QObject):
         if equipment is not None and equipment.moved_to not in (None, self._moved_to):
             self._moved_to = equipment.moved_to
             self.starter.open_flight(self._moved_to)
+        if session.recorder is not None and session.landing.landed_at != self._landed_at:
+            self._landed_at = session.landing.landed_at
+            self.landed.emit(self._landed_at)
         over = equipment is not None and equipment.ended and session.feed.caught_up
         if over and not self._finished:
             self._finished = True
@@ -432,8 +448,13 @@ class Desk(QObject):
     def bar_parts(self, units: str, *, muted: bool) -> tuple[BarPart, ...]:
         """Return the parts of the bar."""
         if self.session is None or self._snapshot is None:
-            return bar_parts(BarFacts(muted=muted))
-        return bar_parts(bar_facts(self.session, self._snapshot, units, muted=muted))
+            return bar_parts(BarFacts(muted=muted, others=self._other_names))
+        facts = bar_facts(self.session, self._snapshot, units, muted=muted)
+        return bar_parts(replace(facts, others=self._other_names))
+
+    @property
+    def _other_names(self) -> tuple[str, ...]:
+        return tuple(found.name for found in self.others)
 
     def waiting(self) -> tuple[Alarm, ...]:
         """Return the alarms that nobody has acknowledged."""

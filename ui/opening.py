@@ -7,8 +7,9 @@ from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QTimer
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtGui import QCursor
+from PySide6.QtWidgets import QMenu, QWidget
 
 from calibration import shipped_sets
 from gsapp.decoding.channel_map import shipped_channel_maps
@@ -26,6 +27,7 @@ from ui.frame.banners import Banner, BannerStack
 from ui.look import Look
 from ui.recording import RunningRecorder
 from ui.settings import SettingsStore, first_folder, recording_folder
+from ui.words import clock_text
 from ui.work import Work
 
 _SHORT_WORK_MS = 300
@@ -48,7 +50,14 @@ class Opening(QObject):
         Remembers links and folders.
     banners : BannerStack
         Tells of work and of recorders.
+
+    Attributes
+    ----------
+    review_wanted : Signal(object)
+        A flight has ended and is to be reviewed: its folder.
     """
+
+    review_wanted = Signal(object)
 
     def __init__(
         self,
@@ -68,11 +77,14 @@ class Opening(QObject):
         self._offer: Banner | None = None
         self._of_flight: list[Banner] = []
         self._making: list[Work] = []
+        self._landed: Banner | None = None
+        self._review_when_ended = False
         desk.working.connect(self.run)
         desk.said.connect(banners.show_banner)
         desk.remarked.connect(lambda *said: self.until_next(banners.show_banner(*said)))
         desk.changed.connect(self._forget_former)
         desk.map_wanted.connect(self.offer_map)
+        desk.landed.connect(self.offer_end)
         desk.ended.connect(self.offer_replay)
 
     @property
@@ -84,6 +96,8 @@ class Opening(QObject):
             "open_folder": self.open_folder,
             "virtual": self.fly_virtual,
             "attach": self.attach,
+            "recorders": self.choose_recorder,
+            "end_flight": self.end_flight,
             "export": self.export,
             "certificates": self.read_with,
             "stop_recording": self.stop_recording,
@@ -99,6 +113,7 @@ class Opening(QObject):
         self._of_flight.append(banner)
 
     def _forget_former(self) -> None:
+        self._review_when_ended = False
         if self._desk.is_open:
             for banner in self._of_flight:
                 self._banners.remove(banner)
@@ -170,6 +185,43 @@ class Opening(QObject):
             return
         self._desk.starter.attach(self._found[0])
 
+    def choose_recorder(self) -> None:
+        """Attach to the only recorder at once; list several, or those beside an open flight."""
+        others = self._desk.others
+        if len(others) == 1 and not self._desk.is_open:
+            self._desk.starter.attach(others[0])
+            return
+        menu = QMenu(self._window)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        for found in others:
+            menu.addAction(
+                f"Attach to {found.name} ({found.link})",
+                lambda found=found: self._desk.starter.attach(found),
+            )
+        if not others:
+            menu.addAction("No other recorder is running").setEnabled(False)
+        menu.popup(QCursor.pos())
+
+    def offer_end(self, landed_at: float | None) -> None:
+        """Say that the flight has landed, and offer to end it; take that back at a take-off."""
+        if self._landed is not None:
+            self._banners.remove(self._landed)
+            self._landed = None
+        if landed_at is not None:
+            self._landed = self._banners.show_banner(
+                "note",
+                f"{self._desk.name} landed at {clock_text(landed_at)}. Still recording.",
+                ("End flight and review", self.end_flight),
+            )
+            self.until_next(self._landed)
+
+    def end_flight(self) -> None:
+        """End the recording, and review the flight once it is complete; ask before a landing."""
+        if self._landed is None and not ask_stop(self._window, self._desk.name or "this flight"):
+            return
+        self._review_when_ended = True
+        self._desk.stop_recording()
+
     def stop_recording(self) -> None:
         """Ask, and end the recording."""
         if ask_stop(self._window, self._desk.name or "this flight"):
@@ -233,10 +285,16 @@ class Opening(QObject):
         wrong with it is said then.
         """
         Work(f"Reading {folder.name}", lambda _progress: load_flight(folder), self).start()
+        self.offer_end(None)
+        if self._review_when_ended:
+            self._review_when_ended = False
+            self.review_wanted.emit(folder)
+            return
         self.until_next(
             self._banners.show_banner(
                 "note",
                 f"The recording of {folder.name} has ended.",
+                ("Review it", lambda: self.review_wanted.emit(folder)),
                 ("Replay it", lambda: self._desk.starter.open_flight(folder)),
             )
         )

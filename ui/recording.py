@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import shutil
+import threading
 from dataclasses import dataclass
 from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
 
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.preparing import prepare_flight
@@ -12,6 +15,8 @@ from gsapp.session import Session
 from gsapp.telemetry.recorder_control import RecorderHandle, find_recorders
 from gsapp.telemetry.virtual.process import AircraftProcess
 from ui.dialogs.requests import ConnectRequest, VirtualRequest
+
+_LOOK_SECONDS = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,6 +90,43 @@ def running_recorders() -> tuple[RunningRecorder, ...]:
         link = status.link if status is not None else "its link"
         found.append(RunningRecorder(handle=handle, name=handle.folder.name, link=link))
     return tuple(found)
+
+
+class RecorderWatch(QObject):
+    """Looks once a second for recorders that run, in a thread: a disk that hangs holds up nothing.
+
+    Attributes
+    ----------
+    running : tuple of RunningRecorder
+        The newest first.
+    changed : Signal
+        Others run than before.
+    """
+
+    changed = Signal()
+    _seen = Signal(object)
+
+    def __init__(self, parent: QObject) -> None:
+        super().__init__(parent)
+        self.running: tuple[RunningRecorder, ...] = ()
+        self._over = threading.Event()
+        self._seen.connect(self._take)
+        self.destroyed.connect(self._over.set)
+        threading.Thread(target=self._watch, name="recorders", daemon=True).start()
+
+    def _watch(self) -> None:
+        while not self._over.wait(_LOOK_SECONDS):
+            try:
+                self._seen.emit(running_recorders())
+            except RuntimeError:
+                return  # the window is closed
+            except OSError:
+                continue  # the runtime folder cannot be read
+
+    def _take(self, running: tuple[RunningRecorder, ...]) -> None:
+        if running != self.running:
+            self.running = running
+            self.changed.emit()
 
 
 def prepare_folder(request: ConnectRequest) -> Path:

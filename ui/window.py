@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
 from PySide6.QtCore import QByteArray, QSize, Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QGuiApplication, QResizeEvent
@@ -25,6 +26,7 @@ from ui.dialogs.keys import KeysDialog
 from ui.dialogs.link import LinkDialog
 from ui.dialogs.small import ask_closing
 from ui.faults import Fault, FaultDesk
+from ui.flight.controls import ActionButton
 from ui.flight.crew import Crew
 from ui.flight.layout_store import LayoutStore
 from ui.flight.place import FlightPlace
@@ -95,7 +97,8 @@ class MainWindow(QMainWindow):
         limits = LimitBook(limits_path(store.path))
         self.voice = Voice(self, muted=settings.muted)
         self.crew = Crew(self, self.desk, self.view, self.look, store, limits, self.voice)
-        self.bar = Bar(self.look)
+        stop = ActionButton(self.commands.actions["stop_recording"], "Stop", self.look)
+        self.bar = Bar(self.look, {"record": stop})
         self.rail = Rail(self.look)
         self.gap = GapPlace(self.commands.actions, self.look, store, self.banners, faults)
         self.preflight = PreflightPlace(
@@ -184,6 +187,7 @@ class MainWindow(QMainWindow):
         self.pilot.changed.connect(self._enable)
         self.pilot.wanted.connect(lambda: self.show_place("pilot"))
         self.pilot.debrief.asked_for.connect(self._show_time)
+        self.opening.review_wanted.connect(self._review)
         self.preflight.started.connect(lambda: self.show_place("flight"))
         FileDrops(self).dropped.connect(self.opening.open_dropped)
         FileDrops(self.review).dropped.connect(self.review.add)
@@ -240,9 +244,15 @@ class MainWindow(QMainWindow):
     def _bar_pressed(self, part: str) -> None:
         targets = {
             "alarms": "panel_alarms", "sound": "mute", "flight": "place_flight", "link": "link",
+            "record": "recorders",
         }  # fmt: skip
         if part in targets:
             self.commands.actions[targets[part]].trigger()
+
+    def _review(self, folder: Path) -> None:
+        """Review a flight that has ended."""
+        self.show_place("review")
+        self.review.add([folder])
 
     def show_link(self) -> None:
         """Show what comes over the link, by sender and by message, for as long as one looks."""

@@ -313,6 +313,18 @@ class AlarmBoard:
         else:
             del self._alarms[key]
 
+    def end(self, time: float | None) -> None:
+        """Let every alarm end with its flight, acknowledged or not; the log keeps them.
+
+        Parameters
+        ----------
+        time : float or None
+            Flight time of the end, s.
+        """
+        for key in tuple(self._alarms):
+            self.clear(key, time)
+        self._alarms.clear()
+
     def reset(self) -> None:
         """Begin anew, as before the first sample; acknowledgments are kept."""
         self._alarms.clear()

@@ -137,6 +137,8 @@ class EquipmentMonitor:
     ----------
     link, recorder, disk
         What to show.
+    landed : bool
+        Whether the aircraft has landed: it may be switched off, and silence is no alarm.
     """
 
     def __init__(
@@ -159,6 +161,7 @@ class EquipmentMonitor:
         self._told_ahead_us = 0
         self._told_moved = ""
         self._recent: deque[tuple[float, int, int]] = deque()
+        self.landed = False
         self.link = LinkView(words="waiting")
         self.recorder = RecorderView(words="none")
         self.disk = DiskView()
@@ -364,11 +367,14 @@ class EquipmentMonitor:
         age = None if report is None else report.age
         unreadable = "" if report is None else report.unreadable
         words, severity, sentence = self._state_of_link(age, loss, unreadable)
+        if self.landed:
+            severity, sentence = Severity.NORMAL, ""
         if words == "unreadable":
             age = None
         self._say("link", severity, now, sentence, former.severity)
         remarks = () if report is None else report.sentences
-        if others := [said for said in remarks if said != unreadable]:
+        others = [said for said in remarks if said != unreadable]
+        if others and self._handle is not None:
             self._board.raise_("aircraft", Severity.CAUTION, now, " ".join(others))
         else:
             self._board.clear("aircraft", now)
@@ -379,6 +385,8 @@ class EquipmentMonitor:
         heard = None if self._status is None else self._status.last_data_us
         age = None if heard is None else max(self.host_us() - heard, 0) / 1e6
         words, severity, sentence = self._state_of_link(age, 0.0, "")
+        if self.landed:
+            severity, sentence = Severity.NORMAL, ""
         self._say("link", severity, now, sentence, former.severity)
         return LinkView(words="not read" if words == "ok" else words, severity=severity)
 

@@ -42,6 +42,7 @@ from gsapp.session.equipment import (
 from gsapp.session.feeds import LiveFeed, ReplayFeed
 from gsapp.session.guarding import Guard, Guarded
 from gsapp.session.history import History
+from gsapp.session.landing import LandingMonitor
 from gsapp.session.limits import Bands, LimitSet, Severity
 from gsapp.session.marks import Mark, MarkBook, MarkKind
 from gsapp.session.opened import Opened, open_growing, open_recorded
@@ -72,6 +73,7 @@ _AGAIN = 1.0
 """Seconds after which what failed in a live flight is tried again."""
 _LIMITS = "limits and missing messages are watched no more"
 _ESTIMATES = "there are no estimates any more"
+_LANDING = "the landing is not recognized"
 _FURTHER = "not everything that watches the samples works"
 
 log = logging.getLogger(__name__)
@@ -102,6 +104,8 @@ class Session:
         Judges trim, inputs and dangers; None where the options switch it off.
     estimates : EstimateWatch or None
         Derivatives as they form; None without workers or an aircraft.
+    landing : LandingMonitor
+        Tells when a live flight has landed.
     feed : LiveFeed or ReplayFeed
         What drives it. A window plays, pauses and jumps through `replaying`.
     """
@@ -145,6 +149,7 @@ class Session:
         workers = options.get("workers")
         if workers is not None and self.aircraft is not None:
             self.estimates = self._make_estimates(self.aircraft, workers)
+        self.landing = LandingMonitor(self.aircraft, self.history.rate)
         everyone = self._everyone(options.get("consumers", ()))
         # Who looks for what the crew is told at once.
         self._urgent = everyone[: 1 if self.cue_watch is None else 2]
@@ -270,10 +275,13 @@ class Session:
         decoder = self.decoder
         health = None if decoder is None else decoder.health
         unread = "record" in self._failures
+        equipment.landed = self.landing.landed_at is not None
         if equipment.look(health, self.now, caught_up=self.feed.present, unread=unread):
             self._alarm_log.write_equipment()
             if self.cue_watch is not None:
                 self.cue_watch.look_at_equipment()
+            if equipment.ended and self.feed.caught_up:
+                self.board.end(self.now)
 
     @property
     def has_news(self) -> bool:
@@ -569,6 +577,8 @@ class Session:
             found.append(self.cue_watch)  # on its own guard, in a replay too
         if self.estimates is not None:
             found.append(self._on_guard(self.estimates, _ESTIMATES))
+        if self.mode == "live":
+            found.append(self._on_guard(self.landing, _LANDING))
         return [*found, *(self._on_guard(one, _FURTHER) for one in further)]
 
     def _on_guard(

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -15,7 +16,7 @@ from window_kit import Aircraft, free_port, open_window, until
 
 import ui.opening
 from gsapp.flight.raw import RawTail
-from gsapp.telemetry.recorder_control import find_recorder, find_recorders
+from gsapp.telemetry.recorder_control import find_recorder, find_recorders, start_recorder
 from gsapp.telemetry.status import RUNTIME_VARIABLE
 from ui.dialogs.requests import ConnectRequest
 from ui.window import MainWindow
@@ -84,3 +85,54 @@ def test_a_finished_flight_is_not_appended_to_without_asking(
     assert asked == [("first", "first-2")] * 3
     assert places == [None, (folder.with_name("first-2"), False), (folder, True)]
     assert fly(window, qtbot, port, folder, append=True) > count
+
+
+def test_the_bar_shows_a_recorder_of_a_closed_flight_and_attaches_with_a_click(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    port, folder = free_port(), tmp_path / "flights" / "first"
+    rec = window.bar.views["record"]
+    stop = window.bar._buttons["record"]
+    assert rec.part.value == "off"
+    assert not stop.isVisible()
+    with Aircraft(port):
+        connect(window, port, folder)
+        until(qtbot, lambda: window.desk.is_open and rec.part.note.startswith("growing"))
+        assert stop.isVisible()
+        window.desk.close_flight()
+        until(qtbot, lambda: rec.part.value == "first")
+        assert not stop.isVisible()
+        qtbot.mouseClick(rec, Qt.MouseButton.LeftButton)
+        until(qtbot, lambda: window.desk.is_open and window.desk.session.path == folder)
+        # Another that runs beside the open flight is counted.
+        other = start_recorder(f"udpin:127.0.0.1:{free_port()}", tmp_path / "flights" / "second")
+        until(qtbot, lambda: "+1" in rec.part.word)
+        assert "second" in rec.part.detail
+        other.stop()
+        until(qtbot, lambda: "+1" not in rec.part.word)
+
+
+def test_a_flight_ends_with_its_alarms_and_goes_to_review(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    port, folder = free_port(), tmp_path / "flights" / "first"
+    with Aircraft(port):
+        connect(window, port, folder)
+        until(qtbot, lambda: window.desk.is_open and (window.desk.time or 0.0) > 1.5)
+    # Switched off: silent, with an alarm.
+    until(qtbot, lambda: window.desk.session.board.get("link") is not None)
+    assert window.bar.views["link"].part.state == "warning"
+    # Were it known to have landed, the silence would be none.
+    window.desk.session.landing.landed_at = 1.2
+    until(qtbot, lambda: window.bar.views["link"].part.state != "warning")
+    until(qtbot, lambda: any("landed" in text for text in window.banners.texts()))
+    (banner,) = [one for one in window.banners.banners if "landed" in one.label.text()]
+    qtbot.mouseClick(banner.buttons[0], Qt.MouseButton.LeftButton)
+    until(qtbot, window.review.isVisible)
+    until(qtbot, lambda: find_recorder(folder) is None)
+    session = window.desk.session
+    assert session.board.standing == ()
+    assert any(one.key == "link" for one in session.board.episodes)
+    assert window.bar.views["alarms"].part.state == "good"
+    assert window.bar.views["record"].part.value == "stopped"
+    until(qtbot, lambda: [one.flight.path for one in window.review.review.flights] == [folder])

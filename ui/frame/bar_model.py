@@ -54,6 +54,8 @@ class BarFacts:
         Whether that time stands still though it should not.
     replay : bool
         Whether a record is being replayed.
+    others : tuple of str
+        Other flights that are being recorded, the newest first.
     link, recorder, disk : LinkView, RecorderView, DiskView or None
         What the session says of them; None without a flight.
     aircraft : str
@@ -78,6 +80,7 @@ class BarFacts:
     time: float | None = None
     stale: bool = False
     replay: bool = False
+    others: tuple[str, ...] = ()
     link: LinkView | None = None
     recorder: RecorderView | None = None
     disk: DiskView | None = None
@@ -174,7 +177,19 @@ def _link(facts: BarFacts) -> BarPart:
 
 def _recorder(facts: BarFacts) -> BarPart:
     recorder, disk = facts.recorder, facts.disk
+    others = ", ".join(facts.others)
     if recorder is None or recorder.words in ("none", "stopped"):
+        if others:
+            several = len(facts.others) > 1
+            return BarPart(
+                id="record",
+                word="REC",
+                value=f"{len(facts.others)} flights" if several else others,
+                note="click to attach",
+                state="good",
+                width=216,
+                detail=f"Being recorded: {others}. Click to attach.",
+            )
         stopped = recorder is not None and recorder.words == "stopped"
         return BarPart(
             id="record",
@@ -197,15 +212,22 @@ def _recorder(facts: BarFacts) -> BarPart:
     state = _STATES[severity]
     if state == "good" and not recorder.growing:
         state = "caution"
+    more = f" Also being recorded: {others}. Click to attach." if others else ""
     return BarPart(
         id="record",
-        word="REC" if recorder.words == "recording" else f"REC  {recorder.words}",
+        word=_recorder_word(recorder, len(facts.others)),
+        action=recorder.pid is not None,
         value=size,
         note=note,
         state=state,
         width=216,
-        detail=f"{size} recorded, {note}. {sentences(recorder.remarks)}".strip(),
+        detail=f"{size} recorded, {note}. {sentences(recorder.remarks)}{more}".strip(),
     )
+
+
+def _recorder_word(recorder: RecorderView, others: int) -> str:
+    state = "" if recorder.words == "recording" else f"  {recorder.words}"
+    return f"REC{state}  +{others} more" if others else f"REC{state}"
 
 
 def _aircraft(facts: BarFacts) -> BarPart:

@@ -30,6 +30,8 @@ class BarPart:
         Points reserved for value and note, so that nothing moves when numbers change.
     hint : str
         What can be done, beside the word where there is room.
+    action : bool
+        Whether the button beside it is shown.
     grows : bool
         Whether it takes what is left of the bar, and breaks a long value into two lines.
     """
@@ -42,4 +44,5 @@ class BarPart:
     detail: str = ""
     width: int = 96
     hint: str = ""
+    action: bool = False
     grows: bool = False

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
@@ -196,6 +196,12 @@ class BarPartView(QWidget):
 class Bar(QWidget):
     """All parts in a row, or in two where the window is narrow.
 
+    Parameters
+    ----------
+    look : Look
+    buttons : mapping of str to QWidget, optional
+        What stands beside a part, by its id, while that has an action.
+
     Attributes
     ----------
     pressed : Signal(str)
@@ -204,9 +210,10 @@ class Bar(QWidget):
 
     pressed = Signal(str)
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: Look, buttons: Mapping[str, QWidget] | None = None) -> None:
         super().__init__()
         self._look = look
+        self._buttons = buttons or {}
         self.setObjectName("bar")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setAccessibleName("Flight, link, recorder, alarms")
@@ -229,9 +236,15 @@ class Bar(QWidget):
                 view.pressed.connect(self.pressed)
                 self.views[part.id] = view
                 self._flow.addWidget(view)
+                if part.id in self._buttons:
+                    self._flow.addWidget(self._buttons[part.id])
                 wider = True
             else:
                 wider = view.show_part(part) or wider
+            button = self._buttons.get(part.id)
+            if button is not None and button.isVisibleTo(self) != part.action:
+                button.setVisible(part.action)
+                wider = True
         if wider:
             self._resized()
 

@@ -1,0 +1,113 @@
+"""The end of a flight is recognized: once, after it, and never in the air."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.dynamics.pilot.flight import VirtualFlight
+from gsapp.flight import Flight, load_flight
+from gsapp.flight.maneuvers.signals import COLUMN, signals_of
+from gsapp.quantities import Block, FloatArray
+from gsapp.session.landing import LandingMonitor
+
+RATE = 50.0
+GROUND = 380.0
+
+
+def landings(block: Block, aircraft: Aircraft | None, rate: float) -> list[float | None]:
+    """Return what the monitor says, whenever that changes, fed a second at a time."""
+    monitor, said, step = LandingMonitor(aircraft, rate), [], round(rate)
+    for first in range(0, len(block), step):
+        part = slice(first, first + step)
+        monitor.feed(
+            Block(channels=block.channels, times=block.times[part], values=block.values[part])
+        )
+        monitor.settle()
+        if monitor.landed_at != (said[-1] if said else None):
+            said.append(monitor.landed_at)
+    return said
+
+
+def flown(*legs: tuple[float, float, float], dropped: tuple[float, float] = (0.0, 0.0)) -> Block:
+    """Fly legs of (seconds, airspeed, height); the pitot is blocked in the span `dropped`."""
+    speed: FloatArray = np.concatenate([np.full(round(s * RATE), v) for s, v, _ in legs])
+    height: FloatArray = np.concatenate([np.full(round(s * RATE), h) for s, _, h in legs])
+    times = np.arange(speed.size) / RATE
+    speed = np.where((times >= dropped[0]) & (times < dropped[1]), 0.0, speed)
+    values = np.column_stack([speed, height + GROUND, 0 * speed, 0 * speed])
+    return Block(channels=("V", "altitude", "p", "q"), times=times, values=values)
+
+
+@pytest.mark.parametrize("aircraft", ["b777", None])
+def test_the_virtual_aircraft_lands_once(
+    flown_short: Callable[[int], VirtualFlight], aircraft: str | None
+) -> None:
+    flight = flown_short(6)
+    measured = flight.measured
+    rate = 1.0 / float(np.median(np.diff(measured.times)))
+    said = landings(measured, load_aircraft(aircraft) if aircraft else None, rate)
+    assert len(said) == 1
+    speed = signals_of(measured)[:, COLUMN["V"]]
+    fast = measured.times[np.flatnonzero(speed > 12.0)[-1]]
+    assert said[0] == pytest.approx(fast, abs=6.0)
+
+
+def test_a_low_pass_a_touch_and_go_and_a_stall_are_no_landing() -> None:
+    up = (20.0, 30.0, 50.0)
+    block = flown(
+        (10.0, 0.0, 0.0), up, (6.0, 28.0, 1.0), up, (4.0, 16.0, 0.0), up, (3.0, 6.0, 45.0), up
+    )
+    assert landings(block, load_aircraft("b777"), RATE) == []
+
+
+def test_a_blocked_pitot_lands_nowhere() -> None:
+    block = flown((10.0, 0.0, 0.0), (90.0, 30.0, 50.0), dropped=(30.0, 90.0))
+    assert landings(block, load_aircraft("b777"), RATE) == []
+
+
+def test_another_take_off_takes_the_landing_back() -> None:
+    ground, up = (15.0, 0.0, 0.0), (20.0, 30.0, 50.0)
+    said = landings(flown(ground, up, ground, up, ground), load_aircraft("b777"), RATE)
+    assert said == [pytest.approx(35.0, abs=3.0), None, pytest.approx(70.0, abs=3.0)]
+
+
+def test_standing_before_the_flight_is_no_landing() -> None:
+    assert landings(flown((60.0, 0.5, 0.0)), load_aircraft("b777"), RATE) == []
+
+
+def real_flight(name: str, channel_map: str) -> Flight:
+    given = os.environ.get("GSAPP_SHARED_DATA")
+    folder = Path(given) if given else Path(__file__).parents[3] / "shared" / "data"
+    if not (folder / name).is_file():
+        pytest.skip(f"the real flight is not at {folder / name}")
+    return load_flight(folder / name, channel_map=channel_map)
+
+
+def test_a_real_flight_whose_record_ends_in_the_air_does_not_land() -> None:
+    flight = real_flight("f16_rc_px4.ulg", "px4-log")
+    assert landings(flight.block, None, flight.rate) == []
+
+
+def test_a_real_flight_lands_when_it_is_put_down_at_its_end() -> None:
+    flight = real_flight("alfa_carbonz_engine_failure.tlog", "ardupilot-plane")
+    assert landings(flight.block, None, flight.rate) == []
+    block, count = flight.block, round(20 * flight.rate)
+    times = block.times[-1] + np.arange(1, count + 1) / flight.rate
+    last = np.tile(block.values[-1], (count, 1))
+    for channel in ("V", "Vc", "ground_speed", "p", "q", "r"):
+        last[:, block.channels.index(channel)] = 0.0
+    altitude = block["altitude"]
+    last[:, block.channels.index("altitude")] = altitude[np.isfinite(altitude)][-1]
+    stopped = replace(
+        block,
+        times=np.concatenate([block.times, times]),
+        values=np.concatenate([block.values, last]),
+    )
+    assert landings(stopped, None, flight.rate) == [pytest.approx(times[0], abs=1.0)]
