@@ -1,21 +1,27 @@
-"""What becomes of alarms in the flight's events file, which all windows of the flight share."""
+"""The log of a flight's alarms, the same in all its windows and in its replay."""
 
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Final
 
 from gsapp.flight.events import Event
 from gsapp.foundation import FlightError
-from gsapp.session.alarms import Alarm, AlarmBoard
+from gsapp.session.alarms import Alarm, AlarmBoard, Episode
+from gsapp.session.limits import Severity
 from gsapp.session.marks import MarkBook
 
 ACKNOWLEDGE: Final = "acknowledge"
 ALARM: Final = "alarm"
+ALARM_ENDED: Final = "alarm-ended"
 
-_EQUIPMENT = ("link", "recorder", "disk", "clock", "folder")
+_EQUIPMENT = ("link", "recorder", "disk", "clock", "folder", "aircraft")
 _SAME_ALARM_US = 10_000_000
+_SAME_ALARM_S = 10.0
+"""What two windows say of the equipment within this time is the same alarm."""
 
 
 def alarm_events(board: AlarmBoard) -> tuple[Event, ...]:
@@ -30,7 +36,10 @@ def alarm_events(board: AlarmBoard) -> tuple[Event, ...]:
                 "severity": one.severity.name.lower(),
                 "onset": one.onset,
                 "end": one.end,
+                "value": one.value,
+                "limit": one.limit,
                 "acknowledged": one.acknowledged,
+                "acknowledged_by": None if one.acknowledgment is None else one.acknowledgment.by,
             },
         )
         for one in board.episodes
@@ -38,20 +47,23 @@ def alarm_events(board: AlarmBoard) -> tuple[Event, ...]:
 
 
 class AlarmLog:
-    """Writes acknowledgments and alarms of the equipment, and takes in those of other windows.
+    """All alarms of a flight: computed from the samples, or read from the events file.
 
-    Alarms by limits are not written: every replay finds them in the samples again.
+    Alarms by limits are not written: every replay finds them in the samples again. Alarms of the
+    equipment, which no sample tells, and all acknowledgments are written, once for all windows.
 
     Parameters
     ----------
     board : AlarmBoard
-        The alarms.
+        The alarms up to now.
     book : MarkBook
         The events file.
     wall_us : callable
         Host time, microseconds since 1970.
     others : callable, optional
         Told of every event that is none of its own.
+    ahead : AlarmBoard, optional
+        In a replay, the alarms of the whole flight.
     """
 
     def __init__(
@@ -60,62 +72,162 @@ class AlarmLog:
         book: MarkBook,
         wall_us: Callable[[], int],
         others: Callable[[Event], None] = lambda _: None,
+        ahead: AlarmBoard | None = None,
     ) -> None:
         self._board = board
+        self._boards = (board,) if ahead is None else (board, ahead)
         self._others = others
         self._book = book
         self._wall_us = wall_us
-        self._logged = 0
+        self._read = 0  # events of the book
+        self._logged = 0  # onsets of the board
+        self._active: set[str] = set()  # equipment, at the last look
+        self._recorded: list[Episode] = []
+        self._going_on: dict[str, int] = {}  # index in the list of recorded ones, by key
+
+    @property
+    def revision(self) -> int:
+        """Return a number that changes whenever `episodes` does."""
+        return sum(board.revision for board in self._boards) + self._read + self._logged
+
+    @property
+    def episodes(self) -> tuple[Episode, ...]:
+        """Return every alarm of the flight by onset; those without a flight time first.
+
+        In a replay that is the whole flight, whatever the playhead.
+        """
+        found = {
+            (one.key, one.onset): one
+            for board in self._boards
+            for one in board.episodes
+            if one.key not in _EQUIPMENT
+        }
+        recorded = (
+            replace(
+                one,
+                acknowledgment=self._board.acknowledgment(one.key, one.raised),
+                over=one.over or self._board.severity(one.key) is Severity.NORMAL,
+            )
+            for one in self._recorded
+        )
+        return tuple(
+            sorted(
+                (*found.values(), *recorded),
+                key=lambda one: (-math.inf if one.onset is None else one.onset, one.key),
+            )
+        )
 
     def read(self) -> None:
         """Take in what this and other windows wrote."""
-        for event in self._book.poll():
+        self._book.poll()
+        # From the book's own list: whoever makes a mark takes in events, too.
+        fresh, self._read = self._book.others[self._read :], len(self._book.others)
+        for event in fresh:
             if event.kind == ACKNOWLEDGE:
-                key, raised = event.data.get("alarm"), event.data.get("raised")
-                moment = float(raised) if isinstance(raised, (int, float)) else None
-                self._board.acknowledge(str(key), moment)
+                self._take_acknowledgment(event)
             else:
+                if event.kind in (ALARM, ALARM_ENDED):
+                    self._take_equipment(event)
                 self._others(event)
 
-    def acknowledge(self, alarm: Alarm, now: float | None) -> None:
+    def acknowledge(self, alarm: Alarm, now: float | None, by: str = "crew") -> None:
         """Take note of an alarm at flight time `now` (s).
 
         It is over for the crew even where the disk refuses to remember it.
         """
-        self._board.acknowledge(alarm.key, alarm.time)
+        for board in self._boards:
+            board.acknowledge(alarm.key, alarm.time, by, now)
         self._write(
             Event(
                 kind=ACKNOWLEDGE,
                 text=alarm.sentence(),
                 time=now,
-                data={"alarm": alarm.key, "raised": alarm.time},
+                data={"alarm": alarm.key, "raised": alarm.time, "by": by},
             )
         )
 
-    def write_equipment(self) -> None:
-        """Write alarms that no record of samples can tell again, once for all windows."""
+    def write_equipment(self, now: float | None) -> None:
+        """Write alarms that no record of samples can tell again, once for all windows.
+
+        Parameters
+        ----------
+        now : float or None
+            Flight time, s: when those ended that are over since the last call.
+        """
         log = self._board.log_of(_EQUIPMENT)
         fresh, self._logged = log[self._logged :], len(log)
-        if not fresh:
+        active = {key for key in _EQUIPMENT if self._board.severity(key) > Severity.NORMAL}
+        # What came and went within one look is over, too.
+        over = ({onset.key for onset in fresh} | self._active) - active
+        self._active = active
+        if not fresh and not over:
             return
         with contextlib.suppress(FlightError):
             self.read()
-        stamp = self._wall_us()
-        known = {
-            event.data.get("alarm")
-            for event in self._book.others
-            if event.kind == ALARM and abs(event.host_time_us - stamp) < _SAME_ALARM_US
-        }
         for onset in fresh:
-            if onset.key not in known and not self._write(
-                Event(
-                    kind=ALARM,
-                    text=onset.words,
-                    time=onset.time,
-                    data={"alarm": onset.key, "severity": onset.severity.name.lower()},
-                )
-            ):
-                return  # a full disk: the alarm itself says so
+            data = {"alarm": onset.key, "severity": onset.severity.name.lower()}
+            self._write_once(Event(kind=ALARM, text=onset.words, time=onset.time, data=data))
+        for key in sorted(over):
+            self._write_once(Event(kind=ALARM_ENDED, time=now, data={"alarm": key}))
+
+    def _write_once(self, event: Event) -> None:
+        """Write an event about the equipment that no window wrote before."""
+        stamp = self._wall_us()
+        key = event.data["alarm"]
+        known = any(
+            other.kind == event.kind
+            and other.data.get("alarm") == key
+            and abs(other.host_time_us - stamp) < _SAME_ALARM_US
+            for other in self._book.others
+        )
+        if not known and not self._write(event):
+            self._take_equipment(event)  # a full disk: the alarm itself says so
+
+    def _take_equipment(self, event: Event) -> None:
+        """Take in that an alarm of the equipment was raised, grew worse or ended."""
+        key = event.data.get("alarm")
+        if not isinstance(key, str):
+            return
+        place = self._going_on.get(key)
+        if event.kind == ALARM_ENDED:
+            if place is not None:
+                self._recorded[place] = replace(self._recorded[place], end=event.time, over=True)
+                del self._going_on[key]
+            return
+        warning = event.data.get("severity") == Severity.WARNING.name.lower()
+        severity = Severity.WARNING if warning else Severity.CAUTION
+        if place is not None and severity > self._recorded[place].severity:
+            self._recorded[place] = replace(
+                self._recorded[place], severity=severity, words=event.text, raised=event.time
+            )
+            return
+        if place is not None:
+            # Nobody saw it end: no window was open.
+            self._recorded[place] = replace(self._recorded[place], over=True)
+        self._going_on[key] = len(self._recorded)
+        self._recorded.append(
+            Episode(
+                key=key, severity=severity, onset=event.time, words=event.text, raised=event.time
+            )
+        )
+
+    def _take_acknowledgment(self, event: Event) -> None:
+        key, raised, by = (event.data.get(name) for name in ("alarm", "raised", "by"))
+        if not isinstance(key, str):
+            return
+        moments = [float(raised) if isinstance(raised, (int, float)) else None]
+        if key in _EQUIPMENT:
+            # Each window notices trouble with the equipment at a time of its own.
+            alarm = self._board.get(key)
+            seen = [one.raised for one in self._recorded if one.key == key]
+            moments += [
+                time
+                for time in (*seen, None if alarm is None else alarm.time)
+                if _near(time, moments[0])
+            ]
+        for board in self._boards:
+            for moment in moments:
+                board.acknowledge(key, moment, by if isinstance(by, str) else "", event.time)
 
     def _write(self, event: Event) -> bool:
         """Write an event; return False where the disk refuses."""
@@ -124,3 +236,7 @@ class AlarmLog:
         except FlightError:
             return False
         return True
+
+
+def _near(one: float | None, other: float | None) -> bool:
+    return one is not None and other is not None and abs(one - other) < _SAME_ALARM_S

@@ -66,15 +66,20 @@ def _told(
         return words
     spec = channel(rule.channel)
     unit = spec.display_unit(system)
-    limit = rule.warning if severity is Severity.WARNING else rule.caution
-    if limit is None:
-        limit = rule.caution if rule.warning is None else rule.warning
+    limit = _limit(rule, severity)
     shown = _number(value, unit, spec.quantity, spec.decimals(unit))
     bound = _number(limit or 0.0, unit, spec.quantity, spec.decimals(unit))
     beyond = "above" if rule.side == "high" else "below"
     meaning = rule.words(severity)
     tail = f", {meaning}" if meaning else ""
     return f"{spec.title} {shown}, {beyond} {bound}{tail}"
+
+
+def _limit(rule: LimitRule, severity: Severity) -> float | None:
+    limit = rule.warning if severity is Severity.WARNING else rule.caution
+    if limit is None:
+        limit = rule.caution if rule.warning is None else rule.warning
+    return limit
 
 
 def _number(value: float, unit: str, quantity: str, decimals: int) -> str:
@@ -90,6 +95,25 @@ class Onset:
     severity: Severity
     time: float | None
     words: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Acknowledgment:
+    """Who has seen an alarm, and when.
+
+    Attributes
+    ----------
+    raised : float or None
+        Flight time at which the alarm was raised, s; tells which one is meant.
+    by : str
+        Who, and how: ``crew, key K``; empty where it was not written.
+    time : float or None
+        Flight time of the acknowledgment, s.
+    """
+
+    raised: float | None
+    by: str = ""
+    time: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,8 +138,10 @@ class Episode:
         The farthest value, SI.
     raised : float or None
         Flight time at which it was raised or last grew worse, s.
-    acknowledged : bool
-        Whether somebody has said so since then.
+    acknowledgment : Acknowledgment or None
+        Of the alarm since then; None while nobody has seen it.
+    over : bool
+        Whether the cause is gone, even if nobody knows since when.
     """
 
     key: str
@@ -123,10 +149,26 @@ class Episode:
     onset: float | None
     end: float | None = None
     words: str
-    rule: LimitRule | None
-    value: float | None
+    rule: LimitRule | None = None
+    value: float | None = None
     raised: float | None
-    acknowledged: bool = False
+    acknowledgment: Acknowledgment | None = None
+    over: bool = False
+
+    @property
+    def acknowledged(self) -> bool:
+        """Return whether somebody has seen it since it was raised or last grew worse."""
+        return self.acknowledgment is not None
+
+    @property
+    def limit(self) -> float | None:
+        """Return the limit that was passed, SI; None for alarms without a value."""
+        return None if self.rule is None else _limit(self.rule, self.severity)
+
+    @property
+    def meaning(self) -> str:
+        """Return what it means, without the value; the whole sentence where there is no value."""
+        return self.words if self.rule is None else self.rule.words(self.severity)
 
     def sentence(self, system: str = "SI") -> str:
         """Return what a field engineer says, with units of the system ``"SI"`` or ``"US"``."""
@@ -134,15 +176,22 @@ class Episode:
 
 
 class AlarmBoard:
-    """The alarms that stand, whoever raised them."""
+    """The alarms that stand, whoever raised them, and all that were raised so far.
+
+    Attributes
+    ----------
+    revision : int
+        Grows with every change.
+    """
 
     def __init__(self) -> None:
+        self.revision = 0
         self._log: list[Onset] = []
         self._episodes: list[Episode] = []
         # Place in the list of the episode that goes on, by key.
         self._going_on: dict[str, int] = {}
         self._alarms: dict[str, Alarm] = {}
-        self._acknowledged: set[tuple[str, float | None]] = set()
+        self._acknowledged: dict[str, list[Acknowledgment]] = {}
 
     @property
     def standing(self) -> tuple[Alarm, ...]:
@@ -172,12 +221,25 @@ class AlarmBoard:
     def episodes(self) -> tuple[Episode, ...]:
         """Return every alarm so far from onset to end, by onset; those without one first."""
         told = (
-            replace(one, acknowledged=(one.key, one.raised) in self._acknowledged)
+            replace(one, acknowledgment=self.acknowledgment(one.key, one.raised))
             for one in self._episodes
         )
         return tuple(
             sorted(told, key=lambda one: (-math.inf if one.onset is None else one.onset, one.key))
         )
+
+    def acknowledgment(self, key: str, raised: float | None) -> Acknowledgment | None:
+        """Return who has seen the alarm of a key that was raised at a flight time (s).
+
+        An alarm stays until it is seen, so that one which came back is seen together with what
+        it was before.
+        """
+        for one in self._acknowledged.get(key, ()):
+            if one.raised == raised or (
+                one.raised is not None and raised is not None and one.raised >= raised
+            ):
+                return one
+        return None
 
     def log_of(self, keys: Collection[str]) -> tuple[Onset, ...]:
         """Return the alarms of some keys, in the order in which they were raised."""
@@ -208,6 +270,7 @@ class AlarmBoard:
         value: float | None = None,
     ) -> None:
         """Raise an alarm, or bring one that stands up to date."""
+        self.revision += 1
         former = self._alarms.get(key)
         if former is not None and severity <= former.current:
             # Not worse: the same alarm goes on, perhaps milder, perhaps in other words.
@@ -228,7 +291,7 @@ class AlarmBoard:
             words=words,
             rule=rule,
             value=value,
-            acknowledged=(key, time) in self._acknowledged,
+            acknowledged=self._is_acknowledged(key, time),
             count=1 if former is None else former.count + (not former.active),
         )
         self._log.append(Onset(key=key, severity=severity, time=time, words=words))
@@ -275,6 +338,7 @@ class AlarmBoard:
         former = self._alarms.get(key)
         if former is None or former.rule is None:
             return
+        self.revision += 1
         self._stretch(key, value)
         self._alarms[key] = replace(former, value=former.rule.farther(value, former.value))
 
@@ -291,27 +355,48 @@ class AlarmBoard:
         former = self._alarms.get(key)
         if former is None or not former.active:
             return
+        self.revision += 1
         place = self._going_on.pop(key)
-        self._episodes[place] = replace(self._episodes[place], end=time)
+        self._episodes[place] = replace(self._episodes[place], end=time, over=True)
         if former.acknowledged:
             del self._alarms[key]
         else:
             self._alarms[key] = replace(former, current=Severity.NORMAL)
 
-    def acknowledge(self, key: str, time: float | None) -> None:
-        """Take note that somebody has seen the alarm raised at that time.
+    def acknowledge(
+        self, key: str, raised: float | None, by: str = "", time: float | None = None
+    ) -> None:
+        """Take note that somebody has seen the alarm raised at a flight time (s).
 
-        The time says which one, since acknowledgments come from other windows too, and may be
+        That time says which one, since acknowledgments come from other windows too, and may be
         read before the alarm itself in a replay.
+
+        Parameters
+        ----------
+        key : str
+            What it is about.
+        raised : float or None
+            Flight time at which it was raised, s.
+        by : str
+            Who has seen it, and how.
+        time : float, optional
+            Flight time at which it was seen, s.
         """
-        self._acknowledged.add((key, time))
+        if not self._is_acknowledged(key, raised):
+            self.revision += 1
+            known = self._acknowledged.setdefault(key, [])
+            known.append(Acknowledgment(raised=raised, by=by, time=time))
+            known.sort(key=lambda one: -math.inf if one.raised is None else one.raised)
         alarm = self._alarms.get(key)
-        if alarm is None or alarm.acknowledged or alarm.time != time:
+        if alarm is None or alarm.acknowledged or alarm.time != raised:
             return
         if alarm.active:
             self._alarms[key] = replace(alarm, acknowledged=True, severity=alarm.current)
         else:
             del self._alarms[key]
+
+    def _is_acknowledged(self, key: str, raised: float | None) -> bool:
+        return any(one.raised == raised for one in self._acknowledged.get(key, ()))
 
     def end(self, time: float | None) -> None:
         """Let every alarm end with its flight, acknowledged or not; the log keeps them.
@@ -324,9 +409,11 @@ class AlarmBoard:
         for key in tuple(self._alarms):
             self.clear(key, time)
         self._alarms.clear()
+        self.revision += 1
 
     def reset(self) -> None:
         """Begin anew, as before the first sample; acknowledgments are kept."""
+        self.revision += 1
         self._alarms.clear()
         self._log.clear()
         self._episodes.clear()

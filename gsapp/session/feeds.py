@@ -257,6 +257,8 @@ class ReplayFeed:
         Times real time; `MAX_SPEED` for as fast as it goes.
     playing : bool
         Whether it plays from the start.
+    ahead : sequence of Consumer
+        Get the whole record as it is read, whatever the playhead.
 
     Attributes
     ----------
@@ -273,6 +275,7 @@ class ReplayFeed:
         *,
         speed: float = 1.0,
         playing: bool = True,
+        ahead: Sequence[Consumer] = (),
     ) -> None:
         self._reader = reader
         self._history = history
@@ -280,6 +283,8 @@ class ReplayFeed:
         self._pace = _Pace()
         self._stretches = Stretches(history.rate)
         self._following = Following(history, self._stretches, consumers, clock)
+        self._ahead = Following(history, self._stretches, ahead, clock)
+        self._looks_ahead = False  # whether those have been told where the flight begins
         self._complete = False
         self._ticked: float | None = None
         self._position: float | None = None  # playhead, s
@@ -406,6 +411,22 @@ class ReplayFeed:
             self._play(min(max(elapsed, 0.0), _LONGEST_TICK) * self._speed)
         self._feed(deadline)
         self._read(deadline)
+        if not (self.playing and self._speed == MAX_SPEED):
+            self._look_ahead(deadline)
+
+    def look_ahead_again(self) -> None:
+        """Give the whole record anew to those who get it ahead of the playhead."""
+        self._looks_ahead = False
+
+    def _look_ahead(self, deadline: float) -> None:
+        first = self._stretches.first
+        if first is None:
+            return
+        if not self._looks_ahead:
+            self._looks_ahead = True
+            self._ahead.restart(first)
+        with self._history.whole():
+            self._ahead.serve(self._readable, deadline)
 
     def _read(self, deadline: float) -> None:
         while not self._complete:

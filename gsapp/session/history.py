@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 import numpy.typing as npt
@@ -325,6 +326,15 @@ class History:
         if limit is not None and (before is None or limit < before):
             self.revision += 1
         self._horizon = limit
+
+    @contextmanager
+    def whole(self) -> Iterator[None]:
+        """Let what lies after the horizon be read, too, within a ``with`` block."""
+        held, self._horizon = self._horizon, None
+        try:
+            yield
+        finally:
+            self._horizon = held
 
     def index(self, time: float) -> int:
         """Return the absolute index of the sample nearest to a time (s)."""

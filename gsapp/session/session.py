@@ -138,10 +138,10 @@ class Session:
         self._clock = clock
         self._messages: dict[str, str | None] = {}
         self._next_events = self._next_relax = -math.inf
-        self._alarm_log = AlarmLog(self.board, self.book, wall_us, self._take_in)
-        self._watch = AlarmWatch(
-            self.board, self.limits, self.history.rate, self._carrier, self._come_together
-        )
+        ahead = AlarmBoard() if mode == "replay" else None
+        self._alarm_log = AlarmLog(self.board, self.book, wall_us, self._take_in, ahead)
+        self._watch = self._make_watch(self.board)
+        self._watch_ahead = None if ahead is None else self._make_watch(ahead)
         self.cue_watch: CueWatch | None = None
         if options.get("cues", True):
             self.cue_watch = self._make_cues(options.get("system", "US"))
@@ -163,8 +163,9 @@ class Session:
             self.feed = LiveFeed(opened.reader, self.history, everyone, clock)
         else:
             self.feed = ReplayFeed(
-                opened.reader, self.history, everyone, clock, speed=speed, playing=playing
-            )
+                opened.reader, self.history, everyone, clock, speed=speed, playing=playing,
+                ahead=() if self._watch_ahead is None else (self._watch_ahead,),
+            )  # fmt: skip
 
         # What the crew chose in an earlier window counts from when it was chosen.
         self._alarm_log.read()
@@ -277,7 +278,7 @@ class Session:
         unread = "record" in self._failures
         equipment.landed = self.landing.landed_at is not None
         if equipment.look(health, self.now, caught_up=self.feed.present, unread=unread):
-            self._alarm_log.write_equipment()
+            self._alarm_log.write_equipment(self.now)
             if self.cue_watch is not None:
                 self.cue_watch.look_at_equipment()
             if equipment.ended and self.feed.caught_up:
@@ -409,6 +410,11 @@ class Session:
         """Return what was lost or left out on reading, in words."""
         return self._account.remarks()
 
+    @property
+    def alarm_log(self) -> AlarmLog:
+        """Return the log of all alarms of the flight; in a replay of the whole flight."""
+        return self._alarm_log
+
     def messages(self) -> tuple[Event, ...]:
         """Return what the vehicle said, and what was noticed about it, up to now, by time."""
         return self._account.messages(self._heard_until)
@@ -502,6 +508,9 @@ class Session:
         """Let other limits count for a channel from now on; None for those of the flight."""
         self.limits.set_typed(channel_id, bands)
         self._watch.renew(channel_id)
+        if self._watch_ahead is not None and isinstance(self.feed, ReplayFeed):
+            self._watch_ahead.renew(channel_id)
+            self.feed.look_ahead_again()
 
     def choose_card(self, card_id: str) -> None:
         """Let a test card be the next until it is flown; an empty id lets the program pick.
@@ -538,22 +547,34 @@ class Session:
         if self.mode == "live" and not folder.cards_file.exists():
             folder.keep_cards(cards)
 
-    def acknowledge(self, key: str | None = None) -> bool:
+    def acknowledge(self, key: str | None = None, by: str = "crew") -> bool:
         """Take note of an alarm, by default of the newest that waits; return whether there was one.
 
         It is written to the flight's events, so that other windows know.
+
+        Parameters
+        ----------
+        key : str, optional
+            Of the alarm.
+        by : str
+            Who has seen it, and how, for the log.
         """
         alarm = self.board.get(key) if key is not None else next(iter(self.board.waiting), None)
         if alarm is None or alarm.acknowledged:
             return False
-        self._alarm_log.acknowledge(alarm, self.now)
+        self._alarm_log.acknowledge(alarm, self.now, by)
         return True
 
-    def acknowledge_all(self) -> int:
+    def acknowledge_all(self, by: str = "crew") -> int:
         """Take note of all alarms that wait; return how many there were."""
-        return sum(self.acknowledge(alarm.key) for alarm in self.board.waiting)
+        return sum(self.acknowledge(alarm.key, by) for alarm in self.board.waiting)
 
     # Inside
+
+    def _make_watch(self, board: AlarmBoard) -> AlarmWatch:
+        return AlarmWatch(
+            board, self.limits, self.history.rate, self._carrier, self._come_together
+        )
 
     def _make_cues(self, system: str) -> CueWatch:
         from gsapp.excitation.cueing import Cueing  # the window starts without it
