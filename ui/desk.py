@@ -498,10 +498,10 @@ class Desk(QObject):
         marks = self.session.marks if self.session is not None else ()
         return tuple(mark.time for mark in marks if mark.time is not None)
 
-    def acknowledge(self) -> None:
-        """Say that the alarms were seen."""
+    def acknowledge(self, by: str = "crew") -> None:
+        """Say that the alarms were seen, and by whom."""
         if self.session is not None:
-            self.session.acknowledge_all()
+            self.session.acknowledge_all(by)
             self._tell(self.session)
 
     # Replay

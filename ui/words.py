@@ -124,6 +124,13 @@ def duration_text(seconds: float | None) -> str:
     return f"{seconds / 3600:.1f} h" if seconds < 36000 else f"{seconds / 3600:.0f} h"
 
 
+def length_text(seconds: float | None) -> str:
+    """Return how long something took, to a tenth: ``3.2 s``, from a minute on ``04:07.3``."""
+    if seconds is None or not math.isfinite(seconds):
+        return DASH
+    return f"{seconds:.1f} s" if abs(seconds) < 59.95 else clock_text(seconds, decimals=1)
+
+
 def span_text(seconds: float) -> str:
     """Return a length of time as it is chosen: ``0.5 s``, ``30 s``, ``2 min``, ``1 h``."""
     for size, unit in ((3600, "h"), (60, "min")):

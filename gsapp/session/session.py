@@ -572,9 +572,7 @@ class Session:
     # Inside
 
     def _make_watch(self, board: AlarmBoard) -> AlarmWatch:
-        return AlarmWatch(
-            board, self.limits, self.history.rate, self._carrier, self._come_together
-        )
+        return AlarmWatch(board, self.limits, self.history.rate, self._carrier, self._come_together)
 
     def _make_cues(self, system: str) -> CueWatch:
         from gsapp.excitation.cueing import Cueing  # the window starts without it

@@ -14,6 +14,7 @@ from ui.strips.columns import ColumnScale, choose_scale, column_extremes
 from ui.strips.drawing import tick_decimals
 from ui.strips.ranges import SteadyRange
 from ui.strips.ticks import round_range, step_decimals, time_step, value_ticks
+from ui.strips.view import WINDOWS
 from ui.words import clock_text, number_text
 
 
@@ -23,14 +24,54 @@ from ui.words import clock_text, number_text
     rate=st.sampled_from([20.0, 50.0, 100.0, 200.0, 1000.0]),
 )
 @settings(max_examples=50, deadline=None)
-def test_the_window_asked_for_fits_into_the_columns(window, width, rate):
-    """Proves that a scale shows at least the window, and wastes no factor of two or more."""
+def test_the_columns_hold_exactly_the_window_asked_for(window, width, rate):
+    """Proves that "1 min" shows a minute, at every width and rate."""
     scale = choose_scale(window, width, rate)
-    seen = width * scale.seconds
-    assert min(scale.samples, scale.stretch) == 1
-    assert seen >= window * (1.0 - 1e-9)
-    if scale.stretch < 64:
-        assert seen <= 2.0 * window * (1.0 + 2.0 / width) + 1e-9
+    # To a thousandth of a sample, and windows are whole numbers of samples as a rule.
+    assert width * scale.seconds == pytest.approx(window, rel=1e-9, abs=1e-3 / rate)
+
+
+@given(
+    window=st.sampled_from(WINDOWS),
+    width=st.integers(10, 4000),
+    rate=st.sampled_from([20.0, 50.0, 100.0, 1000.0]),
+    first=st.integers(-5, 10**6),
+)
+@settings(max_examples=100, deadline=None)
+def test_columns_share_the_samples_without_a_gap(window, width, rate, first):
+    """Proves that time and column agree, and that every column has the samples of its time."""
+    scale = choose_scale(window, width, rate)
+    columns = range(first, first + 40)
+    assert [scale.column(scale.time(column)) for column in columns] == list(columns)
+    if not scale.holds_samples:
+        return
+    begins = scale.first_samples(first, first + 41)
+    assert np.all(np.diff(begins) > 0)
+    for column, begin, end in zip(columns, begins[:-1], begins[1:], strict=True):
+        assert scale.column_of(int(begin)) == scale.column_of(int(end) - 1) == column
+        # The edges are those of time, to a quarter of a column.
+        assert abs(begin / rate - column * scale.seconds) <= max(0.26 * scale.seconds, 1.0 / rate)
+
+
+@pytest.mark.parametrize(("window", "width"), [(60.0, 641), (600.0, 777), (7200.0, 640)])
+def test_columns_have_the_extremes_of_their_samples(window, width):
+    """Proves every way in which extremes are found against the samples one by one."""
+    generator = np.random.default_rng(5)
+    values = np.cumsum(generator.standard_normal(200_000))
+    values[5000:9000] = math.nan
+    history = History(("q",), 100.0)
+    history.append(Block(channels=("q",), times=np.arange(values.size) / 100.0,
+                         values=values[:, None]))  # fmt: skip
+    scale = choose_scale(window, width, 100.0)
+    last = min(scale.column_of(values.size - 1), 300)
+    low, high = column_extremes(history, "q", scale, 0, last)
+    begins = scale.first_samples(0, last + 1)
+    for column in range(last):
+        part = values[begins[column] : begins[column + 1]]
+        part = part[~np.isnan(part)]
+        assert np.isnan(low[column]) == (part.size == 0)
+        if part.size:
+            assert (low[column], high[column]) == (part.min(), part.max())
 
 
 def test_a_time_on_the_grid_lies_in_its_own_column():
@@ -38,6 +79,35 @@ def test_a_time_on_the_grid_lies_in_its_own_column():
     for scale in (ColumnScale(rate=100.0), ColumnScale(rate=1000.0, samples=7)):
         for index in (0, 1, 29, 57, 10**6 + 3, 3 * 10**8 + 1, -5):
             assert scale.column(index / scale.rate) == index // scale.samples
+
+
+@given(
+    values=st.lists(st.one_of(st.none(), st.floats(-9.0, 9.0)), min_size=3, max_size=12),
+    width=st.integers(13, 400),
+)
+@settings(max_examples=60, deadline=None)
+def test_columns_narrower_than_a_sample_hold_the_line_between_samples(values, width):
+    """Proves straight lines, samples inside of columns, and gaps that stay gaps."""
+    given_values = np.array([math.nan if one is None else one for one in values])
+    history = History(("q",), 1.0)
+    times = np.arange(len(values), dtype=float)
+    history.append(Block(channels=("q",), times=times, values=given_values[:, None]))
+    scale = choose_scale(12.0, width, 1.0)
+    low, high = column_extremes(history, "q", scale, 0, width)
+    padded = np.concatenate([given_values, np.full(20, math.nan)])
+    for column in range(width):
+        left, right = column * scale.seconds, (column + 1) * scale.seconds
+        inside = [k for k in range(13) if left - 1e-12 <= k < right - 1e-9]
+        points = [padded[k] for k in inside]
+        for at in (left, right):
+            k = math.floor(at + 1e-9) if at == left else math.ceil(at - 1e-9) - 1
+            share = at - k
+            points.append(padded[k] + share * (padded[k + 1] - padded[k]))
+        known = [one for one in points if not math.isnan(one)]
+        assert np.isnan(low[column]) == (not known)
+        if known:
+            assert low[column] == pytest.approx(min(known), abs=1e-6)
+            assert high[column] == pytest.approx(max(known), abs=1e-6)
 
 
 def test_a_sample_several_columns_wide_is_joined_by_straight_lines():

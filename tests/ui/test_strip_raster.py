@@ -398,7 +398,7 @@ def test_a_frame_asks_for_new_samples_only():
     view = view_of(history, width=800, window=100.0)
     picture, _ = picture_of(view)
     picture.advance(history, view)
-    assert history.columns >= 800 * len(CHANNELS)
+    assert history.asked >= 10_000 * len(CHANNELS)
     for frame in range(20):
         history.columns = history.asked = 0
         start = 600.0 + frame * 0.02

@@ -24,9 +24,10 @@ from PySide6.QtWidgets import (
 )
 
 from ui.commands import key_text
-from ui.glyphs import glyph_icon
+from ui.glyphs import glyph_icon, paint_state
 from ui.layouts import FlowLayout
 from ui.look import Look
+from ui.strips.furniture import AlarmSpan
 from ui.words import clock_text, span_text
 
 SPANS = (10.0, 30.0, 60.0, 120.0, 600.0)
@@ -91,7 +92,7 @@ class ActionButton(QPushButton):
 
 
 class TimeSlider(QWidget):
-    """The whole flight as a line with its marks; pressed or moved by keys it goes there.
+    """The whole flight as a line, marks above it and alarms below; pressed it goes there.
 
     Attributes
     ----------
@@ -107,6 +108,7 @@ class TimeSlider(QWidget):
         self._range = (0.0, 0.0)
         self._time = 0.0
         self._marks: tuple[float, ...] = ()
+        self._alarms: tuple[AlarmSpan, ...] = ()
         self._dragged = False
         self.setAccessibleName("Time in the flight")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -117,11 +119,18 @@ class TimeSlider(QWidget):
         """Return the least size."""
         return QSize(self._look.px(160), self._look.px(24))
 
-    def show_time(self, time: float, first: float, last: float, marks: Sequence[float]) -> None:
-        """Show where the replay is."""
-        new = (time, (first, last), tuple(marks))
-        if new != (self._time, self._range, self._marks):
-            self._time, self._range, self._marks = new
+    def show_time(
+        self,
+        time: float,
+        first: float,
+        last: float,
+        marks: Sequence[float],
+        alarms: Sequence[AlarmSpan] = (),
+    ) -> None:
+        """Show where the replay is, and what stands where in the flight."""
+        new = (time, (first, last), tuple(marks), tuple(alarms))
+        if new != (self._time, self._range, self._marks, self._alarms):
+            self._time, self._range, self._marks, self._alarms = new
             self.setAccessibleDescription(f"{clock_text(time)} of {clock_text(last)}")
             self.update()
 
@@ -163,6 +172,12 @@ class TimeSlider(QWidget):
                 QPolygonF([QPointF(x - side, top), QPointF(x + side, top), QPointF(x, top + side)])
             )
             painter.drawRect(QRectF(x - 0.5, top, 1, look.px(12)))
+        for alarm in self._alarms:
+            # Triangle or square, as everywhere: the shape tells the state without its color.
+            box = QRectF(self.x(alarm.start) - side, middle + look.px(3), 2 * side, 2 * side)
+            state = "warning" if alarm.state == "warning" else "caution"
+            paint_state(painter, state, box, look.state_color(state))
+        painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(look.color("text"))
         radius = look.px(7 if self.hasFocus() else 6)
         painter.drawEllipse(QPointF(here, middle), radius, radius)
@@ -275,9 +290,10 @@ class ReplayBar(QWidget):
         playing: bool,
         speed: float,
         marks: Sequence[float],
+        alarms: Sequence[AlarmSpan] = (),
     ) -> None:
         """Show where the replay is and how it runs."""
-        self.slider.show_time(time, first, last, marks)
+        self.slider.show_time(time, first, last, marks, alarms)
         self.clock.setText(f"{clock_text(time, decimals=1)} / {clock_text(last)}")
         self.play.show_glyph("pause" if playing else "play", "Pause" if playing else "Play")
         index = min(range(len(SPEEDS)), key=lambda place: abs(SPEEDS[place] - speed))

@@ -76,7 +76,7 @@ class Crew(QObject):
         view.marks.edited.connect(lambda key, text: desk.edit_mark(str(key), text))
         view.marks.deleted.connect(lambda key: desk.delete_mark(str(key)))
         view.marks.edit_ended.connect(self._note_written)
-        view.alarms.acknowledged.connect(desk.acknowledge)
+        view.alarms.acknowledged.connect(lambda: desk.acknowledge("crew, Alarms tab"))
         view.alarms.jumped.connect(self._go_to_key)
         view.messages.jumped.connect(self._go_to_key)
         view.estimates.opened.connect(self._go_to_maneuver_of)
@@ -92,7 +92,7 @@ class Crew(QObject):
             "note": self.note,
             "previous_mark": lambda: self.step_mark(-1),
             "next_mark": lambda: self.step_mark(1),
-            "acknowledge": self._desk.acknowledge,
+            "acknowledge": lambda: self._desk.acknowledge("crew, key K"),
             "mute": self.mute,
             "slower": lambda: self._desk.set_speed(next_speed(self._desk.speed, -1)),
             "faster": lambda: self._desk.set_speed(next_speed(self._desk.speed, 1)),

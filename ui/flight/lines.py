@@ -7,13 +7,13 @@ from collections.abc import Iterable, Sequence
 from typing import Protocol
 
 from gsapp.quantities import channel
-from gsapp.session.alarms import Alarm
+from gsapp.session.alarms import Alarm, Episode
 from gsapp.session.limits import Severity
 from gsapp.session.marks import Mark as FlightMark
 from ui.flight.tables import Line
 from ui.glyphs import State
-from ui.strips.furniture import Mark, Span
-from ui.words import clock_text, unit_text
+from ui.strips.furniture import AlarmSpan, Mark, Span
+from ui.words import clock_text, length_text, unit_text, value_text
 
 _MINUS_SIGN = re.compile(r"(?<=\s)-(?=\d)")
 _BEFORE_UNIT = re.compile(r"(?<=\d) (?=[^\d\s])")
@@ -98,26 +98,88 @@ def spoken_alarm(alarm: Alarm) -> str:
     return f"{head}, {meaning}" if meaning else head
 
 
-def alarm_lines(alarms: Iterable[Alarm], units: str) -> tuple[Line, ...]:
-    """Return one line for each alarm that stands, newest first; those not yet seen are strong."""
+def alarm_lines(
+    episodes: Iterable[Episode], units: str, last: float | None, *, live: bool
+) -> tuple[Line, ...]:
+    """Return one line for each alarm of the flight; those that nobody has seen are strong.
+
+    Parameters
+    ----------
+    episodes : iterable of Episode
+        By onset.
+    units : str
+        ``US`` or ``SI``.
+    last : float or None
+        Flight time (s) up to which an alarm lasts whose cause is still there.
+    live : bool
+        Whether the flight is happening.
+    """
     found = []
-    for alarm in alarms:
-        sign = _WORDS.get(alarm.severity, "")
-        tail = "" if alarm.active else " (ended)"
-        again = f" ({alarm.count} times)" if alarm.count > 1 else ""
+    for one in episodes:
+        seconds = None
+        stop = one.end if one.over else last
+        if one.onset is not None and stop is not None:
+            seconds = max(stop - one.onset, 0.0)
+        still = "" if one.over else ("\nactive" if live else "\nto end")
+        seen = one.acknowledgment
+        what, sign = _alarm_text(one), _WORDS.get(one.severity, "")
         found.append(
             Line(
-                key=("alarm", alarm.key, alarm.time),
+                key=("alarm", one.key, one.onset),
                 cells=(
-                    clock_text(alarm.time, decimals=1),
-                    f"{sign} {alarm_sentence(alarm, units)}{again}{tail}",
+                    clock_text(one.onset, decimals=1),
+                    f"{sign} {what}",
+                    _value_and_limit(one, units),
+                    f"{length_text(seconds)}{still}",
+                    "no"
+                    if seen is None
+                    else f"{clock_text(seen.time, decimals=1)}\n{seen.by or 'crew'}",
                 ),
-                state=_STATES[alarm.severity],
-                strong=not alarm.acknowledged,
+                order=(
+                    one.onset,
+                    what,
+                    one.value,
+                    seconds,
+                    None if seen is None else seen.time,
+                ),
+                state=_STATES[one.severity],
+                strong=seen is None,
                 colored=frozenset({1}),
             )
         )
     return tuple(found)
+
+
+def _value_and_limit(one: Episode, units: str) -> str:
+    """Return the farthest value over the limit that it passed; empty for alarms without one."""
+    if one.rule is None:
+        return ""
+    spec, sign = channel(one.rule.channel), ">" if one.rule.side == "high" else "<"
+    return f"{value_text(spec, one.value, units)}\n{sign} {value_text(spec, one.limit, units)}"
+
+
+def _alarm_text(one: Episode) -> str:
+    """Return what an alarm is about, without numbers."""
+    words = one.meaning
+    if one.rule is not None:
+        head = f"{channel(one.rule.channel).title} {one.rule.side}"
+        words = f"{head}: {words}" if words else head
+    return words[:1].upper() + words[1:]
+
+
+def chart_alarms(episodes: Iterable[Episode]) -> tuple[AlarmSpan, ...]:
+    """Return the alarms as charts and slider draw them."""
+    return tuple(
+        AlarmSpan(
+            start=one.onset,
+            # Of what is over since nobody knows when, the onset alone is known.
+            stop=one.onset if one.over and one.end is None else one.end,
+            state="warning" if one.severity is Severity.WARNING else "caution",
+            channel="" if one.rule is None else one.rule.channel,
+        )
+        for one in episodes
+        if one.onset is not None
+    )
 
 
 def message_lines(messages: Iterable[Message]) -> tuple[Line, ...]:

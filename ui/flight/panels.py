@@ -152,7 +152,7 @@ class MarksPanel(ListPanel):
 
 
 class AlarmsPanel(ListPanel):
-    """Alarms, newest first, with what was acknowledged.
+    """The log of all alarms, newest first; a press on a title sorts.
 
     Attributes
     ----------
@@ -166,12 +166,21 @@ class AlarmsPanel(ListPanel):
     jumped = Signal(object)
 
     def __init__(self, look: Look) -> None:
-        model = LinesModel(look, ("Time", "Alarm"), right=frozenset({0}))
-        view = LinesView(model, look, "Alarms", stretch=1, widths={0: LATE})
+        titles = ("Start", "Alarm", "Value / limit", "Duration", "Acknowledged")
+        model = LinesModel(look, titles, right=frozenset({2, 3}))
+        widths = {0: LATE, 2: "< 100.0 °", 3: "00:00.0", 4: "Acknowledged"}
+        view = LinesView(model, look, "Alarms", stretch=1, widths=widths, least=100, sortable=True)
         super().__init__(view, look, "No alarms.")
         view.opened.connect(self.jumped)
         button = self.add_button("Acknowledge (K)", "Acknowledge the alarms (K)")
         button.clicked.connect(self.acknowledged)
+        go = self.add_button("Go to", "Go to the chosen alarm (Enter)")
+        go.clicked.connect(self._go)
+
+    def _go(self) -> None:
+        key = self.view.current_key()
+        if key is not None:
+            self.jumped.emit(key)
 
 
 class MessagesPanel(ListPanel):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from ui.flight.tables import Line
-from ui.strips.furniture import Limits, Mark, Source, Span
+from ui.strips.furniture import AlarmSpan, Limits, Mark, Source, Span
 
 if TYPE_CHECKING:
     from gsapp.session.estimating.picture import EstimateRow
@@ -48,9 +48,11 @@ class FlightPicture:
     marks : tuple of Mark
         On the time axis.
     spans : tuple of Span
-        Maneuvers and alarms.
+        Maneuvers, and marks that last.
     mark_lines, alarm_lines, message_lines : tuple of Line
         For the panels.
+    alarms : tuple of AlarmSpan
+        On the time axis.
     waiting : int
         Alarms that nobody has acknowledged.
     estimates : tuple of EstimateRow
@@ -83,6 +85,7 @@ class FlightPicture:
     mark_lines: tuple[Line, ...] = ()
     alarm_lines: tuple[Line, ...] = ()
     message_lines: tuple[Line, ...] = ()
+    alarms: tuple[AlarmSpan, ...] = ()
     waiting: int = 0
     estimates: tuple[EstimateRow, ...] = ()
     estimates_state: str = ""

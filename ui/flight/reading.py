@@ -14,10 +14,12 @@ from gsapp.decoding.pipeline import ChannelSource
 from gsapp.flight.certificates import covered_behind, uncalibrated
 from gsapp.flight.events import Event
 from gsapp.session import Bands, Session, SessionSnapshot, Severity
+from gsapp.session.alarms import Episode
 from ui.flight.estimates_panel import state_words
 from ui.flight.lines import (
     alarm_lines,
     alarm_sentence,
+    chart_alarms,
     chart_marks,
     chart_spans,
     mark_lines,
@@ -26,7 +28,7 @@ from ui.flight.lines import (
 from ui.flight.picture import FlightPicture, Origin, ReplayPicture
 from ui.flight.tables import Line
 from ui.frame.bar_model import AlarmFacts, BarFacts
-from ui.strips.furniture import Source
+from ui.strips.furniture import AlarmSpan, Source
 
 if TYPE_CHECKING:
     from gsapp.session.estimating.picture import EstimateRow
@@ -70,6 +72,10 @@ class PictureTaker:
         self._messages: tuple[Line, ...] = ()
         self._estimates: tuple[EstimateRow, ...] = ()
         self._estimates_state = ""
+        self._alarms: tuple[Episode, ...] = ()
+        self._alarm_spans: tuple[AlarmSpan, ...] = ()
+        self._alarm_lines: tuple[Line, ...] = ()
+        self._alarms_shown: tuple[int, str, float | None] | None = None
         self._count = 0
         self._first: float | None = None
 
@@ -82,6 +88,7 @@ class PictureTaker:
             self._patience = session.patience(self._available)
         if self._count % _ESTIMATES_EVERY == 0:
             self._look_at_estimates()
+        self._look_at_alarms(snapshot, units)
         self._count += 1
         marks = session.marks
         playhead = snapshot.playhead
@@ -98,7 +105,8 @@ class PictureTaker:
             marks=chart_marks(marks),
             spans=chart_spans(marks),
             mark_lines=mark_lines(marks),
-            alarm_lines=alarm_lines(snapshot.alarms, units),
+            alarms=self._alarm_spans,
+            alarm_lines=self._alarm_lines,
             message_lines=self._messages,
             waiting=snapshot.waiting,
             estimates=self._estimates,
@@ -131,6 +139,19 @@ class PictureTaker:
         if heard in _HEARD and snapshot.channel_map:
             return f"Nothing of what has arrived is in the channel map {snapshot.channel_map}"
         return "Nothing has arrived yet"
+
+    def _look_at_alarms(self, snapshot: SessionSnapshot, units: str) -> None:
+        log, playhead = self._session.alarm_log, snapshot.playhead
+        last = snapshot.now if playhead is None else playhead.end
+        # While one is active its duration grows: twice a second is quick enough to read.
+        grows = any(not one.over for one in self._alarms) and last is not None
+        shown = (log.revision, units, round(2.0 * last) / 2.0 if grows and last else None)
+        if shown == self._alarms_shown:
+            return
+        self._alarms_shown = shown
+        self._alarms = log.episodes
+        self._alarm_spans = chart_alarms(self._alarms)
+        self._alarm_lines = alarm_lines(self._alarms, units, last, live=playhead is None)
 
     def _look_at_estimates(self) -> None:
         estimates = self._session.estimates

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt, Signal
-from PySide6.QtGui import QColor, QFocusEvent, QFontMetrics, QKeyEvent
+from PySide6.QtGui import QColor, QFocusEvent, QFontMetrics, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemDelegate,
     QAbstractItemView,
@@ -40,6 +40,8 @@ class Line:
         Type of the whole line.
     detail : str
         Tool tip.
+    order : tuple
+        What the columns are sorted by, in place of their texts; None comes first.
     """
 
     key: object
@@ -49,6 +51,12 @@ class Line:
     italic: bool = False
     detail: str = ""
     colored: frozenset[int] = field(default_factory=frozenset)
+    order: tuple[float | str | None, ...] = ()
+
+    def sort_key(self, column: int) -> tuple[bool, float | str]:
+        """Return what a column is sorted by."""
+        value = self.order[column] if self.order else self.cells[column]
+        return (False, "") if value is None else (True, value)
 
 
 LATE = "0:00:00.0"
@@ -90,11 +98,20 @@ class LinesModel(QAbstractTableModel):
         self._titles = tuple(titles)
         self._right = right
         self._editable = editable
+        self._sorted_by: tuple[int, bool] | None = None  # column, and whether backward
         self.lines: tuple[Line, ...] = ()
+
+    def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
+        """Sort by a column from now on, as its title was pressed."""
+        self._sorted_by = (column, order == Qt.SortOrder.DescendingOrder)
+        self.show(self.lines)
 
     def show(self, lines: Sequence[Line]) -> None:
         """Show other lines; only what changed is painted again."""
         new, old = tuple(lines), self.lines
+        if self._sorted_by is not None:
+            column, backward = self._sorted_by
+            new = tuple(sorted(new, key=lambda line: line.sort_key(column), reverse=backward))
         if new == old:
             return
         before, after = [line.key for line in old], [line.key for line in new]
@@ -210,6 +227,12 @@ class LinesView(QTableView):
         Of the others, pixels of the design; or a text that must have room in strong letters.
     wrap : bool
         Whether long texts take several rows.
+    least : int
+        Width that is left to `stretch` at least, pixels of the design; where there is less room
+        the table scrolls. 0 never scrolls.
+    sortable : bool
+        Whether a press on a title sorts, and several lines can be chosen; at first backward by
+        the first column.
 
     Attributes
     ----------
@@ -231,9 +254,12 @@ class LinesView(QTableView):
         widths: dict[int, int] | dict[int, str],
         *,
         wrap: bool = True,
+        least: int = 0,
+        sortable: bool = False,
     ) -> None:
         super().__init__()
         self.lines = model
+        self._stretch, self._least = stretch, least
         self._look = look
         self._widths = widths
         self.setModel(model)
@@ -245,7 +271,9 @@ class LinesView(QTableView):
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setTabKeyNavigation(False)
         self.setWordWrap(wrap)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        if not least:
+            self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self.verticalHeader().hide()
         if wrap:
@@ -254,13 +282,18 @@ class LinesView(QTableView):
         header = self.horizontalHeader()
         header.setHighlightSections(False)
         header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
-        header.setSectionResizeMode(stretch, QHeaderView.ResizeMode.Stretch)
+        if not least:
+            header.setSectionResizeMode(stretch, QHeaderView.ResizeMode.Stretch)
         header.setMinimumSectionSize(16)
         self.doubleClicked.connect(lambda index: self.opened.emit(model.lines[index.row()].key))
         look.changed.connect(self._resized)
         model.modelAboutToBeReset.connect(self._remember)
         model.modelReset.connect(self._find_again)
         self._kept: object | None = None
+        if sortable:
+            self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+            self.sortByColumn(0, Qt.SortOrder.DescendingOrder)
+            self.setSortingEnabled(True)
         self._resized()
 
     def _remember(self) -> None:
@@ -275,9 +308,21 @@ class LinesView(QTableView):
     def _resized(self) -> None:
         for column, width in self._widths.items():
             self.setColumnWidth(column, self._pixels(width))
+        self._give_rest()
         self.verticalHeader().setMinimumSectionSize(self._look.px(32))
         self.verticalHeader().setDefaultSectionSize(self._look.px(32))
         self.lines.refresh()
+
+    def _give_rest(self) -> None:
+        """Give the rest of the width to its column, and as much as it needs at least."""
+        if self._least:
+            rest = self.viewport().width() - sum(map(self._pixels, self._widths.values()))
+            self.setColumnWidth(self._stretch, max(rest, self._look.px(self._least)))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Share the width anew."""
+        super().resizeEvent(event)
+        self._give_rest()
 
     def _pixels(self, width: int | str) -> int:
         if isinstance(width, int):

@@ -348,6 +348,7 @@ class FlightView(QWidget):
         self.charts.set_newest("now" if picture.present_shown else "read up to")
         self.charts.set_marks(picture.marks)
         self.charts.set_spans(picture.spans)
+        self.charts.set_alarms(picture.alarms)
         if self._fresh_layout and picture.available:
             self._fresh_layout = False
             self.show_layout(self._layout_name or OVERVIEW)
@@ -384,6 +385,7 @@ class FlightView(QWidget):
                 playing=replay.playing,
                 speed=replay.speed,
                 marks=[mark.time for mark in picture.marks],
+                alarms=picture.alarms,
             )
 
     def advance(self, now: float | None) -> None:

@@ -7,19 +7,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Literal
 
 from PySide6.QtCore import QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 
 from gsapp.quantities import ChannelSpec, symbol_parts
 from ui.fonts import sans
+from ui.glyphs import paint_state
 from ui.strips.charts import BEYOND, BEYOND_WORDS, Chart, Reading, thickness
-from ui.strips.furniture import Display, Mark, Span
+from ui.strips.furniture import AlarmSpan, Display, Mark, Span
 from ui.strips.geometry import Box, Columns, Geometry
 from ui.strips.ticks import multiples, step_decimals, time_step
 from ui.strips.view import StripView
 from ui.theme import Theme
-from ui.words import DASH, clock_text, number_text, span_text, unit_text
+from ui.words import DASH, MINUS, clock_text, number_text, span_text, unit_text
 
 _LABEL, _BODY, _SYMBOL, _VALUE = 11, 13, 14, 18
 _FAR_APART, _APART = 1.9, 1.2
@@ -538,23 +540,12 @@ def behind_text(seconds: float) -> str:
 
 
 def sight_text(view: StripView) -> str:
-    """Return how much time is in sight, in the words in which it was chosen.
-
-    Whole columns make it a little more; where much more, both are said.
-    """
-    chosen = span_text(view.window)
-    if view.seconds <= 1.1 * view.window:
-        return f"{chosen} in sight"
-    return f"{chosen} chosen, {window_text(view.seconds)} in sight"
-
-
-def window_text(seconds: float) -> str:
-    """Return a length of time with the digits that matter: ``0.52 s``, ``14 s``, ``14:20``."""
-    if seconds < 1.0:
-        return f"{seconds:.2f} s"
-    if seconds < 10.0:
-        return f"{seconds:.1f} s"
-    return f"{seconds:.0f} s" if seconds < 120.0 else clock_text(seconds)
+    """Return how much time is in sight, and from A to B where both are set."""
+    a, b = view.cursors.get("a"), view.cursors.get("b")
+    sight = f"{span_text(view.window)} in sight"
+    if a is None or b is None:
+        return sight
+    return f"B{MINUS}A {number_text(b - a, 2)} s \N{MIDDLE DOT} {sight}"
 
 
 def draw_lane(
@@ -610,6 +601,67 @@ def draw_lane(
             painter, plot.x + start, lane.center + pen.px(1), text, theme.text, _LABEL, room=room
         )
         taken = start + math.ceil(width) + pen.px(6)
+
+
+def _alarm_color(theme: Theme, alarm: AlarmSpan) -> str:
+    return theme.warning_fill if alarm.state == "warning" else theme.caution_fill
+
+
+def _alarm_columns(view: StripView, alarm: AlarmSpan) -> tuple[int, int]:
+    """Return first and one past the last column of an alarm, counted from the left edge."""
+    stop = view.now if alarm.stop is None else alarm.stop
+    begin = view.x(alarm.start)
+    return begin, max(begin, begin if stop is None else view.x(stop)) + 1
+
+
+def draw_lane_alarms(
+    painter: QPainter, pen: Pen, geometry: Geometry, view: StripView, alarms: Sequence[AlarmSpan]
+) -> None:
+    """Draw the alarms in sight below the labels of spans and marks: how long, and how bad."""
+    lane, plot = geometry.lane, geometry.plot
+    high, side = pen.px(3), pen.px(8)
+    for alarm in alarms:
+        begin, end = _alarm_columns(view, alarm)
+        if end <= 0 or begin >= plot.width:
+            continue
+        color = pen.color(_alarm_color(pen.theme, alarm))
+        left, right = max(begin, 0), min(end, plot.width)
+        painter.fillRect(QRect(plot.x + left, lane.bottom - high, right - left, high), color)
+        if begin >= 0:
+            # Triangle or square: the shape tells the state without its color.
+            box = QRectF(plot.x + begin - side // 2, lane.bottom - side, side, side)
+            state: Literal["caution", "warning"]
+            state = "warning" if alarm.state == "warning" else "caution"
+            paint_state(painter, state, box, color)
+
+
+def draw_alarms(
+    painter: QPainter,
+    pen: Pen,
+    geometry: Geometry,
+    view: StripView,
+    charts: Mapping[int, Chart],
+    alarms: Sequence[AlarmSpan],
+    first: int,
+    last: int,
+) -> None:
+    """Draw alarms along the top of the charts of their channels.
+
+    Only what lies in the columns ``first <= x < last`` from the left edge needs to be drawn.
+    """
+    plot, high = geometry.plot, pen.px(3)
+    boxes = {
+        trace.channel: box
+        for number, box in zip(geometry.numbers, geometry.charts, strict=True)
+        for trace in charts[number].strip.traces
+    }
+    for alarm in alarms:
+        box = boxes.get(alarm.channel)
+        begin, end = _alarm_columns(view, alarm)
+        left, right = max(begin, first), min(end, last)
+        if box is not None and left < right:
+            color = pen.color(_alarm_color(pen.theme, alarm))
+            painter.fillRect(QRect(plot.x + left, box.y, right - left, high), color)
 
 
 def _marks_at(view: StripView, marks: Sequence[Mark]) -> dict[int, str]:

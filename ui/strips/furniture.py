@@ -31,6 +31,26 @@ class Mark:
     time: float
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AlarmSpan:
+    """An alarm from its onset until its cause was gone; without `stop` it still is there.
+
+    Attributes
+    ----------
+    start, stop : float or None
+        Flight times, s.
+    state : {"caution", "warning"}
+        The worst.
+    channel : str
+        Whose limit it is; empty for other alarms.
+    """
+
+    start: float
+    stop: float | None = None
+    state: State
+    channel: str = ""
+
+
 class Source(Protocol):
     """What is known of a channel's origin."""
 

@@ -99,6 +99,7 @@ class Picture:
             for name in dict.fromkeys(spec.id for spec in chart.specs):
                 self._places.setdefault(name, []).append(place)
         self._painted: tuple[int, int] | None = None
+        self._end: float | None = None  # of the history, at the last frame
         self._seen: dict[str, float] = {}
         self._revision: int | None = None
         width = thickness(theme, geometry.ratio)
@@ -138,6 +139,7 @@ class Picture:
         if before is None or first >= before[1] or last <= before[0]:
             before = None
         self._load(history, view, before, arrived)
+        self._end = history.end
         if before is None:
             self.raster.paint(view.scale, first, last)
             return Changes(moved=True, first=first, last=last)
@@ -167,10 +169,12 @@ class Picture:
         known_first, known_last = before[0] - margin, before[1] + margin
         raster.load(history, scale, first, min(known_first, stop))
         raster.clear(max(known_last, first), last)
-        raster.load(history, scale, max(known_last, first), stop)
+        if self._end is not None and max(known_last, first) <= scale.column(self._end):
+            # Else these columns hold only what has just arrived, which is taken below.
+            raster.load(history, scale, max(known_last, first), stop)
         for some in arrived:
             within = first <= some.first and some.last <= last
-            if within and some.samples is not None and scale.stretch == 1:
+            if within and some.samples is not None and scale.holds_samples:
                 raster.extend(history, scale, *some.samples, some.channels)
             else:
                 begin, stop = max(some.first, first), min(some.last, last)

@@ -389,8 +389,8 @@ class Raster:
         for name, some in zip(channels, rows, strict=True):
             samples[place : place + len(some)] = history.samples(name, first, last)
             place += len(some)
-        begin, end = first // scale.samples, (last - 1) // scale.samples
-        cuts = np.arange(begin, end + 1) * scale.samples - first
+        begin, end = scale.column_of(first), scale.column_of(last - 1)
+        cuts = scale.first_samples(begin, end + 1) - first
         cuts[0] = 0
         # Columns across, so that the reduction runs along memory.
         across = np.ascontiguousarray(samples.T)

@@ -6,8 +6,6 @@ of it. All of it is in whole columns, so that charts and cursors agree to the pi
 
 from __future__ import annotations
 
-import math
-
 from ui.strips.columns import ColumnScale, choose_scale
 
 WINDOWS = (
@@ -70,7 +68,7 @@ class StripView:
 
     @property
     def window(self) -> float:
-        """Return the seconds asked for; `seconds` are those in sight, never less."""
+        """Return the seconds asked for; `seconds` are those in sight."""
         return self._window
 
     @property
@@ -133,22 +131,12 @@ class StripView:
             self._hold(anchor + self._scale.time((1.0 - place) * self._width - 1.0))
 
     def zoom(self, steps: int, anchor: float | None = None) -> None:
-        """Go up (in) or down (out) the list of windows, passing over those that change nothing."""
-        before = self._scale
-        while steps and self._scale == before:
-            if steps > 0:
-                smaller = [window for window in WINDOWS if window < self._window - 1e-9]
-                if not smaller:
-                    return
-                self.set_window(smaller[-1], anchor)
-            else:
-                larger = [window for window in WINDOWS if window > self._window + 1e-9]
-                if not larger:
-                    return
-                self.set_window(larger[0], anchor)
-            if self._scale != before:
-                steps -= int(math.copysign(1, steps))
-                before = self._scale
+        """Go up (in) or down (out) the list of windows."""
+        smaller = [window for window in reversed(WINDOWS) if window < self._window - 1e-9]
+        larger = [window for window in WINDOWS if window > self._window + 1e-9]
+        choice = smaller if steps > 0 else larger
+        if steps and choice:
+            self.set_window(choice[min(abs(steps), len(choice)) - 1], anchor)
 
     def follow(self, now: float) -> None:
         """Take a new newest time, s; one before the paused picture, as in a replay, goes on."""

@@ -38,7 +38,7 @@ from ui.strips.charts import (
 from ui.strips.columns import Samples, column_extremes
 from ui.strips.drawing import Pen
 from ui.strips.exposed import Exposed
-from ui.strips.furniture import Limits, Mark, Source, Span
+from ui.strips.furniture import AlarmSpan, Limits, Mark, Source, Span
 from ui.strips.geometry import Box, Geometry, arrange
 from ui.strips.keys import ACTION_BY_KEY
 from ui.strips.layout import StripLayout, default_layout
@@ -99,6 +99,7 @@ class StripChart(QWidget):
         self._zoom = 1.0
         self._spans: tuple[Span, ...] = ()
         self._marks: tuple[Mark, ...] = ()
+        self._alarms: tuple[AlarmSpan, ...] = ()
         self._limits: Mapping[str, Limits] = {}
         self._sources: Mapping[str, Source] = {}
         self._patience: Mapping[str, float] = {}
@@ -193,6 +194,12 @@ class StripChart(QWidget):
         if tuple(marks) != self._marks:
             self._marks = tuple(marks)
             self._rebuild()
+
+    def set_alarms(self, alarms: Sequence[AlarmSpan]) -> None:
+        """Show these alarms above the charts, and at the top of their own chart."""
+        if tuple(alarms) != self._alarms:
+            self._alarms = tuple(alarms)
+            self.update()
 
     def set_limits(self, limits: Mapping[str, Limits]) -> None:
         """Draw these limits, and name the values beyond them; by channel id."""
@@ -550,6 +557,7 @@ class StripChart(QWidget):
         if exposed.begin(lane):
             painter.fillRect(_rect(lane), background)
             drawing.draw_lane(painter, pen, geometry, view, self._spans, self._marks)
+            drawing.draw_lane_alarms(painter, pen, geometry, view, self._alarms)
         for left, right in ((0, lane.x), (lane.right, geometry.values.right)):
             box = Box(x=left, y=lane.y, width=right - left, height=lane.height)
             if exposed.begin(box):
@@ -619,6 +627,10 @@ class StripChart(QWidget):
                 QPoint(plot.x + first + part.start, plot.y),
                 image,
                 QRect(ring.start, 0, ring.stop - ring.start, image.height()),
+            )
+        if self._alarms:
+            drawing.draw_alarms(
+                painter, self._pen, geometry, self.view, self._charts, self._alarms, first, last
             )
         drawing.draw_cursor_lines(painter, self._pen, geometry, self.view, first, last)
 
