@@ -59,7 +59,7 @@ def picture_of(view, strips=STRIPS, height=120, ratio=1.0, limits=None, **across
         ratio,
         COLUMNS,
         [("", [strip.height for strip in strips])],
-        (),
+        0,
         0,
         False,
     )
@@ -447,7 +447,7 @@ def test_an_axis_follows_what_is_in_sight():
     strip = Strip(traces=(Trace(channel="alpha"),))
     limits = Bands(caution_low=-0.25, caution_high=0.1, warning_high=0.2)
     chart = make_chart(strip, DAYLIGHT, "US", limits)
-    geometry = arrange(300, 300, 1.0, COLUMNS, [("", [1.0])], (), 0, False)
+    geometry = arrange(300, 300, 1.0, COLUMNS, [("", [1.0])], 0, 0, False)
     picture = Picture({0: chart}, geometry, DAYLIGHT, 1.0)
     picture.advance(history, view)
     assert picture.follow_ranges(view, at_once=True)

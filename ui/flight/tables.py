@@ -318,6 +318,7 @@ class LinesView(QTableView):
         if self._least:
             rest = self.viewport().width() - sum(map(self._pixels, self._widths.values()))
             self.setColumnWidth(self._stretch, max(rest, self._look.px(self._least)))
+            self.resizeRowsToContents()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Share the width anew."""

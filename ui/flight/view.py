@@ -220,6 +220,7 @@ class FlightView(QWidget):
         shown = wish if wish is not None else (self._store.current.side_panel and roomy)
         if shown != self.tabs.isVisibleTo(self):
             self.tabs.setVisible(shown)
+            self._show_values()
         self._actions["side_panel"].setChecked(shown)
         # Where both do not fit side by side, the open panel takes the place of the charts.
         least = max(self._look.px(_PANEL_WIDTH), self._tabs_width())
@@ -401,6 +402,8 @@ class FlightView(QWidget):
             self._store.change(span=view.window)
 
     def _show_values(self) -> None:
+        # Values at the cursors stand once: in the table, or else beside the charts.
+        self.charts.set_cursor_values_shown(not self.values.isVisible())
         if self._history is None or not self.values.isVisible():
             return
         cursors = self.charts.view.cursors

@@ -28,7 +28,10 @@ _FAR_APART, _APART = 1.9, 1.2
 """Distance of the labels of the time axis in widths of one: of minutes as a rule, of hours at
 least."""
 _KNOWN_WIDTHS = 4096
-_CURSOR_NAMES = {"cursor": "cursor", "a": "A", "b": "B", "delta": "B\N{MINUS SIGN}A"}
+_CURSOR_LETTERS = {"cursor": "C", "a": "A", "b": "B", "delta": "Δ"}
+"""Before the values at cursors, in their order."""
+_CURSOR_STEP = 18
+"""Logical pixels from one value at a cursor to the next, at most."""
 
 
 class Pen:
@@ -140,8 +143,8 @@ def measure_columns(
         ticks=math.ceil(min(max(ticks, pen.px(30)), pen.px(56))) + pen.px(8),
         values=math.ceil(pen.px(10) + tag + values + pen.px(5) + units + pen.px(10)),
         units=math.ceil(units),
-        cursor=math.ceil(max(values * _BODY / _VALUE, pen.width("A 00:00.00", _LABEL, bold=True)))
-        + pen.px(14),
+        cursor=math.ceil(values * _BODY / _VALUE + pen.width("C", _LABEL, bold=True))
+        + pen.px(18),
     )
 
 
@@ -412,34 +415,42 @@ def draw_cursor_values(
     painter: QPainter,
     pen: Pen,
     box: Box,
-    columns: Sequence[tuple[str, Box]],
+    columns: Sequence[Box],
     texts: Mapping[str, Sequence[str]],
     chart: Chart,
 ) -> None:
     """Write the values of a chart at the cursors, and what is to be said of them if it fits."""
-    for name, column in columns:
-        lines = texts.get(name, ())
-        if not lines:
-            continue
-        step = box.height / len(lines)
-        pixels = max(min(pen.px(_BODY), round(step / 0.82)), pen.px(8))
-        for index, text in enumerate(lines):
-            middle = box.y + (index + 0.5) * step
-            if text.startswith(BEYOND) and step >= pen.px(3 * _BODY):
-                below = middle + pen.px(_BODY)
-                _draw_beyond(painter, pen, column, below)
-            color = pen.theme.text if name == "delta" else chart.inks[index]
-            pen.text(
-                painter,
-                column.right - pen.px(6),
-                middle,
-                text,
-                color,
-                _BODY,
-                bold=name == "delta",
-                align="right",
-                pixels=pixels,
-            )
+    cells = [
+        (name, index, text)
+        for name in _CURSOR_LETTERS
+        for index, text in enumerate(texts.get(name, ()))
+    ]
+    rows = math.ceil(len(cells) / len(columns))
+    if not rows:
+        return
+    step = min(box.height / rows, pen.px(_CURSOR_STEP))
+    pixels = max(min(pen.px(_BODY), round(step / 0.82)), pen.px(8))
+    for number, (name, index, text) in enumerate(cells):
+        column = columns[number // rows]
+        middle = box.center + (number % rows - (rows - 1) / 2.0) * step
+        color = cursor_color(pen.theme, name) if name != "delta" else pen.theme.text
+        pen.text(
+            painter, column.x + pen.px(6), middle, _CURSOR_LETTERS[name], color, _LABEL, bold=True,
+            pixels=min(pixels, pen.px(_LABEL)),
+        )  # fmt: skip
+        if text.startswith(BEYOND) and rows == 1 and box.height >= pen.px(3 * _BODY):
+            _draw_beyond(painter, pen, column, middle + pen.px(_BODY))
+        pen.text(
+            painter,
+            column.right - pen.px(6),
+            middle,
+            text,
+            pen.theme.text if name == "delta" else chart.inks[index],
+            _BODY,
+            bold=name == "delta",
+            align="right",
+            pixels=pixels,
+        )
 
 
 def _draw_beyond(painter: QPainter, pen: Pen, column: Box, middle: float) -> None:
@@ -464,7 +475,7 @@ def draw_header(
     *,
     recording: bool,
 ) -> None:
-    """Write the pause or the window above the plot, and the headings of the columns of values."""
+    """Write the pause or the time in sight above the plot."""
     theme = pen.theme
     header, plot = geometry.header, geometry.plot
     center = header.center + pen.px(1)
@@ -497,11 +508,6 @@ def draw_header(
         x = geometry.columns.gutter + pen.px(4)
         pen.text(painter, x, center, title, theme.muted, _LABEL, room=room)
         pen.text(painter, plot.right, center, sight_text(view), theme.muted, _LABEL, align="right")
-    for name, column in geometry.cursors:
-        x = column.right - pen.px(6)
-        color = cursor_color(theme, name)
-        heading = _heading(view, name)
-        pen.text(painter, x, center, heading, color, _LABEL, bold=True, align="right")
 
 
 def draw_clock(
@@ -514,24 +520,6 @@ def draw_clock(
     right = geometry.values.right - pen.px(10)
     width = pen.text(painter, right, center, now, theme.text, _BODY, bold=True, align="right")
     pen.text(painter, right - width - pen.px(6), center, newest, theme.muted, _LABEL, align="right")
-
-
-def draw_cursor_names(painter: QPainter, pen: Pen, geometry: Geometry) -> None:
-    """Write the names of the columns of values at cursors, between heading and values."""
-    theme = pen.theme
-    for name, column in geometry.cursors:
-        color = cursor_color(theme, name) if name != "cursor" else theme.muted
-        pen.text(
-            painter, column.right - pen.px(6), geometry.lane.center, _CURSOR_NAMES[name], color,
-            _LABEL, bold=name != "cursor", align="right",
-        )  # fmt: skip
-
-
-def _heading(view: StripView, name: str) -> str:
-    if name == "delta":
-        a, b = view.cursors.get("a"), view.cursors.get("b")
-        return f"{number_text(b - a, 2)} s" if a is not None and b is not None else DASH
-    return clock_text(view.cursors.get(name), decimals=2)
 
 
 def behind_text(seconds: float) -> str:
@@ -722,7 +710,7 @@ def draw_axis(
     step: float,
     hidden: int,
 ) -> None:
-    """Write the time axis: flight time under the grid lines."""
+    """Write the time axis: flight time under the grid lines and at the cursors."""
     theme = pen.theme
     axis, plot = geometry.axis, geometry.plot
     line = max(pen.px(1), 1)
@@ -738,8 +726,28 @@ def draw_axis(
         painter.fillRect(QRect(plot.x + x, axis.y, line, pen.px(5)), pen.color(theme.axis))
         label = clock_text(time, decimals=decimals)
         labels.append((x, pen.width(label, _LABEL) / 2.0, label))
-    for x, label in _placed(labels, plot.width):
+    times = _cursor_times(pen, plot.width, view)
+    placed = _placed(labels, plot.width)
+    free = [
+        (x, label)
+        for x, label in placed
+        if not any(
+            abs(2.0 * x - left - right) < right - left + pen.width(label, _LABEL) + pen.px(8)
+            for left, right, _, _ in times
+        )
+    ]
+    if len(free) + len(times) < 2:
+        # A single label is no scale.
+        times, free = [], placed
+    for x, label in free:
         pen.text(painter, plot.x + x, center, label, theme.text, _LABEL, align="center")
+    for left, right, text, color in times:
+        box = QRect(plot.x + left, axis.y + pen.px(5), right - left, pen.px(18))
+        painter.fillRect(box, pen.color(color))
+        pen.text(
+            painter, plot.x + (left + right) / 2.0, center, text, theme.background, _LABEL,
+            bold=True, align="center",
+        )  # fmt: skip
     note = "flight time" if not hidden else f"{hidden} more: Up, Down"
     pen.text(
         painter,
@@ -750,6 +758,27 @@ def draw_axis(
         _LABEL,
         room=plot.x - geometry.columns.gutter - pen.px(12),
     )
+
+
+def _cursor_times(
+    pen: Pen, width_of_plot: int, view: StripView
+) -> list[tuple[int, int, str, str]]:
+    """Return first and last column, text and color of the times of the cursors in sight."""
+    names: dict[float, list[str]] = {}
+    for name, time in sorted(view.cursors.items(), key=lambda one: (one[1], one[0] != "cursor")):
+        if 0 <= view.x(time) < width_of_plot:
+            names.setdefault(time, []).append(name)
+    taken: list[tuple[int, int, str, str]] = []
+    for time, those in names.items():
+        letters = "".join(_CURSOR_LETTERS[name] for name in those)
+        text = f"{letters} {clock_text(time, decimals=2)}"
+        width = math.ceil(pen.width(text, _LABEL, bold=True)) + pen.px(8)
+        # Beside the one before, and the last ones as far right as they can.
+        left = max(view.x(time) - width // 2, taken[-1][1] + pen.px(2) if taken else 0)
+        left = min(left, width_of_plot - width)
+        if left >= (taken[-1][1] if taken else 0):
+            taken.append((left, left + width, text, cursor_color(pen.theme, those[-1])))
+    return taken
 
 
 def draw_cursor_lines(

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 _LEAST_CHART = 20
 """Logical pixels in which a line of values and the two labels of a scale still stand."""
+_LEAST_READING = 9
+"""Logical pixels from one value at a cursor to the next below it, at least."""
 _CHART_GAP = 3
 _GROUP_GAP = 9
 
@@ -75,8 +78,8 @@ class Geometry:
     header, lane, plot, axis, values, units : Box
         Line at the top; labels of spans and marks; all charts; time axis; current values, and
         their units at the right of them.
-    cursors : tuple of (str, Box)
-        Columns of values at cursors, by name, ``delta`` for the differences.
+    cursors : tuple of Box
+        Columns of values at cursors, filled from top to bottom; as a rule one holds them all.
     charts : tuple of Box
         The charts shown, in the plot.
     numbers : tuple of int
@@ -95,7 +98,7 @@ class Geometry:
     axis: Box
     values: Box
     units: Box
-    cursors: tuple[tuple[str, Box], ...]
+    cursors: tuple[Box, ...]
     charts: tuple[Box, ...]
     numbers: tuple[int, ...]
     groups: tuple[tuple[str, Box], ...]
@@ -108,7 +111,7 @@ def arrange(
     ratio: float,
     columns: Columns,
     groups: Sequence[tuple[str, Sequence[float]]],
-    cursors: Sequence[str],
+    cursor_values: int,
     selected: int,
     alone: bool,
 ) -> Geometry:
@@ -124,9 +127,9 @@ def arrange(
         Widths of the text beside the plot.
     groups : sequence of (name, heights)
         The groups with the relative heights of their charts.
-    cursors : sequence of str
-        Columns wanted for cursors, the most important first; those that leave too little plot
-        are left out.
+    cursor_values : int
+        Values at cursors that a chart has at most. They stand in as few columns as they can;
+        columns that leave too little plot are left out.
     selected : int
         Chart that must be among those shown.
     alone : bool
@@ -138,25 +141,19 @@ def arrange(
 
     header_height, lane_height, axis_height = px(26), px(20), px(26)
     left = columns.gutter + columns.names + columns.ticks
-    right = width - columns.values
-    wanted = []
-    for name in cursors:
-        if right - columns.cursor - left >= 0.3 * width:
-            right -= columns.cursor
-            wanted.append(name)
     plot = Box(
         x=left,
         y=header_height + lane_height,
-        width=max(right - left, 1),
+        width=max(width - columns.values - left, 1),
         height=max(height - header_height - lane_height - axis_height, 1),
     )
-    order = ("cursor", "a", "b", "delta")
-    places = []
-    x = width - columns.values - columns.cursor * len(wanted)
-    for name in sorted(wanted, key=order.index):
-        places.append((name, Box(x=x, y=plot.y, width=columns.cursor, height=plot.height)))
-        x += columns.cursor
     boxes, numbers, spans, hidden = _stack(plot, ratio, groups, selected, alone)
+    lowest = min((box.height for box in boxes), default=1)
+    count = math.ceil(cursor_values / max(lowest // px(_LEAST_READING), 1))
+    while count and plot.width - count * columns.cursor < 0.3 * width:
+        count -= 1
+    plot = replace(plot, width=max(plot.width - count * columns.cursor, 1))
+    boxes = [replace(box, width=plot.width) for box in boxes]
     return Geometry(
         ratio=ratio,
         columns=columns,
@@ -171,7 +168,15 @@ def arrange(
             width=columns.units + px(10),
             height=plot.height,
         ),
-        cursors=tuple(places),
+        cursors=tuple(
+            Box(
+                x=plot.right + number * columns.cursor,
+                y=plot.y,
+                width=columns.cursor,
+                height=plot.height,
+            )
+            for number in range(count)
+        ),
         charts=tuple(boxes),
         numbers=tuple(numbers),
         groups=tuple(

@@ -106,6 +106,7 @@ class StripChart(QWidget):
         self._given_now: float | None = None
         self._recording = False
         self._newest = "now"
+        self._shows_cursor_values = True
         self._empty = ""
         self.view = StripView(window=self._layout.window)
         self._charts: dict[int, Chart] = {}
@@ -231,6 +232,12 @@ class StripChart(QWidget):
         if recording != self._recording:
             self._recording = recording
             self.update()
+
+    def set_cursor_values_shown(self, shown: bool) -> None:
+        """Show values at the cursors, or leave their room to the charts: they stand elsewhere."""
+        if shown != self._shows_cursor_values:
+            self._shows_cursor_values = shown
+            self._rebuild()
 
     def set_newest(self, words: str) -> None:
         """Say what the newest flight time is: that of now, or as far as a record was read."""
@@ -443,7 +450,7 @@ class StripChart(QWidget):
             ratio,
             columns,
             groups,
-            self._cursor_columns(),
+            self._count_cursor_values(),
             self.view.selected,
             alone,
         )
@@ -467,13 +474,12 @@ class StripChart(QWidget):
         self._describe()
         self.update()
 
-    def _cursor_columns(self) -> list[str]:
+    def _count_cursor_values(self) -> int:
+        """Return how many values at cursors the fullest chart has."""
         cursors = self.view.cursors
-        wanted = []
-        if "a" in cursors and "b" in cursors:
-            wanted.append("delta")
-        wanted += [name for name in ("cursor", "a", "b") if name in cursors]
-        return wanted
+        names = len(cursors) + ("a" in cursors and "b" in cursors)
+        lines = max((len(chart.specs) for chart in self._charts.values()), default=1)
+        return names * lines if self._shows_cursor_values else 0
 
     def _make_charts(self) -> None:
         strips = self._layout.strips
@@ -562,7 +568,6 @@ class StripChart(QWidget):
             box = Box(x=left, y=lane.y, width=right - left, height=lane.height)
             if exposed.begin(box):
                 painter.fillRect(_rect(box), background)
-                drawing.draw_cursor_names(painter, pen, geometry)
 
     def _paint_beside(self, painter: QPainter, geometry: Geometry, exposed: Exposed) -> None:
         """Paint what stands to the left and right of the charts, and below."""
@@ -591,7 +596,7 @@ class StripChart(QWidget):
         *,
         units: bool,
     ) -> None:
-        beside = bool(geometry.cursors) and exposed.touches(geometry.cursors[0][1])
+        beside = bool(geometry.cursors) and exposed.touches(geometry.cursors[0])
         for number_of_chart, box in zip(geometry.numbers, geometry.charts, strict=True):
             row = Box(x=right.x, y=box.y, width=right.width, height=box.height)
             if not exposed.touches(row):
@@ -845,9 +850,9 @@ class StripChart(QWidget):
         """Set ``cursor``, ``a`` or ``b`` to a flight time (s), or take it away with None."""
         if self.view.cursors.get(name) == time:
             return
-        before = self._cursor_columns()
+        before = self._count_cursor_values()
         self.view.set_cursor(name, time)
-        if self._cursor_columns() != before:
+        if self._count_cursor_values() != before:
             self._rebuild()
         self.update()
         self.cursor_moved.emit(name, self.view.cursors.get(name))
