@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from PySide6.QtGui import QAction, QKeySequence
@@ -62,8 +62,8 @@ class Command:
     ----------
     id : str
         Name in code.
-    menu : str
-        Menu that lists it.
+    menu, submenu : str
+        Menu that lists it, and the submenu there; empty for none.
     text : str
         As listed.
     keys : tuple of str
@@ -84,6 +84,12 @@ class Command:
     needs: Need = "nothing"
     rule: bool = False
     repeats: bool = False
+    submenu: str = ""
+
+
+def _within(submenu: str, *commands: Command) -> tuple[Command, ...]:
+    """Return commands as a submenu of their menu: a menu stays one column on small screens."""
+    return tuple(replace(command, submenu=submenu) for command in commands)
 
 
 def _command(
@@ -107,6 +113,14 @@ CHART_PREFIX = "chart_"
 FULL_SCREEN_KEYS = ("Meta+Ctrl+F", "F11") if sys.platform == "darwin" else ("F11",)
 """On macOS the system keeps F11 for itself."""
 
+_CHART_SUBMENUS = {
+    "Time": ("earlier", "later", "window_earlier", "window_later", "start", "zoom_in", "zoom_out"),
+    "Selected chart": ("chart_up", "chart_down", "range", "move_up", "move_down"),
+    "Cursors": (
+        "cursor", "cursor_earlier", "cursor_later", "cursor_far_earlier", "cursor_far_later",
+        "set_a", "set_b",
+    ),
+}  # fmt: skip
 _CHART_COMMANDS = tuple(
     Command(
         id=CHART_PREFIX + action.id,
@@ -115,6 +129,7 @@ _CHART_COMMANDS = tuple(
         keys=action.keys,
         needs="charts",
         repeats=action.repeats,
+        submenu=next((name for name, ids in _CHART_SUBMENUS.items() if action.id in ids), ""),
     )
     for action in KEY_ACTIONS
     if action.id != "mark"
@@ -238,10 +253,10 @@ _REVIEW_COMMANDS = (
     ),
 )  # fmt: skip
 
-_REVIEW_MANEUVER_COMMANDS = (
+_REVIEW_FLIGHT_COMMANDS = (
     _command(
         "Review", "review_add_open", "Review the open flight", "Ctrl+Shift+P",
-        needs="review_open", rule=True,
+        needs="review_open",
     ),
     _command(
         "Review", "review_add_folder", "Add a flight folder…", "Ctrl+Alt+O",
@@ -250,10 +265,13 @@ _REVIEW_MANEUVER_COMMANDS = (
     _command(
         "Review", "review_add_files", "Add flight files…", "Ctrl+Alt+F", needs="review_flights"
     ),
-    _command("Review", "review_take_out", "Take the flight out", needs="review_flight"),
+    _command("Review", "review_take_out", "Remove flight", needs="review_flight"),
+)  # fmt: skip
+
+_REVIEW_MANEUVER_COMMANDS = (
     _command(
         "Review", "review_previous_maneuver", "Maneuver before", "Alt+PgUp",
-        needs="review_maneuver", rule=True, repeats=True,
+        needs="review_maneuver", repeats=True,
     ),
     _command(
         "Review", "review_next_maneuver", "Next maneuver", "Alt+PgDown", needs="review_maneuver",
@@ -267,8 +285,31 @@ _REVIEW_MANEUVER_COMMANDS = (
         "Review", "review_whole", "Show the whole flight", "Ctrl+Home", needs="review_flight"
     ),
     _command(
+        "Review", "review_add_maneuver", "Add the stretch as a maneuver", "Ctrl+N",
+        needs="review_flight", rule=True,
+    ),
+    _command(
+        "Review", "review_remove_maneuver", "Remove the maneuver", "Ctrl+Backspace",
+        needs="review_maneuver",
+    ),
+    _command(
+        "Review", "review_merge", "Merge with the next, or all that are chosen", "Ctrl+J",
+        needs="review_maneuver",
+    ),
+    _command(
+        "Review", "review_rename", "Rename the maneuver", "Ctrl+Shift+N", needs="review_maneuver"
+    ),
+    _command("Review", "review_note", "Write a note on it", "Ctrl+B", needs="review_maneuver"),
+    _command("Review", "review_grade", "Grade by hand…", "Ctrl+Shift+G", needs="review_maneuver"),
+    _command(
+        "Review", "review_in_use", "Use it in the estimate, or not", "U", needs="review_maneuver"
+    ),
+)  # fmt: skip
+
+_REVIEW_EDGE_COMMANDS = (
+    _command(
         "Review", "review_start_earlier", "Start 0.1 s earlier", "Ctrl+Left",
-        needs="review_maneuver", rule=True, repeats=True,
+        needs="review_maneuver", repeats=True,
     ),
     _command(
         "Review", "review_start_later", "Start 0.1 s later", "Ctrl+Right",
@@ -297,26 +338,6 @@ _REVIEW_MANEUVER_COMMANDS = (
     _command(
         "Review", "review_end_on", "End one sample later", "Alt+Shift+Right",
         needs="review_maneuver", repeats=True,
-    ),
-    _command(
-        "Review", "review_add_maneuver", "Add the stretch as a maneuver", "Ctrl+N",
-        needs="review_flight", rule=True,
-    ),
-    _command(
-        "Review", "review_remove_maneuver", "Remove the maneuver", "Ctrl+Backspace",
-        needs="review_maneuver",
-    ),
-    _command(
-        "Review", "review_merge", "Merge with the next, or all that are chosen", "Ctrl+J",
-        needs="review_maneuver",
-    ),
-    _command(
-        "Review", "review_rename", "Rename the maneuver", "Ctrl+Shift+N", needs="review_maneuver"
-    ),
-    _command("Review", "review_note", "Write a note on it", "Ctrl+B", needs="review_maneuver"),
-    _command("Review", "review_grade", "Grade by hand…", "Ctrl+Shift+G", needs="review_maneuver"),
-    _command(
-        "Review", "review_in_use", "Use it in the estimate, or not", "U", needs="review_maneuver"
     ),
 )  # fmt: skip
 
@@ -400,11 +421,10 @@ COMMANDS: tuple[Command, ...] = (
     _command("View", "smaller", "Smaller", "Ctrl+-"),
     _command("View", "normal_size", "Normal size", "Ctrl+0"),
     *_CHART_COMMANDS,
-    _command(
-        "Charts", "type_range", "Type the y range of the chosen chart…", "Shift+Y", needs="charts"
-    ),
-    _command(
-        "Charts", "type_limits", "Type the limits of the chosen chart…", "Shift+L", needs="charts"
+    *_within(
+        "Selected chart",
+        _command("Charts", "type_range", "Set y range…", "Shift+Y", needs="charts"),
+        _command("Charts", "type_limits", "Set limits…", "Shift+L", needs="charts"),
     ),
     _command("Flight", "panel_channels", "Choose channels", "Ctrl+1", needs="flight"),
     _command("Flight", "panel_values", "Values at the cursors", "Ctrl+2", needs="flight"),
@@ -439,10 +459,12 @@ COMMANDS: tuple[Command, ...] = (
     *_PREFLIGHT_COMMANDS,
     *_PILOT_COMMANDS,
     *_REVIEW_COMMANDS,
-    *_REVIEW_ESTIMATE_COMMANDS,
-    *_REVIEW_MANEUVER_COMMANDS,
-    *_REVIEW_FIGURE_COMMANDS,
-    *_REVIEW_SUMMARY_COMMANDS,
+    *_within("Flights", *_REVIEW_FLIGHT_COMMANDS),
+    *_within("Maneuvers", *_REVIEW_MANEUVER_COMMANDS),
+    *_within("Start and end of a maneuver", *_REVIEW_EDGE_COMMANDS),
+    *_within("Estimate", *_REVIEW_ESTIMATE_COMMANDS),
+    *_within("Figures", *_REVIEW_FIGURE_COMMANDS),
+    *_within("Summary", *_REVIEW_SUMMARY_COMMANDS),
     _command("Model gap", "gap_search", "Search for a missing effect…", "Ctrl+F"),
     _command("Model gap", "gap_cancel", "Stop the search", "Ctrl+.", needs="search"),
     _command("Model gap", "gap_find", "1 Find the disagreement", "Alt+1", needs="gap", rule=True),
@@ -548,13 +570,16 @@ class CommandSet:
 
     def fill(self, bar: QMenuBar) -> None:
         """Put the menus into a menu bar."""
-        menus: dict[str, QMenu] = {}
+        menus: dict[tuple[str, str], QMenu] = {}
         for command in self.commands:
-            if command.menu not in menus:
-                menus[command.menu] = bar.addMenu(f"&{command.menu}")
-            if command.rule:
-                menus[command.menu].addSeparator()
-            menus[command.menu].addAction(self.actions[command.id])
+            place = (command.menu, command.submenu)
+            if (command.menu, "") not in menus:
+                menus[command.menu, ""] = bar.addMenu(f"&{command.menu}")
+            if place not in menus:
+                menus[place] = menus[command.menu, ""].addMenu(command.submenu)
+            if command.rule and not menus[place].isEmpty():
+                menus[place].addSeparator()
+            menus[place].addAction(self.actions[command.id])
 
     def enable(self, present: Iterable[Need]) -> None:
         """Gray what has nothing to act on; `present` says what is there."""

@@ -151,7 +151,7 @@ QSplitter::handle:vertical {{ height: 1px; }}
 QProgressBar {{ background: {chosen}; border: 0; border-radius: {p4}px; }}
 QProgressBar::chunk {{ background: {text}; border-radius: {p4}px; }}
 
-QFrame#banner {{ background: {panel}; border: 0; border-bottom: 1px solid {line}; }}
+QFrame#banner {{ background: {panel}; border: 1px solid {muted}; border-radius: {p4}px; }}
 QFrame#banner[level="caution"] {{ background: {caution_band}; }}
 QFrame#banner[level="warning"] {{ background: {warning_band}; }}
 QFrame#card {{ background: {panel}; border: 1px solid {line}; border-radius: {p8}px; }}

@@ -153,10 +153,10 @@ class MainWindow(QMainWindow):
         column = QVBoxLayout()
         column.setSpacing(0)
         column.addWidget(self.bar)
-        column.addWidget(self.banners)
         column.addWidget(self.places, 1)
         row.addLayout(column, 1)
         self.setCentralWidget(body)
+        self.banners.float_over(self.places)
         self.setMinimumSize(640, 400)
 
     def _bind(self) -> None:

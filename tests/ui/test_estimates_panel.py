@@ -59,7 +59,7 @@ def pixels(panel: EstimatesPanel) -> np.ndarray:
 
 def test_rows_in_words() -> None:
     """What a screen reader says; digits that the bound earns; unknown is no number."""
-    assert spoken_row(KNOWN) == "Cm_alpha \N{MINUS SIGN}0.3350 ± 0.0040, 1.2 %, " + (
+    assert spoken_row(KNOWN) == "Cm_alpha \N{MINUS SIGN}0.3350 ± 0.0040, standard error 1.2 %, " + (
         "last maneuver: 9 % to 2.0 %"
     )
     assert spoken_row(UNKNOWN) == "Cl_da unknown: the aileron hardly moved"

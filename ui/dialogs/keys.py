@@ -22,8 +22,12 @@ from ui.pages import label
 _WITH_THE_MOUSE = (
     ("Press on the charts", "Cursor with all values at that time"),
     ("Double press", "Enlarge one chart, or show all again"),
-    ("Wheel", "Shorter or longer time in sight"),
+    ("Wheel", "Zoom in or out in time"),
     ("Shift and wheel", "Scroll in time"),
+    ("Wheel over a value axis, or Ctrl and wheel", "Scale the values of that chart"),
+    ("Drag a value axis", "Shift the values of that chart"),
+    ("Double press on a value axis", "Autoscale that chart"),
+    ("Right press on charts and tables", "Menu: copy, limits, range, marks, export"),
 )
 
 
@@ -52,8 +56,13 @@ class KeysDialog(PassingDialog):
         body.setObjectName("page")
         self._flow = FlowLayout(body, spacing=look.px(16))
         self._cards: list[tuple[QFrame, list[tuple[str, list[QWidget]]]]] = []
-        for menu in dict.fromkeys(command.menu for command in COMMANDS):
-            commands = [known for known in COMMANDS if known.menu == menu and known.keys]
+        for place in dict.fromkeys((known.menu, known.submenu) for known in COMMANDS):
+            commands = [
+                known for known in COMMANDS if (known.menu, known.submenu) == place and known.keys
+            ]
+            menu = ": ".join(filter(None, place))
+            if not commands:
+                continue
             lines = [
                 (known.text.rstrip("…"), "  or  ".join(key_text(key) for key in known.keys))
                 for known in commands

@@ -24,13 +24,13 @@ class GoToDialog(FormDialog):
     ) -> None:
         super().__init__(
             "Go to time",
-            f"This flight runs from {clock_text(first)} to {clock_text(last)}.",
+            f"This flight runs from {clock_text(first, decimals=1)} to {clock_text(last, decimals=1)}.",
             "Go",
             look,
             parent,
         )
         self._span = (first, last)
-        self.edit = QLineEdit(clock_text(now))
+        self.edit = QLineEdit(clock_text(now, decimals=1))
         self.edit.selectAll()
         self.sentence = Sentence()
         self.add_row("Flight time", self.edit, self.sentence)
@@ -46,7 +46,8 @@ class GoToDialog(FormDialog):
             self.sentence.say("Write minutes and seconds, such as 4:07.5, or seconds.", "warning")
         elif not first <= time <= last:
             self.sentence.say(
-                f"Outside the flight; the nearest is {clock_text(self.held)}.", "caution"
+                f"Outside the flight; the nearest is {clock_text(self.held, decimals=1)}.",
+                "caution",
             )
         else:
             self.sentence.say(f"{time:.1f} s", "good")

@@ -131,7 +131,9 @@ class TimeSlider(QWidget):
         new = (time, (first, last), tuple(marks), tuple(alarms))
         if new != (self._time, self._range, self._marks, self._alarms):
             self._time, self._range, self._marks, self._alarms = new
-            self.setAccessibleDescription(f"{clock_text(time)} of {clock_text(last)}")
+            self.setAccessibleDescription(
+                f"{clock_text(time, decimals=1)} of {clock_text(last, decimals=1)}"
+            )
             self.update()
 
     def _line(self) -> QRectF:
@@ -294,7 +296,7 @@ class ReplayBar(QWidget):
     ) -> None:
         """Show where the replay is and how it runs."""
         self.slider.show_time(time, first, last, marks, alarms)
-        self.clock.setText(f"{clock_text(time, decimals=1)} / {clock_text(last)}")
+        self.clock.setText(f"{clock_text(time, decimals=1)} / {clock_text(last, decimals=1)}")
         self.play.show_glyph("pause" if playing else "play", "Pause" if playing else "Play")
         index = min(range(len(SPEEDS)), key=lambda place: abs(SPEEDS[place] - speed))
         if speed == SPEEDS[-1]:
@@ -344,7 +346,7 @@ class ControlRow(QWidget):
             button.setCheckable(True)
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
             button.setAccessibleName(f"Show {span_text(seconds)}")
-            button.setToolTip(f"Show {span_text(seconds)} (+ shorter, - longer)")
+            button.setToolTip(f"Show {span_text(seconds)} (+ zooms in, - out)")
             button.clicked.connect(lambda _checked=False, span=seconds: self._choose(span))
             row.addWidget(button)
             self.spans[seconds] = button
@@ -385,7 +387,7 @@ class ControlRow(QWidget):
 
     def show_paused(self, paused: bool) -> None:
         """Show what the first button would do."""
-        self.pause.show_glyph("play" if paused else "pause", "Go on" if paused else "Pause")
+        self.pause.show_glyph("play" if paused else "pause", "Resume" if paused else "Pause")
 
 
 def next_speed(speed: float, steps: int) -> float:

@@ -16,10 +16,22 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QColor, QFontMetricsF, QKeyEvent, QPainter, QPen, QPolygonF
+from PySide6.QtGui import (
+    QColor,
+    QContextMenuEvent,
+    QFontMetricsF,
+    QGuiApplication,
+    QKeyEvent,
+    QKeySequence,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPolygonF,
+)
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QListView,
+    QMenu,
     QStackedLayout,
     QStyle,
     QStyledItemDelegate,
@@ -92,7 +104,7 @@ def spoken_row(row: EstimateRow) -> str:
         return f"{row.name} unknown: {row.why or 'not excited yet'}"
     said = f"{row.name} {value_text(*best)}"
     if row.percent is not None:
-        said += f", {percent_text(row.percent)}"
+        said += f", standard error {percent_text(row.percent)}"
     if row.changed:
         said += f", last maneuver: {row.changed}"
     return said
@@ -170,7 +182,7 @@ class EstimateDelegate(QStyledItemDelegate):
         painter.setPen(QColor(theme.text))
         painter.drawText(top, Qt.AlignmentFlag.AlignLeft | _CENTER, row.name)
         painter.setPen(QColor(theme.muted if row.best is None else theme.text))
-        percent = DASH if row.percent is None else percent_text(row.percent)
+        percent = DASH if row.percent is None else f"±{percent_text(row.percent)}"
         painter.drawText(top, Qt.AlignmentFlag.AlignRight | _CENTER, percent)
         painter.setFont(look.font("body"))
         painter.drawText(middle, Qt.AlignmentFlag.AlignLeft | _CENTER, value)
@@ -286,13 +298,108 @@ class EstimatesList(QListView):
     def _restyle(self) -> None:
         self.rows.layoutChanged.emit()
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Open with Enter."""
+    def copy_row(self) -> None:
+        """Put the current derivative on the clipboard, as a sentence."""
+        if self.currentIndex().isValid():
+            QGuiApplication.clipboard().setText(
+                spoken_row(self.rows.rows[self.currentIndex().row()])
+            )
+
+    def copy_table(self) -> None:
+        """Put all derivatives on the clipboard, one a line."""
+        QGuiApplication.clipboard().setText("\n".join(map(spoken_row, self.rows.rows)))
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Offer to copy, and to go to the maneuver."""
+        menu = QMenu(self)
         index = self.currentIndex()
-        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and index.isValid():
+        if index.isValid():
+            name = self.rows.rows[index.row()].name
+            menu.addAction("Go to the last maneuver", lambda: self.opened.emit(name))
+            menu.addAction("Copy value", self.copy_row)
+        menu.addAction("Copy table", self.copy_table)
+        menu.exec(event.globalPos())
+        menu.deleteLater()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Open with Enter, copy with Ctrl+C."""
+        index = self.currentIndex()
+        if event.matches(QKeySequence.StandardKey.Copy):
+            self.copy_row()
+        elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and index.isValid():
             self.opened.emit(self.rows.rows[index.row()].name)
         else:
             super().keyPressEvent(event)
+
+
+_LEGEND = (
+    ("line", "FTR, in flight"),
+    ("point", "ML, ±2 standard errors"),
+    ("known", "Prior"),
+    ("", "±%: standard error / value"),
+)
+"""What is drawn and written in the rows, by the sign before it."""
+
+
+class Legend(QWidget):
+    """Explains what the rows draw, and their percentage."""
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._look = look
+        self.setAccessibleName(f"Legend: {', '.join(words for _, words in _LEGEND)}")
+        look.changed.connect(self.updateGeometry)
+
+    def _places(self, width: float) -> list[tuple[float, float]]:
+        """Return where each entry begins; those without room go into the next line."""
+        px, metrics = self._look.px, QFontMetricsF(self._look.font("label"))
+        x = y = 0.0
+        found = []
+        for sign, words in _LEGEND:
+            needed = metrics.horizontalAdvance(words) + (px(22) if sign else 0)
+            if x and x + needed > width - 2 * px(_SIDE):
+                x, y = 0.0, y + px(18)
+            found.append((x + px(_SIDE), y))
+            x += needed + px(14)
+        return found
+
+    def hasHeightForWidth(self) -> bool:
+        """Return that narrow ones have more lines."""
+        return True
+
+    def heightForWidth(self, width: int) -> int:
+        """Return the height of all lines."""
+        return round(self._places(width)[-1][1]) + self._look.px(24)
+
+    def sizeHint(self) -> QSize:
+        """Return the size at the present width."""
+        return QSize(self._look.px(200), self.heightForWidth(max(self.width(), 1)))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw signs and words."""
+        look, theme, px = self._look, self._look.theme, self._look.px
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
+        painter.setFont(look.font("label"))
+        for (sign, words), (x, y) in zip(_LEGEND, self._places(self.width()), strict=True):
+            middle = y + px(11)
+            if sign == "point":
+                painter.setPen(QPen(QColor(theme.traces["rust"]), px(1)))
+                painter.setBrush(QColor(theme.traces["rust"]))
+                painter.drawLine(
+                    QPointF(x + px(8), middle - px(6)), QPointF(x + px(8), middle + px(6))
+                )
+                painter.drawEllipse(QPointF(x + px(8), middle), px(2.5), px(2.5))
+            elif sign:
+                dotted = sign == "known"
+                color = theme.previous if dotted else theme.traces["blue"]
+                style = Qt.PenStyle.DotLine if dotted else Qt.PenStyle.SolidLine
+                painter.setPen(QPen(QColor(color), px(1 if dotted else 1.5), style))
+                painter.drawLine(QPointF(x, middle), QPointF(x + px(16), middle))
+            painter.setPen(QColor(theme.muted))
+            room = QRectF(x + (px(22) if sign else 0), y, self.width(), px(22))
+            painter.drawText(room, Qt.AlignmentFlag.AlignLeft | _CENTER, words)
+        painter.end()
 
 
 class EstimatesPanel(QWidget):
@@ -314,6 +421,8 @@ class EstimatesPanel(QWidget):
         self._state = label("", "label", wrap=True)
         self._state.setContentsMargins(12, 8, 12, 4)
         column.addWidget(self._state)
+        self._legend = Legend(look)
+        column.addWidget(self._legend)
         holder = QWidget()
         self._pile = QStackedLayout(holder)
         self._empty = label("", "muted", wrap=True)
@@ -330,6 +439,7 @@ class EstimatesPanel(QWidget):
         """Show derivatives, and a line on how the fits stand."""
         self._state.setText(state)
         self._state.setVisible(bool(state))
+        self._legend.setVisible(bool(rows))
         self.list.rows.show(rows)
         self._pile.setCurrentIndex(1 if rows else 0)
         if not rows:

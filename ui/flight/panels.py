@@ -56,6 +56,7 @@ class ListPanel(QWidget):
         button.setToolTip(name)
         self._foot.addWidget(button)
         self._foot_widget.show()
+        self.view.further.append((words, button.click))
         return button
 
     def show_lines(self, lines: Sequence[Line]) -> None:
@@ -169,7 +170,7 @@ class AlarmsPanel(ListPanel):
         titles = ("Start", "Alarm", "Value / limit", "Duration", "Acknowledged")
         model = LinesModel(look, titles, right=frozenset({2, 3}))
         widths = {0: LATE, 2: "< 100.0 °", 3: "00:00.0", 4: "Acknowledged"}
-        view = LinesView(model, look, "Alarms", stretch=1, widths=widths, least=100, sortable=True)
+        view = LinesView(model, look, "Alarms", stretch=1, widths=widths, least=140, sortable=True)
         super().__init__(view, look, "No alarms.")
         view.opened.connect(self.jumped)
         button = self.add_button("Acknowledge (K)", "Acknowledge the alarms (K)")
@@ -193,3 +194,4 @@ class MessagesPanel(ListPanel):
         view = LinesView(model, look, "Messages of the aircraft", stretch=1, widths={0: LATE})
         super().__init__(view, look, "The aircraft has sent no messages.")
         view.opened.connect(self.jumped)
+        view.further.append(("Go to", lambda: self.jumped.emit(view.current_key())))

@@ -6,12 +6,23 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt, Signal
-from PySide6.QtGui import QColor, QFocusEvent, QFontMetrics, QKeyEvent, QResizeEvent
+from PySide6.QtGui import (
+    QColor,
+    QContextMenuEvent,
+    QFocusEvent,
+    QFontMetrics,
+    QGuiApplication,
+    QKeyEvent,
+    QKeySequence,
+    QResizeEvent,
+    QShowEvent,
+)
 from PySide6.QtWidgets import (
     QAbstractItemDelegate,
     QAbstractItemView,
     QHeaderView,
     QLineEdit,
+    QMenu,
     QStyledItemDelegate,
     QStyleOptionViewItem,
     QTableView,
@@ -95,7 +106,7 @@ class LinesModel(QAbstractTableModel):
     ) -> None:
         super().__init__()
         self._look = look
-        self._titles = tuple(titles)
+        self.titles = tuple(titles)
         self._right = right
         self._editable = editable
         self._sorted_by: tuple[int, bool] | None = None  # column, and whether backward
@@ -144,7 +155,7 @@ class LinesModel(QAbstractTableModel):
 
     def columnCount(self, parent: Index | None = None) -> int:
         """Return the number of columns."""
-        return 0 if parent is not None and parent.isValid() else len(self._titles)
+        return 0 if parent is not None and parent.isValid() else len(self.titles)
 
     def headerData(
         self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
@@ -153,7 +164,7 @@ class LinesModel(QAbstractTableModel):
         if orientation is not Qt.Orientation.Horizontal:
             return None
         if role == Qt.ItemDataRole.DisplayRole:
-            return self._titles[section]
+            return self.titles[section]
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return self._alignment(section)
         return None
@@ -240,6 +251,8 @@ class LinesView(QTableView):
         Key of the line the user pressed Enter on.
     deleted : Signal(object)
         Key of the line the user pressed Delete on.
+    further : list of (str, callable)
+        What the menu of a line offers beside copying.
     """
 
     opened = Signal(object)
@@ -259,6 +272,7 @@ class LinesView(QTableView):
     ) -> None:
         super().__init__()
         self.lines = model
+        self.further: list[tuple[str, Callable[[], object]]] = []
         self._stretch, self._least = stretch, least
         self._look = look
         self._widths = widths
@@ -325,6 +339,11 @@ class LinesView(QTableView):
         super().resizeEvent(event)
         self._give_rest()
 
+    def showEvent(self, event: QShowEvent) -> None:
+        """Take the heights that the words need at the width there is now."""
+        super().showEvent(event)
+        self._give_rest()
+
     def _pixels(self, width: int | str) -> int:
         if isinstance(width, int):
             return self._look.px(width)
@@ -370,8 +389,57 @@ class LinesView(QTableView):
         if index.isValid() and not self.selectionModel().hasSelection():
             self.selectRow(index.row())
 
+    # Copying
+
+    def copy_cell(self) -> None:
+        """Put the text of the current cell on the clipboard."""
+        index = self.currentIndex()
+        if index.isValid():
+            QGuiApplication.clipboard().setText(self.lines.lines[index.row()].cells[index.column()])
+
+    def copy_rows(self) -> None:
+        """Put the selected rows on the clipboard, columns apart by tabs."""
+        chosen = sorted({index.row() for index in self.selectionModel().selectedRows()})
+        self._copy([self.lines.lines[row] for row in chosen])
+
+    def copy_table(self) -> None:
+        """Put the whole table with its titles on the clipboard."""
+        self._copy(self.lines.lines, titled=True)
+
+    def _copy(self, lines: Sequence[Line], *, titled: bool = False) -> None:
+        shown = [
+            column for column in range(self.lines.columnCount()) if not self.isColumnHidden(column)
+        ]
+        rows = [line.cells for line in lines]
+        if titled:
+            rows.insert(0, self.lines.titles)
+        # A cell of two lines stays one cell where it is pasted.
+        texts = ["\t".join(row[column].replace("\n", " ") for column in shown) for row in rows]
+        QGuiApplication.clipboard().setText("\n".join(texts))
+
+    def context_menu(self) -> QMenu:
+        """Return the menu of the line that was pressed."""
+        menu = QMenu(self)
+        if self.currentIndex().isValid():
+            for words, act in self.further:
+                menu.addAction(words, act)
+            menu.addSeparator()
+            menu.addAction("Copy value", self.copy_cell)
+            menu.addAction("Copy row", self.copy_rows)
+        menu.addAction("Copy table", self.copy_table)
+        return menu
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Show the menu."""
+        menu = self.context_menu()
+        menu.exec(event.globalPos())
+        menu.deleteLater()
+
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Jump with Enter, delete with Delete."""
+        """Jump with Enter, delete with Delete, copy with Ctrl+C."""
+        if event.matches(QKeySequence.StandardKey.Copy):
+            self.copy_rows()
+            return
         key = self.current_key()
         acts: dict[int, Callable[[object], None]] = {
             int(Qt.Key.Key_Return): self.opened.emit,

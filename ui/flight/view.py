@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
-from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtCore import QPoint, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QFontMetricsF, QResizeEvent
 from PySide6.QtWidgets import QSplitter, QTabWidget, QVBoxLayout, QWidget
 
 from ui.commands import CHART_PREFIX
 from ui.flight.channel_panel import ChannelPanel
+from ui.flight.chart_menu import chart_menu
 from ui.flight.choice import LAYOUT_NAMES, OVERVIEW, named, shipped_layout
 from ui.flight.controls import ControlRow, ReplayBar
 from ui.flight.estimates_panel import EstimatesPanel
@@ -137,6 +138,7 @@ class FlightView(QWidget):
     def _connect(self) -> None:
         charts, store = self.charts, self._store
         charts.mark_requested.connect(self.mark_requested)
+        charts.menu_requested.connect(self._show_menu)
         charts.cursor_moved.connect(lambda *_: self._show_values())
         charts.layout_changed.connect(self._charts_changed)
         charts.view_changed.connect(self._view_changed)
@@ -393,6 +395,12 @@ class FlightView(QWidget):
         """Paint what has arrived: one frame."""
         self.charts.set_now(now)
         self.charts.advance()
+
+    def _show_menu(self, where: QPoint, time: float | None) -> None:
+        units = self._look.units
+        menu = chart_menu(self.charts, self._picture, self._actions, time, units, self)
+        menu.exec(where)
+        menu.deleteLater()
 
     def _view_changed(self) -> None:
         view = self.charts.view

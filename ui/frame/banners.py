@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Literal
 
-from PySide6.QtCore import QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QObject, QRectF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import (
     QFrame,
@@ -29,6 +29,8 @@ _STATES: dict[Level, State] = {
     "work": "plain",
 }
 _MOST = 3  # at a time; older ones stand in the log
+_WIDTH, _SIDE, _ABOVE = 720, 16, 72
+"""Points: of a banner at most, free beside it, and free below it for the buttons of the page."""
 _WORDS: dict[Level, str] = {"note": "Note", "caution": "Caution", "warning": "Failed", "work": ""}
 
 
@@ -146,6 +148,9 @@ class Banner(QFrame):
 class BannerStack(QWidget):
     """The banners on screen, newest on top; equal sentences are shown once.
 
+    They float over the lower left of the page, so that nothing moves under the pointer, and clear
+    of the buttons along its lower edge.
+
     Parameters
     ----------
     look : Look
@@ -165,7 +170,38 @@ class BannerStack(QWidget):
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
         self._column.setSpacing(1)
+        self._page: QWidget | None = None
         self.hide()
+
+    def float_over(self, page: QWidget) -> None:
+        """Stand over a page from now on, wherever it moves."""
+        self._page = page
+        self.setParent(page.parentWidget())
+        page.installEventFilter(self)
+        self._look.changed.connect(self._place)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Follow the page."""
+        if watched is self._page and event.type() in (QEvent.Type.Resize, QEvent.Type.Move):
+            self._place()
+        return False
+
+    def event(self, event: QEvent) -> bool:
+        """Take the height that the words need."""
+        if event.type() == QEvent.Type.LayoutRequest:
+            self._place()
+        return bool(super().event(event))
+
+    def _place(self) -> None:
+        page, look = self._page, self._look
+        if page is None or not self.banners:
+            return
+        width = min(page.width() - 2 * look.px(_SIDE), look.px(_WIDTH))
+        height = max(self._column.totalHeightForWidth(width), self._column.minimumSize().height())
+        bottom = page.y() + page.height() - look.px(_ABOVE)
+        top = max(bottom - height, page.y())
+        self.setGeometry(page.x() + look.px(_SIDE), top, width, height)
+        self.raise_()
 
     def show_banner(
         self,
@@ -187,6 +223,7 @@ class BannerStack(QWidget):
         passing = [known for known in self.banners if known.level != "work"]
         for old in passing[_MOST:]:
             self.remove(old)
+        self._place()
         self.show()
         return banner
 

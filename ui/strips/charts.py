@@ -90,6 +90,11 @@ class Reading:
     extrapolated: bool = False
 
 
+def scaled_range(chart: Chart, factor: float, about: float) -> tuple[float, float]:
+    """Return a chart's range (displayed units) times a factor; one value stays where it is."""
+    return about + factor * (chart.low - about), about + factor * (chart.high - about)
+
+
 def rgb(color: str) -> Color:
     """Return red, green and blue of ``#rrggbb``."""
     return int(color[1:3], 16), int(color[3:5], 16), int(color[5:7], 16)

@@ -21,7 +21,7 @@ from ui.strips.geometry import Box, Columns, Geometry
 from ui.strips.ticks import multiples, step_decimals, time_step
 from ui.strips.view import StripView
 from ui.theme import Theme
-from ui.words import DASH, MINUS, clock_text, number_text, span_text, unit_text
+from ui.words import DASH, MINUS, clock_text, length_text, number_text, span_text, unit_text
 
 _LABEL, _BODY, _SYMBOL, _VALUE = 11, 13, 14, 18
 _FAR_APART, _APART = 1.9, 1.2
@@ -143,8 +143,7 @@ def measure_columns(
         ticks=math.ceil(min(max(ticks, pen.px(30)), pen.px(56))) + pen.px(8),
         values=math.ceil(pen.px(10) + tag + values + pen.px(5) + units + pen.px(10)),
         units=math.ceil(units),
-        cursor=math.ceil(values * _BODY / _VALUE + pen.width("C", _LABEL, bold=True))
-        + pen.px(18),
+        cursor=math.ceil(values * _BODY / _VALUE + pen.width("C", _LABEL, bold=True)) + pen.px(18),
     )
 
 
@@ -429,7 +428,7 @@ def draw_cursor_values(
     if not rows:
         return
     step = min(box.height / rows, pen.px(_CURSOR_STEP))
-    pixels = max(min(pen.px(_BODY), round(step / 0.82)), pen.px(8))
+    pixels = max(min(pen.px(_BODY), round(step / 0.9)), pen.px(8))
     for number, (name, index, text) in enumerate(cells):
         column = columns[number // rows]
         middle = box.center + (number % rows - (rows - 1) / 2.0) * step
@@ -490,11 +489,11 @@ def draw_header(
                 QRectF(x + shift, middle - pen.px(5), bar, pen.px(10)), pen.color(theme.banner_text)
             )
         x += pen.px(18)
-        behind = f"PAUSED   {behind_text(view.seconds_behind)} behind"
+        behind = f"PAUSED   {length_text(view.seconds_behind)} behind"
         x += pen.text(painter, x, middle, behind, theme.banner_text, _BODY, bold=True)
         note = "Home: back to now"
         if recording:
-            note = f"Recording goes on. {note}"
+            note = f"Still recording. {note}"
         end = plot.right - pen.px(10)
         if x + pen.px(14) + pen.width(note, _BODY) < end:
             end -= pen.text(
@@ -520,11 +519,6 @@ def draw_clock(
     right = geometry.values.right - pen.px(10)
     width = pen.text(painter, right, center, now, theme.text, _BODY, bold=True, align="right")
     pen.text(painter, right - width - pen.px(6), center, newest, theme.muted, _LABEL, align="right")
-
-
-def behind_text(seconds: float) -> str:
-    """Return how far behind the display is: seconds with a tenth, from ten minutes on a clock."""
-    return f"{seconds:.1f} s" if seconds < 600.0 else clock_text(seconds)
 
 
 def sight_text(view: StripView) -> str:
@@ -760,9 +754,7 @@ def draw_axis(
     )
 
 
-def _cursor_times(
-    pen: Pen, width_of_plot: int, view: StripView
-) -> list[tuple[int, int, str, str]]:
+def _cursor_times(pen: Pen, width_of_plot: int, view: StripView) -> list[tuple[int, int, str, str]]:
     """Return first and last column, text and color of the times of the cursors in sight."""
     names: dict[float, list[str]] = {}
     for name, time in sorted(view.cursors.items(), key=lambda one: (one[1], one[0] != "cursor")):

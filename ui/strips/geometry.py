@@ -104,6 +104,18 @@ class Geometry:
     groups: tuple[tuple[str, Box], ...]
     hidden: int
 
+    @property
+    def ticks(self) -> Box:
+        """Return where the labels of the y axes stand."""
+        return replace(self.plot, x=self.plot.x - self.columns.ticks, width=self.columns.ticks)
+
+    def chart_at(self, y: float) -> int | None:
+        """Return the place in `charts` of the one at a row."""
+        for place, box in enumerate(self.charts):
+            if box.y <= y < box.bottom:
+                return place
+        return None
+
 
 def arrange(
     width: int,

@@ -8,9 +8,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from PySide6.QtCore import QEvent, QKeyCombination, QPoint, QRect, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import (
+    QEvent,
+    QKeyCombination,
+    QPoint,
+    QPointF,
+    QRect,
+    QSize,
+    Qt,
+    QTimer,
+    Signal,
+)
 from PySide6.QtGui import (
     QColor,
+    QContextMenuEvent,
     QFocusEvent,
     QImage,
     QKeyEvent,
@@ -34,6 +45,7 @@ from ui.strips.charts import (
     difference,
     make_chart,
     read_value,
+    scaled_range,
 )
 from ui.strips.columns import Samples, column_extremes
 from ui.strips.drawing import Pen
@@ -49,6 +61,7 @@ from ui.theme import DAYLIGHT, Theme, sizes
 from ui.wheel import Notches, along_and_up
 from ui.words import DASH, number_text
 
+_VALUE_ZOOM = 1.25  # of the range of values, by a notch of the wheel
 _FRAME = 16  # ms between looks at the history
 _READ_EVERY = 0.15  # s between new values: faster, nobody can read them
 _STALE_AFTER = 3.0  # s, the least age of a value that is stale
@@ -78,12 +91,16 @@ class StripChart(QWidget):
         The user changed the charts: the new `StripLayout`.
     view_changed : Signal()
         Pause, place or window changed.
+    menu_requested : Signal(object, object)
+        The user wants a menu of the chosen chart: where on the screen (QPoint), and for which
+        flight time, s or None.
     """
 
     mark_requested = Signal(float)
     cursor_moved = Signal(str, object)
     layout_changed = Signal(object)
     view_changed = Signal()
+    menu_requested = Signal(object, object)
 
     def __init__(self, parent: QWidget | None = None, *, timed: bool = True) -> None:
         super().__init__(parent)
@@ -120,6 +137,7 @@ class StripChart(QWidget):
         self._tick = 10.0
         self._stale_build = True
         self._notches = Notches()
+        self._dragged: float | None = None  # the value by which an axis is held
         self._actions = self._make_actions()
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
@@ -153,7 +171,6 @@ class StripChart(QWidget):
             self.view.set_window(layout.window)
         self._layout = layout
         self.view.selected = min(self.view.selected, max(len(layout.strips) - 1, 0))
-        self._charts.clear()
         self._rebuild()
 
     @property
@@ -384,7 +401,7 @@ class StripChart(QWidget):
         values: dict[str, list[float]] = {}
         marks: dict[str, list[str]] = {}
         shown: dict[str, list[float]] = {}
-        for name, time in self.view.cursors.items():
+        for name, time in self._cursors_read().items():
             values[name] = [self.value_at(spec.id, time) for spec in chart.specs]
             marks[name] = [BEYOND if self._beyond_at(spec.id, time) else "" for spec in chart.specs]
             shown[name] = [
@@ -474,27 +491,27 @@ class StripChart(QWidget):
         self._describe()
         self.update()
 
+    def _cursors_read(self) -> Mapping[str, float]:
+        """Return the cursors whose values are shown: the cursor is not said again at A or B."""
+        cursors = dict(self.view.cursors)
+        if cursors.get("cursor") in (cursors.get("a"), cursors.get("b")):
+            cursors.pop("cursor", None)
+        return cursors
+
     def _count_cursor_values(self) -> int:
         """Return how many values at cursors the fullest chart has."""
-        cursors = self.view.cursors
-        names = len(cursors) + ("a" in cursors and "b" in cursors)
+        names = len(self._cursors_read()) + ({"a", "b"} <= {*self.view.cursors})
         lines = max((len(chart.specs) for chart in self._charts.values()), default=1)
         return names * lines if self._shows_cursor_values else 0
 
     def _make_charts(self) -> None:
-        strips = self._layout.strips
-        if len(self._charts) == len(strips) and all(
-            self._charts[index].strip == strip for index, strip in enumerate(strips)
-        ):
-            return
+        """Make the charts of the layout; those that were there keep their range."""
+        known = self._charts
         self._charts = {
-            index: make_chart(
-                strip,
-                self._theme,
-                self._units,
-                self._limits.get(strip.channel),
-            )
-            for index, strip in enumerate(strips)
+            index: known[index]
+            if index in known and known[index].strip == strip
+            else make_chart(strip, self._theme, self._units, self._limits.get(strip.channel))
+            for index, strip in enumerate(self._layout.strips)
         }
 
     # Painting
@@ -692,9 +709,17 @@ class StripChart(QWidget):
         event.accept()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom about the pointer; with Shift, or sideways, scroll."""
+        """Zoom about the pointer; with Shift, or sideways, scroll.
+
+        Over a value axis, or with Ctrl, the values of that chart are scaled.
+        """
         along, up = along_and_up(event)
         steps = self._notches.turn(up)
+        ctrl = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
+        if steps and (ctrl or self._is_over_axis(event.position())):
+            self._scale_values(event.position(), steps)
+            event.accept()
+            return
         if along:
             self.scroll(-along * 0.1 * self.view.seconds)
         elif steps:
@@ -705,32 +730,86 @@ class StripChart(QWidget):
         """Choose a chart and set the cursor."""
         if event.button() == Qt.MouseButton.LeftButton:
             self._pick(event)
+            over = self._is_over_axis(event.position())
+            self._dragged = self._value_at(event.position().y()) if over else None
         else:
             super().mousePressEvent(event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Drag the cursor."""
-        if event.buttons() & Qt.MouseButton.LeftButton:
+        """Drag the cursor, or the values of a chart by their axis."""
+        if not event.buttons() & Qt.MouseButton.LeftButton:
+            return
+        if self._dragged is None:
             self._pick(event, choose=False)
+            return
+        chart = self.selected_chart
+        shift = self._dragged - self._value_at(event.position().y())
+        if chart is not None and math.isfinite(shift):
+            self.set_range((chart.low + shift, chart.high + shift))
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Enlarge a chart."""
+        """Enlarge a chart; on its value axis autoscale it."""
         if event.button() == Qt.MouseButton.LeftButton:
             self._pick(event)
-            self.perform("enlarge")
+            if self._is_over_axis(event.position()):
+                self.set_range(None)
+            else:
+                self.perform("enlarge")
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Ask for a menu of the chart under the pointer, or by key of the one chosen."""
+        where = QPointF(event.pos())
+        at = self.view.cursors.get("cursor", self.view.now)
+        if event.reason() == QContextMenuEvent.Reason.Mouse:
+            self._select_at(where)
+            at = self._time_at(where.x())
+        self.menu_requested.emit(event.globalPos(), at)
+        event.accept()
+
+    # The value axes
+
+    def _is_over_axis(self, where: QPointF) -> bool:
+        geometry = self._geometry
+        x = where.x() * self._density()
+        return geometry is not None and geometry.ticks.x <= x < geometry.plot.x
+
+    def _value_at(self, y: float) -> float:
+        """Return the value (displayed units) of the chosen chart at a height of the widget."""
+        geometry, picture, chart = self._geometry, self._picture, self.selected_chart
+        if (
+            geometry is None
+            or picture is None
+            or chart is None
+            or self.view.selected not in geometry.numbers
+        ):
+            return math.nan
+        box = geometry.charts[geometry.numbers.index(self.view.selected)]
+        row = y * self._density() - box.y - picture.free
+        return chart.high - row / (box.height - 2.0 * picture.free) * (chart.high - chart.low)
+
+    def _scale_values(self, where: QPointF, steps: int) -> None:
+        """Show a smaller (positive) or larger range of values, about the one at a point."""
+        self._select_at(where)
+        chart, value = self.selected_chart, self._value_at(where.y())
+        if chart is not None and math.isfinite(value):
+            self.set_range(scaled_range(chart, _VALUE_ZOOM**-steps, value))
 
     def _pick(self, event: QMouseEvent, *, choose: bool = True) -> None:
         geometry = self._geometry
         if geometry is None:
             return
         density = self._density()
-        x, y = event.position().x() * density, event.position().y() * density
+        x = event.position().x() * density
         if choose:
-            for number_of_chart, box in zip(geometry.numbers, geometry.charts, strict=True):
-                if box.y <= y < box.bottom:
-                    self._select(number_of_chart)
+            self._select_at(event.position())
         if geometry.plot.x <= x < geometry.plot.right:
             self.set_cursor("cursor", self._time_at(event.position().x()))
+
+    def _select_at(self, where: QPointF) -> None:
+        geometry = self._geometry
+        place = None if geometry is None else geometry.chart_at(where.y() * self._density())
+        if geometry is not None and place is not None:
+            self._select(geometry.numbers[place])
 
     def _time_at(self, x: float) -> float | None:
         geometry = self._geometry
@@ -931,6 +1010,11 @@ class StripChart(QWidget):
         self._change(
             self._layout.with_strip(self.view.selected, chart.strip.model_copy(update=values))
         )
+
+    def hide_chart(self) -> None:
+        """Take the chosen chart away."""
+        if self._layout.strips:
+            self._change(self._layout.with_strip(self.view.selected, None))
 
     def _next_range(self) -> None:
         strips = self._layout.strips

@@ -1,0 +1,102 @@
+"""The menu of a strip chart: what the right button of the mouse offers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from PySide6.QtGui import QAction, QGuiApplication
+from PySide6.QtWidgets import QMenu, QWidget
+
+from gsapp.foundation import FlightError
+from ui.dialogs.saving import file_to_write
+from ui.flight.picture import FlightPicture
+from ui.strips.widget import StripChart
+from ui.words import clock_text, value_text
+
+_ROOM = 1.2
+"""Time in sight beside a maneuver that is zoomed to, times its length."""
+
+
+def chart_menu(
+    charts: StripChart,
+    picture: FlightPicture,
+    actions: Mapping[str, QAction],
+    time: float | None,
+    units: str,
+    parent: QWidget,
+) -> QMenu:
+    """Return the menu of the selected chart.
+
+    Parameters
+    ----------
+    charts : StripChart
+        The charts.
+    picture : FlightPicture
+        What stands beside the samples.
+    actions : mapping of str to QAction
+        The commands of the window.
+    time : float or None
+        Flight time under the pointer, s.
+    units : str
+        ``US`` or ``SI``.
+    parent : QWidget
+        Owner of the menu.
+    """
+    menu = QMenu(parent)
+    chart = charts.selected_chart
+    if chart is not None:
+        if time is not None:
+            for spec in chart.specs:
+                text = value_text(spec, charts.value_at(spec.id, time), units)
+                menu.addAction(
+                    f"Copy {spec.title} {text}",
+                    lambda text=text: QGuiApplication.clipboard().setText(text),
+                )
+        menu.addAction(f"Hide {chart.specs[0].title}", charts.hide_chart)
+        menu.addAction(actions["chart_enlarge"])
+        menu.addSeparator()
+        auto = menu.addAction("Autoscale", lambda: charts.set_range(None))
+        auto.setEnabled(chart.strip.range != "auto")
+        menu.addAction(actions["type_range"])
+        menu.addAction(actions["type_limits"])
+        menu.addSeparator()
+    if time is not None:
+        at = clock_text(time, decimals=1)
+        menu.addAction(f"Mark {at}", lambda: charts.mark_requested.emit(time))
+        menu.addAction(f"Set A at {at}", lambda: charts.set_cursor("a", time))
+        menu.addAction(f"Set B at {at}", lambda: charts.set_cursor("b", time))
+        for span in picture.spans:
+            if span.stop is not None and span.start <= time <= span.stop:
+                menu.addAction(
+                    f"Zoom to {span.label}",
+                    lambda span=span: zoom_to(charts, span.start, span.stop),
+                )
+    a, b = charts.view.cursors.get("a"), charts.view.cursors.get("b")
+    if a is not None and b is not None and a != b:
+        menu.addAction("Zoom to A and B", lambda: zoom_to(charts, min(a, b), max(a, b)))
+    menu.addAction(actions["chart_clear"])
+    menu.addSeparator()
+    menu.addAction("Copy picture", lambda: QGuiApplication.clipboard().setPixmap(charts.grab()))
+    menu.addAction("Export picture…", lambda: export_picture(charts))
+    return menu
+
+
+def zoom_to(charts: StripChart, start: float, stop: float) -> None:
+    """Show a stretch of the flight (s) with some room on either side."""
+    charts.set_window(_ROOM * (stop - start))
+    charts.go_to((start + stop) / 2.0)
+
+
+def export_picture(charts: StripChart) -> None:
+    """Write the charts as they are on screen into a file.
+
+    Raises
+    ------
+    FlightError
+        If it cannot be written.
+    """
+    picture = charts.grab()  # before the dialog stands over it
+    path = file_to_write(charts, "Export picture", Path.home() / "charts.png", "Picture (*.png)")
+    if path is not None and not picture.save(str(path)):
+        raise FlightError(f"{path} cannot be written; choose another folder")
