@@ -30,6 +30,7 @@ from ui.strips import (
     default_layout,
     drawing,
 )
+from ui.strips.furniture import AlarmSpan
 from ui.strips.keys import ACTION_BY_KEY
 from ui.theme import DARK, DAYLIGHT, THEMES
 
@@ -1020,3 +1021,48 @@ def test_screens_of_any_density_show_every_pixel_exactly(density, reach):
     assert int(width) > 300 * density
     assert int(wrong) == 0
     assert int(found_reach) == reach
+
+
+def test_the_wheel_over_a_value_axis_scales_that_chart_alone(qtbot, strips):
+    """Proves that the value under the pointer stays, and dragging and autoscale by the axis."""
+    geometry = strips.geometry_in_pixels
+    box = geometry.charts[2]
+    x, y = geometry.plot.x - 5, box.y + box.height // 4
+    before = {number: (chart.low, chart.high) for number, chart in strips.charts.items()}
+    strips._select_at(QPointF(x, y))
+    value, window = strips._value_at(y), strips.view.seconds
+    wheel(strips, x, y, 120)
+    settle(qtbot, strips)
+    low, high = strips.charts[2].low, strips.charts[2].high
+    assert high - low == pytest.approx((before[2][1] - before[2][0]) / 1.25)
+    assert strips._value_at(y) == pytest.approx(value)
+    assert strips.view.seconds == window
+    for number in (0, 1, 3):
+        assert (strips.charts[number].low, strips.charts[number].high) == before[number]
+    qtbot.mousePress(strips, Qt.MouseButton.LeftButton, pos=QPoint(x, y))
+    qtbot.mouseMove(strips, QPoint(x, y + 10))
+    settle(qtbot, strips)
+    qtbot.mouseRelease(strips, Qt.MouseButton.LeftButton, pos=QPoint(x, y + 10))
+    assert strips.charts[2].low > low
+    assert strips.charts[2].high - strips.charts[2].low == pytest.approx(high - low)
+    assert "cursor" not in strips.view.cursors
+    qtbot.mouseDClick(strips, Qt.MouseButton.LeftButton, pos=QPoint(x, y))
+    settle(qtbot, strips)
+    assert strips.charts[2].strip.range == "auto"
+    assert not strips.view.enlarged
+
+
+def test_alarms_stand_above_the_charts_and_on_their_own(qtbot, strips):
+    """Proves place and length in pixels, on the chart of the channel alone."""
+    strips.set_alarms([AlarmSpan(start=52.0, stop=54.0, state="warning", channel="q")])
+    settle(qtbot, strips)
+    pixels, geometry = pixels_of(image_of(strips)), strips.geometry_in_pixels
+    plot, lane = geometry.plot, geometry.lane
+    first, last = (plot.x + strips.view.x(time) for time in (52.0, 54.0))
+    fill = int(DAYLIGHT.warning_fill[1:], 16) | 0xFF000000
+    for row in (lane.bottom - 1, geometry.charts[2].y):
+        line = np.flatnonzero(pixels[row, plot.x : plot.right] == fill)
+        assert abs(line[0] + plot.x - first) <= 5
+        assert line[-1] + plot.x == last
+    other = pixels[geometry.charts[1].y, plot.x : plot.right]
+    assert not (other == fill).any()

@@ -63,6 +63,7 @@ from ui.dialogs.small import RangeDialog, ask_closing
 from ui.dialogs.virtual import VirtualChoices, VirtualDialog
 from ui.faults import FaultDesk
 from ui.flight.channel_panel import ChannelPanel
+from ui.flight.chart_menu import chart_menu
 from ui.flight.controls import TimeSlider
 from ui.flight.panels import AlarmsPanel, ListPanel, MarksPanel, MessagesPanel
 from ui.flight.tables import Line, LinesModel, LinesView
@@ -75,6 +76,7 @@ from ui.settings import Settings, SettingsStore, first_folder, limits_path
 from ui.strips.keys import KEY_ACTIONS
 from ui.theme import THEMES, contrast
 from ui.window import MainWindow
+from ui.words import value_text
 from ui.work import Progress, Work
 
 
@@ -979,7 +981,8 @@ def test_times_are_whole_after_an_hour(
     panel.setStyleSheet(QApplication.instance().styleSheet())
     panel.resize(500, 300)
     panel.show()
-    panel.show_lines([Line(key=1, cells=("1:06:48.9", "words"), strong=True)])
+    others = ("words",) * (panel.view.lines.columnCount() - 1)
+    panel.show_lines([Line(key=1, cells=("1:06:48.9", *others), strong=True)])
     view = panel.view
     assert view.sizeHintForColumn(0) <= view.columnWidth(0)
 
@@ -1249,3 +1252,112 @@ def test_a_key_in_haste_ends_no_recording_and_gives_up_no_work(
     """Enter leaves the recorder running, Esc keeps the window."""
     answer_dialog(QMessageBox, lambda box: qtbot.keyClick(box, key))
     assert ask_closing(window, flights, works) == answer
+
+
+def test_the_log_of_alarms_is_whole_sorted_copied_and_leads_into_the_replay(
+    flight: MainWindow, qtbot: QtBot
+) -> None:
+    """Also what lies after the playhead, and what was seen and is over; ticks stand beside it."""
+    assert flight.desk.session is not None
+    session, panel = flight.desk.session, flight.view.alarms
+    flight.desk.seek(0.5)
+    flight.view.show_panel(3)
+    session.type_limits("alpha", Bands(caution_high=0.06))
+    # alpha passes 3.4 degrees every 2 s.
+    until(qtbot, lambda: len(panel.view.lines.lines) == 10)
+    slider = flight.view.replay.slider
+    assert len(slider._alarms) == len(flight.view.charts._alarms) == 10
+    flight.desk.seek(3.0)
+    until(qtbot, lambda: bool(flight.desk.waiting()))
+    flight.commands.actions["acknowledge"].trigger()
+    until(qtbot, lambda: "key K" in panel.view.lines.lines[-1].cells[-1])
+    onsets = [line.order[0] for line in panel.view.lines.lines]
+    assert onsets == sorted(onsets, reverse=True)
+    panel.view.sortByColumn(0, Qt.SortOrder.AscendingOrder)
+    panel.view.selectRow(9)
+    qtbot.keyClick(panel.view, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
+    copied = QGuiApplication.clipboard().text().split("\t")
+    assert copied[0] == "00:18.2"
+    assert len(copied) == panel.view.lines.columnCount()
+    panel.view.copy_table()
+    assert len(QGuiApplication.clipboard().text().splitlines()) == 11
+    qtbot.keyClick(panel.view, Qt.Key.Key_Return)
+    assert flight.desk.time == pytest.approx(max(onsets))
+
+
+def test_a_banner_moves_nothing_and_covers_no_button_of_the_charts(
+    flight: MainWindow, qtbot: QtBot
+) -> None:
+    controls = flight.view.controls
+    before = [in_window(part, flight) for part in (flight.places, controls, flight.view.charts)]
+    banner = flight.banners.show_banner("caution", "The disk is nearly full. " * 12)
+    until(qtbot, banner.isVisible)
+    QApplication.processEvents()
+    after = [in_window(part, flight) for part in (flight.places, controls, flight.view.charts)]
+    assert after == before
+    place = in_window(flight.banners, flight)
+    assert in_window(flight.places, flight).contains(place)
+    assert not place.intersects(in_window(controls, flight))
+    assert banner.label.height() >= banner.label.heightForWidth(banner.label.width())
+
+
+@pytest.mark.parametrize("scale", [100, 150])
+def test_every_menu_is_one_column(window: MainWindow, scale: int) -> None:
+    window.look.set_scale(scale)
+    pending = [action.menu() for action in window.menuBar().actions()]
+    count = 0
+    while pending:
+        menu = pending.pop()
+        count += 1
+        heights = [menu.actionGeometry(action).height() for action in menu.actions()]
+        assert sum(heights) < 800, menu.title()
+        pending += [action.menu() for action in menu.actions() if action.menu() is not None]
+    assert count > 16
+
+
+def test_the_menu_of_a_chart_copies_hides_marks_and_scales(
+    flight: MainWindow, qtbot: QtBot
+) -> None:
+    view, charts = flight.view, flight.view.charts
+    charts.set_cursor("a", 4.0)
+    charts.set_cursor("b", 8.0)
+
+    def choose(words: str) -> None:
+        menu = chart_menu(
+            charts, view._picture, flight.commands.actions, 5.5, flight.look.units, view
+        )
+        (action,) = [one for one in menu.actions() if one.text().startswith(words)]
+        action.trigger()
+
+    shown = charts.strip_layout.channels
+    spec = charts.selected_chart.specs[0]
+    choose(f"Copy {spec.title}")
+    value = charts.value_at(spec.id, 5.5)
+    assert QGuiApplication.clipboard().text() == value_text(spec, value, flight.look.units)
+    choose("Mark 00:05.5")
+    assert flight.desk.mark_times() == pytest.approx((5.5,))
+    choose("Zoom to A and B")
+    assert charts.view.seconds == pytest.approx(4.8)
+    charts.set_range((0.0, 1.0))
+    assert charts.selected_chart.strip.range == "fixed"
+    choose("Autoscale")
+    assert charts.selected_chart.strip.range == "auto"
+    choose("Hide ")
+    assert charts.strip_layout.channels == shown[1:]
+
+
+def test_values_at_cursors_stand_once(flight: MainWindow, qtbot: QtBot) -> None:
+    """In the table where it is open, else in one narrow column beside the charts."""
+    charts = flight.view.charts
+    flight.resize(1440, 900)
+    flight.view.show_panel(0)
+    charts.advance()
+    whole = charts.geometry_in_pixels.plot.width
+    for name, time in (("a", 3.0), ("b", 5.0), ("cursor", 4.0)):
+        charts.set_cursor(name, time)
+    charts.advance()
+    assert charts.geometry_in_pixels.plot.width > 0.85 * whole
+    assert len(charts.geometry_in_pixels.cursors) == 1
+    flight.view.show_panel(1)
+    charts.advance()
+    assert charts.geometry_in_pixels.plot.width == whole

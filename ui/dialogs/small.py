@@ -24,7 +24,8 @@ class GoToDialog(FormDialog):
     ) -> None:
         super().__init__(
             "Go to time",
-            f"This flight runs from {clock_text(first, decimals=1)} to {clock_text(last, decimals=1)}.",
+            f"This flight runs from {clock_text(first, decimals=1)} to "
+            f"{clock_text(last, decimals=1)}.",
             "Go",
             look,
             parent,

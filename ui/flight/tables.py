@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt, Signal
+from PySide6.QtCore import (
+    QAbstractTableModel,
+    QModelIndex,
+    QPersistentModelIndex,
+    Qt,
+    QTimer,
+    Signal,
+)
 from PySide6.QtGui import (
     QColor,
     QContextMenuEvent,
@@ -329,10 +336,16 @@ class LinesView(QTableView):
 
     def _give_rest(self) -> None:
         """Give the rest of the width to its column, and as much as it needs at least."""
-        if self._least:
-            rest = self.viewport().width() - sum(map(self._pixels, self._widths.values()))
-            self.setColumnWidth(self._stretch, max(rest, self._look.px(self._least)))
-            self.resizeRowsToContents()
+        if not self._least:
+            return
+        # With room for the scroll bar whether it is there or not: else rows that grow higher show
+        # it, which makes them grow again.
+        room = self.width() - self.verticalScrollBar().sizeHint().width() - 2 * self.frameWidth()
+        rest = room - sum(map(self._pixels, self._widths.values()))
+        width = max(rest, self._look.px(self._least))
+        if width != self.columnWidth(self._stretch):
+            self.setColumnWidth(self._stretch, width)
+            QTimer.singleShot(0, self, self.resizeRowsToContents)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Share the width anew."""
@@ -340,9 +353,10 @@ class LinesView(QTableView):
         self._give_rest()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Take the heights that the words need at the width there is now."""
+        """Take the heights that the words need, with the letters there are now."""
         super().showEvent(event)
-        self._give_rest()
+        if self._least:
+            QTimer.singleShot(0, self, self.resizeRowsToContents)
 
     def _pixels(self, width: int | str) -> int:
         if isinstance(width, int):
