@@ -110,9 +110,11 @@ def summary_of(session: Session) -> dict[str, Any]:
     end (s; the end is null where the cause stayed), and whether the crew acknowledged it.
     ``cues`` are all changes of what the crew was told, and the spoken words, by time;
     ``verdicts`` those on its inputs; ``estimates`` the derivatives that it gave, by FTR and by
-    maximum likelihood maneuver by maneuver. ``senders`` and ``messages`` tell what came over the
-    link: frames lost, doubled and late by sender; frames, frames per second of the whole record,
-    and the delay of the last one (s, over the quickest of the last minutes) by message.
+    maximum likelihood maneuver by maneuver. ``flown`` is the MAVLink system that the channels come
+    from, and whether somebody chose it; null for lines of text. ``senders`` and ``messages`` tell
+    what came over the link: frames lost, doubled and late by sender; frames, frames per second of
+    the whole record, and the delay of the last one (s, over the quickest of the last minutes) by
+    message.
     """
     from gsapp.flight.events import in_order
     from gsapp.flight.summary import events_json, summarize
@@ -136,6 +138,13 @@ def _link_json(report: LinkReport | None, duration: float) -> dict[str, Any]:
     senders = () if report is None else report.senders
     messages = () if report is None else report.messages
     return {
+        "flown": None
+        if report is None or report.system is None
+        else {
+            "system": report.system,
+            "component": None if report.flown is None else report.flown.component,
+            "chosen": report.chosen,
+        },
         "senders": [
             {
                 "system": one.system, "component": one.component, "good": one.good,

@@ -20,7 +20,14 @@ from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ARRIVAL, LINE, ChannelMap, MapEntry
 from gsapp.decoding.clock import FlightClock
 from gsapp.decoding.grid import Numbers
-from gsapp.decoding.health import LinkHealth
+from gsapp.decoding.health import (
+    AUTOPILOT,
+    FIRST_GROUND_SYSTEM,
+    HEARTBEAT,
+    RADIO_MESSAGES,
+    LinkHealth,
+    is_vehicle,
+)
 from gsapp.decoding.messages import (
     Stamp,
     decode_columns,
@@ -42,8 +49,9 @@ _STATUSTEXT = 253
 _SYSTEM_TIME = 2
 _MANY = 1000
 _GIVE_UP_EVERY = 30_000_000
-# By custom ground stations number themselves from here on; what they send is no measurement.
-_GROUND_SYSTEM = 250
+_AUTOPILOT_PATIENCE = 3_000_000
+"""How long measurements of other components wait for an autopilot, us: it sends a heartbeat every
+second."""
 
 
 class Record(Protocol):
@@ -125,7 +133,11 @@ class _Pending:
 
 
 class Decoder:
-    """Decodes raw records with a channel map.
+    """Decodes raw records of one aircraft, the flown one, with a channel map.
+
+    That is the system chosen, or else the first whose autopilot is heard: by its heartbeat, or by
+    a mapped message of component 1. In a record without an autopilot it is the first system that
+    sends a mapped message. Once found it stays. Ground stations are never flown.
 
     Parameters
     ----------
@@ -138,6 +150,8 @@ class Decoder:
         For the ranges of its instruments: samples at their ends are counted in `clipped`.
     rate : float, optional
         Rows per second.
+    system : int, optional
+        The flown system; else that of the channel map, or the first autopilot heard.
 
     Attributes
     ----------
@@ -153,6 +167,8 @@ class Decoder:
         Flight time and host time.
     unknown : Counter of int
         Frames of each message id that the dialect does not have.
+    data_stamp : int or None
+        Host time of the last frame or line that was decoded, microseconds since 1970.
 
     Raises
     ------
@@ -167,6 +183,7 @@ class Decoder:
         certificates: Mapping[str, Certificate] | None = None,
         aircraft: Aircraft | None = None,
         rate: float = 100.0,
+        system: int | None = None,
     ) -> None:
         if channel_map.format != "mavlink":
             raise FlightError(
@@ -206,7 +223,13 @@ class Decoder:
         self._line_columns = 0
         self._line_used: frozenset[int] = frozenset()
         self._make_routes()
-        self._system = channel_map.system
+        self._system = system or channel_map.system
+        self._flown_heard = self._autopilot_heard = False
+        self._undecided: list[tuple[int, bytes]] = []  # frames, until the flown system is known
+        if self._system is not None:
+            self.health.chosen = True
+            self.health.flown = self._system, channel_map.component or AUTOPILOT
+        self.data_stamp: int | None = None
         self._components: dict[int, int] = {}
         self._left_out: set[tuple[str, int, int]] = set()
         self._texts = TextJoiner()
@@ -251,7 +274,7 @@ class Decoder:
 
     @property
     def system(self) -> int | None:
-        """Return the system that is followed; None before it was heard."""
+        """Return the flown system; None before it is known."""
         return self._system
 
     def counted_sources(self) -> dict[str, ChannelSource]:
@@ -291,6 +314,7 @@ class Decoder:
 
     def finish(self) -> list[Block]:
         """Return the rows that still waited for something better; nothing more will come."""
+        self._decide()
         self.clock.finish()
         self._take_released(self.health.last_stamp or 0)
         self._say(self._texts.give_up())
@@ -322,7 +346,9 @@ class Decoder:
             head, payload = data[3:6], data[6 : 6 + data[1]]
         routes = self._settled.get(head)
         if routes is None:
-            routes = self._find_routes(head, host, payload)
+            routes = self._find_routes(head, host, payload, data)
+        if routes:
+            self.data_stamp = host
         clock = self.clock
         for stream, _, select_at, selected, stamp_at, stamp_scale, stamp_period in routes:
             # Zero bytes at the end are not always sent.
@@ -343,15 +369,17 @@ class Decoder:
                 pending.nows.append(now)
                 pending.items.append(payload)
 
-    def _find_routes(self, head: bytes, host: int, payload: bytes) -> list[_Route]:
+    def _find_routes(self, head: bytes, host: int, payload: bytes, data: bytes) -> list[_Route]:
         """Return the routes that a frame takes: system, component and message of its header."""
         system, component, number = head[0], head[1], int.from_bytes(head[2:], "little")
         routes = self._routes.get(number)
         if routes is None:
             self._unmapped(host, system, component, number, payload)
             return []
-        if system != self._system and not self._follow(host, system):
-            return []
+        if number not in RADIO_MESSAGES:  # those tell of the link, whatever system they name
+            if system != self._system and not self._follow(host, system, component, data):
+                return []
+            self._hear_flown(component, autopilot=component == AUTOPILOT)
         taken = [
             route
             for route in routes
@@ -381,22 +409,52 @@ class Decoder:
             )
         clock.events.clear()
 
-    def _follow(self, host: int, system: int) -> bool:
-        """Return whether to follow a system that is not the one followed so far."""
-        if system >= _GROUND_SYSTEM:
+    def _follow(self, host: int, system: int, component: int, data: bytes) -> bool:
+        """Return whether a mapped message of a system not followed so far is to be decoded.
+
+        While no system is flown, messages of other components than the autopilot wait.
+        """
+        if system >= FIRST_GROUND_SYSTEM:
             return False
         if self._system is None:
-            self._system = system
+            if component == AUTOPILOT:
+                self._fly(system)
+                return True
+            if not self._undecided or host - self._undecided[0][0] <= _AUTOPILOT_PATIENCE:
+                self._undecided.append((host, data))
+                return False
+            self._decide()
+        if system == self._system:
             return True
         self._notice_once(
             ("other-system", system, 0),
             host,
-            f"another aircraft is on the link: messages of system {system} are left out, since "
-            f"the channel map '{self.channel_map.name}' follows system {self._system}; write "
-            f"system = {system} in the map to follow it",
+            f"another aircraft is on the link: messages of system {system} are ignored, because "
+            f"system {self._system} is flown; to fly system {system}, choose it on the LINK tile "
+            f"or write system = {system} in the channel map",
             system=system,
         )
         return False
+
+    def _fly(self, system: int) -> None:
+        """Take a system for the flown aircraft, and decode what it has sent so far."""
+        self._system = system
+        undecided, self._undecided = self._undecided, []
+        for host, data in undecided:
+            self._frame(host, data)
+
+    def _decide(self) -> None:
+        """Fly the first system that sends measurements: no autopilot was heard."""
+        if self._undecided:
+            data = self._undecided[0][1]
+            self._fly(data[5] if data[0] == 0xFD else data[3])
+
+    def _hear_flown(self, component: int, *, autopilot: bool) -> None:
+        """Let the link be judged by the autopilot, or by the component that the map names."""
+        if self._system is None or self._autopilot_heard or (self._flown_heard and not autopilot):
+            return
+        self._flown_heard, self._autopilot_heard = True, autopilot
+        self.health.flown = self._system, self.channel_map.component or component
 
     def _follow_component(self, host: int, system: int, component: int, route: _Route) -> bool:
         chosen = self._components.setdefault(route.stream, self.channel_map.component or component)
@@ -417,7 +475,13 @@ class Decoder:
     ) -> None:
         if self._texts.waits:
             self._say(self._texts.give_up(host))
-        if number == _SYSTEM_TIME:
+        if number == HEARTBEAT:
+            if system < FIRST_GROUND_SYSTEM and is_vehicle(component, payload):
+                if self._system is None:
+                    self._fly(system)
+                if system == self._system:
+                    self._hear_flown(component, autopilot=True)
+        elif number == _SYSTEM_TIME:
             if system == self._system and len(payload) > 8:
                 unix = int.from_bytes(payload[:8], "little")
                 boot = int.from_bytes(payload[8:12], "little") * 1000
@@ -504,6 +568,7 @@ class Decoder:
             self._leave_out(host, data, "its time is missing, negative or too great")
             return
         self.lines += 1
+        self.data_stamp = host
         for stream in self._lines:
             now = self.clock.now
             if stamp is None or not self._pipeline.streams[stream].vehicle_time:

@@ -20,12 +20,18 @@ _WINDOW = 128
 _FAR = 16
 _RATE_SPAN_US = 2_000_000
 _OFFSET_SPAN_US = 60_000_000
-_HEARTBEAT = 0
-# A heartbeat with this autopilot, or of one of these types, is no aircraft: ground station,
-# on-board computer, gimbal, ADS-B, camera and their like.
+HEARTBEAT = 0
+AUTOPILOT = 1
+"""The component of an autopilot (MAV_COMP_ID_AUTOPILOT1)."""
+FIRST_GROUND_SYSTEM = 250
+"""By convention, ground stations use system ids from here on."""
+RADIO_MESSAGES = frozenset({109, 166})
+"""RADIO_STATUS and RADIO: they come from the radio itself, whatever system it names."""
 _NO_AUTOPILOT = 8
 _GROUND_STATION = 6
-_NOT_AIRCRAFT = frozenset({5, 6, 18, 26, 27, 30, 31, 32, 33, 34, 36, 38, 39})
+# Heartbeats of these types are no vehicle: antenna tracker, ground station, onboard computer,
+# gimbal, ADS-B, camera, and the like.
+_NOT_VEHICLES = frozenset({5, 6, 18, 26, 27, 30, 31, 32, 33, 34, 36, 38, 39})
 _MIXED_FRAMES = 200
 _MIXED_SHARE = 0.25
 _UNCOUNTED_SHARE = 0.8
@@ -72,7 +78,19 @@ class MessageHealth:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SenderHealth:
-    """One (system, component) on the link; attributes as in `LinkReport`."""
+    """One (system, component) on the link; attributes as in `LinkReport`.
+
+    Attributes
+    ----------
+    age : float
+        Seconds since its last frame; frames of a radio do not count.
+    aircraft : bool
+        Whether its heartbeat is that of a vehicle.
+    vehicle_type, autopilot : str
+        What its heartbeat says it is; empty before the first.
+    radio : bool
+        Whether all that it sends is the status of a radio.
+    """
 
     system: int
     component: int
@@ -84,6 +102,17 @@ class SenderHealth:
     rate: float
     age: float
     aircraft: bool
+    vehicle_type: str = ""
+    autopilot: str = ""
+    radio: bool = False
+
+    @property
+    def can_fly(self) -> bool:
+        """Return whether it can be the flown aircraft."""
+        return self.system < FIRST_GROUND_SYSTEM and (
+            self.aircraft
+            or (self.component == AUTOPILOT and not self.vehicle_type and not self.radio)
+        )
 
     @property
     def arrived(self) -> int:
@@ -113,11 +142,17 @@ class LinkReport:
     residue_bytes : int
         Bytes that belong to no frame.
     rate : float
-        Frames and lines per second.
+        Frames of the flown aircraft, or lines, per second.
     age : float or None
-        Seconds since anything came; None before the first.
+        Seconds since the last of them; None before the first.
     loss : float
-        Share of frames lost since the beginning, 0 to 1.
+        Share of its frames lost since the beginning, 0 to 1.
+    system : int or None
+        The flown system, heard or chosen; None before it is known, and for lines of text.
+    chosen : bool
+        Whether the crew or the channel map has named it.
+    flown : SenderHealth or None
+        The flown aircraft; None before it is heard, and for lines of text.
     senders, messages : tuple
         The same by sender and by message, of those of whom one frame was good.
     sentences : tuple of str
@@ -137,6 +172,9 @@ class LinkReport:
     rate: float
     age: float | None
     loss: float
+    system: int | None
+    chosen: bool
+    flown: SenderHealth | None
     senders: tuple[SenderHealth, ...]
     messages: tuple[MessageHealth, ...]
     sentences: tuple[str, ...]
@@ -146,6 +184,15 @@ class LinkReport:
     def arrived(self) -> int:
         """Return how many frames came, each counted once."""
         return self.good + self.unknown - self.duplicates
+
+    @property
+    def vehicles(self) -> tuple[SenderHealth, ...]:
+        """Return those that can be the flown aircraft, one for each system."""
+        found: dict[int, SenderHealth] = {}
+        for sender in self.senders:
+            if sender == self.flown or (sender.can_fly and sender.system not in found):
+                found[sender.system] = sender
+        return tuple(found.values())
 
 
 @dataclass(slots=True)
@@ -224,21 +271,40 @@ class _Sender:
     uncounted: bool = False
     aircraft: bool = False
     ground: bool = False
+    kind: int | None = None  # MAV_TYPE and MAV_AUTOPILOT of its heartbeat
+    autopilot: int | None = None
+
+    @property
+    def heard(self) -> int:
+        """Return when its last frame came that no radio has put in."""
+        own = (one.last for number, one in self.messages.items() if number not in RADIO_MESSAGES)
+        return max(own, default=0)
 
 
 class LinkHealth:
     """Count what a link carries.
 
     Feed it raw records in their order; ask for a `report` whenever one is wanted.
+
+    Attributes
+    ----------
+    flown : tuple of int, or None
+        System and component of the flown aircraft, of which age, rate and loss are reported;
+        whoever decodes the frames sets it.
+    chosen : bool
+        Whether the crew or the channel map has named that system.
     """
 
     def __init__(self) -> None:
+        self.flown: tuple[int, int] | None = None
+        self.chosen = False
         self._known = wire_formats()
         self._times = time_fields()
         self._senders: dict[int, _Sender] = {}
         # By system, component and message, as they stand in a header.
         self._heard: dict[bytes, tuple[_Sender, _Message]] = {}
-        self._rate: _Rate | None = None
+        self._line_rate: _Rate | None = None
+        self._line_stamp: int | None = None
         self._run = b""  # end of the residue at hand: a header may be cut across two pieces
         self._in_residue = False
         self._run_heads = 0
@@ -287,7 +353,9 @@ class LinkHealth:
             else:
                 self._in_residue = False
                 self.lines += 1
-                self._count(stamp)
+                self._line_stamp = stamp
+                self._line_rate = self._line_rate or _Rate(stamp)
+                _tick(self._line_rate, stamp)
                 self._maybe_read(data)
             self.last_stamp = stamp
 
@@ -311,9 +379,6 @@ class LinkHealth:
 
     def _maybe_read(self, data: bytes) -> None:
         self._unread = max(0, self._unread - _CHANCE * len(data))
-
-    def _count(self, stamp: int) -> None:
-        _tick(self._rate or self._begin(stamp), stamp)
 
     def _residue(self, data: bytes) -> None:
         """Count the damaged frames in residue: its plausible headers, but at least one."""
@@ -356,7 +421,6 @@ class LinkHealth:
             head, sequence, header = data[5:10], data[4], 10
         else:
             head, sequence, header = data[3:6], data[2], 6
-        link = self._rate or self._begin(stamp)
         sender, message = self._heard.get(head) or self._hear(head, stamp, sequence)
         if message.known:
             sender.good += 1
@@ -371,7 +435,6 @@ class LinkHealth:
         if not gap:
             sender.expected += 1
         elif not self._resolve_gap(sender, stamp, sequence, gap, data):
-            _tick(link, stamp)
             return
         sender.recent[sequence] = data
         if sender.span >= _MIXED_FRAMES:
@@ -382,19 +445,14 @@ class LinkHealth:
             sender.last = stamp
         message.count += 1
         message.last = stamp
-        for rate in (link, sender.rate, message.rate):
+        for rate in (sender.rate, message.rate):
             rate.count += 1
             if not 0 <= stamp - rate.start < _RATE_SPAN_US:
                 rate.close(stamp)
         if message.time is not None:
             _take_delay(sender, message, message.time, stamp, data, header)
         elif message.heartbeat:
-            _take_kind(sender, data, header)
-
-    def _begin(self, stamp: int) -> _Rate:
-        """Begin to count frames and lines."""
-        self._rate = _Rate(stamp)
-        return self._rate
+            _take_kind(sender, head[1], data, header)
 
     def _hear(self, head: bytes, stamp: int, sequence: int) -> tuple[_Sender, _Message]:
         """Take up system, component and message as they stand in a header."""
@@ -407,7 +465,7 @@ class LinkHealth:
                 rate=_Rate(stamp),
                 time=self._times.get(number),
                 known=known,
-                heartbeat=number == _HEARTBEAT,
+                heartbeat=number == HEARTBEAT,
             )
         if sender is None:
             if not known:
@@ -473,25 +531,32 @@ class LinkHealth:
         senders = tuple(
             self._sender_report(key, sender, now) for key, sender in sorted(self._senders.items())
         )
-        good = sum(sender.good for sender in senders)
-        unknown = self.unknown
-        lost = self.lost
-        duplicates = sum(sender.duplicates for sender in senders)
-        # A frame that came twice came once: on a doubled link half of the share would be told.
-        total = good + unknown - duplicates + lost
-        last = self.last_stamp
+        flown = next((one for one in senders if (one.system, one.component) == self.flown), None)
+        if flown is None:
+            last = self._line_stamp
+            age = None if last is None else max(0.0, (now - last) / 1e6)
+            rate = self._line_rate.at(now, last or 0) if self._line_rate else 0.0
+            loss = 0.0
+        else:
+            age, rate = flown.age, flown.rate
+            # A frame that came twice came once: on a doubled link half of the share would be told.
+            whole = flown.arrived + flown.lost
+            loss = flown.lost / whole if whole else 0.0
         return LinkReport(
-            good=good,
+            good=sum(sender.good for sender in senders),
             damaged=self.damaged,
-            unknown=unknown,
-            lost=lost,
-            duplicates=duplicates,
+            unknown=self.unknown,
+            lost=self.lost,
+            duplicates=sum(sender.duplicates for sender in senders),
             reordered=sum(sender.reordered for sender in senders),
             lines=self.lines,
             residue_bytes=self.residue_bytes,
-            rate=self._rate.at(now, last or 0) if self._rate else 0.0,
-            age=None if last is None else max(0.0, (now - last) / 1e6),
-            loss=lost / total if total else 0.0,
+            rate=rate,
+            age=age,
+            loss=loss,
+            system=None if self.flown is None else self.flown[0],
+            chosen=self.chosen,
+            flown=flown,
             senders=senders,
             messages=tuple(self._message_reports(now)),
             sentences=self.sentences(),
@@ -507,9 +572,12 @@ class LinkHealth:
             lost=sender.lost,
             duplicates=sender.duplicates,
             reordered=sender.reordered,
-            rate=sender.rate.at(now, sender.last),
-            age=max(0.0, (now - sender.last) / 1e6),
+            rate=sender.rate.at(now, sender.heard),
+            age=max(0.0, (now - (sender.heard or sender.last)) / 1e6),
             aircraft=sender.aircraft,
+            vehicle_type=_enum_words("MAV_TYPE", sender.kind),
+            autopilot=_enum_words("MAV_AUTOPILOT", sender.autopilot),
+            radio=RADIO_MESSAGES.issuperset(sender.messages),
         )
 
     def _message_reports(self, now: int) -> Iterable[MessageHealth]:
@@ -532,12 +600,13 @@ class LinkHealth:
         """Return what the crew should know, in words; empty when all is well."""
         found = []
         aircraft = sorted({key >> 8 for key, sender in self._senders.items() if sender.aircraft})
-        if len(aircraft) > 1:
+        if len(aircraft) > 1 and not self.chosen:
             numbers = ", ".join(map(str, aircraft[:-1])) + f" and {aircraft[-1]}"
-            count = {2: "Two", 3: "Three"}.get(len(aircraft), str(len(aircraft)))
+            shown = "" if self.flown is None else f" System {self.flown[0]} is shown."
             found.append(
-                f"{count} aircraft are on this link (systems {numbers}); name one with "
-                f"system = {aircraft[0]} in the channel map, or switch the others off."
+                f"{len(aircraft)} aircraft are on this link: systems {numbers}.{shown} Choose the "
+                "flown system on the LINK tile, or set it in the channel map (system = "
+                f"{aircraft[0]})."
             )
         found.extend(
             f"System {key >> 8}, component {key & 0xFF} counts its frames in two sequences at "
@@ -580,12 +649,33 @@ def _tick(rate: _Rate, stamp: int) -> None:
         rate.close(stamp)
 
 
-def _take_kind(sender: _Sender, data: bytes, header: int) -> None:
-    """Tell by a heartbeat what its sender is."""
+def is_vehicle(component: int, heartbeat: bytes) -> bool:
+    """Return whether a heartbeat's payload is that of a vehicle's autopilot.
+
+    Component 1 is, unless it calls itself a ground station, a camera, or the like; any other
+    component has to name its autopilot.
+    """
+    kind, autopilot = heartbeat[4:5], heartbeat[5:6]
+    if not kind or kind[0] in _NOT_VEHICLES:
+        return False
+    return component == AUTOPILOT or bool(autopilot and autopilot[0] != _NO_AUTOPILOT)
+
+
+def _take_kind(sender: _Sender, component: int, data: bytes, header: int) -> None:
+    """Take what a sender is from its heartbeat."""
     body = data[header : header + 6]
     if len(body) == 6:
+        sender.kind, sender.autopilot = body[4], body[5]
         sender.ground = body[4] == _GROUND_STATION
-        sender.aircraft = body[5] != _NO_AUTOPILOT and body[4] not in _NOT_AIRCRAFT
+        sender.aircraft = is_vehicle(component, body)
+
+
+def _enum_words(enum: str, value: int | None) -> str:
+    """Return the name of a MAVLink enum's value in words: "fixed wing"."""
+    known = None if value is None else dialect().enums[enum].get(value)
+    if known is None:
+        return ""
+    return str(known.name).removeprefix(f"{enum}_").replace("_", " ").lower()
 
 
 def _take_delay(

@@ -15,7 +15,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from gsapp.flight.names import EVENTS_FILE
 from gsapp.foundation import FlightError
@@ -27,6 +27,10 @@ if TYPE_CHECKING:
     from gsapp.decoding.decoder import Notice
 
 
+VEHICLE: Final = "vehicle"
+"""Kind of the event that chooses the flown system, in ``data["system"]``."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Event:
     """Something that happened in a flight.
@@ -34,7 +38,8 @@ class Event:
     Attributes
     ----------
     kind : str
-        ``mark``, ``note``, ``alarm``, ``acknowledge``, ``status`` (said by the vehicle) ...
+        ``mark``, ``note``, ``alarm``, ``acknowledge``, ``vehicle`` (the flown system is chosen),
+        ``status`` (said by the vehicle) ...
     text : str
         In words.
     time : float or None
@@ -109,6 +114,33 @@ def event_of(notice: Notice) -> Event:
         host_time_us=notice.stamp_us,
         data={} if notice.severity is None else {"severity": notice.severity},
     )
+
+
+def vehicle_event(system: int) -> Event:
+    """Return the event by which the crew chooses the flown system of the whole flight."""
+    return Event(kind=VEHICLE, text=f"Flown system: {system}", data={"system": system})
+
+
+def system_in(event: Event) -> int | None:
+    """Return the flown system that an event chooses; None for other events."""
+    system = event.data.get("system") if event.kind == VEHICLE else None
+    valid = isinstance(system, int) and not isinstance(system, bool) and 0 < system < 256
+    return system if valid else None
+
+
+def chosen_system(path: Path) -> int | None:
+    """Return the flown system that the crew chose last; None if it never did.
+
+    Parameters
+    ----------
+    path : Path
+        The events file; it need not exist.
+    """
+    try:
+        events = read_events(path).events
+    except FlightError:
+        return None  # whoever reads marks and notes reports it
+    return next((found for event in reversed(events) if (found := system_in(event))), None)
 
 
 def in_order(events: Iterable[Event]) -> tuple[Event, ...]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ChannelMap, load_channel_map, shipped_channel_maps
-from gsapp.decoding.decoder import ChannelSource, Decoder
+from gsapp.decoding.decoder import ChannelSource
 from gsapp.flight.cache import Decoded, cache_key, load_cached, store_cached
 from gsapp.flight.certificates import calibration_remarks, uncalibrated_columns
 from gsapp.flight.events import event_of, in_order, read_events
@@ -257,6 +257,7 @@ def _key(files: list[Path], setting: Setting) -> str:
             "certificates": repr(sorted((certificates or {}).items())),
             "aircraft": setting.aircraft.model_dump(mode="json") if setting.aircraft else None,
             "rate": setting.rate,
+            "system": setting.system,
         },
     )
 
@@ -409,12 +410,7 @@ def _batches(records: Iterator[RawRecord]) -> Iterator[list[RawRecord]]:
 def _decode_records(batches: Iterator[list[RawRecord]], setting: Setting, path: Path) -> Decoded:
     first = next(batches, [])
     channel_map = setting.channel_map or guess_map(first, path)
-    decoder = Decoder(
-        channel_map,
-        certificates=setting.certificates_for(channel_map),
-        aircraft=setting.aircraft,
-        rate=setting.grid_rate,
-    )
+    decoder = setting.decoder(channel_map)
 
     def blocks() -> Iterator[Block]:
         for batch in chain([first], batches):

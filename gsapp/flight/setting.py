@@ -9,7 +9,9 @@ from pathlib import Path
 from calibration import Certificate, load_certificates
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.decoding.channel_map import ChannelMap, load_channel_map
+from gsapp.decoding.decoder import Decoder
 from gsapp.flight.certificates import CertificatesUsed
+from gsapp.flight.events import chosen_system, events_path
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
 from gsapp.foundation import FlightError
@@ -42,6 +44,8 @@ class Setting:
         For limits and instrument ranges.
     rate : float or None
         Of the grid, Hz; None leaves it to the reader.
+    system : int or None
+        The flown system that the crew has chosen; None leaves it to the map and the record.
     """
 
     channel_map: ChannelMap | None = None
@@ -50,6 +54,7 @@ class Setting:
     own: Mapping[str, Certificate] | None = None
     aircraft: Aircraft | None = None
     rate: float | None = None
+    system: int | None = None
 
     @classmethod
     def find(
@@ -97,12 +102,23 @@ class Setting:
             own=own,
             aircraft=aircraft_of(path, aircraft),
             rate=rate,
+            system=chosen_system(events_path(path)),
         )
 
     @property
     def grid_rate(self) -> float:
         """Return the rate of the grid of a decoded record, Hz."""
         return self.rate or DEFAULT_RATE
+
+    def decoder(self, channel_map: ChannelMap) -> Decoder:
+        """Return a decoder of the flight's raw records with a map."""
+        return Decoder(
+            channel_map,
+            certificates=self.certificates_for(channel_map),
+            aircraft=self.aircraft,
+            rate=self.grid_rate,
+            system=self.system,
+        )
 
     def certificates_for(self, channel_map: ChannelMap) -> Mapping[str, Certificate]:
         """Return the certificates in force with a map.

@@ -8,9 +8,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from gsapp.decoding.health import LinkHealth, LinkReport
+from gsapp.decoding.health import LinkHealth, LinkReport, SenderHealth
 from gsapp.session.alarms import AlarmBoard
 from gsapp.session.limits import Severity
+from gsapp.telemetry.diagnosis import diagnose
 from gsapp.telemetry.recorder_control import RecorderHandle, find_recorder, last_status
 from gsapp.telemetry.status import RecorderStatus
 
@@ -19,6 +20,8 @@ _LOOK = 0.5
 
 _HANGS = 5.0
 _SILENT = 3.0
+_NO_DATA = 5.0
+"""Seconds without a sign of the aircraft after which the crew is told what is wrong."""
 _LOSS_SPAN = 10.0
 _MUCH_LOSS = 0.1
 _FEW_FRAMES = 50
@@ -35,16 +38,21 @@ class LinkView:
     Attributes
     ----------
     words : str
-        ``ok``, ``waiting``, ``silent``, ``unreadable``, ``lost``, ``ended`` ...
+        ``ok``, ``waiting``, ``no data``, ``no aircraft``, ``silent``, ``unreadable``, ``lost``,
+        ``ended`` ...
     severity : Severity
         Whether that is as it should be.
+    system : int or None
+        The flown system; None before it is known, and for lines of text.
     rate : float
-        Messages per second.
+        Messages of the flown aircraft per second.
     age : float or None
-        Seconds since anything came; None before the first, where it cannot be read, and in a
+        Seconds since the last of them; None before the first, where it cannot be read, and in a
         replay.
     loss : float
-        Share of the frames lost in the last seconds (in a replay: in all), 0 to 1.
+        Share of its frames lost in the last seconds (in a replay: in all), 0 to 1.
+    problem : str
+        Why no aircraft is heard and what to try, in sentences; empty where one is.
     good, damaged, unknown, lost : int
         Frames since the beginning.
     remarks : tuple of str
@@ -53,6 +61,8 @@ class LinkView:
 
     words: str
     severity: Severity = Severity.NORMAL
+    system: int | None = None
+    problem: str = ""
     rate: float = 0.0
     age: float | None = None
     loss: float = 0.0
@@ -366,7 +376,10 @@ class EquipmentMonitor:
         loss = self._recent_loss(report, time)
         age = None if report is None else report.age
         unreadable = "" if report is None else report.unreadable
-        words, severity, sentence = self._state_of_link(age, loss, unreadable)
+        arrived = None if health is None else health.last_stamp
+        if arrived is None or self.host_us() - arrived > _SILENT * 1e6:
+            unreadable = ""
+        words, severity, sentence = self._state_of_link(report, age, loss, unreadable)
         if self.landed:
             severity, sentence = Severity.NORMAL, ""
         if words == "unreadable":
@@ -378,20 +391,21 @@ class EquipmentMonitor:
             self._board.raise_("aircraft", Severity.CAUTION, now, " ".join(others))
         else:
             self._board.clear("aircraft", now)
-        return link_view(report, words=words, severity=severity, loss=loss, age=age)
+        view = link_view(report, words=words, severity=severity, loss=loss, age=age)
+        return replace(view, problem=sentence if age is None else "")
 
     def _look_at_unread_link(self, now: float | None) -> LinkView:
         former = self.link
         heard = None if self._status is None else self._status.last_data_us
         age = None if heard is None else max(self.host_us() - heard, 0) / 1e6
-        words, severity, sentence = self._state_of_link(age, 0.0, "")
+        words, severity, sentence = self._state_of_link(None, age, 0.0, "")
         if self.landed:
             severity, sentence = Severity.NORMAL, ""
         self._say("link", severity, now, sentence, former.severity)
         return LinkView(words="not read" if words == "ok" else words, severity=severity)
 
     def _state_of_link(
-        self, age: float | None, loss: float, unreadable: str
+        self, report: LinkReport | None, age: float | None, loss: float, unreadable: str
     ) -> tuple[str, Severity, str]:
         status = self._status
         if self._handle is None or status is None:
@@ -399,16 +413,14 @@ class EquipmentMonitor:
         if not status.connected:
             state = status.source_state or "the port cannot be opened"
             return "lost", Severity.WARNING, f"link lost: {state}"
-        if age is None:
-            return "waiting", Severity.NORMAL, ""
-        if age > _SILENT:
-            return (
-                "silent",
-                Severity.WARNING,
-                "the aircraft is silent: nothing received for more than 3 s",
-            )
         if unreadable:
-            return "unreadable", Severity.WARNING, unreadable
+            found = diagnose(status)
+            known = found is not None and found.problem in ("unreadable", "text", "mavlink")
+            return "unreadable", Severity.WARNING, str(found) if known else unreadable
+        if age is None:
+            return self._waiting(status, report)
+        if age > _SILENT:
+            return "silent", Severity.WARNING, _silent_words(report)
         if loss > _MUCH_LOSS:
             return (
                 "weak",
@@ -417,17 +429,46 @@ class EquipmentMonitor:
             )
         return "ok", Severity.NORMAL, ""
 
+    def _waiting(
+        self, status: RecorderStatus, report: LinkReport | None
+    ) -> tuple[str, Severity, str]:
+        """Return how a link stands over which the aircraft has not been heard yet."""
+        waited = (status.updated_us - status.started_us) / 1e6
+        problem = self._problem(status, report) if waited >= _NO_DATA else ""
+        if not problem:
+            return "waiting", Severity.NORMAL, ""
+        words = "no aircraft" if status.received_bytes else "no data"
+        return words, Severity.CAUTION, problem
+
+    @staticmethod
+    def _problem(status: RecorderStatus, report: LinkReport | None) -> str:
+        """Return why no aircraft is heard and what to try, in sentences."""
+        others = () if report is None else map(_sender_words, report.senders)
+        found = diagnose(status, others=others)
+        return "" if found is None else str(found)
+
     def _recent_loss(self, report: LinkReport | None, time: float) -> float:
         """Return the share of frames lost over the last seconds."""
         if report is None:
             return 0.0
-        recent = self._recent
-        recent.append((time, report.arrived, report.lost))
+        recent, flown = self._recent, report.flown
+        recent.append((time, *((flown.arrived, flown.lost) if flown is not None else (0, 0))))
         while len(recent) > 2 and recent[1][0] <= time - _LOSS_SPAN:
             recent.popleft()
         came = recent[-1][1] - recent[0][1]
         lost = max(recent[-1][2] - recent[0][2], 0)
         return lost / (came + lost) if came + lost >= _FEW_FRAMES else 0.0
+
+
+def _silent_words(report: LinkReport | None) -> str:
+    system = None if report is None else report.system
+    name = "the aircraft" if system is None else f"the aircraft (system {system})"
+    return f"{name} is silent: nothing received for more than {_SILENT:.0f} s"
+
+
+def _sender_words(sender: SenderHealth) -> str:
+    what = "radio" if sender.radio else sender.vehicle_type.replace("gcs", "ground station")
+    return f"system {sender.system}, component {sender.component}" + (f" ({what})" if what else "")
 
 
 def _set_back(ahead_us: int) -> str:
@@ -453,6 +494,7 @@ def link_view(
     return LinkView(
         words=words,
         severity=severity,
+        system=report.system,
         rate=report.rate,
         age=age,
         loss=report.loss if loss is None else loss,

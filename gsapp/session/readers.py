@@ -134,12 +134,7 @@ class RecordReader:
     def _begin(self, setting: Setting) -> None:
         if setting.channel_map is not None:
             self.certificates = setting.certificates_for(setting.channel_map)
-            self.decoder = Decoder(
-                setting.channel_map,
-                certificates=self.certificates,
-                aircraft=setting.aircraft,
-                rate=setting.grid_rate,
-            )
+            self.decoder = setting.decoder(setting.channel_map)
 
 
 def folder_reader(folder: Path, setting: Setting, *, grows: bool) -> tuple[RecordReader, RawTail]:

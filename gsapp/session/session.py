@@ -23,7 +23,7 @@ from gsapp.excitation.cues import CueSnapshot
 from gsapp.excitation.speaking import Spoken
 from gsapp.flight.cards import CardSet
 from gsapp.flight.certificates import CertificatesUsed, beyond_now, uncalibrated
-from gsapp.flight.events import Event, EventLog, events_path
+from gsapp.flight.events import Event, EventLog, events_path, system_in, vehicle_event
 from gsapp.flight.flight import Flight
 from gsapp.flight.folder import FlightFolder
 from gsapp.foundation import FileProblemsError, GroundStationError
@@ -133,6 +133,7 @@ class Session:
         self._account = Account(opened, self.name, self.history, self.book)
         self._reader = opened.reader
         self._setting = setting
+        self._system_chosen = setting.system
         self._flight = opened.whole
         self._has_grown = opened.has_grown
         self._clock = clock
@@ -485,7 +486,28 @@ class Session:
         """
         return self._account.flight(self._heard_until)
 
+    @property
+    def system_chosen(self) -> int | None:
+        """Return the flown system that the crew has chosen since this session began.
+
+        None where it has not, or chose the one that is decoded: else the flight is to be opened
+        again, since all of it is read for the system chosen.
+        """
+        chosen = self._system_chosen
+        return None if chosen == self._setting.system else chosen
+
     # What the user does
+
+    def choose_system(self, system: int) -> None:
+        """Make a system the flown one, of the whole flight, for all windows and replays.
+
+        Raises
+        ------
+        FlightError
+            If it cannot be written.
+        """
+        self.book.write(vehicle_event(system))
+        self._alarm_log.read()
 
     def mark(
         self,
@@ -635,6 +657,7 @@ class Session:
 
     def _take_in(self, event: Event) -> None:
         """Take in an event of the flight that is no acknowledgment."""
+        self._system_chosen = system_in(event) or self._system_chosen
         if self.cue_watch is not None:
             self.cue_watch.take_in(event)
 
@@ -649,7 +672,7 @@ class Session:
         decoder = self.decoder
         if now is None or self.equipment is None or decoder is None:
             return now
-        heard = decoder.health.last_stamp
+        heard = decoder.data_stamp
         silent = 0.0 if heard is None else max(self.equipment.host_us() - heard, 0) / 1e6
         return now + silent
 

@@ -139,6 +139,7 @@ def setting_for(path: Path, chosen: Chosen | None = None) -> SessionSetting:
         own=read_with.own,
         aircraft=read_with.aircraft,
         rate=read_with.rate,
+        system=read_with.system,
         limits=() if limits is None else load_limits(limits).rules(),
         model=_model_for(read_with.aircraft, given.get("model")),
         cards=cards,

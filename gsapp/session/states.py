@@ -93,10 +93,12 @@ def come_together(one: str, other: str, sources: Mapping[str, ChannelSource]) ->
 
 
 def patience_by_message(report: LinkReport | None) -> Mapping[str, float]:
-    """Return after how many seconds each message is late, from its usual rate."""
+    """Return after how many seconds each message of the flown system is late, by its usual rate."""
     found: dict[str, float] = {}
-    for message in () if report is None else report.messages:
-        if message.rate > 0.0:
+    if report is None:
+        return found
+    for message in report.messages:
+        if message.rate > 0.0 and message.system == report.system:
             seconds = min(max(_PERIODS / message.rate, _SHORTEST_PATIENCE), _LONGEST_PATIENCE)
             found[message.name] = max(seconds, found.get(message.name, 0.0))
     return found

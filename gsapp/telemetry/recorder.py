@@ -24,6 +24,7 @@ from gsapp.flight.names import FRAMES_FILE, LINES_FILE, STATUS_FILE, STOP_FILE
 from gsapp.flight.raw import RawWriter
 from gsapp.foundation import FlightError
 from gsapp.telemetry.clock import Clock
+from gsapp.telemetry.diagnosis import ContentSample
 from gsapp.telemetry.heartbeat import GroundHeartbeat
 from gsapp.telemetry.outbox import Outbox
 from gsapp.telemetry.sources import Chunk, Source
@@ -149,6 +150,7 @@ class Recorder:
         self.clock = clock
         self.received_bytes = 0
         self.last_data_us: int | None = None
+        self._sample = ContentSample()
         self._heartbeat = GroundHeartbeat() if heartbeat else None
         self._on_status = on_status
         self._disk_free = disk_free
@@ -242,6 +244,7 @@ class Recorder:
             items = stream.feed(data, self.received_bytes)
             self.received_bytes += len(data)
             self.last_data_us = stamp
+            self._sample.feed(data)
             stream.last_data = time.monotonic()
             stream.settled = False
             self._write(stamp, items)
@@ -282,6 +285,7 @@ class Recorder:
             frames=written.frames,
             lines=written.lines,
             residue_bytes=written.residue_bytes,
+            content=self._sample.kind,
             byte_rate=rate,
             last_data_us=self.last_data_us,
             disk_free_bytes=free,

@@ -21,6 +21,10 @@ _PATIENCE: Final = 0.2
 """Seconds for which a status that is being read is tried to be replaced on Windows."""
 
 
+LinkContent = Literal["", "mavlink", "text", "unreadable"]
+"""What the last bytes of a link are; empty while there are too few to tell."""
+
+
 class RecorderStatus(BaseModel):
     """The state of a recorder; written about twice a second.
 
@@ -45,6 +49,8 @@ class RecorderStatus(BaseModel):
         Whether data can arrive.
     received_bytes, frames, lines, residue_bytes : int
         What has come since the start.
+    content : {"", "mavlink", "text", "unreadable"}
+        What the last bytes are; empty while there are too few to tell.
     byte_rate : float
         Bytes per second of late.
     last_data_us : int or None
@@ -89,6 +95,7 @@ class RecorderStatus(BaseModel):
     frames: int = 0
     lines: int = 0
     residue_bytes: int = 0
+    content: LinkContent = ""
     byte_rate: float = 0.0
     last_data_us: int | None = None
     disk_free_bytes: int | None = None

@@ -196,8 +196,8 @@ def test_a_clock_that_runs_backwards_is_told(trials: Any) -> None:
 def test_two_aircraft_are_told_apart(trials: Any) -> None:
     """Only the one of the map is shown, and the sentence says how to see the other."""
     trial = trials("backwards")
-    assert "another aircraft is on the link: messages of system 2 are left out" in trial.said
-    assert "write system = 2 in the map" in trial.said
+    assert "another aircraft is on the link: messages of system 2 are ignored" in trial.said
+    assert "write system = 2 in the channel map" in trial.said
     alpha = trial.channel("alpha")
     assert alpha["max"] == pytest.approx(0.05, abs=0.002)
     assert alpha["min"] == pytest.approx(0.05, abs=0.002)

@@ -352,6 +352,66 @@ def test_a_second_aircraft_is_left_out_and_named(cases: SimpleNamespace) -> None
         assert f"system = {3 - first}" in others[0].text
 
 
+def test_the_first_autopilot_heard_is_flown_not_the_first_sender(cases: SimpleNamespace) -> None:
+    """A companion computer, a gimbal and a radio of other systems speak before the aircraft."""
+    gimbal, radio = cases.Sender(system=3, component=154), cases.Sender(system=51, component=68)
+    aircraft = cases.Sender(system=7)
+    early = [
+        record
+        for k in range(10)
+        for record in (
+            radio(50_000 * k, "radio_status", 180, 190, 100, 40, 45, 0, 0),
+            gimbal.attitude(50_000 * k, 50 * k, 0.3),
+        )
+    ]
+    beat = aircraft(600_000, "heartbeat", 1, 3, 0, 0, 4, 3)
+    late = [aircraft.attitude(700_000 + 50_000 * k, 50 * k, 0.7) for k in range(10)]
+    for first in (beat, aircraft.attitude(600_000, 0, 0.7)):
+        decoder = Decoder(load_channel_map("ardupilot-plane"))
+        decoder.feed(early)
+        assert decoder.system is None
+        found = cases.gather(decoder.feed([first, *late]) + decoder.finish())
+        assert (decoder.system, decoder.health.flown) == (7, (7, 1))
+        assert np.allclose(found["phi"][1], 0.7)
+        assert [notice.system for notice in decoder.notices] == [3]
+
+
+def test_without_an_autopilot_the_first_system_that_measures_is_flown(
+    cases: SimpleNamespace,
+) -> None:
+    """Nothing of it is lost for the wait; two records, one that ends before it is decided."""
+    box, other = cases.Sender(system=3, component=191), cases.Sender(system=4, component=191)
+    for count in (20, 100):
+        decoder = Decoder(load_channel_map("ardupilot-plane"))
+        records = [
+            record
+            for k in range(count)
+            for record in (
+                box.attitude(50_000 * k, 50 * k, 0.3),
+                other.attitude(50_000 * k + 1, 50 * k, 0.4),
+            )
+        ]
+        found = cases.gather(decoder.feed(records) + decoder.finish())
+        assert (decoder.system, decoder.health.flown) == (3, (3, 191))
+        assert np.allclose(found["phi"][1], 0.3)
+        assert found["phi"][0][0] == 0
+        assert found["phi"][0][-1] == 5 * (count - 1)
+
+
+def test_the_system_that_the_crew_chose_goes_before_the_map_and_the_first(
+    cases: SimpleNamespace,
+) -> None:
+    one, two = cases.Sender(system=1), cases.Sender(system=2)
+    decoder = Decoder(load_channel_map("b777"), system=2)  # the map says 1
+    records = []
+    for k in range(20):
+        records.append(one.attitude(50_000 * k, 50 * k, 0.1))
+        records.append(two.attitude(50_000 * k + 10, 50 * k, 0.2))
+    found = cases.gather(decoder.feed(records))
+    assert decoder.system == 2
+    assert np.allclose(found["phi"][1], 0.2)
+
+
 @pytest.mark.parametrize("system", [250, 255])
 def test_a_ground_station_is_never_taken_for_the_aircraft(
     cases: SimpleNamespace, system: int

@@ -33,6 +33,7 @@ class Bench:
     def __post_init__(self) -> None:
         self.board = AlarmBoard()
         self.health = LinkHealth()
+        self.health.flown = 1, 1
         self.clock = HostClock(wall_us=self.wall_us)
         self.monitor = EquipmentMonitor(self.folder, self.board, lambda: self.now, self.wall_us)
 

@@ -59,7 +59,7 @@ def same_but_for_cues(told: dict[str, Any], flight: Flight) -> bool:
     """Tell whether a replay's summary is that of the flight; what it told and heard is beside."""
     assert {cue["kind"] for cue in told["cues"]} >= {"trim"}
     assert isinstance(told["verdicts"], list)
-    beside = ("cues", "verdicts", "senders", "messages")
+    beside = ("cues", "verdicts", "flown", "senders", "messages")
     rest = {name: told[name] for name in told if name not in beside}
     rest["events"] = [event for event in told["events"] if event["kind"] != "alarm"]
     whole = json.loads(json.dumps(summarize(flight)))

@@ -59,6 +59,22 @@ def plugged_in() -> Iterable[PortInfo]:
     return ports
 
 
+def port_words(port: object) -> str:
+    """Return a port's name and what its USB device says of itself: product, maker, serial number.
+
+    Parameters
+    ----------
+    port : serial.tools.list_ports_common.ListPortInfo
+        Or anything with some of its attributes.
+    """
+    name = str(getattr(port, "device", ""))
+    known = [str(getattr(port, key, None) or "") for key in ("description", "manufacturer")]
+    words = [each for each in known if each not in ("", "n/a", name)]
+    if number := getattr(port, "serial_number", None):
+        words.append(f"serial number {number}")
+    return f"{name} ({', '.join(dict.fromkeys(words))})" if words else name
+
+
 def open_port(path: str, baud: int) -> Any:
     """Open a serial port for this program alone."""
     import serial
@@ -199,7 +215,7 @@ class SerialSource(ReconnectingSource):
                 "that the radio is set to, usually 57600"
             )
         try:
-            there = ", ".join(sorted(port.device for port in self._listed())) or "none"
+            there = "; ".join(sorted(map(port_words, self._listed()))) or "none"
         except OSError:
             there = "unknown"
         odd = "inappropriate ioctl" in text or "not supported by device" in text  # Linux, macOS
