@@ -432,7 +432,7 @@ COMMANDS: tuple[Command, ...] = (
     _command("Flight", "panel_alarms", "Alarms", "Ctrl+4", needs="flight"),
     _command("Flight", "panel_messages", "Messages of the aircraft", "Ctrl+5", needs="flight"),
     _command("Flight", "panel_estimates", "Derivatives as they form", "Ctrl+6", needs="flight"),
-    _command("Flight", "link", "What comes over the link…", "Ctrl+I", needs="flight"),
+    _command("Flight", "link", "MAVLink inspector…", "Ctrl+I", needs="flight"),
     _command("Flight", "mark", "Mark this moment", "M", needs="flight", rule=True),
     _command("Flight", "note", "Mark and write a note", "N", needs="flight"),
     _command("Flight", "undo", "Take back the last change", "Ctrl+Z", needs="change"),

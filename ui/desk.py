@@ -107,6 +107,7 @@ class Desk(QObject):
         self._moved_to: Path | None = None
         self._landed_at: float | None = None
         self._seen: tuple[float | None, int] | None = None
+        self._system: int | None = None  # for which the flight is being read again
         self._moved_at = 0.0
         self._finished = False
         self._problem = self._fault = ""
@@ -210,15 +211,29 @@ class Desk(QObject):
             A folder, or a shipped set; None for the flight's own.
         """
         if self.session is not None and self.session.replaying is not None:
-            self.starter.read_again(self.session, self.session.replaying, calibration)
+            self.starter.read_again(self.session, calibration)
+
+    def choose_system(self, system: int) -> None:
+        """Make a system of the link the flown one, of the whole flight and for all windows."""
+        if self.session is not None:
+            self.session.choose_system(system)
+            self._tell(self.session)
+
+    def _follow_choice(self, session: Session) -> None:
+        """Read the flight again where the crew chose another system, here or in another window."""
+        chosen = session.system_chosen
+        if chosen is not None and chosen != self._system:
+            self._system = chosen
+            self.said.emit("note", f"System {chosen} is now the flown system of {session.name}.")
+            self.starter.read_again(session, session.calibration.given or None)
 
     def _show(self, begun: Begun, back_to: float | None) -> None:
         session = begun.session
         if session is None:
             return
         former = self.session.recorder if self.session is not None else None
-        same_flight = session.path == self._moved_to
-        aircraft = self._aircraft if same_flight else begun.aircraft
+        same_flight = session.path in (self._moved_to, self._open_here())
+        aircraft = begun.aircraft or (self._aircraft if same_flight else None)
         self.close()
         self._back_to = back_to
         self.session = session
@@ -226,7 +241,7 @@ class Desk(QObject):
         self._taker = PictureTaker(session)
         self._finished = self._remarked = False
         self._problem = self._fault = ""
-        self._moved_to = self._seen = self._landed_at = None
+        self._moved_to = self._seen = self._landed_at = self._system = None
         self._pace = Pace(SOONEST_LIVE if session.replaying is None else SOONEST_REPLAY)
         self._moved_at = time.monotonic()
         session.update(_BUDGET)
@@ -410,6 +425,7 @@ class Desk(QObject):
 
     def _tell(self, session: Session) -> None:
         self._snapshot = snapshot = session.snapshot()
+        self._follow_choice(session)
         equipment = session.equipment
         if equipment is not None and equipment.moved_to not in (None, self._moved_to):
             self._moved_to = equipment.moved_to

@@ -10,12 +10,12 @@ from threading import Lock, Thread
 
 from PySide6.QtCore import QObject, Signal
 
+from gsapp.decoding.channel_map import ChannelMap
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.next_flight import begin_the_next, hand_over
 from gsapp.foundation import GroundStationError, UnmappedError
 from gsapp.session import Session
 from gsapp.session.estimating.workers import OtherProcess
-from gsapp.session.feeds import ReplayFeed
 from gsapp.session.setting import Options
 from gsapp.telemetry.address import parse_link
 from gsapp.telemetry.recorder_control import find_recorder, start_recorder
@@ -110,20 +110,21 @@ class FlightStarter(QObject):
 
         self._open_session(replay, place.name, None if channel_map or calibration else place)
 
-    def read_again(self, session: Session, feed: ReplayFeed, calibration: str | None) -> None:
-        """Open a replay anew where it stands, with other certificates.
+    def read_again(self, session: Session, calibration: str | None) -> None:
+        """Open a flight again, as it is read now: a replay where it stands.
 
         Parameters
         ----------
         session : Session
-        feed : ReplayFeed
-            What plays it.
         calibration : str or None
-            A folder, or a shipped set; None for the flight's own.
+            Of a replay: a folder, or a shipped set; None for the flight's own.
         """
-        path, here, speed, playing = session.path, feed.now, feed.speed, feed.playing
-        decoder = session.decoder
+        path, feed, decoder = session.path, session.replaying, session.decoder
         channel_map = None if decoder is None else decoder.channel_map
+        if feed is None:
+            self._open_session(lambda: self._followed(path, channel_map), path.name)
+            return
+        speed, playing = feed.speed, feed.playing
 
         def replay() -> Session:
             return Session.replay(
@@ -131,7 +132,7 @@ class FlightStarter(QObject):
                 playing=playing, **self._options(),
             )  # fmt: skip
 
-        self._open_session(replay, path.name, back_to=here)
+        self._open_session(replay, path.name, back_to=feed.now)
 
     def attach(self, found: RunningRecorder) -> None:
         """Follow a flight that is being recorded."""
@@ -152,7 +153,7 @@ class FlightStarter(QObject):
 
         self._open(begin, request.folder.name, records=request.folder)
 
-    def _followed(self, folder: Path, channel_map: str | None = None) -> Session:
+    def _followed(self, folder: Path, channel_map: ChannelMap | str | None = None) -> Session:
         """Return the session of a flight that is being recorded."""
         return Session.follow(folder, channel_map=channel_map, **self._options())
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QByteArray, QSize, Qt, QTimer
-from PySide6.QtGui import QCloseEvent, QGuiApplication, QResizeEvent
+from PySide6.QtGui import QActionGroup, QCloseEvent, QGuiApplication, QResizeEvent
 from PySide6.QtWidgets import (
     QApplication,
     QHBoxLayout,
     QMainWindow,
+    QMenu,
     QMessageBox,
     QStackedWidget,
     QVBoxLayout,
@@ -29,6 +31,7 @@ from ui.faults import Fault, FaultDesk
 from ui.flight.controls import ActionButton
 from ui.flight.crew import Crew
 from ui.flight.layout_store import LayoutStore
+from ui.flight.link_lines import vehicle_words
 from ui.flight.place import FlightPlace
 from ui.flight.view import FlightView
 from ui.frame.banners import BannerStack
@@ -243,11 +246,34 @@ class MainWindow(QMainWindow):
 
     def _bar_pressed(self, part: str) -> None:
         targets = {
-            "alarms": "panel_alarms", "sound": "mute", "flight": "place_flight", "link": "link",
+            "alarms": "panel_alarms", "sound": "mute", "flight": "place_flight",
             "record": "recorders",
         }  # fmt: skip
         if part in targets:
             self.commands.actions[targets[part]].trigger()
+        elif part == "link":
+            self.show_systems()
+
+    def show_systems(self) -> None:
+        """Offer the systems heard on the link, of which one is the flown one."""
+        session = self.desk.session
+        report = None if session is None else session.link_report()
+        menu = QMenu("Flown system", self)
+        menu.setObjectName("flown_system")
+        group = QActionGroup(menu)
+        for vehicle in () if report is None else report.vehicles:
+            words = vehicle_words(vehicle, live=not self.desk.is_replay)
+            action = menu.addAction(words, partial(self.desk.choose_system, vehicle.system))
+            action.setCheckable(True)
+            action.setChecked(report is not None and vehicle.system == report.system)
+            group.addAction(action)
+        if menu.isEmpty():
+            menu.addAction("No aircraft heard").setEnabled(False)
+        menu.addSeparator()
+        menu.addAction(self.commands.actions["link"])
+        tile = self.bar.views["link"]
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.popup(tile.mapToGlobal(tile.rect().bottomLeft()))
 
     def _review(self, folder: Path) -> None:
         """Review a flight that has ended."""

@@ -136,7 +136,7 @@ class Decoder:
     """Decodes raw records of one aircraft, the flown one, with a channel map.
 
     That is the system chosen, or else the first whose autopilot is heard: by its heartbeat, or by
-    a mapped message of component 1. In a record without an autopilot it is the first system that
+    any other message of component 1. In a record without an autopilot it is the first system that
     sends a mapped message. Once found it stays. Ground stations are never flown.
 
     Parameters
@@ -475,13 +475,16 @@ class Decoder:
     ) -> None:
         if self._texts.waits:
             self._say(self._texts.give_up(host))
-        if number == HEARTBEAT:
-            if system < FIRST_GROUND_SYSTEM and is_vehicle(component, payload):
-                if self._system is None:
-                    self._fly(system)
-                if system == self._system:
-                    self._hear_flown(component, autopilot=True)
-        elif number == _SYSTEM_TIME:
+        if system < FIRST_GROUND_SYSTEM and (
+            is_vehicle(component, payload)
+            if number == HEARTBEAT
+            else component == AUTOPILOT and number not in RADIO_MESSAGES and is_known(number)
+        ):
+            if self._system is None:
+                self._fly(system)
+            if system == self._system:
+                self._hear_flown(component, autopilot=True)
+        if number == _SYSTEM_TIME:
             if system == self._system and len(payload) > 8:
                 unix = int.from_bytes(payload[:8], "little")
                 boot = int.from_bytes(payload[8:12], "little") * 1000

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import socket
 import sys
@@ -16,6 +17,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication, QImage
+from PySide6.QtWidgets import QMenu
 from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -32,6 +34,7 @@ from window_kit import (
 )
 
 import ui.window
+from gsapp.decoding.dialect import dialect
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.raw.files import RawFile
 from gsapp.foundation import FlightError
@@ -84,6 +87,60 @@ def traced_pixels(window: MainWindow) -> int:
     pixels = np.frombuffer(image.constBits(), dtype=np.uint32) & 0xFFFFFF
     colors = [int(color[1:], 16) for color in window.look.theme.traces.values()]
     return int(np.isin(pixels, colors).sum())
+
+
+def test_the_flown_system_is_shown_and_chosen_on_the_link_tile(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    """One click on a system of the menu: the flight is read again, and says so."""
+    port, folder = free_port(), tmp_path / "flights" / "first"
+    window.desk.starter.connect_aircraft(
+        ConnectRequest(
+            link=f"udpin:127.0.0.1:{port}", folder=folder, channel_map="ardupilot-plane",
+            aircraft="b777", calibration="",
+        )
+    )  # fmt: skip
+    until(qtbot, lambda: window.desk.is_open)
+    stop = threading.Event()
+
+    def transmit() -> None:
+        senders = {number: dialect().MAVLink(None, srcSystem=number) for number in (1, 7)}
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+            for k in itertools.count():
+                if stop.wait(0.02):
+                    return
+                for number, packer in senders.items():
+                    roll = dialect().MAVLink_attitude_message(20 * k, 0.1 * number, *(5 * [0.0]))
+                    beat = dialect().MAVLink_heartbeat_message(1, 3, 0, 0, 4, 3)
+                    for message in (roll, beat):
+                        data = message.pack(packer)
+                        packer.seq = (packer.seq + 1) % 256
+                        sender.sendto(data, ("127.0.0.1", port))
+
+    transmitter = threading.Thread(target=transmit)
+    transmitter.start()
+    try:
+        tile = window.bar.views["link"]
+        until(qtbot, lambda: tile.part.word == "LINK  SYSTEM 1")
+        former = window.desk.session
+        report = former.link_report() if former is not None else None
+        assert report is not None
+        assert [vehicle.system for vehicle in report.vehicles] == [1, 7]
+        qtbot.mouseClick(tile, Qt.MouseButton.LeftButton)
+        menu = window.findChild(QMenu, "flown_system")
+        until(qtbot, menu.isVisible)
+        choices = [action for action in menu.actions() if action.isCheckable()]
+        assert [action.isChecked() for action in choices] == [True, False]
+        choices[1].trigger()
+        menu.close()
+        until(qtbot, lambda: tile.part.word == "LINK  SYSTEM 7")
+        assert window.desk.session is not former
+        until(qtbot, lambda: window.desk.session.history.has("phi"))
+        assert window.desk.session.history.last("phi")[1] == pytest.approx(0.7)
+    finally:
+        stop.set()
+        transmitter.join()
+        window.desk.stop_now()
 
 
 def test_what_arrives_and_is_in_no_channel_is_not_called_nothing(

@@ -1,4 +1,4 @@
-"""What comes over the link, in detail: every message of every sender, as it stands now."""
+"""MAVLink inspector: every message of every sender, as it stands now."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class LinkDialog(PassingDialog):
     ) -> None:
         super().__init__(parent)
         self._ask = ask
-        self.setWindowTitle("What comes over the link")
+        self.setWindowTitle("MAVLink inspector")
         room = self.screen().availableSize() - QSize(32, 64)
         self.resize(QSize(look.px(760), look.px(600)).boundedTo(room))
         column = QVBoxLayout(self)

@@ -36,6 +36,15 @@ def _sentence(sender: SenderHealth) -> str:
     return f"System {sender.system}, component {sender.component}: {', '.join(parts)}."
 
 
+def vehicle_words(vehicle: SenderHealth, *, live: bool) -> str:
+    """Return what is heard of a system that can be the flown one, for a menu."""
+    what = ", ".join(filter(None, (vehicle.vehicle_type, vehicle.autopilot)))
+    name = f"System {vehicle.system}" + (f" ({what})" if what else "")
+    if not live:
+        return f"{name}: {count_text(vehicle.arrived, 'message')}"
+    return f"{name}: {number_text(vehicle.rate, 0)}/s, {duration_text(vehicle.age)} ago"
+
+
 def message_rows(report: LinkReport) -> tuple[Line, ...]:
     """Return one line for each message of each sender, who is named where there are several."""
     several = len({(message.system, message.component) for message in report.messages}) > 1

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 _NO_BANDS = Bands()
 _HEARD = ("ok", "weak", "silent")
 """What is said of a link over which something that can be read has come."""
-_DUMB = ("silent", "unreadable", "not read", "lost")
+_DUMB = ("silent", "no data", "no aircraft", "unreadable", "not read", "lost")
 _MESSAGES_EVERY = 5
 _ESTIMATES_EVERY = 10
 _FIRST_SECONDS = 3.0
@@ -134,6 +134,8 @@ class PictureTaker:
         if replay is not None:
             return "This flight holds no samples" if replay.complete else ""
         heard = snapshot.link.words
+        if snapshot.link.problem:
+            return snapshot.link.problem
         if heard == "unreadable":
             return "What arrives cannot be read"
         if heard in _HEARD and snapshot.channel_map:

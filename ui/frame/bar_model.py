@@ -20,7 +20,8 @@ from ui.words import (
 )
 
 _SPEECHLESS = (
-    "waiting", "silent", "unreadable", "not read", "lost", "none", "ended", "catching up",
+    "waiting", "no data", "no aircraft", "silent", "unreadable", "not read", "lost", "none",
+    "ended", "catching up",
 )  # fmt: skip
 """States of the link in which its last numbers must not stand."""
 
@@ -134,13 +135,15 @@ def _link(facts: BarFacts) -> BarPart:
             id="link", word="LINK", value="none", state="plain", detail="No link.", width=176
         )
     port = facts.recorder.source_state if facts.recorder is not None else ""
-    remarks = " ".join((*link.remarks, *((f"{port}.",) if port else ())))
+    said = (link.problem, *link.remarks, f"{port}." if port else "")
+    remarks = " ".join(filter(None, said))
     state = _STATES[link.severity]
+    name = "LINK" if link.system is None else f"LINK  SYSTEM {link.system}"
     if facts.replay:
         value = percent_text(link.loss) if link.good or link.lost else DASH
         return BarPart(
             id="link",
-            word="LINK  AS RECORDED",
+            word=f"{name}  AS RECORDED",
             value=value,
             note="lost",
             state="plain",
@@ -154,7 +157,7 @@ def _link(facts: BarFacts) -> BarPart:
         age = f" {duration_text(link.age)}" if link.age is not None else ""
         return BarPart(
             id="link",
-            word="LINK",
+            word=name,
             note=f"{link.words}{age}{_share(facts.read)}",
             state=state if link.severity is not Severity.NORMAL else "unknown",
             width=176,
@@ -163,7 +166,7 @@ def _link(facts: BarFacts) -> BarPart:
     lost = f"{percent_text(link.loss)} lost"
     return BarPart(
         id="link",
-        word="LINK" if link.words == "ok" else f"LINK  {link.words}",
+        word=name if link.words == "ok" else f"{name}  {link.words}",
         value=f"{link.rate:.0f}/s",
         note=f"{link.age:.1f} s old, {lost}",
         state=state,

@@ -15,7 +15,7 @@ from PySide6.QtGui import (
     QPainter,
     QPaintEvent,
 )
-from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
+from PySide6.QtWidgets import QApplication, QSizePolicy, QToolTip, QWidget
 
 from ui.frame.bar_part import BarPart
 from ui.glyphs import paint_state
@@ -185,7 +185,7 @@ class BarPartView(QWidget):
             event.ignore()
             return
         self.pressed.emit(self.part.id)
-        if self.part.detail:
+        if self.part.detail and QApplication.activePopupWidget() is None:
             QToolTip.showText(event.globalPosition().toPoint(), self.part.detail, self)
 
     def enterEvent(self, _event: QEnterEvent) -> None:
