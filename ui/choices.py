@@ -8,7 +8,7 @@ from gsapp.aircraft.reading import shipped_aircraft
 from gsapp.decoding.channel_map import load_channel_map, shipped_channel_maps
 from gsapp.foundation import GroundStationError
 from gsapp.telemetry.address import parse_link
-from gsapp.telemetry.sources.serial_port import plugged_in
+from gsapp.telemetry.sources.serial_port import plugged_in, port_words
 from ui.dialogs.connect import ConnectChoices
 from ui.dialogs.virtual import VirtualChoices
 
@@ -17,12 +17,8 @@ _VIRTUAL_AIRCRAFT = "b777"
 
 
 def serial_ports() -> tuple[tuple[str, str], ...]:
-    """Return path and words of the serial ports that are plugged in."""
-    found = []
-    for port in plugged_in():
-        words = str(getattr(port, "description", "") or "")
-        found.append((port.device, "" if words in ("n/a", port.device) else words))
-    return tuple(sorted(found))
+    """Return path of each serial port, and its name with that of its USB device."""
+    return tuple(sorted((port.device, port_words(port)) for port in plugged_in()))
 
 
 def live_maps() -> tuple[str, ...]:

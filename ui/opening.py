@@ -21,6 +21,7 @@ from ui.desk import Desk
 from ui.dialogs.certificates import CertificatesDialog
 from ui.dialogs.connect import ConnectDialog
 from ui.dialogs.flights import file_to_open, flight_folder
+from ui.dialogs.requests import ConnectRequest
 from ui.dialogs.small import ExportDialog, MapDialog, ask_append, ask_stop
 from ui.dialogs.virtual import VirtualDialog
 from ui.frame.banners import Banner, BannerStack
@@ -79,6 +80,7 @@ class Opening(QObject):
         self._making: list[Work] = []
         self._landed: Banner | None = None
         self._review_when_ended = False
+        self._unproven: ConnectRequest | None = None  # over its link nothing has come yet
         desk.working.connect(self.run)
         desk.said.connect(banners.show_banner)
         desk.remarked.connect(lambda *said: self.until_next(banners.show_banner(*said)))
@@ -86,6 +88,7 @@ class Opening(QObject):
         desk.map_wanted.connect(self.offer_map)
         desk.landed.connect(self.offer_end)
         desk.ended.connect(self.offer_replay)
+        desk.told.connect(self._remember_link)
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
@@ -127,26 +130,49 @@ class Opening(QObject):
             self._store.current, self._look, connect_choices(), self._flights,
             self._window,
         )  # fmt: skip
-        if not dialog.exec():
+        starter = self._desk.starter
+        dialog.submitted.connect(lambda request: self._connect(dialog, request))
+        begun = starter.begun.connect(lambda: dialog.accept() if dialog.connecting else None)
+        done = dialog.exec()
+        starter.disconnect(begun)
+        if not done:
+            if dialog.connecting:
+                starter.cancel()
             return
         request = dialog.request
-        self._store.replace(
-            self._store.current.with_link(request.link).changed(
-                aircraft=request.aircraft,
-                channel_map=request.channel_map,
-                calibration=request.calibration,
-                flights=str(request.folder.parent),
-            )
+        self._store.change(
+            aircraft=request.aircraft,
+            channel_map=request.channel_map,
+            calibration=request.calibration,
+            flights=str(request.folder.parent),
         )
-        if (place := self._where_to_record(request.folder)) is not None:
-            self._desk.starter.connect_aircraft(replace(request, folder=place[0], append=place[1]))
 
-    def _where_to_record(self, folder: Path) -> tuple[Path, bool] | None:
+    def _connect(self, dialog: ConnectDialog, request: ConnectRequest) -> None:
+        """Record what the dialog asks for; the dialog stays where that is refused."""
+        place = self._where_to_record(request.folder, dialog)
+        if place is None:
+            dialog.withdraw()
+            return
+        self._unproven = replace(request, folder=place[0], append=place[1])
+        self._desk.starter.connect_aircraft(self._unproven, refused=dialog.show_refusal)
+
+    def _remember_link(self) -> None:
+        """Keep a link among the recent ones once something came over it."""
+        request, session = self._unproven, self._desk.session
+        if request is None or session is None or session.equipment is None:
+            return
+        if session.path == request.folder.absolute() and session.equipment.link.age is not None:
+            self._unproven = None
+            self._store.replace(self._store.current.with_link(request.link))
+
+    def _where_to_record(
+        self, folder: Path, parent: QWidget | None = None
+    ) -> tuple[Path, bool] | None:
         """Return the folder, and whether to append to its flight; None if neither is wanted."""
         if record_state(folder) != "finished":
             return folder, False
         new = free_name(folder)
-        append = ask_append(self._window, folder.name, new.name)
+        append = ask_append(parent or self._window, folder.name, new.name)
         return None if append is None else (folder if append else new, append)
 
     def fly_virtual(self) -> None:

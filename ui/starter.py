@@ -11,6 +11,7 @@ from threading import Lock, Thread
 from PySide6.QtCore import QObject, Signal
 
 from gsapp.decoding.channel_map import ChannelMap
+from gsapp.flight.events import EventLog, events_path, vehicle_event
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.next_flight import begin_the_next, hand_over
 from gsapp.foundation import GroundStationError, UnmappedError
@@ -139,10 +140,17 @@ class FlightStarter(QObject):
         folder = found.handle.folder
         self._open_session(lambda: self._followed(folder), folder.name)
 
-    def connect_aircraft(self, request: ConnectRequest, *, trial: bool = False) -> None:
+    def connect_aircraft(
+        self,
+        request: ConnectRequest,
+        *,
+        trial: bool = False,
+        refused: Callable[[Exception], None] | None = None,
+    ) -> None:
         """Record a link in a process of its own, and follow it.
 
-        A flight for trial gets a copy of what waits for the next one.
+        A flight for trial gets a copy of what waits for the next one. Errors go to `refused`, or
+        else to a banner.
         """
 
         def begin(begun: Begun, progress: Progress) -> None:
@@ -151,7 +159,7 @@ class FlightStarter(QObject):
                 self._record(request, begun, progress, trial=trial)
             begun.session = self._followed(request.folder)
 
-        self._open(begin, request.folder.name, records=request.folder)
+        self._open(begin, request.folder.name, records=request.folder, refused=refused)
 
     def _followed(self, folder: Path, channel_map: ChannelMap | str | None = None) -> Session:
         """Return the session of a flight that is being recorded."""
@@ -182,6 +190,8 @@ class FlightStarter(QObject):
             begun.handed_over = handed_over and not trial
         except GroundStationError as error:
             self._faults.report(error)
+        if request.system is not None:
+            EventLog(events_path(folder.path)).append(vehicle_event(request.system))
         progress(None, "starting the recorder")
         begun.recorder = start_recorder(request.link, request.folder)
 
@@ -249,6 +259,7 @@ class FlightStarter(QObject):
         wants_map: Path | None = None,
         back_to: float | None = None,
         records: Path | None = None,
+        refused: Callable[[Exception], None] | None = None,
     ) -> None:
         """Set a flight going in a thread; the window goes on meanwhile.
 
@@ -278,7 +289,7 @@ class FlightStarter(QObject):
         self._work, self._records = work, records
         work.done.connect(lambda begun: self._give(begun, back_to))
         work.dropped.connect(self._drop)
-        work.failed.connect(lambda error: self._failed(error, wants_map))
+        work.failed.connect(refused or (lambda error: self._failed(error, wants_map)))
         self.working.emit(work, "")
         work.start()
 

@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from gsapp.telemetry.status import RecorderStatus
 
+_FIRST_DIAGNOSIS = 5.0
+"""Seconds without anything useful before it is said what is wrong with the link."""
+
 
 def run(
     link: str,
@@ -130,6 +133,8 @@ class _Teller:
         self._beginning = beginning
         self._link = ""
         self._told: set[str] = set()
+        self._problem = ""
+        self._due = _FIRST_DIAGNOSIS
 
     def tell(self, status: RecorderStatus) -> None:
         """Say what is new; only a link that could be opened has a status."""
@@ -139,9 +144,25 @@ class _Teller:
         if status.state == "recording" and status.source_state != self._link:
             self._link = status.source_state
             self._say(self._link)
+        self._diagnose(status)
         for sentence in (*status.notes, *status.warnings, status.error):
             # The numbers in a warning change all the time.
             key = re.sub(r"[\d.]+", "", sentence)
             if sentence and key not in self._told:
                 self._told.add(key)
                 self._say(sentence)
+
+    def _diagnose(self, status: RecorderStatus) -> None:
+        """Say what is wrong with a link that brings nothing useful, at growing intervals."""
+        from gsapp.telemetry.diagnosis import diagnose
+
+        seconds = (status.updated_us - status.started_us) / 1e6
+        if status.state != "recording" or seconds < _FIRST_DIAGNOSIS:
+            return
+        found = diagnose(status)
+        problem = "" if found is None else found.problem
+        # A link that is not open says so itself, whenever that changes.
+        if problem not in ("", "closed") and (problem != self._problem or seconds >= self._due):
+            self._say(str(found))
+            self._due = 2.0 * seconds
+        self._problem = problem

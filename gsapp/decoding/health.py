@@ -106,6 +106,12 @@ class SenderHealth:
     autopilot: str = ""
     radio: bool = False
 
+    def __str__(self) -> str:
+        """Return who it is in words."""
+        kind = "radio" if self.radio else self.vehicle_type.replace("gcs", "ground station")
+        what = ", ".join(filter(None, (kind, self.autopilot if self.aircraft else "")))
+        return f"system {self.system}, component {self.component}" + (f" ({what})" if what else "")
+
     @property
     def can_fly(self) -> bool:
         """Return whether it can be the flown aircraft."""

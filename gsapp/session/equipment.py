@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from gsapp.decoding.health import LinkHealth, LinkReport, SenderHealth
+from gsapp.decoding.health import LinkHealth, LinkReport
 from gsapp.session.alarms import AlarmBoard
 from gsapp.session.limits import Severity
 from gsapp.telemetry.diagnosis import diagnose
@@ -443,7 +443,7 @@ class EquipmentMonitor:
     @staticmethod
     def _problem(status: RecorderStatus, report: LinkReport | None) -> str:
         """Return why no aircraft is heard and what to try, in sentences."""
-        others = () if report is None else map(_sender_words, report.senders)
+        others = () if report is None else map(str, report.senders)
         found = diagnose(status, others=others)
         return "" if found is None else str(found)
 
@@ -464,11 +464,6 @@ def _silent_words(report: LinkReport | None) -> str:
     system = None if report is None else report.system
     name = "the aircraft" if system is None else f"the aircraft (system {system})"
     return f"{name} is silent: nothing received for more than {_SILENT:.0f} s"
-
-
-def _sender_words(sender: SenderHealth) -> str:
-    what = "radio" if sender.radio else sender.vehicle_type.replace("gcs", "ground station")
-    return f"system {sender.system}, component {sender.component}" + (f" ({what})" if what else "")
 
 
 def _set_back(ahead_us: int) -> str:

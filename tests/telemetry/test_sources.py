@@ -477,7 +477,7 @@ def test_a_port_that_windows_keeps_back_gets_a_sentence() -> None:
 @pytest.mark.parametrize(
     ("error", "words"),
     [
-        (OSError(errno.ECONNREFUSED, "Connection refused"), "nothing answers at 10.0.0.5 port 576"),
+        (OSError(errno.ECONNREFUSED, "Connection refused"), "10.0.0.5 port 576 refuses"),
         (OSError(errno.EHOSTUNREACH, "No route to host"), "nothing answers at 10.0.0.5 port 576"),
         (TimeoutError("timed out"), "nothing answers at 10.0.0.5 port 576"),
         (OSError(errno.ENOBUFS, "No buffer space"), "No buffer space; trying again"),

@@ -794,7 +794,7 @@ def test_a_bad_link_cannot_be_connected(qtbot: QtBot, tmp_path: Path) -> None:
 
     choices = ConnectChoices(
         aircraft=("b777",), channel_maps=("b777",), calibrations=("b777",), parse=parse,
-        list_ports=lambda: (("/dev/ttyUSB0", "radio"),),
+        list_ports=lambda: (("/dev/ttyUSB0", "/dev/ttyUSB0 (radio)"),),
     )  # fmt: skip
     dialog = ConnectDialog(Settings(), Look(), choices, tmp_path)
     qtbot.addWidget(dialog)
@@ -810,7 +810,7 @@ def test_a_bad_link_cannot_be_connected(qtbot: QtBot, tmp_path: Path) -> None:
 
 def test_a_serial_link_that_was_typed_stays_what_it_is(qtbot: QtBot, tmp_path: Path) -> None:
     """The boxes above show it, so that a change of the speed does not name another port."""
-    listed = [("/dev/ttyUSB0", "radio")]
+    listed = [("/dev/ttyUSB0", "/dev/ttyUSB0 (radio)")]
     choices = ConnectChoices(
         aircraft=("b777",), channel_maps=("b777",), calibrations=("b777",), parse=parse_link,
         list_ports=lambda: tuple(listed),
@@ -826,10 +826,10 @@ def test_a_serial_link_that_was_typed_stays_what_it_is(qtbot: QtBot, tmp_path: P
     named.touch()
     link.text.setEditText(f"serial:{named}:57600")
     assert link.verdict.state == "good"
-    listed.append(("/dev/ttyUSB1", "another"))
+    listed.append(("/dev/ttyUSB1", "/dev/ttyUSB1 (another)"))
     link.refresh_ports()
     assert [link.device.itemText(at) for at in range(3)] == [
-        "/dev/ttyUSB0   radio", "/dev/ttyUSB1   another", str(named),
+        "/dev/ttyUSB0 (radio)", "/dev/ttyUSB1 (another)", str(named),
     ]  # fmt: skip
     link.baud.setCurrentIndex(1)
     link.baud.activated.emit(1)

@@ -12,12 +12,15 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QLineEdit,
+    QPushButton,
     QSizePolicy,
     QStackedWidget,
     QVBoxLayout,
     QWidget,
 )
 
+from gsapp.foundation import LinkError
+from gsapp.telemetry.link_test import LinkTest
 from gsapp.telemetry.sources.serial_port import same_port
 from ui.dialogs.fields import FlightPlace, ShippedField
 from ui.dialogs.form import FormDialog, NumberField, Sentence, restyle
@@ -30,10 +33,14 @@ from ui.dialogs.requests import (
     check_link,
     link_text,
 )
+from ui.flight.link_lines import vehicle_words
 from ui.look import Look
 from ui.settings import Settings
 
 _PORT_CHECK_MS = 1500
+_TEST_LOOK_MS = 300
+_TEST_PATIENCE = 2.0
+"""Seconds of a test before it is said what is wrong."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -175,7 +182,7 @@ class LinkField(QWidget):
         self._ports = ports
         self.device.clear()
         for path, words in ports:
-            self.device.addItem(f"{path}   {words}".strip(), path)
+            self.device.addItem(words or path, path)
         if kept is not None:
             self._show_device(kept)
         else:
@@ -261,8 +268,116 @@ class LinkField(QWidget):
         return self.text.currentText().strip()
 
 
+class LinkTestField(QWidget):
+    """The flown system, among those that a test of the link hears.
+
+    Attributes
+    ----------
+    button : QPushButton
+        Begins and ends the test.
+    systems : QComboBox
+        The first autopilot heard, or one of those heard.
+    sentence : Sentence
+        What has come, or what to try.
+    """
+
+    def __init__(self, look: Look) -> None:
+        super().__init__()
+        self._link = ""
+        self._test: LinkTest | None = None
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(look.px(8))
+        row = QHBoxLayout()
+        row.setSpacing(look.px(8))
+        self.systems = QComboBox()
+        self.systems.setAccessibleName("Flown system")
+        self.systems.addItem("Automatic", None)
+        self.systems.setToolTip("Automatic: the system in the channel map, or the first autopilot")
+        self.button = QPushButton("Test link")
+        self.button.setToolTip("Listen on the link without recording: what comes, and who sends")
+        self.button.clicked.connect(self._toggle)
+        row.addWidget(self.systems, 1)
+        row.addWidget(self.button)
+        column.addLayout(row)
+        self.sentence = Sentence()
+        # Room for three lines, so that nothing moves while it listens.
+        self.sentence.setMinimumHeight(look.px(48))
+        self.sentence.setAlignment(Qt.AlignmentFlag.AlignTop)
+        column.addWidget(self.sentence)
+        self._timer = QTimer(self)
+        self._timer.setInterval(_TEST_LOOK_MS)
+        self._timer.timeout.connect(self._look)
+        self.setFocusProxy(self.systems)
+
+    @property
+    def system(self) -> int | None:
+        """Return the system chosen; None for the first autopilot heard."""
+        chosen = self.systems.currentData()
+        return None if chosen is None else int(chosen)
+
+    def offer(self, link: str) -> None:
+        """Offer to test a link; empty for none. What was heard on another is void."""
+        if link != self._link:
+            self.stop()
+            self._link = link
+            self.sentence.say("")
+            while self.systems.count() > 1:
+                self.systems.removeItem(1)
+        self.button.setEnabled(link.partition(":")[0] in dict(LINK_KINDS))
+
+    def stop(self) -> None:
+        """End the test and give the port back."""
+        self._timer.stop()
+        self.button.setText("Test link")
+        test, self._test = self._test, None
+        if test is not None:
+            test.close()
+
+    def _toggle(self) -> None:
+        if self._test is not None:
+            self.stop()
+            return
+        self._test = LinkTest(self._link)
+        self.button.setText("Stop test")
+        self.sentence.say("Listening…")
+        self._timer.start()
+
+    def _look(self) -> None:
+        test = self._test
+        if test is None:
+            return
+        report, diagnosis = test.report(), test.diagnosis()
+        for vehicle in report.vehicles:
+            if self.systems.findData(vehicle.system) < 0:
+                self.systems.addItem(f"System {vehicle.system}", vehicle.system)
+            at = self.systems.findData(vehicle.system)
+            self.systems.setItemText(at, vehicle_words(vehicle, live=True))
+        if diagnosis is None and report.vehicles:
+            heard = ", ".join(f"system {vehicle.system}" for vehicle in report.vehicles)
+            self.sentence.say(f"MAVLink received: {heard}.", "good")
+        elif diagnosis is None:
+            lines = f"{report.lines} lines of text received."
+            self.sentence.say(lines if report.lines else "Listening…", "good" * bool(report.lines))
+        elif test.refusal or test.seconds >= _TEST_PATIENCE:
+            self.sentence.say(str(diagnosis), "warning" if test.refusal else "caution")
+        if test.refusal:
+            self.stop()
+
+
 class ConnectDialog(FormDialog):
-    """Asks for everything needed to record and show an aircraft."""
+    """Asks for everything needed to record and show an aircraft.
+
+    Attributes
+    ----------
+    submitted : Signal(object)
+        The user wants this `ConnectRequest`. The dialog stays until it is accepted once more, or
+        told of a refusal.
+    connecting : bool
+        Whether it waits for that.
+    """
+
+    submitted = Signal(object)
 
     def __init__(
         self,
@@ -281,6 +396,8 @@ class ConnectDialog(FormDialog):
         )
         self.link = LinkField(settings.links, choices.parse, choices.list_ports, look)
         self.add_row("Link", self.link)
+        self.test = LinkTestField(look)
+        self.add_row("Flown system", self.test)
         self.aircraft = ShippedField("Aircraft", choices.aircraft, settings.aircraft)
         self.add_row("Aircraft", self.aircraft)
         self.channel_map = ShippedField("Channel map", choices.channel_maps, settings.channel_map)
@@ -295,13 +412,45 @@ class ConnectDialog(FormDialog):
         self.add_row("Calibration", self.calibration)
         self.place = FlightPlace(flights, look)
         self.add_row("Flight", self.place)
-        self.link.changed.connect(self._judge)
+        self.error = Sentence()
+        self.add_row("", self.error)
+        self.connecting = False
+        self.finished.connect(self.test.stop)
+        self.link.changed.connect(self._link_changed)
         self.place.changed.connect(self._judge)
-        self._judge()
+        self._link_changed()
         self.fit()
 
+    def _link_changed(self) -> None:
+        self.test.offer(self.link.value if self.link.verdict.usable else "")
+        self._judge()
+
     def _judge(self) -> None:
-        self.button.setEnabled(self.link.verdict.usable and self.place.verdict.usable)
+        self.error.say("")
+        usable = self.link.verdict.usable and self.place.verdict.usable
+        self.button.setEnabled(usable and not self.connecting)
+
+    def accept(self) -> None:
+        """Ask for the connection, and close once it is there."""
+        if self.connecting:
+            super().accept()
+            return
+        self.test.stop()  # the recorder needs the port
+        self.connecting = True
+        self._judge()
+        self.error.say(f"Opening {self.link.value}…")
+        self.submitted.emit(self.request)
+
+    def withdraw(self) -> None:
+        """Take back what was submitted; all that was typed stays."""
+        self.connecting = False
+        self._judge()
+
+    def show_refusal(self, error: Exception) -> None:
+        """Say beside the field at fault why there is no connection; all that was typed stays."""
+        self.withdraw()
+        at_link = isinstance(error, LinkError) and str(self.place.folder) not in str(error)
+        (self.link.sentence if at_link else self.error).say(str(error), "warning")
 
     @property
     def request(self) -> ConnectRequest:
@@ -312,4 +461,5 @@ class ConnectDialog(FormDialog):
             channel_map=self.channel_map.value,
             aircraft=self.aircraft.value,
             calibration=self.calibration.value,
+            system=self.test.system,
         )

@@ -61,6 +61,8 @@ class ConnectRequest:
         Names of shipped files or paths; calibration may be empty for none.
     append : bool
         Whether to append to the flight if it is already finished.
+    system : int or None
+        The flown MAVLink system; None for that of the map, or the first autopilot heard.
     """
 
     link: str
@@ -69,6 +71,7 @@ class ConnectRequest:
     aircraft: str
     calibration: str
     append: bool = False
+    system: int | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

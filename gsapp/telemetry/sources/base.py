@@ -300,6 +300,11 @@ def network_problem(address: LinkAddress, error: OSError) -> LinkError:
             f"{address}: {address.host} is no address of this computer; write 127.0.0.1 for this "
             "computer only, or 0.0.0.0 for all its networks"
         )
+    if error.errno == errno.ECONNREFUSED:
+        return LinkAwaitedError(
+            f"{address}: {where} refuses the connection, because no program listens there; check "
+            "address and port; retrying"
+        )
     if isinstance(error, TimeoutError) or error.errno in _NOT_THERE:
         return LinkAwaitedError(
             f"{address}: nothing answers at {where}; trying again until it does"

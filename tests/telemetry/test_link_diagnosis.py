@@ -1,0 +1,189 @@
+"""A wrong port, rate or kind of link: what is found, in the recorder and in a test of the link."""
+
+from __future__ import annotations
+
+import os
+import pty
+import random
+import socket
+import sys
+import threading
+import time
+import tty
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from gsapp.cli import record as command
+from gsapp.decoding.dialect import dialect
+from gsapp.telemetry.address import parse_link
+from gsapp.telemetry.diagnosis import diagnose
+from gsapp.telemetry.link_test import LinkTest
+from gsapp.telemetry.recorder_process import record
+from gsapp.telemetry.sources.serial_port import port_words
+from gsapp.telemetry.status import RecorderStatus
+
+if sys.platform == "win32":
+    pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
+
+TEXT = b"12.50,0.31,-1.7,220\r\n" * 40
+HEARTBEAT = bytes(
+    dialect().MAVLink_heartbeat_message(1, 3, 0, 0, 4, 3).pack(dialect().MAVLink(None, 1, 1))
+)
+NOISE = random.Random(3).randbytes(900)
+
+
+@pytest.fixture
+def port() -> Iterator[tuple[int, str]]:
+    """Return one end of a serial line, and the name of the other."""
+    inner, outer = pty.openpty()
+    tty.setraw(outer)
+    yield inner, os.ttyname(outer)
+    os.close(inner)
+    os.close(outer)
+
+
+def listened(link: str, until: Callable[[LinkTest], object], sent: Callable[[], Any]) -> LinkTest:
+    """Test a link while something is sent, until something holds."""
+    test = LinkTest(link)
+    deadline = time.monotonic() + 10.0
+    while not until(test):
+        assert time.monotonic() < deadline
+        sent()
+        time.sleep(0.05)
+    return test
+
+
+@pytest.mark.parametrize(
+    ("kind", "sends", "problem", "words"),
+    [
+        ("serial", b"", "no-data", "57,600 baud"),
+        ("text", b"", "no-data", "57,600 baud"),
+        ("serial", NOISE, "unreadable", "baud is probably wrong"),
+        ("text", NOISE, "unreadable", "baud is probably wrong"),
+        ("serial", TEXT, "text", "text:"),
+        ("text", b"mavlink", "mavlink", "serial:"),
+        ("serial", b"mavlink", None, ""),
+        ("text", TEXT, None, ""),
+    ],
+)
+def test_what_comes_over_a_serial_port_is_told(
+    port: tuple[int, str],
+    kind: str,
+    sends: bytes,
+    problem: str | None,
+    words: str,
+) -> None:
+    inner, path = port
+    data = 20 * HEARTBEAT if sends == b"mavlink" else sends
+
+    def sent() -> None:
+        if data:
+            os.write(inner, data)
+
+    def known(test: LinkTest) -> bool:
+        found, report = test.diagnosis(), test.report()
+        if problem is None:
+            return bool(report.vehicles or report.lines)
+        return found is not None and found.problem == problem
+
+    test = listened(f"{kind}:{path}:57600", known, sent)
+    found = test.diagnosis()
+    test.close()
+    if problem is not None:
+        assert found is not None
+        assert path in found.found
+        assert words in str(found)
+    else:
+        assert found is None
+
+
+def test_ports_on_the_network_are_named_with_what_to_try() -> None:
+    def status(link: str, **values: Any) -> RecorderStatus:
+        given = {
+            "pid": 1, "link": link, "folder": "", "state": "recording", "started_us": 0,
+            "updated_us": 40_000_000, "connected": True,
+        }  # fmt: skip
+        return RecorderStatus(**{**given, **values})
+
+    local = diagnose(status("udpin:127.0.0.1:14551"))
+    assert local is not None
+    assert "UDP port 14551 of 127.0.0.1 for 40 s" in local.found
+    assert "udpin:0.0.0.0:14551" in local.remedy
+    everywhere = diagnose(status("tcpin:0.0.0.0:5760"))
+    assert everywhere is not None
+    assert "firewall" in everywhere.remedy
+    assert diagnose(status("virtual")) is None
+    assert diagnose(status("udpin:127.0.0.1:14550", received_bytes=9, content="mavlink")) is None
+
+
+def test_a_refused_connection_is_told_with_its_cause() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as taken:
+        taken.bind(("127.0.0.1", 0))  # bound, but nobody listens
+        number = taken.getsockname()[1]
+        test = listened(
+            f"tcp:127.0.0.1:{number}", lambda test: "refuses" in str(test.diagnosis()), int
+        )
+        found = test.diagnosis()
+        test.close()
+    assert found is not None
+    assert found.problem == "closed"
+    assert f"port {number}" in found.found
+
+
+def test_a_port_that_cannot_be_opened_is_refused_at_once(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    test = listened(f"serial:{tmp_path / 'file'}:57600", lambda test: test.refusal, int)
+    test.close()
+    assert "not a serial port" in str(test.diagnosis())
+
+
+def test_a_port_tells_what_its_usb_device_is() -> None:
+    port = SimpleNamespace(
+        device="/dev/ttyUSB0", description="FT231X USB UART", manufacturer="FTDI",
+        serial_number="D30GZ7",
+    )  # fmt: skip
+    assert port_words(port) == "/dev/ttyUSB0 (FT231X USB UART, FTDI, serial number D30GZ7)"
+    assert port_words(SimpleNamespace(device="/dev/ttyS0", description="n/a")) == "/dev/ttyS0"
+
+
+def test_recording_without_a_window_says_what_is_wrong(
+    port: tuple[int, str],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The same words as in the window, some seconds after it began."""
+    monkeypatch.setattr(command, "_FIRST_DIAGNOSIS", 1.0)
+    _inner, path = port
+    folder = tmp_path / "flight"
+    folder.mkdir()
+    threading.Timer(4.0, (folder / "recorder.stop").touch).start()
+    command.run(f"serial:{path}:57600", folder, channel_map="ardupilot-plane", aircraft="b777")
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"No data on {path} (57,600 baud) for" in said
+    assert "Check that the aircraft is on" in said
+
+
+def test_the_recorder_tells_what_came_last(
+    port: tuple[int, str], tmp_path: Path, frames: Callable[..., list[bytes]]
+) -> None:
+    """Good frames do not vouch for the noise that follows them."""
+    inner, path = port
+    stop, seen = threading.Event(), []
+
+    def look(status: RecorderStatus) -> None:
+        seen.append(status.content)
+        if len(seen) == 1:
+            os.write(inner, b"".join(frames(60)))
+        elif status.content == "mavlink":
+            for _ in range(5):
+                os.write(inner, NOISE)
+        if "unreadable" in seen or len(seen) > 20:
+            stop.set()
+
+    record(parse_link(f"serial:{path}:57600"), tmp_path, stop=stop, on_status=look)
+    assert seen.index("mavlink") < seen.index("unreadable")

@@ -1,0 +1,101 @@
+"""The dialog that connects an aircraft: a failure keeps what was typed, a test hears systems."""
+
+from __future__ import annotations
+
+import socket
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from window_kit import Aircraft, answer_dialog, free_port, open_window, until
+
+import ui.window
+from gsapp.decoding.dialect import dialect
+from ui.choices import connect_choices
+from ui.dialogs.connect import ConnectDialog
+from ui.look import Look
+from ui.settings import Settings
+from ui.window import MainWindow
+
+
+@pytest.fixture
+def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[MainWindow]:
+    """Return a window that sees no recorder of others and asks nothing as it closes."""
+    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
+    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+    made = open_window(tmp_path)
+    qtbot.addWidget(made)
+    made.activateWindow()
+    yield made
+    made.desk.close()
+
+
+def test_a_failed_connection_leaves_all_that_was_typed_and_no_recent_link(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    """The dialog stays with the error beside the link; a port that works closes it."""
+    seen: list[tuple[bool, str, str, str]] = []
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        taken = other.getsockname()[1]
+        good = free_port()
+
+        def fill(dialog: ConnectDialog) -> None:
+            dialog.link.text.setEditText(f"udpin:127.0.0.1:{taken}")
+            dialog.place.name.setText("typed by hand")
+            dialog.place.parent_folder.edit.setText(str(tmp_path / "elsewhere"))
+            qtbot.mouseClick(dialog.button, Qt.MouseButton.LeftButton)
+            until(qtbot, lambda: "in use" in dialog.link.sentence.text())
+            seen.append((
+                dialog.isVisible(), dialog.link.value, dialog.place.name.text(),
+                window.store.current.flights,
+            ))  # fmt: skip
+            dialog.link.text.setEditText(f"udpin:127.0.0.1:{good}")
+            qtbot.mouseClick(dialog.button, Qt.MouseButton.LeftButton)
+            until(qtbot, lambda: not dialog.isVisible())
+
+        former = window.store.current.flights
+        answer_dialog(ConnectDialog, fill)
+        window.opening.connect_aircraft()
+    assert seen == [(True, f"udpin:127.0.0.1:{taken}", "typed by hand", former)]
+    assert window.desk.name == "typed by hand"
+    assert window.store.current.flights == str(tmp_path / "elsewhere")
+    # Over it nothing has come yet.
+    assert window.store.current.links == ()
+    with Aircraft(good):
+        until(qtbot, lambda: window.store.current.links == (f"udpin:127.0.0.1:{good}",))
+    window.desk.stop_now()
+
+
+def test_a_link_is_tested_in_the_dialog_and_the_flown_system_chosen_among_those_heard(
+    qtbot: QtBot, tmp_path: Path
+) -> None:
+    port = free_port()
+    dialog = ConnectDialog(
+        Settings(links=(f"udpin:127.0.0.1:{port}",)), Look(), connect_choices(), tmp_path
+    )
+    qtbot.addWidget(dialog)
+    test = dialog.test
+    assert dialog.request.system is None
+    qtbot.mouseClick(test.button, Qt.MouseButton.LeftButton)
+    until(qtbot, lambda: f"No data on UDP port {port}" in test.sentence.text())
+    beat = dialect().MAVLink_heartbeat_message(1, 3, 0, 0, 4, 3)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for system in (1, 7):
+            data = bytes(beat.pack(dialect().MAVLink(None, system, 1)))
+            sender.sendto(data, ("127.0.0.1", port))
+    until(qtbot, lambda: test.systems.count() == 3)
+    assert [test.systems.itemData(at) for at in range(3)] == [None, 1, 7]
+    test.systems.setCurrentIndex(2)
+    assert dialog.request.system == 7
+    # What was heard on one link says nothing of another; the port is free again.
+    dialog.link.port.set_value(free_port())
+    assert (test.systems.count(), dialog.request.system) == (1, None)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as again:
+        again.bind(("127.0.0.1", port))
