@@ -3,7 +3,7 @@
 A map is a TOML file::
 
     name = "my aircraft"
-    system = 1                 # optional: the aircraft on the link; else the first one heard
+    system = 1                 # optional: the flown system; else the first autopilot heard
     component = 1              # optional; else the first that sends a message
     fallback = "1 s"           # how long a better source may be silent before the next one counts
     certificates = "b777"      # optional: calibration in force when none is given

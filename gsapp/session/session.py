@@ -493,8 +493,9 @@ class Session:
         None where it has not, or chose the one that is decoded: else the flight is to be opened
         again, since all of it is read for the system chosen.
         """
-        chosen = self._system_chosen
-        return None if chosen == self._setting.system else chosen
+        decoder, chosen = self.decoder, self._system_chosen
+        decoded = self._setting.system if decoder is None else decoder.system
+        return None if chosen == decoded else chosen
 
     # What the user does
 
@@ -657,7 +658,11 @@ class Session:
 
     def _take_in(self, event: Event) -> None:
         """Take in an event of the flight that is no acknowledgment."""
-        self._system_chosen = system_in(event) or self._system_chosen
+        chosen = system_in(event)
+        if chosen is not None:
+            self._system_chosen = chosen
+            if self.decoder is not None and self.decoder.system == chosen:
+                self.decoder.health.chosen = True  # which of several was in question
         if self.cue_watch is not None:
             self.cue_watch.take_in(event)
 

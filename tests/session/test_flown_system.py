@@ -155,6 +155,9 @@ def test_the_flown_system_that_is_chosen_counts_everywhere(link: Link) -> None:
     follow(session, lambda: len(report_of(session).vehicles) == 2)
     other_window = Session.follow(link.folder, cues=False)
     assert session.system_chosen is other_window.system_chosen is None
+    session.choose_system(1)  # as it is: nothing is read again, and nobody asks which any more
+    assert session.system_chosen is None
+    assert report_of(session).chosen
     session.choose_system(7)
     assert session.system_chosen == 7
     follow(other_window, lambda: other_window.system_chosen == 7)
@@ -174,7 +177,7 @@ def test_the_flown_system_that_is_chosen_counts_everywhere(link: Link) -> None:
 
     link.close()
     events = read_events(events_path(link.folder)).events
-    (event,) = [one for one in events if one.kind == "vehicle"]
+    _, event = [one for one in events if one.kind == "vehicle"]
     assert (event.data["system"], event.host_time_us > 0) == (7, True)
     phi = load_flight(link.folder).block["phi"]
     assert (np.nanmin(phi), np.nanmax(phi)) == (pytest.approx(0.7), pytest.approx(0.7))

@@ -806,16 +806,12 @@ def draw_cursor_lines(
 
 
 def draw_nothing(painter: QPainter, pen: Pen, geometry: Geometry, words: str) -> None:
-    """Say in the middle of the plot why there is nothing to see."""
-    plot = geometry.plot
+    """Say in the middle of the plot why there is nothing to see, in as many lines as it takes."""
+    plot, margin = geometry.plot, pen.px(8)
     painter.setPen(QPen(pen.color(pen.theme.muted)))
-    pen.text(
-        painter,
-        plot.x + plot.width / 2.0,
-        plot.center,
+    painter.setFont(pen.font(pen.px(_BODY), bold=False, italic=False)[0])
+    painter.drawText(
+        QRectF(plot.x + margin, plot.y, plot.width - 2 * margin, plot.height),
+        Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap,
         words,
-        pen.theme.muted,
-        _BODY,
-        align="center",
-        room=plot.width - pen.px(16),
     )
