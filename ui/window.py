@@ -257,7 +257,9 @@ class MainWindow(QMainWindow):
     def show_systems(self) -> None:
         """Offer the systems heard on the link, of which one is the flown one."""
         session = self.desk.session
-        report = None if session is None else session.link_report()
+        if session is None:
+            return
+        report = session.link_report()
         menu = QMenu("Flown system", self)
         menu.setObjectName("flown_system")
         group = QActionGroup(menu)
