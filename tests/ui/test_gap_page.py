@@ -499,7 +499,7 @@ def test_effects_are_accepted_one_after_the_other(story: MainWindow, qtbot: QtBo
     assert [line.cells[2] for line in view.effects.lines.lines] == ["next", "later"]
     assert view.parameters.rows == (("Cm_throttle", "−0.0412 ± 0.0013"),)
     assert [line.cells for line in view.values.lines.lines] == [
-        ("Cm_q", "−20.00", "−22.60 ± 0.42", "6.2 σ")
+        ("Cmq", "−20.00", "−22.60 ± 0.42", "6.2 σ")
     ]
     press(qtbot, Qt.Key.Key_Return, CONTROL)
     assert [line.cells[2] for line in view.effects.lines.lines] == ["in the model", "next"]

@@ -114,7 +114,7 @@ def test_enter_alone_runs_and_the_run_is_kept(
     with Catalog(catalog_path(made.store.current)) as catalog:
         (kept,) = kept_runs(catalog)
     assert kept.values["Cm_de"].mean == mean
-    assert page.runs.values.lines.lines[0].cells[0] == "CN_0"
+    assert page.runs.values.lines.lines[0].cells[0] == "CN0"
 
 
 def test_what_stands_beside_is_the_run_that_ended_last(
@@ -224,7 +224,7 @@ def test_runs_are_compared_named_repeated_forgotten_and_their_settings_used_agai
     one, other = (page.book.run(number) for number in (newest, before))
     assert one is not None
     assert other is not None
-    name = page.runs.values.lines.lines[0].cells[0]
+    name = page.runs.values.lines.lines[0].key
     apart = abs(one.values[name].mean - other.values[name].mean) / math.hypot(
         one.values[name].std, other.values[name].std
     )

@@ -41,7 +41,7 @@ from ui.settings import catalog_path
 from ui.strips.furniture import Display
 from ui.theme import THEMES, contrast
 from ui.window import MainWindow
-from ui.words import MINUS
+from ui.words import MINUS, clock_text
 
 CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
 SHIFT = Qt.KeyboardModifier.ShiftModifier
@@ -180,7 +180,8 @@ def test_edges_are_moved_by_keys_and_taken_back(window, qtbot, tmp_path):
     moved = page.flights.flight["2"]
     assert (moved.t_start, moved.t_end) == (pytest.approx(start), pytest.approx(stop))
     assert chosen_columns(page) == (pytest.approx(start, abs=0.03), pytest.approx(stop, abs=0.03))
-    assert f"{start:.2f} to {stop:.2f} s" in page.details.times.text()
+    edges = f"{clock_text(start, decimals=2)} to {clock_text(stop, decimals=2)}"
+    assert edges in page.details.times.text()
     assert len(written(page)) == 5
     found = listed(page, tmp_path / "m.json")
     assert (found[1]["t_start"], found[1]["t_end"]) == (pytest.approx(start), pytest.approx(stop))
@@ -229,7 +230,7 @@ def test_values_are_read_at_a_line_that_keys_move(window, qtbot):
     block = page.flights.flight.flight.block
     sample = np.degrees(block["de"][np.argmin(np.abs(block.times - time))])
     said = page.timeline.accessibleDescription()
-    assert f"at {time:.2f} s δe {sample:.1f}".replace("-", MINUS) in said
+    assert f"at {clock_text(time, decimals=2)} δe {sample:.1f}".replace("-", MINUS) in said
     muted = int(page.look.color("muted").name()[1:], 16)
     lines = np.flatnonzero((pixels(page.timeline) == muted).sum(axis=0) > 100)
     assert lines == pytest.approx([page.timeline.scale.x(time)], abs=1.0)

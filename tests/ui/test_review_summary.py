@@ -166,7 +166,7 @@ def test_a_row_chosen_by_keys_is_chosen_everywhere(room: Room, qtbot: QtBot) -> 
     page = room.page
     qtbot.keyClick(page.table, Qt.Key.Key_Down)
     assert room.selection.derivative == page.table.lines.lines[1].key == "CN_alpha"
-    assert page.detail.text().startswith("CN_alpha is 4.4")
+    assert page.detail.text().startswith("CNα is 4.4")
     qtbot.keyClick(page.attention, Qt.Key.Key_Down)
     qtbot.keyClick(page.attention, Qt.Key.Key_Up)
     assert room.selection.maneuver == WILD

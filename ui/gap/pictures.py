@@ -37,7 +37,7 @@ from ui.gap.phrases import (
 )
 from ui.gap.request import Answer
 from ui.gap.selection import Selection, step_names, view_of
-from ui.words import DASH, clock_text, to_match
+from ui.words import DASH, clock_text, symbol_text, to_match
 
 LEVELS = (1.5, 2.5, 5.0, 10.0)
 """Times the noise floor at which a cell of the map takes the next color."""
@@ -215,7 +215,7 @@ def region_picture(answer: Answer, selection: Selection, system: str) -> RegionP
         low, high = shown(name, np.array([region.low, region.high]), system)
         bounds = (float(low), float(high))
     return RegionPicture(
-        title=f"Missing {coefficient} against {symbol(name)}",
+        title=f"Missing {symbol_text(coefficient)} against {symbol(name)}",
         axis=channel_text(name),
         unit=axis_unit(name, system),
         here=pair(view),
@@ -474,7 +474,7 @@ def value_lines(answer: Answer) -> tuple[Line, ...]:
             Line(
                 key=name,
                 cells=(
-                    name,
+                    symbol_text(name),
                     to_match(one.before, one.std),
                     f"{to_match(one.after, one.std)} ± {to_match(one.std, one.std)}",
                     sigma_text(abs(moved)),

@@ -30,6 +30,7 @@ from ui.gap.marking import focus_frame, level_fill
 from ui.gap.phrases import COEFFICIENTS
 from ui.gap.pictures import LEVELS, Cell, MapPicture, RankRow
 from ui.look import Look
+from ui.table_menu import TableMenu
 from ui.words import percent_text
 
 Index = QModelIndex | QPersistentModelIndex
@@ -158,6 +159,7 @@ class MapView(QTableView):
         self.verticalHeader().setSectionsClickable(False)
         self.verticalHeader().setTextElideMode(Qt.TextElideMode.ElideRight)
         self.selectionModel().currentChanged.connect(self._moved)
+        self.menu = TableMenu(self)
         look.changed.connect(self._resized)
         self._resized()
 
@@ -355,6 +357,7 @@ class RankingView(QTableView):
         self.setModel(self.ranks)
         self.setItemDelegateForColumn(1, _EvidencePainter(look, self))
         self.setAccessibleName("Candidates, best first")
+        self.menu = TableMenu(self)
         self.setShowGrid(False)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction, QGuiApplication
 from PySide6.QtWidgets import QGridLayout, QVBoxLayout, QWidget
 
 from ui.look import Look
@@ -39,6 +40,15 @@ class TextTable(QWidget):
         column.addWidget(self.none)
         self._holder = QWidget()
         column.addWidget(self._holder)
+        copying = QAction("Copy table", self)
+        copying.triggered.connect(self.copy)
+        self.addAction(copying)
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+
+    def copy(self) -> None:
+        """Put the table on the clipboard, for a spreadsheet."""
+        rows = (self._heads, *(self._rows or ()))
+        QGuiApplication.clipboard().setText("\n".join("\t".join(row) for row in rows))
 
     def show_rows(self, rows: Sequence[Sequence[str]], none: str) -> None:
         """Show other rows, or say why there are none."""

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
 from gsapp.identification.axes import DEFAULT_BIASES, RESPONSES, STATES, Axis
 from ui.look import Look
 from ui.review.estimate_wishes import Wishes
+from ui.table_menu import TableMenu
 
 Index = QModelIndex | QPersistentModelIndex
 
@@ -125,6 +126,7 @@ class ChannelTable(QTableView):
         self._look = look
         self.model_of = ChannelModel(look)
         self.setModel(self.model_of)
+        self.menu = TableMenu(self)
         self.setAccessibleName("Channels")
         self.setShowGrid(False)
         self.setAlternatingRowColors(True)

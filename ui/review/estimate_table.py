@@ -14,7 +14,8 @@ from ui.flight.tables import TypedText
 from ui.look import Look
 from ui.review.estimate_wishes import DerivativeWish, Wishes
 from ui.review.estimate_words import AS_MODEL, TREATMENTS
-from ui.words import MINUS, with_std
+from ui.table_menu import TableMenu
+from ui.words import MINUS, symbol_text, with_std
 
 Index = QModelIndex | QPersistentModelIndex
 
@@ -126,7 +127,7 @@ class DerivativeModel(QAbstractTableModel):
 
     def _text(self, name: str, wish: DerivativeWish, column: int) -> str:
         if column == NAME:
-            return name
+            return symbol_text(name)
         if column == TREATED:
             usual = name in self.effects and wish.treated == "tables"
             return AS_MODEL if usual else dict(TREATMENTS)[wish.treated]
@@ -149,10 +150,10 @@ class DerivativeModel(QAbstractTableModel):
     def _said(self, name: str, wish: DerivativeWish, column: int) -> str:
         text = self._text(name, wish, column)
         if column == TREATED:
-            return f"{name} {text}; Space changes it"
+            return f"{symbol_text(name)} {text}; Space changes it"
         if column in _SAID:
-            return f"{_SAID[column]} of {name}: {text or 'none'}"
-        return f"{name}, last run: {text}" if column == LAST and text else text
+            return f"{_SAID[column]} of {symbol_text(name)}: {text or 'none'}"
+        return f"{symbol_text(name)}, last run: {text}" if column == LAST and text else text
 
     def flags(self, index: Index) -> Qt.ItemFlag:
         """Return whether a cell may be typed into."""
@@ -223,6 +224,7 @@ class DerivativeTable(QTableView):
         header.setHighlightSections(False)
         header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         self.clicked.connect(self._clicked)
+        self.menu = TableMenu(self)
         self.model_of.modelReset.connect(self._fit)
         self.model_of.dataChanged.connect(self._fit)
         look.changed.connect(self._fit)
@@ -236,7 +238,8 @@ class DerivativeTable(QTableView):
         own = QFontMetrics(self._look.font("body", strong=True))
         small = QFontMetrics(self._look.font("small", strong=True))
         names = [
-            (small if name in self.model_of.effects else own).horizontalAdvance(name) + px(_PADDING)
+            (small if name in self.model_of.effects else own).horizontalAdvance(symbol_text(name))
+            + px(_PADDING)
             for name in self.model_of.names
         ]
         self.setColumnWidth(NAME, min(max([px(_WIDTHS[NAME]), *names]), px(_WIDEST)))

@@ -17,6 +17,12 @@ from ui.review.maneuvers_flights import FlightsPanel
 from ui.review.maneuvers_table import ManeuversTable
 from ui.review.timeline import Timeline
 
+_MENU = (
+    "review_zoom", "review_in_use", "review_grade", "review_rename", "review_note", "review_merge",
+    "review_remove_maneuver",
+)  # fmt: skip
+"""Commands in the menu of a maneuver."""
+
 
 class ManeuversBoard(QScrollArea):
     """All parts of the page; it scrolls where the window is small for its scale.
@@ -46,7 +52,7 @@ class ManeuversBoard(QScrollArea):
         self.bar = EditBar(actions, look)
         self.panel = FlightsPanel(actions, look)
         self.channels = ChannelRow(look)
-        self.table = ManeuversTable(look)
+        self.table = ManeuversTable(look, [actions[name] for name in _MENU])
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setWidgetResizable(True)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)

@@ -13,7 +13,7 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QFontMetrics, QKeyEvent, QResizeEvent
+from PySide6.QtGui import QAction, QFontMetrics, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -28,6 +28,7 @@ from ui.flight.tables import Index, TypedText
 from ui.look import Look
 from ui.review.maneuvers_columns import COLUMNS, PLACES, TYPED
 from ui.review.maneuvers_model import ManeuversModel, SortedManeuvers
+from ui.table_menu import TableMenu
 
 _HIGH = 150
 """Points of height of the head and four rows."""
@@ -59,6 +60,13 @@ class _Typing(TypedText):
 class ManeuversTable(QTableView):
     """The table. Space uses a maneuver or not, Enter zooms to it, Delete removes what is chosen.
 
+    Parameters
+    ----------
+    look : Look
+        Colors and sizes.
+    commands : sequence of QAction
+        That the menu offers for a maneuver.
+
     Attributes
     ----------
     chosen : Signal(str)
@@ -73,7 +81,7 @@ class ManeuversTable(QTableView):
     opened = Signal()
     deleted = Signal()
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: Look, commands: Sequence[QAction] = ()) -> None:
         super().__init__()
         self._look = look
         self._quiet = False
@@ -84,6 +92,7 @@ class ManeuversTable(QTableView):
         self.setModel(self._sorted)
         self.setItemDelegate(_Typing(self))
         self.setAccessibleName("Maneuvers")
+        self.menu = TableMenu(self, commands)
         self.setShowGrid(False)
         self.setSortingEnabled(True)
         self.sortByColumn(PLACES["id"], Qt.SortOrder.AscendingOrder)

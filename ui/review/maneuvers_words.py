@@ -32,9 +32,9 @@ def title_text(name: str, maneuver: FoundManeuver) -> str:
 
 
 def times_text(maneuver: FoundManeuver) -> str:
-    """Return the edges and the length: ``01:36.0 to 01:41.5, 5.5 s long``."""
-    start, end = (clock_text(time, decimals=1) for time in (maneuver.t_start, maneuver.t_end))
-    return f"{start} to {end}, {maneuver.t_end - maneuver.t_start:.1f} s long"
+    """Return the edges, which move by samples, and the length: ``01:36.02 to 01:41.50, 5.48 s``."""
+    start, end = (clock_text(time, decimals=2) for time in (maneuver.t_start, maneuver.t_end))
+    return f"{start} to {end}, {maneuver.t_end - maneuver.t_start:.2f} s long"
 
 
 def condition_text(maneuver: FoundManeuver, units: str) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from ui.flight.tables import Line
-from ui.words import DASH, with_std
+from ui.words import DASH, symbol_text, with_std
 
 if TYPE_CHECKING:
     from gsapp.identification.campaign import CampaignValue
@@ -66,7 +66,7 @@ def value_lines(run: KeptRun, comparison: Comparison | None) -> list[Line]:
     """Return the values of a run; beside another one, both and how far they are apart."""
     if comparison is None:
         return [
-            Line(key=name, cells=(name, value_text(value), "", ""))
+            Line(key=name, cells=(symbol_text(name), value_text(value), "", ""))
             for name, value in run.values.items()
         ]
     return [_compared(one) for one in comparison.values]
@@ -77,7 +77,7 @@ def _compared(one: ComparedValue) -> Line:
     words = "only one" if one.in_bounds is None else f"▲ {apart}" if one.differs else apart
     return Line(
         key=one.name,
-        cells=(one.name, value_text(one.one), value_text(one.other), words),
+        cells=(symbol_text(one.name), value_text(one.one), value_text(one.other), words),
         state="caution" if one.differs else "plain",
         colored=frozenset({3}),
     )
@@ -104,7 +104,7 @@ def run_words(run: KeptRun, comparison: Comparison | None) -> str:
         if run.wild:
             said.append(f"Wild: {', '.join(run.wild)}.")
         return " ".join(said)
-    far = [one.name for one in comparison.values if one.differs]
+    far = [symbol_text(one.name) for one in comparison.values if one.differs]
     what = (
         f"{len(far)} of {len(comparison.values)} values differ: {', '.join(far[:6])}"
         f"{' …' if len(far) > 6 else ''}."

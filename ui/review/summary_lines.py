@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
-from gsapp.quantities import channel
+from gsapp.quantities import channel, typeset
 from ui.flight.tables import Line
 from ui.words import DASH, MINUS, number_text, symbol_text
 
@@ -66,7 +66,7 @@ def derivative_lines(outcome: Outcome) -> tuple[Line, ...]:
             Line(
                 key=name,
                 cells=(
-                    name, _minus(mean), bound, percent, scatter or DASH,
+                    symbol_text(name), _minus(mean), bound, percent, scatter or DASH,
                     f"{sign}{ratio} ×" if ratio else DASH, n, out, _minus(before),
                     "; ".join(_trends(one)),
                 ),
@@ -78,7 +78,7 @@ def derivative_lines(outcome: Outcome) -> tuple[Line, ...]:
     for name, status, why in unknown_rows(outcome.result):
         # Never a number that was not earned.
         words = _brief(status, why)
-        cells = (name, *(DASH,) * 5, "0", "", DASH, words)
+        cells = (symbol_text(name), *(DASH,) * 5, "0", "", DASH, typeset(words))
         lines.append(
             Line(key=name, cells=cells, italic=True, detail=derivative_words(outcome, name))
         )
@@ -118,7 +118,7 @@ def derivative_words(outcome: Outcome, name: str) -> str:
     if one is None:
         for other, status, why in unknown_rows(outcome.result):
             if other == name:
-                return f"{name} is {_status(status)}: {why}."
+                return typeset(f"{name} is {_status(status)}: {why}.")
         return ""
     digits = decimals(one.value.std)
     said = [
@@ -159,7 +159,7 @@ def derivative_words(outcome: Outcome, name: str) -> str:
     if one.excluded:
         names = ", ".join(point.maneuver for point in one.excluded)
         said.append(f"Left out by hand: {names}.")
-    return " ".join(said)
+    return typeset(" ".join(said))
 
 
 def _sigmas(value: float) -> str:
@@ -179,7 +179,7 @@ def attention_lines(outcome: Outcome) -> tuple[Line, ...]:
                 one.maneuver,
                 f"wild: {len(one.derivatives)} of {one.of} derivatives"
                 + (", though fitted well" if one.fits_well else ""),
-                f"{', '.join(name for name in one.derivatives)}: {'; '.join(one.reasons)}",
+                typeset(f"{', '.join(one.derivatives)}: {'; '.join(one.reasons)}"),
             ),
             state="caution",
             strong=True,
@@ -194,7 +194,7 @@ def attention_lines(outcome: Outcome) -> tuple[Line, ...]:
             key=Attention(kind="outlier", maneuver=outlier.point.maneuver, derivative=name),
             cells=(
                 outlier.point.maneuver,
-                f"{name} {number_text(outlier.sigmas, 1)} σ off",
+                f"{symbol_text(name)} {number_text(outlier.sigmas, 1)} σ off",
                 "; ".join(outlier.reasons),
             ),
         )
@@ -237,7 +237,7 @@ def _gust_lines(outcome: Outcome) -> list[Line]:
         values = beside_values(one)
         if not values:
             continue
-        apart = ", ".join(value.name for value in values if value.differs)
+        apart = ", ".join(symbol_text(value.name) for value in values if value.differs)
         lines.append(
             Line(
                 key=Attention(kind="gusts", maneuver=one.maneuver.id),

@@ -155,7 +155,7 @@ def draw_pointer(
     painter.setPen(QPen(look.color("muted"), 1))
     painter.drawLine(QPointF(x, plot.top()), QPointF(x, plot.bottom()))
     font = look.font("label", strong=True)
-    text = clock_text(time, decimals=1)
+    text = clock_text(time, decimals=2)
     wide = QFontMetricsF(font).horizontalAdvance(text) + look.px(8)
     left = min(max(x - wide / 2.0, axis.left()), axis.right() - wide)
     place = QRectF(left, axis.top() + 1, wide, axis.height() - 1)

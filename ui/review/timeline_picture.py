@@ -340,4 +340,4 @@ class TimelinePicture(QWidget):
 
 
 def _clock(time: float) -> str:
-    return clock_text(time, decimals=1)
+    return clock_text(time, decimals=2)
