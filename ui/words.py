@@ -13,18 +13,10 @@ from collections.abc import Iterable
 from gsapp.quantities import ChannelSpec, from_si
 from gsapp.quantities import clock_text as clock_text
 from gsapp.quantities import symbol_text as symbol_text
+from gsapp.quantities import unit_text as unit_text
 
 DASH = "–"
 MINUS = "−"
-
-_UNIT_MARKS = (("^2", "²"), ("^3", "³"), ("degC", "°C"), ("degF", "°F"), ("deg", "°"), ("*", "·"))
-
-
-def unit_text(unit: str) -> str:
-    """Return a unit as it is shown: ``lbf/ft^2`` as ``lbf/ft²``, ``deg/s`` as ``°/s``."""
-    for plain, shown in _UNIT_MARKS:
-        unit = unit.replace(plain, shown)
-    return unit
 
 
 def number_text(value: float, decimals: int) -> str:

@@ -18,6 +18,7 @@ from gsapp.quantities.notation import (
     symbol_text,
     trace_color,
     typeset,
+    unit_text,
 )
 from gsapp.quantities.units import QUANTITIES, Quantity, from_si, normalize_unit, parse, to_si
 
@@ -45,4 +46,5 @@ __all__ = [
     "to_si",
     "trace_color",
     "typeset",
+    "unit_text",
 ]

@@ -41,6 +41,14 @@ _AXIS_COLORS: Final[Mapping[str, str]] = {
                     "rust"),
 }  # fmt: skip
 _GROUP_COLORS: Final[Mapping[str, str]] = {"Air data": "sky", "Propulsion": "olive"}
+_UNIT_MARKS: Final = (
+    ("^2", "²"),
+    ("^3", "³"),
+    ("degC", "°C"),
+    ("degF", "°F"),
+    ("deg", "°"),
+    ("*", "·"),
+)
 _DERIVED: Final = re.compile(r"_(volts|command)$")
 
 
@@ -83,6 +91,13 @@ def symbol_parts(symbol: str) -> tuple[str, str, str]:
 def symbol_text(symbol: str) -> str:
     """Return a symbol in Unicode: ``δe left``, ``ax``, ``Cmα``."""
     return "".join(symbol_parts(symbol))
+
+
+def unit_text(unit: str) -> str:
+    """Return a unit as it is shown: ``lbf/ft^2`` as ``lbf/ft²``, ``deg/s`` as ``°/s``."""
+    for plain, shown in _UNIT_MARKS:
+        unit = unit.replace(plain, shown)
+    return unit
 
 
 def symbol_markup(symbol: str) -> str:

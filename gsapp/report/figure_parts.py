@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import Formatter, Locator, MaxNLocator
 
 from gsapp.dynamics.terms import COEFFICIENTS
-from gsapp.quantities import FloatArray, channel, clock_text, from_si, symbol_parts
+from gsapp.quantities import FloatArray, channel, clock_text, from_si, symbol_parts, unit_text
 from gsapp.report.palette import Palette
 
 if TYPE_CHECKING:
@@ -180,7 +180,7 @@ def labeled(name: str, units: str, between: str = " ") -> str:
     spec = channel(name)
     unit = spec.display_unit(units)
     symbol = symbol_math(spec.symbol)
-    return f"{symbol}{between}[{unit}]" if unit else symbol
+    return f"{symbol}{between}[{unit_text(unit)}]" if unit else symbol
 
 
 def column_title(name: str, units: str) -> str:

@@ -426,7 +426,7 @@ def test_the_cursor_reads_the_curves_at_its_time_in_the_units_chosen(bench: Benc
     for line, values in zip(words[1:], (history.measured, history.computed), strict=True):
         q = np.degrees(values[near_sample, history.channels.index("q")])
         kind = "measured" if values is history.measured else "computed"
-        assert line == f"q {kind} {q:.4g} deg/s"
+        assert line == f"q {kind} {q:.4g} °/s"
     QTest.mouseMove(canvas, QPoint(round(x), round(pane.top + 30)))
     seen = canvas.grab().toImage()
     canvas.pointer = None
