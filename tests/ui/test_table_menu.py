@@ -4,34 +4,31 @@ from __future__ import annotations
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QStandardItem, QStandardItemModel
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QTableView
 from pytestqt.qtbot import QtBot
 
-from ui.flight.tables import Line
-from ui.gap.parts import Lines
 from ui.look import Look
 from ui.pilot.text_table import TextTable
 from ui.table_menu import TableMenu
 
 
 @pytest.fixture
-def table(qtbot: QtBot) -> Lines:
-    lines = Lines(
-        Look(), "Values", ("Derivative", "Mean", "Bound"), stretch=0, widths={1: 80, 2: 80}
-    )
-    qtbot.addWidget(lines)
-    lines.resize(400, 200)
-    lines.show_lines(
-        [
-            Line(key=name, cells=(name, mean, "0.01"))
-            for name, mean in (("Cmα", "−0.3"), ("Cmq", "−9"))
-        ]
-    )
-    with qtbot.waitExposed(lines):
-        lines.show()
-    return lines
+def table(qtbot: QtBot) -> QTableView:
+    view = QTableView()
+    qtbot.addWidget(view)
+    model = QStandardItemModel(view)
+    model.setHorizontalHeaderLabels(["Derivative", "Mean", "Bound"])
+    for cells in (("Cmα", "−0.3", "0.01"), ("Cmq", "−9", "0.01")):
+        model.appendRow([QStandardItem(cell) for cell in cells])
+    view.setModel(model)
+    view.verticalHeader().hide()
+    TableMenu(view)
+    view.resize(400, 200)
+    with qtbot.waitExposed(view):
+        view.show()
+    return view
 
 
 def trigger(view: QTableView | TextTable, words: str) -> list[list[str]]:
@@ -40,11 +37,11 @@ def trigger(view: QTableView | TextTable, words: str) -> list[list[str]]:
     return [line.split("\t") for line in QApplication.clipboard().text().split("\n")]
 
 
-def test_a_value_a_row_and_the_table_are_copied(table: Lines) -> None:
+def test_a_value_a_row_and_the_table_are_copied(table: QTableView) -> None:
     """The right button first chooses the cell below it, as the menu is about that."""
-    place = table.visualRect(table.lines.index(1, 1)).center()
+    place = table.visualRect(table.model().index(1, 1)).center()
     QTest.mouseClick(table.viewport(), Qt.MouseButton.RightButton, pos=place)
-    assert table.current_key() == "Cmq"
+    assert table.currentIndex().row() == 1
     assert trigger(table, "Copy value") == [["−9"]]
     assert trigger(table, "Copy row") == [["Cmq", "−9", "0.01"]]
     whole = trigger(table, "Copy table")
@@ -57,10 +54,10 @@ def test_a_value_a_row_and_the_table_are_copied(table: Lines) -> None:
     assert trigger(table, "Copy table") == [row[:2] for row in whole]
 
 
-def test_a_press_beside_the_rows_changes_nothing(table: Lines) -> None:
-    table.choose("Cmα")
+def test_a_press_beside_the_rows_changes_nothing(table: QTableView) -> None:
+    table.selectRow(0)
     QTest.mouseClick(table.viewport(), Qt.MouseButton.RightButton, pos=QPoint(5, 198))
-    assert table.current_key() == "Cmα"
+    assert table.currentIndex().row() == 0
 
 
 def test_commands_of_the_table_come_first(qtbot: QtBot) -> None:

@@ -23,7 +23,6 @@ from ui.flight.tables import Index, Line, LinesModel, LinesView, TypedText
 from ui.layouts import FlowLayout
 from ui.look import Look
 from ui.pages import label
-from ui.table_menu import TableMenu
 
 _SIDE_BY_SIDE = 860
 
@@ -114,7 +113,6 @@ class Lines(LinesView):
         self._wrapped: object = None
         super().__init__(LinesModel(look, titles, right, editable), look, name, stretch, widths)
         self.setItemDelegate(_Wrapping(look, self))
-        self.menu = TableMenu(self)
         # Left to itself the header measures all rows again with every change of style.
         self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
         self.horizontalHeader().setVisible(any(titles))
