@@ -494,7 +494,8 @@ def test_a_flight_folder_that_disappears_is_said_and_its_recording_followed(
         until(qtbot, lambda: samples(window) > 60 and part.part.state == "good")
         assert window.desk.history.start == first
         alarm = window.desk.session.board.get("folder")
-        assert alarm is not None and not alarm.acknowledged
+        assert alarm is not None
+        assert not alarm.acknowledged
         # Asked at closing, the crew stays; then it ends the recording with the key.
         asked: list[str] = []
         monkeypatch.setattr(ui.window, "ask_closing", lambda *_: asked.append("?") or "stay")
