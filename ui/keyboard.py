@@ -89,10 +89,12 @@ class KeyKeeper(QObject):
         if not self._at_work:
             return False
         if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
-            if _is_kept(watched, event):
+            if _popup_of_combo_box(watched) or _is_kept(watched, event):
                 event.accept()
                 return True
         elif event.type() == QEvent.Type.KeyPress and isinstance(event, QKeyEvent):
+            if (popup := _popup_of_combo_box(watched)) is not None:
+                return self._commits(popup, event)
             if event.isAutoRepeat() and Qt.Key(event.key()) in _ONCE and _acts(watched):
                 return True
             enter = event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter)
@@ -101,6 +103,31 @@ class KeyKeeper(QObject):
                 watched.click()
                 return True
         return False
+
+    def _commits(self, popup: QAbstractItemView, event: QKeyEvent) -> bool:
+        """Choose the current row of an opened combo box with Enter or Space, and close it.
+
+        Qt does so for Enter alone, and not with the press but when it asks whether the key is a
+        shortcut; the press would then reach the dialog, or open the box again.
+        """
+        if Qt.Key(event.key()) not in _PRESS:
+            return False
+        if not event.isAutoRepeat():
+            popup.removeEventFilter(self)  # until it has the focus again
+            asked = QKeyEvent(
+                QEvent.Type.ShortcutOverride, Qt.Key.Key_Return, Qt.KeyboardModifier.NoModifier
+            )
+            QApplication.sendEvent(popup, asked)
+        return True
+
+
+def _popup_of_combo_box(watched: QObject) -> QAbstractItemView | None:
+    """Return the list of an opened combo box; None if this is something else."""
+    if not isinstance(watched, QAbstractItemView):
+        return None
+    container = watched.parentWidget()
+    inside = container is not None and isinstance(container.parentWidget(), QComboBox)
+    return watched if inside else None
 
 
 def _is_kept(watched: QObject, event: QKeyEvent) -> bool:

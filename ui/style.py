@@ -75,6 +75,7 @@ QLineEdit[tall="true"], QComboBox[tall="true"], QPushButton[tall="true"] {{
 QLineEdit[state="warning"] {{ border: 2px solid {warning}; padding: {p3}px {p7}px; }}
 QLineEdit:disabled, QSpinBox:disabled, QDoubleSpinBox:disabled, QComboBox:disabled {{
   color: {faint}; background: {background}; border-color: {line}; }}
+QComboBox {{ combobox-popup: 0; }}
 QComboBox::drop-down {{ border: 0; width: {p24}px; }}
 QComboBox::down-arrow {{ image: url("{arrow_down}"); width: {p12}px; height: {p12}px; }}
 QComboBox QAbstractItemView {{ background: {panel}; border: 1px solid {axis};

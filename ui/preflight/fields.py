@@ -93,6 +93,15 @@ class Lines(QPlainTextEdit):
         self.left.emit()
 
 
+class _ChoiceBox(QComboBox):
+    """A box in a narrow column, whose list is as wide as its longest line."""
+
+    def showPopup(self) -> None:
+        view = self.view()
+        view.setMinimumWidth(view.sizeHintForColumn(0) + 2 * view.frameWidth())
+        super().showPopup()
+
+
 class Field(QWidget):
     """A named field with a unit right of it and a sentence below it.
 
@@ -148,7 +157,7 @@ class Field(QWidget):
 
     def _made(self, rows: int, choices: Sequence[tuple[str, str]]) -> QWidget:
         if choices:
-            box = QComboBox()
+            box = _ChoiceBox()
             box.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
             for key, words in choices:
                 box.addItem(words, key)

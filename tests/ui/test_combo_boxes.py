@@ -1,0 +1,148 @@
+"""Combo boxes in all places and dialogs: keys choose a row, and the list shows all of them."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QComboBox, QWidget
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from window_kit import answer_dialog, open_window, until, write_flight
+
+import ui.window
+from ui.dialogs.connect import ConnectDialog
+from ui.dialogs.form import FormDialog
+from ui.dialogs.small import ExportDialog
+from ui.window import MainWindow
+
+KEYS = {"Enter": Qt.Key.Key_Return, "keypad Enter": Qt.Key.Key_Enter, "Space": Qt.Key.Key_Space}
+
+
+@pytest.fixture
+def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[MainWindow]:
+    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
+    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+    made = open_window(tmp_path)
+    qtbot.addWidget(made)
+    made.activateWindow()
+    until(qtbot, lambda: QApplication.activeWindow() is made)
+    yield made
+    made.desk.close()
+
+
+@pytest.fixture
+def flight(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> MainWindow:
+    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.desk.is_loaded and window.view.replay.isVisible())
+    return window
+
+
+def boxes(holder: QWidget) -> list[QComboBox]:
+    """Return the boxes on screen that offer a choice."""
+    found = [box for box in holder.findChildren(QComboBox) if box.isVisible() and box.isEnabled()]
+    return [box for box in found if box.count() > 1]
+
+
+def assert_list_shows_all(box: QComboBox) -> None:
+    box.showPopup()
+    view = box.view()
+    try:
+        area = view.viewport().rect()
+        for row in range(min(box.count(), box.maxVisibleItems())):
+            shown = view.visualRect(box.model().index(row, 0))
+            assert area.contains(shown), (box.accessibleName(), box.itemText(row))
+    finally:
+        box.hidePopup()
+
+
+def choose_next(box: QComboBox, key: Qt.Key) -> None:
+    """Choose another row as a user does with keys."""
+    before = box.currentIndex()
+    heard: list[int] = []
+    box.activated.connect(heard.append)
+    box.setFocus()
+    QTest.keyClick(box, Qt.Key.Key_Space)
+    view = box.view()
+    assert view.isVisible(), box.accessibleName()
+    up = before == box.count() - 1
+    QTest.keyClick(view, Qt.Key.Key_Up if up else Qt.Key.Key_Down)
+    assert box.currentIndex() == before
+    QTest.keyClick(view, key)
+    assert not view.isVisible()
+    assert box.currentIndex() == before + (-1 if up else 1)
+    assert heard == [box.currentIndex()]
+
+
+@pytest.mark.parametrize("key", KEYS.values(), ids=KEYS)
+def test_a_key_chooses_in_a_dialog_and_leaves_it_open(window: MainWindow, key: Qt.Key) -> None:
+    chosen: list[str] = []
+
+    def answer(dialog: ConnectDialog) -> None:
+        choose_next(dialog.link.kind, key)
+        assert dialog.isVisible()
+        chosen.append(dialog.link.kind.currentData())
+        chosen.append(dialog.link.value)
+
+    answer_dialog(ConnectDialog, answer)
+    window.commands.actions["connect"].trigger()
+    assert chosen == ["udpout", "udpout:127.0.0.1:14550"]
+
+
+@pytest.mark.parametrize("key", KEYS.values(), ids=KEYS)
+def test_a_key_chooses_on_the_flight_page(flight: MainWindow, key: Qt.Key) -> None:
+    before = flight.desk.speed
+    choose_next(flight.view.replay.speed, key)
+    assert flight.desk.speed != before
+
+
+def test_esc_leaves_the_choice_as_it_was(flight: MainWindow) -> None:
+    box = flight.view.replay.speed
+    before = box.currentIndex()
+    box.setFocus()
+    QTest.keyClick(box, Qt.Key.Key_Space)
+    QTest.keyClick(box.view(), Qt.Key.Key_Down)
+    QTest.keyClick(box.view(), Qt.Key.Key_Escape)
+    assert not box.view().isVisible()
+    assert box.currentIndex() == before
+
+
+@pytest.mark.parametrize("scale", [100, 200])
+def test_every_list_of_a_place_shows_its_rows(flight: MainWindow, scale: int) -> None:
+    flight.look.set_scale(scale)
+    seen = 0
+    for command in ("place_preflight", "preflight_card", "preflight_cards", "place_flight",
+                    "panel_channels", "place_pilot", "place_review", "review_estimate",
+                    "review_figures", "place_gap"):  # fmt: skip
+        action = flight.commands.actions[command]
+        action.trigger()
+        QApplication.processEvents()
+        for box in boxes(flight):
+            seen += 1
+            assert_list_shows_all(box)
+    assert seen >= 4
+
+
+@pytest.mark.parametrize(
+    ("command", "kind"),
+    [("connect", ConnectDialog), ("export", ExportDialog)],
+)
+def test_every_list_of_a_dialog_shows_its_rows(
+    flight: MainWindow, command: str, kind: type[FormDialog]
+) -> None:
+    seen: list[str] = []
+
+    def answer(dialog: FormDialog) -> None:
+        for box in boxes(dialog):
+            assert_list_shows_all(box)
+            seen.append(box.accessibleName())
+
+    answer_dialog(kind, answer)
+    flight.commands.actions[command].trigger()
+    assert seen
