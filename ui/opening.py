@@ -20,13 +20,14 @@ from ui.commands import key_text
 from ui.desk import Desk
 from ui.dialogs.certificates import CertificatesDialog
 from ui.dialogs.connect import ConnectDialog
+from ui.dialogs.fields import FlightPlace
 from ui.dialogs.flights import file_to_open, flight_folder
 from ui.dialogs.requests import ConnectRequest
 from ui.dialogs.small import ExportDialog, MapDialog, ask_append, ask_stop
 from ui.dialogs.virtual import VirtualDialog
 from ui.frame.banners import Banner, BannerStack
 from ui.look import Look
-from ui.recording import RunningRecorder
+from ui.recording import Begun, RunningRecorder
 from ui.settings import SettingsStore, first_folder, recording_folder
 from ui.words import clock_text
 from ui.work import Work
@@ -89,6 +90,8 @@ class Opening(QObject):
         desk.landed.connect(self.offer_end)
         desk.ended.connect(self.offer_replay)
         desk.told.connect(self._remember_link)
+        self._chosen: Path | None = None  # flight in a folder chosen for this and those to come
+        desk.starter.begun.connect(self._recording_began)
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
@@ -144,7 +147,6 @@ class Opening(QObject):
             aircraft=request.aircraft,
             channel_map=request.channel_map,
             calibration=request.calibration,
-            flights=str(request.folder.parent),
         )
 
     def _connect(self, dialog: ConnectDialog, request: ConnectRequest) -> None:
@@ -154,6 +156,7 @@ class Opening(QObject):
             dialog.withdraw()
             return
         self._unproven = replace(request, folder=place[0], append=place[1])
+        self._remember_folder(place[0], dialog.place)
         self._desk.starter.connect_aircraft(self._unproven, refused=dialog.show_refusal)
 
     def _remember_link(self) -> None:
@@ -180,9 +183,19 @@ class Opening(QObject):
         dialog = VirtualDialog(self._look, virtual_choices(), self._flights, self._window)
         if dialog.exec():
             request = dialog.request
-            self._store.change(flights=str(request.folder.parent))
             if (place := self._where_to_record(request.folder)) is not None:
-                self._desk.starter.fly_virtual(replace(request, folder=place[0], append=place[1]))
+                request = replace(request, folder=place[0], append=place[1])
+                self._remember_folder(request.folder, dialog.place)
+                self._desk.starter.fly_virtual(request)
+
+    def _remember_folder(self, flight: Path, place: FlightPlace) -> None:
+        """Record into the folder that was chosen from now on, once a recording began there."""
+        self._chosen = flight if flight.parent != place.proposed_parent else None
+
+    def _recording_began(self, begun: Begun, _back_to: float | None) -> None:
+        chosen, self._chosen = self._chosen, None
+        if chosen is not None and begun.session is not None and begun.session.path == chosen:
+            self._store.change(flights=str(chosen.parent))
 
     def look_for_recorders(self) -> None:
         """Offer to attach to recorders that are running, one of them with one key."""

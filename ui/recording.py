@@ -133,6 +133,7 @@ def prepare_folder(request: ConnectRequest) -> Path:
     """Make the flight folder with copies of everything in force; see `prepare_flight`."""
     return prepare_flight(
         request.folder,
+        name=request.title,
         aircraft=request.aircraft,
         channel_map=request.channel_map,
         calibration=request.calibration,

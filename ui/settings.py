@@ -15,6 +15,7 @@ import platformdirs
 from pydantic import Field, ValidationError
 
 from gsapp.foundation import StrictModel, write_toml
+from ui.disk_checks import path_kind
 from ui.review.estimate_wishes import Wishes
 
 _APPLICATION = "gsapp"
@@ -179,7 +180,47 @@ def first_folder(settings: Settings, remembered: str = "") -> Path:
         The nearest that is there: a dialog would take one that is not for the name of a file.
     """
     wanted = Path(remembered or settings.folder or recording_folder(settings))
-    return next((place for place in (wanted, *wanted.parents) if place.is_dir()), Path.home())
+    for place in (wanted, *wanted.parents):
+        kind = path_kind(place)
+        if kind == "folder":
+            return place
+        if kind == "stuck":
+            break
+    return Path.home()
+
+
+def writable_folder(wanted: Path) -> tuple[Path, str]:
+    """Return a folder in which flights can be recorded, and why it is not the wanted one.
+
+    Parameters
+    ----------
+    wanted : Path
+        Need not be there yet.
+
+    Returns
+    -------
+    folder : Path
+        The wanted one, or the usual one where it cannot be written.
+    why : str
+        A sentence; empty for the wanted one.
+    """
+    usual = flights_path()
+    why = why_not_writable(wanted)
+    if not why or wanted == usual or why_not_writable(usual):
+        return wanted, ""
+    return usual, f"{why} Flights are recorded in {usual}."
+
+
+def why_not_writable(folder: Path) -> str:
+    """Return a sentence about why nothing can be written below a folder; empty if it can."""
+    place = folder.expanduser()
+    while (kind := path_kind(place)) == "missing" and place != place.parent:
+        place = place.parent
+    if kind == "stuck":
+        return f"{place} does not respond."
+    if kind != "folder":
+        return f"{place} is not a folder."
+    return "" if os.access(place, os.W_OK | os.X_OK) else f"{place} is not writable."
 
 
 def catalog_path(settings: Settings) -> Path:

@@ -23,9 +23,10 @@ from gsapp.telemetry.recorder_control import find_recorder, start_recorder
 from gsapp.telemetry.recorder_folder import record_state, refuse_finished
 from gsapp.telemetry.virtual.process import free_port
 from ui.dialogs.requests import ConnectRequest, VirtualRequest, next_flight_name
+from ui.disk_checks import path_kind
 from ui.faults import FaultDesk
 from ui.recording import Begun, RunningRecorder, launch, prepare_folder
-from ui.settings import SettingsStore, next_flight_path, recording_folder
+from ui.settings import SettingsStore, next_flight_path, recording_folder, writable_folder
 from ui.work import CancelledError, Progress, Work
 
 
@@ -99,17 +100,16 @@ class FlightStarter(QObject):
             Whether a replay plays at once.
         """
         place = Path(path).expanduser()
-        if place.is_dir() and find_recorder(place) is not None:
-            self._open_session(lambda: self._followed(place, channel_map), place.name)
-            return
 
-        def replay() -> Session:
+        def make() -> Session:
+            if place.is_dir() and find_recorder(place) is not None:
+                return self._followed(place, channel_map)
             return Session.replay(
                 place, channel_map=channel_map, certificates=calibration, speed=speed,
                 playing=playing, **self._options(),
             )  # fmt: skip
 
-        self._open_session(replay, place.name, None if channel_map or calibration else place)
+        self._open_session(make, place.name, None if channel_map or calibration else place)
 
     def read_again(self, session: Session, calibration: str | None) -> None:
         """Open a flight again, as it is read now: a replay where it stands.
@@ -186,7 +186,9 @@ class FlightStarter(QObject):
             begun.folder = request.folder
         folder = FlightFolder(path=prepare_folder(request))
         try:
-            handed_over = hand_over(next_flight_path(self._store.path), folder, keep=True)
+            handed_over = hand_over(
+                next_flight_path(self._store.path), folder, keep=True, named=not trial
+            )
             begun.handed_over = handed_over and not trial
         except GroundStationError as error:
             self._faults.report(error)
@@ -214,10 +216,16 @@ class FlightStarter(QObject):
             )
         )
 
-    def next_folder(self) -> Path:
-        """Return the folder of the next flight of the day."""
-        parent = recording_folder(self._store.current)
-        return parent / next_flight_name(parent, datetime.now().astimezone().date())
+    def next_folder(self, kind: str = "flight") -> Path:
+        """Return the folder of the next flight of the day.
+
+        It lies in the usual folder, and that is said, where the one of the settings is not
+        writable.
+        """
+        parent, why_other = writable_folder(recording_folder(self._store.current))
+        if why_other:
+            self.said.emit("caution", why_other)
+        return parent / next_flight_name(parent, datetime.now().astimezone().date(), kind)
 
     def fly_virtual(self, request: VirtualRequest) -> None:
         """Let the virtual aircraft fly over a link of this machine, record and follow it."""
@@ -285,7 +293,7 @@ class FlightStarter(QObject):
             return begun
 
         self.cancel()
-        work = Work(f"Opening {name}", run, self)
+        work = Work(f"Opening {name}", run, self, may_hang=True)
         self._work, self._records = work, records
         work.done.connect(lambda begun: self._give(begun, back_to))
         work.dropped.connect(self._drop)
@@ -328,7 +336,8 @@ class FlightStarter(QObject):
                 self._faults.report(error)
 
     def _failed(self, error: Exception, wants_map: Path | None) -> None:
-        if wants_map is not None and wants_map.is_file() and isinstance(error, UnmappedError):
+        is_unmapped = wants_map is not None and isinstance(error, UnmappedError)
+        if is_unmapped and path_kind(wants_map) == "file":
             self.map_wanted.emit(wants_map, str(error))
         else:
             self._faults.report(error, opening=True)

@@ -10,7 +10,6 @@ from PySide6.QtCore import QObject, Signal
 
 from gsapp.foundation import GroundStationError
 from gsapp.telemetry.recorder_control import RecorderHandle
-from gsapp.telemetry.recorder_folder import free_name
 from gsapp.telemetry.virtual.process import Background, free_port
 from ui.commands import key_text
 from ui.desk import Desk
@@ -31,7 +30,7 @@ class TrialFlight(QObject, Generic[P]):
     desk : Desk
         Records and follows it as it would an aircraft.
     kind : str
-        What the name of its folder ends with.
+        What its folder is called, with a date and a letter.
     launch : callable
         Starts what sends, given the folder for its log and the UDP port to send to.
 
@@ -88,10 +87,7 @@ class TrialFlight(QObject, Generic[P]):
             return False
         self.stop()
         self._port = free_port()
-        usual = self._desk.starter.next_folder()
-        self.folder = usual.with_name(f"{usual.name} {self._kind}")
-        if self.folder.exists():
-            self.folder = free_name(self.folder)
+        self.folder = self._desk.starter.next_folder(self._kind)
         self._desk.starter.connect_aircraft(
             ConnectRequest(
                 link=f"udpin:127.0.0.1:{self._port}",

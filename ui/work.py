@@ -7,12 +7,14 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from ui.words import duration_text
 
 _TELL_SECONDS = 0.05
 """A work that reports more often than this would drown the window in signals."""
+_OBEYS_MS = 2000
+"""After which a work that was asked to stop is not waited for any more."""
 
 
 class CancelledError(Exception):
@@ -59,6 +61,8 @@ class Work(QObject):
         What it is, for the banner.
     function : callable
         Called in the thread with a `Progress`; its result is handed to `done`.
+    may_hang : bool
+        Whether it may wait for a disk that never answers: after `cancel` it is left to itself.
 
     Attributes
     ----------
@@ -86,15 +90,19 @@ class Work(QObject):
         title: str,
         function: Callable[[Progress], Any],
         parent: QObject | None = None,
+        *,
+        may_hang: bool = False,
     ) -> None:
         super().__init__(parent)
         self.title = title
+        self._may_hang = may_hang
         self.running = False
         self._function = function
         self._progress = Progress(self._told)
         self._thread: threading.Thread | None = None
         self._started = 0.0
         self._told_at = 0.0
+        self._abandoned = False
         self._ended.connect(self._finish, Qt.ConnectionType.QueuedConnection)
 
     def start(self) -> None:
@@ -107,6 +115,14 @@ class Work(QObject):
     def cancel(self) -> None:
         """Ask it to stop; its result, should it still come, is dropped."""
         self._progress.cancel()
+        if self._may_hang:
+            QTimer.singleShot(_OBEYS_MS, self, self._abandon)
+
+    def _abandon(self) -> None:
+        if self.running:
+            self.running = False
+            self._abandoned = True
+            self.cancelled.emit()
 
     def wait(self, seconds: float) -> None:
         """Wait for its thread, so long at most; what it leads to is told afterwards."""
@@ -141,7 +157,10 @@ class Work(QObject):
 
     def _finish(self, result: object, error: BaseException | None) -> None:
         self.running = False
-        if isinstance(error, CancelledError) or (self._progress.cancelled and error is None):
+        if self._abandoned:
+            if error is None:
+                self.dropped.emit(result)
+        elif isinstance(error, CancelledError) or (self._progress.cancelled and error is None):
             if error is None:
                 self.dropped.emit(result)
             self.cancelled.emit()

@@ -43,7 +43,9 @@ from gsapp.flight.names import (
     INFO_FILE,
     LINES_FILE,
     LOCK_FILE,
+    OWN_FILES,
     RESIDUE_FILE,
+    SEND_FILE,
     STATUS_FILE,
 )
 from gsapp.flight.replacing import copy_atomically, write_whole
@@ -119,7 +121,8 @@ class FlightFolder:
         Raises
         ------
         FlightError
-            If there is nothing, a file, a folder that may not be read, or one without a flight.
+            If there is nothing, a file, a folder that may not be read, or one without a flight;
+            or a pipe or device in the place of a file, which would be waited for.
         """
         folder = Path(path)
         if not folder.exists():
@@ -131,6 +134,7 @@ class FlightFolder:
                 f"{folder} is a folder, but not a flight: it has none of {names}; name the "
                 "folder that 'gsapp record --out' or 'gsapp import --out' made"
             )
+        _must_hold_plain_files(folder)
         return FlightFolder(path=folder)
 
     @property
@@ -369,6 +373,13 @@ def _entries(folder: Path) -> list[str]:
         return names_in(folder)
     except GroundStationError as error:
         raise FlightError(str(error)) from error
+
+
+def _must_hold_plain_files(folder: Path) -> None:
+    for name in sorted(OWN_FILES - {SEND_FILE}):
+        path = folder / name
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            raise FlightError(f"{path} is a pipe or a device, not a file; remove it")
 
 
 def _must_not_be_a_file(path: Path) -> None:

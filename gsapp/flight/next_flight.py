@@ -21,7 +21,9 @@ STAYS: Final = ("crew", "flap", "loading", "transmitter")
 """What the card of the flight after begins with."""
 
 
-def hand_over(waiting: Path, folder: FlightFolder, *, keep: bool = False) -> bool:
+def hand_over(
+    waiting: Path, folder: FlightFolder, *, keep: bool = False, named: bool = True
+) -> bool:
     """Put what waits for the next flight into its folder, and begin the one after.
 
     What the folder knows already stays; a flight that has a record began with its own card and
@@ -35,6 +37,8 @@ def hand_over(waiting: Path, folder: FlightFolder, *, keep: bool = False) -> boo
         Of the flight that begins.
     keep : bool
         Whether it waits for another flight all the same: this one is only for trial.
+    named : bool
+        Whether the flight takes the name that waits.
 
     Returns
     -------
@@ -56,7 +60,7 @@ def hand_over(waiting: Path, folder: FlightFolder, *, keep: bool = False) -> boo
     values: dict[Key, Any] = {
         (key,): value
         for key, value in prepared.content.items()
-        if key not in card.content or (key == "name" and named_by_itself)
+        if (named and named_by_itself if key == "name" else key not in card.content)
     }
     card.change(values)
     card.save()

@@ -54,8 +54,9 @@ def open_growing(folder: Path | str, options: Options) -> Opened:
 
 def open_recorded(path: Path, options: Options) -> Opened:
     """Open a flight that was recorded; see `gsapp.session.Session.replay`."""
+    folder = FlightFolder.open(path) if path.is_dir() else None
     setting = setting_for(path, options)
-    if path.is_dir() and FlightFolder.open(path).records:
+    if folder is not None and folder.records:
         return _open_record(path, setting, grows=False)
     if path.is_file() and path.suffix.casefold() == ".tlog":
         reader, stepped_over = tlog_reader(path, setting)

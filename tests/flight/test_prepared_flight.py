@@ -150,3 +150,16 @@ def test_a_damaged_card_is_told_and_nothing_is_lost(tmp_path: Path) -> None:
     with pytest.raises(FileProblemsError, match="not valid TOML"):
         hand_over(waiting, folder)
     assert read_events(waiting / "events.jsonl").events
+
+
+def test_a_flight_for_trial_takes_the_card_but_not_the_name(tmp_path: Path) -> None:
+    waiting = card(tmp_path / "next")
+    waiting.change({("name",): "Maiden flight", PILOT: "Ann"})
+    waiting.save()
+    trial = FlightFolder.create(tmp_path / "trial A", FlightInfo(source="udpin:x:1"))
+    assert hand_over(tmp_path / "next", trial, keep=True, named=False)
+    assert trial.name == "trial A"
+    assert trial.info().crew == {"pilot": "Ann"}
+    flight = FlightFolder.create(tmp_path / "flight A", FlightInfo(source="udpin:x:1"))
+    hand_over(tmp_path / "next", flight)
+    assert flight.name == "Maiden flight"

@@ -113,9 +113,7 @@ def test_the_chart_shows_the_input_within_the_wanted_band(
     QApplication.processEvents()
     reached = []
     # Each surface in its color: aileron purple, rudder rust.
-    for chart, low, name in zip(
-        page.charts.surfaces, (4.0, 7.0), ("purple", "rust"), strict=True
-    ):
+    for chart, low, name in zip(page.charts.surfaces, (4.0, 7.0), ("purple", "rust"), strict=True):
         ink = int(window.look.theme.trace(name)[1:], 16)
         assert chart.isVisible()
         box = chart.plot.getPlotItem().getViewBox()

@@ -33,7 +33,7 @@ from ui.flight.choice import (
 )
 from ui.flight.controls import SPEEDS, next_speed
 from ui.flight.layout_store import LayoutStore
-from ui.settings import Settings, SettingsStore, layouts_path, limits_path
+from ui.settings import Settings, SettingsStore, layouts_path, limits_path, writable_folder
 from ui.strips.drawing import sight_text
 from ui.strips.view import StripView
 from ui.words import (
@@ -362,13 +362,25 @@ def test_fields_make_the_link_text() -> None:
     assert link_text("text", **common) == "text:COM4:57600"
 
 
+def test_a_folder_that_cannot_be_written_gives_way_to_the_usual_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usual, blocked = tmp_path / "usual", tmp_path / "file" / "flights"
+    monkeypatch.setattr("ui.settings.flights_path", lambda: usual)
+    assert writable_folder(tmp_path / "mine") == (tmp_path / "mine", "")
+    (tmp_path / "file").touch()
+    folder, why = writable_folder(blocked)
+    assert folder == usual
+    assert str(tmp_path / "file") in why
+
+
 def test_flight_folders_get_the_next_free_name_and_a_verdict(tmp_path: Path) -> None:
     day = date(2026, 5, 12)
-    assert next_flight_name(tmp_path, day) == "2026-05-12 flight 1"
-    (tmp_path / "2026-05-12 flight 1").mkdir()
-    assert next_flight_name(tmp_path, day) == "2026-05-12 flight 2"
+    assert next_flight_name(tmp_path, day) == "2026-05-12 flight A"
+    (tmp_path / "2026-05-12 flight A").mkdir()
+    assert next_flight_name(tmp_path, day) == "2026-05-12 flight B"
     assert check_folder(str(tmp_path), "new").state == "good"
-    assert check_folder(str(tmp_path), "2026-05-12 flight 1").state == "caution"
+    assert check_folder(str(tmp_path), "2026-05-12 flight A").state == "caution"
     assert not check_folder(str(tmp_path), " ").usable
     assert not check_folder("", "x").usable
     assert file_name('a/b:c"') == "a-b-c-"
@@ -380,7 +392,7 @@ def test_flight_folders_get_the_next_free_name_and_a_verdict(tmp_path: Path) -> 
     assert "'a-b'" in check_folder(str(tmp_path), "a/b").sentence
     blocked = tmp_path / "file"
     blocked.write_text("")
-    assert "cannot be written" in check_folder(str(blocked), "x").sentence
+    assert not check_folder(str(blocked), "x").usable
 
 
 def test_sentences_name_keys_as_the_system_does() -> None:

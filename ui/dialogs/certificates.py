@@ -11,6 +11,7 @@ from gsapp.flight.certificates import CertificatesUsed
 from gsapp.foundation import GroundStationError
 from ui.dialogs.fields import ShippedField
 from ui.dialogs.form import FormDialog, Sentence
+from ui.disk_checks import may_block
 from ui.look import Look
 from ui.words import count_text
 
@@ -60,6 +61,9 @@ class CertificatesDialog(FormDialog):
             kept = len(self._own or {})
             words = f"{count_text(kept, 'certificate')} kept with the flight."
             self.sentence.say(words if kept else "Those that its channel map names.", "good")
+        elif may_block(given):
+            usable = False
+            self.sentence.say(f"{given} does not respond.", "warning")
         else:
             try:
                 chosen = load_certificates(given)

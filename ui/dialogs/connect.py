@@ -462,4 +462,5 @@ class ConnectDialog(FormDialog):
             aircraft=self.aircraft.value,
             calibration=self.calibration.value,
             system=self.test.system,
+            title=self.place.title.text().strip(),
         )

@@ -6,14 +6,17 @@ from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QComboBox, QFileDialog, QLineEdit, QSizePolicy, QVBoxLayout, QWidget
 
 from ui.dialogs.form import PathField, Sentence
 from ui.dialogs.requests import Verdict, check_folder, next_flight_name
+from ui.disk_checks import path_kind
 from ui.look import Look
+from ui.settings import writable_folder
 
 _OWN = "Other file…"
+_AGAIN_MS = 1000
 
 
 class ShippedField(QComboBox):
@@ -47,7 +50,7 @@ class ShippedField(QComboBox):
             self.addItem(none, "")
         for known in shipped:
             self.addItem(known, known)
-        if current and current not in shipped and Path(current).exists():
+        if current and current not in shipped and path_kind(current) in ("file", "folder"):
             self.addItem(current, current)
         self.addItem("Other folder…" if folder else _OWN, None)
         place = self.findData(current)
@@ -88,12 +91,19 @@ class ShippedField(QComboBox):
 
 
 class FlightPlace(QWidget):
-    """Name and place of a new flight, with a sentence about them.
+    """Title and folder of a new flight, with a sentence about them.
+
+    Parameters
+    ----------
+    parent_folder : Path
+        Where flights are recorded; the usual folder takes its place if it cannot be written.
 
     Attributes
     ----------
     changed : Signal
         Something else is typed now.
+    proposed_parent : Path
+        Folder of the flights, as proposed.
     """
 
     changed = Signal()
@@ -103,25 +113,38 @@ class FlightPlace(QWidget):
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(look.px(8))
+        self.title = QLineEdit()
+        self.title.setPlaceholderText("Title (optional)")
+        self.title.setAccessibleName("Title of the flight")
         self.name = QLineEdit()
-        self.name.setAccessibleName("Name of the flight")
+        self.name.setAccessibleName("Name of the flight folder")
+        self.name.setToolTip("Folder of this flight: its date and a letter")
         self.parent_folder = PathField("Folder of the flights", look)
-        self.parent_folder.edit.setText(str(parent_folder))
         self.sentence = Sentence()
-        column.addWidget(self.name)
-        column.addWidget(self.parent_folder)
-        column.addWidget(self.sentence)
+        for field in (self.title, self.name, self.parent_folder, self.sentence):
+            column.addWidget(field)
+        self.proposed_parent, self._why_other = writable_folder(parent_folder)
+        self.parent_folder.edit.setText(str(self.proposed_parent))
         today = datetime.now().astimezone().date()
-        self.name.setText(next_flight_name(parent_folder, today))
+        self.name.setText(next_flight_name(self.proposed_parent, today))
         self.name.textChanged.connect(self._judge)
         self.parent_folder.edit.textChanged.connect(self._judge)
-        self.setFocusProxy(self.name)
+        self.setFocusProxy(self.title)
+        # A disk that spins up answers later.
+        self._again = QTimer(self, singleShot=True, interval=_AGAIN_MS)
+        self._again.timeout.connect(self._judge)
         self.verdict = Verdict(sentence="")
         self._judge()
 
     def _judge(self) -> None:
-        self.verdict = check_folder(self.parent_folder.edit.text(), self.name.text())
-        self.sentence.say(self.verdict.sentence, self.verdict.state)
+        parent = self.parent_folder.edit.text()
+        self.verdict = verdict = check_folder(parent, self.name.text())
+        state, words = verdict.state, verdict.sentence
+        if self._why_other and verdict.usable and Path(parent) == self.proposed_parent:
+            state, words = "caution", f"{self._why_other} {words}"
+        self.sentence.say(words, state)
+        if not verdict.usable:
+            self._again.start()
         self.changed.emit()
 
     @property

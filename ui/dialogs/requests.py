@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from datetime import date
+from itertools import product
 from pathlib import Path
+from string import ascii_uppercase
 from typing import Literal
 
 from gsapp.foundation import GroundStationError
 from gsapp.telemetry.sources.serial_port import same_port
+from ui.disk_checks import path_kind
+from ui.settings import why_not_writable
 from ui.words import bytes_text, file_name
 
 State = Literal["", "good", "caution", "warning"]
@@ -63,6 +66,8 @@ class ConnectRequest:
         Whether to append to the flight if it is already finished.
     system : int or None
         The flown MAVLink system; None for that of the map, or the first autopilot heard.
+    title : str
+        What the crew calls the flight; empty for the name of its folder.
     """
 
     link: str
@@ -72,6 +77,7 @@ class ConnectRequest:
     calibration: str
     append: bool = False
     system: int | None = None
+    title: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,6 +100,8 @@ class VirtualRequest:
         Flight folder to record into.
     append : bool
         Whether to append to the flight if it is already finished.
+    title : str
+        What the crew calls the flight; empty for the name of its folder.
     """
 
     plan: str
@@ -103,6 +111,7 @@ class VirtualRequest:
     thin: bool
     folder: Path
     append: bool = False
+    title: str = ""
 
 
 def link_text(kind: LinkKind, *, host: str, port: int, device: str, baud: int) -> str:
@@ -168,12 +177,13 @@ def check_link(text: str, parse: Callable[[str], object], ports: Iterable[str]) 
     return Verdict(sentence=sentences.get(kind, "A recorded flight."), state="good")
 
 
-def next_flight_name(parent: Path, today: date) -> str:
-    """Return ``2026-05-12 flight 3``: the next one of the day."""
-    number = 1
-    while (parent / f"{today.isoformat()} flight {number}").exists():
-        number += 1
-    return f"{today.isoformat()} flight {number}"
+def next_flight_name(parent: Path, today: date, kind: str = "flight") -> str:
+    """Return ``2026-05-12 flight C``: the first of the day that is not a folder yet."""
+    letters = (
+        "".join(word) for size in (1, 2, 3) for word in product(ascii_uppercase, repeat=size)
+    )
+    names = (f"{today.isoformat()} {kind} {letter}" for letter in letters)
+    return next(name for name in names if path_kind(parent / name) in ("missing", "stuck"))
 
 
 def check_folder(parent: str, name: str) -> Verdict:
@@ -188,13 +198,9 @@ def check_folder(parent: str, name: str) -> Verdict:
     if not parent.strip():
         return Verdict(sentence="Choose the folder in which flights are kept.", state="warning")
     place = Path(parent).expanduser()
-    existing = place
-    while not existing.exists() and existing != existing.parent:
-        existing = existing.parent
-    if not existing.is_dir() or not os.access(existing, os.W_OK):
-        return Verdict(
-            sentence=f"{existing} cannot be written to; choose another folder.", state="warning"
-        )
+    if why := why_not_writable(place):
+        return Verdict(sentence=f"{why} Choose another folder.", state="warning")
+    existing = next(one for one in (place, *place.parents) if one.exists())
     free = shutil.disk_usage(existing).free
     room = f"{bytes_text(free)} free"
     if free < _BYTES_PER_HOUR:

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QComboBox, QLineEdit, QMessageBox, QWidget
 
 from ui.dialogs.fields import ShippedField
 from ui.dialogs.form import FormDialog, PathField, Sentence
+from ui.disk_checks import path_kind
 from ui.look import Look
 from ui.words import clock_text, parse_clock, parse_number, unit_text
 
@@ -161,12 +162,13 @@ class ExportDialog(FormDialog):
 
     def _judge(self) -> None:
         text = self.path.edit.text().strip()
-        usable = bool(text) and Path(text).expanduser().parent.is_dir()
+        file = Path(text).expanduser()
+        usable = bool(text) and path_kind(file.parent) == "folder"
         if not text:
             self.sentence.say("Name the file.", "warning")
         elif not usable:
-            self.sentence.say(f"There is no folder {Path(text).parent}.", "warning")
-        elif Path(text).exists():
+            self.sentence.say(f"There is no folder {file.parent}.", "warning")
+        elif path_kind(file) != "missing":
             self.sentence.say("This file exists and will be replaced.", "caution")
         else:
             self.sentence.say("A new file.", "good")

@@ -134,4 +134,5 @@ class VirtualDialog(FormDialog):
             hidden=tuple(ticked),
             thin=self.thin.isChecked(),
             folder=self.place.folder,
+            title=self.place.title.text().strip(),
         )

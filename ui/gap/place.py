@@ -22,7 +22,7 @@ from ui.gap.search import GapSearch, search_engine
 from ui.gap.steps import CHAPTERS
 from ui.look import Look
 from ui.process.engine import Engine
-from ui.settings import SettingsStore, first_folder, recording_folder
+from ui.settings import SettingsStore, first_folder, recording_folder, writable_folder
 from ui.words import file_name
 from ui.work import Progress, Work
 
@@ -310,7 +310,7 @@ class GapPlace(QWidget):
             return
         from ui.gap.trial import fly_trial, trial_folder
 
-        flights = recording_folder(self._store.current)
+        flights, _why = writable_folder(recording_folder(self._store.current))
         folder = trial_folder(flights, datetime.now().astimezone().date())
 
         def run(progress: Progress) -> Path:

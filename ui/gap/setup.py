@@ -19,6 +19,7 @@ from gsapp.aircraft.reading import shipped_aircraft
 from ui.dialogs.fields import ShippedField
 from ui.dialogs.flights import files_to_add, flight_folder
 from ui.dialogs.form import Sentence
+from ui.disk_checks import path_kind
 from ui.gap.parts import button_row
 from ui.gap.request import GapRequest
 from ui.gap.steps import CHAPTERS
@@ -143,7 +144,7 @@ class SetupPage(CenteredPage):
         )
         self.column.addWidget(button_row(look, self.open, self.virtual, self.trial))
         for path in settings.gap_flights:
-            if Path(path).exists():
+            if path_kind(path) != "missing":
                 self._append(Path(path))
         self._read_models()
         self.flights.itemSelectionChanged.connect(self._judge)
@@ -265,7 +266,7 @@ class SetupPage(CenteredPage):
         self.remove.setEnabled(bool(paths) and self.flights.currentRow() >= 0)
         self.search.setEnabled(bool(paths) and not self._busy)
         self.trial.setEnabled(not self._busy)
-        gone = [path.name for path in paths if not path.exists()]
+        gone = [path.name for path in paths if path_kind(path) == "missing"]
         if gone:
             self.sentence.say(f"{gone[0]} is not there any more; take it out.", "warning")
         elif not paths:

@@ -14,6 +14,7 @@ from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
 from gsapp.foundation import GroundStationError
 from gsapp.session import Session
+from ui.disk_checks import may_block
 from ui.frame.steps import StepState
 from ui.preflight.calibration_words import calibration_state
 from ui.preflight.card_words import card_state, home_words
@@ -104,6 +105,8 @@ class Books:
     def _aircraft_of(self, session: Session | None) -> Aircraft | None:
         if session is not None:
             return session.aircraft
+        if may_block(self._store.current.aircraft):
+            return None
         try:
             return load_aircraft(self._store.current.aircraft)
         except GroundStationError:
@@ -129,6 +132,12 @@ class Books:
     def read_calibration(self) -> None:
         """See which certificates are in force: for the open flight, or for those to come."""
         session, settings = self.session, self._store.current
+        if session is None and may_block(settings.calibration):
+            self._calibration = StepState(
+                state="warning", words="cannot be read", detail=f"{settings.calibration} does not "
+                "respond; choose other certificates when connecting.",
+            )  # fmt: skip
+            return
         shelf = Shelf(calibrations_path(self._store.path), aircraft_at_hand(session, settings))
         try:
             plan = shelf.plan().only(("surface", "vane"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import tempfile
 from datetime import datetime
@@ -16,6 +17,7 @@ from gsapp.flight.folder import FlightFolder
 from gsapp.foundation import GroundStationError, UnknownNameError, write_atomically
 from gsapp.foundation.files import files_of
 from gsapp.session import Session
+from ui.disk_checks import may_block
 from ui.settings import Settings
 
 log = logging.getLogger(__name__)
@@ -42,11 +44,11 @@ def aircraft_at_hand(session: Session | None, settings: Settings) -> str:
     """
     if session is not None and session.aircraft is not None:
         return session.aircraft.name
-    try:
-        return load_aircraft(settings.aircraft).name
-    except GroundStationError:
-        # Said where an aircraft is connected with it.
-        return Path(settings.aircraft).stem.upper()
+    if not may_block(settings.aircraft):
+        # What is wrong with it is said where an aircraft is connected with it.
+        with contextlib.suppress(GroundStationError):
+            return load_aircraft(settings.aircraft).name
+    return Path(settings.aircraft).stem.upper()
 
 
 class Shelf:

@@ -7,7 +7,9 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
+from gsapp.foundation import FlightError
 from gsapp.session.review import ReviewedFlight, keep_maneuvers, open_reviewed
+from ui.disk_checks import may_block
 from ui.work import Progress, Work
 
 
@@ -63,6 +65,8 @@ class FlightOpening(QObject):
         catalog = self._catalog()
 
         def run(progress: Progress) -> ReviewedFlight:
+            if may_block(path):
+                raise FlightError(f"{path} does not respond")
             return open_reviewed(path, catalog=catalog, doing=lambda words: progress(None, words))
 
         self._words = f"opening {path.name}"

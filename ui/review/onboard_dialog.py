@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 from ui.dialogs.connect import LinkField
 from ui.dialogs.flights import LOGS
 from ui.dialogs.form import FormDialog, Sentence
+from ui.disk_checks import path_kind
 from ui.look import Look
 from ui.review.onboard_job import LogJob
 
@@ -174,7 +175,7 @@ class OnboardDialog(FormDialog):
         usable = True
         if kind == _FILE:
             typed = self.file.edit.text().strip()
-            usable = Path(typed).is_file() if typed else False
+            usable = path_kind(typed) == "file" if typed else False
             if not typed:
                 self.verdict.say("ArduPilot .bin, PX4 .ulg, .tlog, or a Flight CSV.")
             elif usable:

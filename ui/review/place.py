@@ -26,7 +26,7 @@ from ui.review.onboard_desk import OnboardDesk
 from ui.review.page import FORMER_RUNS, ReviewPage
 from ui.review.selection import Selection
 from ui.review.work import ReviewWork, review_engine
-from ui.settings import SettingsStore, recording_folder
+from ui.settings import SettingsStore, recording_folder, writable_folder
 
 if TYPE_CHECKING:
     from gsapp.flight.flight import Flight
@@ -253,7 +253,7 @@ class ReviewPlace(PagedPlace):
         """Let the virtual aircraft fly, and review that flight."""
         from ui.gap.trial import trial_folder
 
-        flights = recording_folder(self._store.current)
+        flights, _why = writable_folder(recording_folder(self._store.current))
         folder = trial_folder(flights, datetime.now().astimezone().date())
         self.work.begin(TrialJob(folder=folder), lambda _path: self.add([folder]))
 

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QWidget
 from gsapp.foundation import GroundStationError
 from gsapp.session.review import Review, ReviewedFlight
 from ui.dialogs.flights import files_to_add, flight_folder
+from ui.disk_checks import path_kind
 from ui.review.flight_work import FlightOpening
 from ui.review.selection import Selection
 from ui.settings import SettingsStore, catalog_path
@@ -70,10 +71,11 @@ class ReviewedFlights(QWidget):
     def open_remembered(self) -> None:
         """Open the flights that were under review last; those that are gone are named."""
         known = [Path(path) for path in self._store.current.review_flights]
-        self.opening.open([path for path in known if path.exists()])
-        gone = [str(path) for path in known if not path.exists()]
+        gone = [path for path in known if path_kind(path) == "missing"]
+        self.opening.open([path for path in known if path not in gone])
         if gone:
-            self.failed.emit(f"{', '.join(gone)}: not there any more; add it where it is now")
+            names = ", ".join(map(str, gone))
+            self.failed.emit(f"{names}: not found; add it where it is now")
 
     # The flight that is open in the window
 

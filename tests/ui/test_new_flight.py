@@ -1,0 +1,93 @@
+"""Title and folder of a new flight: fresh each time, and remembered once a recording began."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from window_kit import answer_dialog, free_port, open_window, until
+
+import ui.window
+from gsapp.flight.folder import FlightFolder
+from ui.dialogs.connect import ConnectDialog
+from ui.window import MainWindow
+
+
+@pytest.fixture
+def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[MainWindow]:
+    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
+    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+    made = open_window(tmp_path)
+    qtbot.addWidget(made)
+    made.activateWindow()
+    until(qtbot, lambda: QApplication.activeWindow() is made)
+    yield made
+    made.desk.stop_now()
+    made.desk.close()
+
+
+def connect(window: MainWindow, title: str = "", parent: Path | None = None) -> Path:
+    """Connect as a user does; return the folder that the dialog had."""
+    folders: list[Path] = []
+
+    def answer(dialog: ConnectDialog) -> None:
+        dialog.link.text.setEditText(f"udpin:127.0.0.1:{free_port()}")
+        dialog.place.title.setText(title)
+        if parent is not None:
+            dialog.place.parent_folder.edit.setText(str(parent))
+        folders.append(dialog.place.folder)
+        dialog.accept()
+
+    answer_dialog(ConnectDialog, answer)
+    window.commands.actions["connect"].trigger()
+    return folders[0]
+
+
+def test_a_title_names_one_flight_and_no_folder(window: MainWindow, qtbot: QtBot) -> None:
+    first = connect(window, "Maiden flight")
+    until(qtbot, lambda: window.desk.is_open)
+    assert first.name.endswith("flight A")
+    assert FlightFolder(path=first).name == window.desk.name == "Maiden flight"
+    window.desk.stop_now()
+    second = connect(window)
+    until(qtbot, lambda: window.desk.is_open and window.desk.session.path == second)
+    assert second.name.endswith("flight B")
+    assert window.desk.name == second.name
+
+
+def test_a_folder_is_remembered_once_a_recording_began_in_it(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    before = window.store.current.flights
+    # The disk refuses at the last moment: a file stands where the folder would be made.
+    blocked = connect_and_block(window, tmp_path / "refused")
+    until(qtbot, lambda: window.faults.last is not None)
+    assert not blocked.is_dir()
+    assert window.store.current.flights == before
+    folder = connect(window, parent=tmp_path / "mine")
+    until(qtbot, lambda: window.desk.is_open)
+    assert folder.is_dir()
+    assert window.store.current.flights == str(tmp_path / "mine")
+
+
+def connect_and_block(window: MainWindow, parent: Path) -> Path:
+    """Connect into a folder that cannot be made by the time of the recording."""
+    folders: list[Path] = []
+
+    def answer(dialog: ConnectDialog) -> None:
+        dialog.link.text.setEditText(f"udpin:127.0.0.1:{free_port()}")
+        dialog.place.parent_folder.edit.setText(str(parent))
+        folders.append(dialog.place.folder)
+        parent.touch()
+        dialog.accept()
+
+    answer_dialog(ConnectDialog, answer)
+    window.commands.actions["connect"].trigger()
+    return folders[0]

@@ -1,0 +1,238 @@
+"""A disk that does not answer, or takes long, does not hold up the window."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from window_kit import until
+
+import ui.window
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.info import FlightInfo
+from gsapp.flight.writers import write_flight_csv
+from gsapp.foundation import FlightError
+from gsapp.quantities import Block
+from ui.disk_checks import path_kind
+from ui.faults import FaultDesk
+from ui.settings import SettingsStore
+from ui.window import MainWindow
+
+_LONGEST = 0.6
+"""Seconds between two ticks: what the window waits for a disk, and drawing on a busy machine."""
+
+
+class StuckDisk:
+    """A file system of which nothing answers any more, as a network drive whose server is gone."""
+
+    def __init__(self, place: Path) -> None:
+        place.mkdir(parents=True)
+        self.place = place
+        self._libc = ctypes.CDLL(None, use_errno=True)
+        self._server = os.open("/dev/fuse", os.O_RDWR)
+        options = f"fd={self._server},rootmode=40755,user_id=0,group_id=0"
+        if self._libc.mount(b"stuck", bytes(place), b"fuse", 0, options.encode()) != 0:
+            os.close(self._server)
+            raise PermissionError(ctypes.get_errno())
+
+    def end(self) -> None:
+        """Let all who wait for it fail."""
+        os.close(self._server)
+        self._libc.umount2(bytes(self.place), 2)
+
+
+@pytest.fixture
+def stuck(tmp_path: Path) -> Iterator[Path]:
+    try:
+        disk = StuckDisk(tmp_path / "mounted" / "stuck")
+    except OSError:
+        pytest.skip("only root may mount a file system")
+    yield disk.place
+    disk.end()
+
+
+class Ticks:
+    """The longest time between two ticks of the event loop."""
+
+    def __init__(self) -> None:
+        self.longest = 0.0
+        self._last = time.monotonic()
+        self._timer = QTimer(interval=5)
+        self._timer.timeout.connect(self._tick)
+        self._timer.start()
+
+    def _tick(self) -> None:
+        now = time.monotonic()
+        self.longest = max(self.longest, now - self._last)
+        self._last = now
+
+
+@pytest.fixture
+def make(
+    qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[Callable[..., MainWindow]]:
+    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
+    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+    made: list[MainWindow] = []
+
+    def window(**settings: object) -> MainWindow:
+        store = SettingsStore(tmp_path / "settings" / "window.toml")
+        store.change(**{"flights": str(tmp_path / "flights"), "muted": True, **settings})
+        one = MainWindow(store, FaultDesk())
+        qtbot.addWidget(one)
+        one.show()
+        qtbot.wait(50)
+        made.append(one)
+        return one
+
+    yield window
+    for one in made:
+        one.desk.close()
+
+
+def longest_gap(qtbot: QtBot, act: Callable[[], object], milliseconds: int = 700) -> float:
+    """Do something in the event loop, close what dialog it opens, and return the longest gap."""
+    ticks = Ticks()
+
+    def close() -> None:
+        dialog = QApplication.activeModalWidget()
+        if dialog is not None:
+            dialog.close()
+
+    QTimer.singleShot(0, act)
+    QTimer.singleShot(milliseconds - 100, close)
+    qtbot.wait(milliseconds)
+    return ticks.longest
+
+
+def test_a_stuck_disk_is_told_within_a_moment(stuck: Path, tmp_path: Path) -> None:
+    begin = time.monotonic()
+    assert path_kind(stuck / "flight") == "stuck"
+    assert time.monotonic() - begin < 0.5
+    begin = time.monotonic()
+    assert path_kind(stuck / "flight" / "raw.tlog") == "stuck"
+    assert time.monotonic() - begin < 0.05
+    assert path_kind(tmp_path) == "folder"
+    assert path_kind(tmp_path / "none") == "missing"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes")
+def test_a_pipe_is_no_file(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    assert path_kind(tmp_path / "pipe") == "special"
+
+
+@pytest.mark.parametrize("name", ["raw.tlog", "flight.toml", "events.jsonl", "aircraft.toml"])
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes")
+def test_a_pipe_in_a_flight_folder_is_refused(
+    make: Callable[..., MainWindow], qtbot: QtBot, tmp_path: Path, name: str
+) -> None:
+    folder = FlightFolder.create(tmp_path / "flight", FlightInfo(name="x")).path
+    (folder / name).unlink(missing_ok=True)
+    os.mkfifo(folder / name)
+    window = make()
+    assert longest_gap(qtbot, lambda: window.desk.starter.open_flight(folder)) < _LONGEST
+    until(qtbot, lambda: window.faults.last is not None)
+    assert name in window.faults.last.sentence
+    assert not window.desk.is_open
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes")
+def test_opening_what_never_answers_can_be_cancelled(
+    make: Callable[..., MainWindow], qtbot: QtBot, tmp_path: Path
+) -> None:
+    os.mkfifo(tmp_path / "endless.csv")
+    window = make()
+    starter = window.desk.starter
+    cancelled: list[bool] = []
+    starter.working.connect(
+        lambda work, _done: work.cancelled.connect(lambda: cancelled.append(True))
+    )
+    gap = longest_gap(qtbot, lambda: starter.open_flight(tmp_path / "endless.csv"))
+    assert gap < _LONGEST
+    starter.cancel()
+    until(qtbot, lambda: bool(cancelled), 4000)
+    # Another flight opens meanwhile.
+    block = Block(channels=("alpha",), times=np.arange(100) / 50.0, values=np.zeros((100, 1)))
+    starter.open_flight(write_flight_csv(tmp_path / "good.csv", block, "us"))
+    until(qtbot, lambda: window.desk.is_open)
+    assert window.desk.name == "good"
+
+
+def test_a_flight_on_a_stuck_disk_leaves_the_window_alive(
+    make: Callable[..., MainWindow], qtbot: QtBot, stuck: Path
+) -> None:
+    window = make()
+    assert longest_gap(qtbot, lambda: window.desk.starter.open_flight(stuck / "f")) < _LONGEST
+
+
+@pytest.mark.parametrize(
+    "command", ["connect", "virtual", "open_file", "open_folder", "place_gap", "place_preflight"]
+)
+def test_what_is_remembered_of_a_stuck_disk_leaves_the_window_alive(
+    make: Callable[..., MainWindow], qtbot: QtBot, stuck: Path, command: str
+) -> None:
+    lost = {
+        "flights": str(stuck / "flights"),
+        "folder": str(stuck / "folder"),
+        "aircraft": str(stuck / "mine.toml"),
+        "calibration": str(stuck / "mine"),
+        "gap_flights": (str(stuck / "a"), str(stuck / "b")),
+        "gap_aircraft": str(stuck / "mine.toml"),
+    }
+    first = make()  # what is imported and drawn for the first time takes as long as it takes
+    longest_gap(qtbot, first.commands.actions[command].trigger)
+    window = make(**lost)
+    gap = longest_gap(qtbot, window.commands.actions[command].trigger, 1000)
+    assert gap < 2 * _LONGEST
+
+
+def test_a_flight_begins_in_the_usual_folder_where_the_other_is_stuck(
+    make: Callable[..., MainWindow],
+    stuck: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("ui.settings.flights_path", lambda: tmp_path / "usual")
+    window = make(flights=str(stuck / "flights"))
+    said: list[tuple[str, str]] = []
+    window.desk.said.connect(lambda *words: said.append(words))
+    assert window.desk.starter.next_folder().parent == tmp_path / "usual"
+    assert said[0][0] == "caution"
+    assert window.store.current.flights == str(stuck / "flights")
+
+
+def test_a_folder_of_many_files_and_a_long_table_leave_the_window_alive(
+    make: Callable[..., MainWindow], qtbot: QtBot, tmp_path: Path
+) -> None:
+    crowded = tmp_path / "crowded"
+    crowded.mkdir()
+    for number in range(20_000):
+        (crowded / f"{number}.csv").touch()
+    window = make()
+    gap = longest_gap(qtbot, lambda: window.desk.starter.open_flight(crowded))
+    until(qtbot, lambda: window.faults.last is not None)
+    assert isinstance(window.faults.last.details, str)
+    assert gap < _LONGEST
+
+
+def test_a_folder_of_its_own_says_what_is_wrong(tmp_path: Path) -> None:
+    if not hasattr(os, "mkfifo"):
+        pytest.skip("no pipes")
+    folder = FlightFolder.create(tmp_path / "flight", FlightInfo(name="x"))
+    folder.info_file.unlink()
+    os.mkfifo(folder.info_file)
+    with pytest.raises(FlightError, match=r"flight\.toml"):
+        FlightFolder.open(folder.path)
