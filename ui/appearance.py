@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QApplication
@@ -38,6 +39,7 @@ class Appearance(QObject):
         """Return what each command does."""
         return {
             "next_theme": self.next_theme,
+            **{f"theme_{name}": partial(self._look.set_theme, name) for name in THEMES},
             "units": self.other_units,
             "larger": lambda: self.step_scale(1),
             "smaller": lambda: self.step_scale(-1),

@@ -11,6 +11,7 @@ from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
 
 from ui.strips.keys import KEY_ACTIONS
+from ui.theme import THEMES, theme_title
 
 Need = Literal[
     "nothing",
@@ -407,6 +408,7 @@ COMMANDS: tuple[Command, ...] = (
     _command("File", "stop_recording", "Stop recording…", "Ctrl+Shift+R", needs="recorder"),
     _command("File", "end_flight", "End flight and review", "Ctrl+Alt+E", needs="recorder"),
     _command("File", "close_flight", "Close the flight", "Ctrl+W", needs="flight"),
+    _command("File", "settings", "Settings…", "Ctrl+,", rule=True),
     _command("File", "quit", "Quit", "Ctrl+Q", rule=True),
     _command("View", "place_preflight", "Preflight", "F1"),
     _command("View", "place_flight", "Flight", "F2"),
@@ -416,6 +418,7 @@ COMMANDS: tuple[Command, ...] = (
     _command("View", "full_screen", "Full screen", *FULL_SCREEN_KEYS, rule=True),
     _command("View", "side_panel", "Side panel", "F9", needs="charts"),
     _command("View", "next_theme", "Next theme", "Ctrl+T", rule=True),
+    *(_command("View", f"theme_{name}", f"{theme_title(name)} theme") for name in THEMES),
     _command("View", "units", "US or SI units", "Ctrl+U"),
     _command("View", "larger", "Larger", "Ctrl++", "Ctrl+="),
     _command("View", "smaller", "Smaller", "Ctrl+-"),
@@ -512,6 +515,7 @@ COMMANDS: tuple[Command, ...] = (
     ),
     _command("Model gap", "gap_save", "Save the revised model…", "Ctrl+S", needs="gap", rule=True),
     _command("Model gap", "gap_report", "Write the report…", "Ctrl+P", needs="gap_idle"),
+    _command("Help", "guide", "User guide", "Ctrl+F1"),
     _command("Help", "keys", "All keys", "?", "Shift+F1"),
     _command("Help", "copy_details", "Copy the details of the last error", "Ctrl+Shift+C"),
     _command("Help", "dismiss", "Close the newest banner", "Ctrl+D"),
@@ -519,8 +523,26 @@ COMMANDS: tuple[Command, ...] = (
 )
 """All commands, in the order of the menus."""
 
-CHECKED = frozenset({"full_screen", "side_panel", "mute", "pilot_window", "pilot_speak"})
+CHECKED = frozenset(
+    {"full_screen", "side_panel", "mute", "pilot_window", "pilot_speak"}
+    | {f"theme_{name}" for name in THEMES}
+)
 """Commands that are on or off; the menu shows which."""
+
+
+_REASONS: Mapping[str, str] = {
+    "flight": "Open a flight first",
+    "replay": "Open a recorded flight first",
+    "recorder": "No recording is running",
+    "charts": "Open a flight on the Flight page first",
+    "change": "Nothing to undo",
+    "preflight_future": "Nothing to redo",
+    "review_future": "Nothing to redo",
+    "gap_future": "Nothing to redo",
+    "search": "No search is running",
+    "review_busy": "No estimate is running",
+}
+"""Why a command is gray; of others the page is named on which they work."""
 
 
 def key_text(keys: str) -> str:
@@ -580,12 +602,17 @@ class CommandSet:
             if command.rule and not menus[place].isEmpty():
                 menus[place].addSeparator()
             menus[place].addAction(self.actions[command.id])
+        for menu in menus.values():
+            menu.setToolTipsVisible(True)
 
     def enable(self, present: Iterable[Need]) -> None:
-        """Gray what has nothing to act on; `present` says what is there."""
+        """Gray what has nothing to act on, and say why; `present` says what is there."""
         there = {"nothing", *present}
         for command in self.commands:
-            self.actions[command.id].setEnabled(command.needs in there)
+            action, is_enabled = self.actions[command.id], command.needs in there
+            action.setEnabled(is_enabled)
+            why = _REASONS.get(command.needs, f"Not available now; see the {command.menu} page")
+            action.setToolTip("" if is_enabled else why)
 
     def check(self, command_id: str, on: bool) -> None:
         """Show a command as on or off without running it."""

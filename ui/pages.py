@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QFont, QFontMetricsF, QPainter, QPaintEvent, QResizeEvent
@@ -20,11 +21,15 @@ from PySide6.QtWidgets import (
 )
 
 from ui.commands import key_text
+from ui.disk_checks import path_kind
 from ui.glyphs import paint_glyph
 from ui.layouts import FlowLayout
 from ui.look import Look
+from ui.settings import RecentFlight
+from ui.words import clock_text
 
 _LINKS_OFFERED = 3
+_FLIGHTS_OFFERED = 5
 _TRAIN = "Ctrl+Shift+T"
 
 
@@ -224,10 +229,14 @@ class StartPage(CenteredPage):
         Id of the command.
     link_chosen : Signal(str)
         A LINK used before.
+    flight_chosen, flight_removed : Signal(str)
+        Path of a flight that was open before, to open it again or to forget it.
     """
 
     chosen = Signal(str)
     link_chosen = Signal(str)
+    flight_chosen = Signal(str)
+    flight_removed = Signal(str)
 
     def __init__(self, look: Look) -> None:
         super().__init__(look, 816)
@@ -258,6 +267,13 @@ class StartPage(CenteredPage):
         self.column.addWidget(self._links_holder)
         self._links_holder.hide()
         self.column.addSpacing(8)
+        self._flights_holder = QWidget()
+        self._flights = QGridLayout(self._flights_holder)
+        self._flights.setContentsMargins(0, 0, 0, 0)
+        self._flights.setColumnStretch(0, 1)
+        self.column.addWidget(self._flights_holder)
+        self._flights_holder.hide()
+        self.column.addSpacing(8)
         self._foot = label(
             f"All keys: ?   ·   Larger: {key_text('Ctrl++')}   ·   Theme: {key_text('Ctrl+T')}",
             "hint",
@@ -277,6 +293,39 @@ class StartPage(CenteredPage):
             button.clicked.connect(lambda _checked=False, text=link: self.link_chosen.emit(text))
             self._links.addWidget(button)
         self._links_holder.setVisible(bool(links))
+
+    def show_flights(self, flights: Sequence[RecentFlight]) -> None:
+        """List the flights opened last; those that are gone can only be removed."""
+        while (item := self._flights.takeAt(0)) is not None:
+            item.widget().hide()
+            item.widget().deleteLater()
+        self._flights_holder.setVisible(bool(flights))
+        if not flights:
+            return
+        self._flights.addWidget(label("Recent flights", "heading"), 0, 0, 1, 2)
+        for row, flight in enumerate(flights[:_FLIGHTS_OFFERED], start=1):
+            is_gone = path_kind(flight.path) == "missing"
+            duration = clock_text(flight.duration) if flight.duration else ""
+            facts = "not found" if is_gone else " · ".join(
+                filter(None, (flight.date, duration, flight.aircraft))
+            )  # fmt: skip
+            name = flight.name or Path(flight.path).name
+            button = QPushButton("   ".join(filter(None, (name, facts))).replace("&", "&&"))
+            button.setStyleSheet("text-align: left")
+            button.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+            button.setAccessibleName(f"Open {name}, {facts}")
+            button.setEnabled(not is_gone)
+            button.setToolTip(f"{flight.path} not found" if is_gone else flight.path)
+            remove = QPushButton("Remove")
+            remove.setProperty("role", "quiet")
+            remove.setAccessibleName(f"Remove {name} from this list")
+            remove.setToolTip("Remove from this list; the files stay")
+            for control, signal in ((button, self.flight_chosen), (remove, self.flight_removed)):
+                control.clicked.connect(
+                    lambda _checked=False, signal=signal, path=flight.path: signal.emit(path)
+                )
+            self._flights.addWidget(button, row, 0)
+            self._flights.addWidget(remove, row, 1)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Flatten the cards where the window is narrow."""

@@ -26,6 +26,28 @@ _CATALOG = "campaign.sqlite"
 log = logging.getLogger(__name__)
 
 
+class RecentFlight(StrictModel):
+    """A flight that was open.
+
+    Attributes
+    ----------
+    path : str
+        Its folder or file.
+    name, aircraft : str
+        As shown while it was open.
+    date : str
+        When it was recorded, local time.
+    duration : float
+        Of the record, s; 0 until the flight was closed.
+    """
+
+    path: str
+    name: str = ""
+    aircraft: str = ""
+    date: str = ""
+    duration: float = Field(default=0.0, ge=0.0)
+
+
 class Settings(StrictModel):
     """Everything that is kept from one start to the next.
 
@@ -47,6 +69,8 @@ class Settings(StrictModel):
         Place and size of the window, as Qt writes it, in hexadecimal.
     links : tuple of str
         LINK texts used last, newest first.
+    recent_flights : tuple of RecentFlight
+        Flights opened last, newest first.
     folder : str
         Where a flight was opened last.
     flights : str
@@ -89,6 +113,7 @@ class Settings(StrictModel):
     panel_width: int = Field(default=0, ge=0)
     geometry: str = Field(default="", pattern="^[0-9a-f]*$")
     links: tuple[str, ...] = ()
+    recent_flights: tuple[RecentFlight, ...] = ()
     folder: str = ""
     flights: str = ""
     aircraft: str = "b777"
@@ -118,6 +143,12 @@ class Settings(StrictModel):
         """Return the settings with that link as the newest."""
         others = tuple(known for known in self.links if known != link)
         return self.changed(links=(link, *others)[:_REMEMBERED])
+
+    def with_flight(self, flight: RecentFlight) -> Settings:
+        """Return the settings with that flight as the newest."""
+        others = tuple(known for known in self.recent_flights if known.path != flight.path)
+        flights = (flight, *others)[:_REMEMBERED]
+        return self.changed(recent_flights=[one.model_dump() for one in flights])
 
     def changed(self, **values: object) -> Settings:
         """Return a copy with other values, checked."""

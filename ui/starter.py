@@ -216,7 +216,7 @@ class FlightStarter(QObject):
             )
         )
 
-    def next_folder(self, kind: str = "flight") -> Path:
+    def next_folder(self, kind: str = "") -> Path:
         """Return the folder of the next flight of the day.
 
         It lies in the usual folder, and that is said, where the one of the settings is not

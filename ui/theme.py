@@ -260,3 +260,8 @@ THEMES: Mapping[str, Theme] = MappingProxyType(
     {theme.name: theme for theme in (DAYLIGHT, DARK, HIGH_CONTRAST)}
 )
 """The themes by name."""
+
+
+def theme_title(name: str) -> str:
+    """Return what a theme is called on screen."""
+    return name.replace("-", " ").capitalize()

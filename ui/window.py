@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QMainWindow,
     QMenu,
-    QMessageBox,
     QStackedWidget,
     QVBoxLayout,
     QWidget,
@@ -22,10 +21,14 @@ from PySide6.QtWidgets import (
 
 from gsapp.session.limit_book import LimitBook
 from ui.appearance import Appearance
+from ui.choices import connect_choices
 from ui.commands import CommandSet, Need
 from ui.desk import Desk
+from ui.dialogs.about import AboutDialog, about_lines
+from ui.dialogs.guide import GuideWindow, guide_folder
 from ui.dialogs.keys import KeysDialog
 from ui.dialogs.link import LinkDialog
+from ui.dialogs.settings import SettingsDialog
 from ui.dialogs.small import ask_closing
 from ui.faults import Fault, FaultDesk
 from ui.flight.controls import ActionButton
@@ -34,7 +37,7 @@ from ui.flight.layout_store import LayoutStore
 from ui.flight.link_lines import vehicle_words
 from ui.flight.place import FlightPlace
 from ui.flight.view import FlightView
-from ui.frame.banners import BannerStack
+from ui.frame.banners import Banner, BannerStack
 from ui.frame.bar_view import Bar
 from ui.frame.drops import FileDrops
 from ui.frame.rail import Rail
@@ -46,18 +49,15 @@ from ui.pages import StartPage
 from ui.pilot.place import PilotPlace
 from ui.places import PLACES
 from ui.preflight.place import PreflightPlace
+from ui.recent_flights import RecentFlights
 from ui.review.place import ReviewPlace
 from ui.settings import SettingsStore, layouts_path, limits_path
+from ui.theme import THEMES, theme_title
 from ui.voice.voice import Voice
 
 log = logging.getLogger(__name__)
 
 _FIRST_SIZE = QSize(1280, 800)
-_ABOUT = (
-    "Ground station for flight-testing remotely piloted research aircraft.\n\n"
-    "Records every byte, draws it live and replays it; calibrates, watches over the maneuvers, "
-    "estimates derivatives, and finds what the model lacks."
-)
 
 
 class MainWindow(QMainWindow):
@@ -93,6 +93,7 @@ class MainWindow(QMainWindow):
         self.commands = CommandSet(self)
         self.banners = BannerStack(self.look)
         self.desk = Desk(faults, store, self)
+        self.recent_flights = RecentFlights(self.desk, store)
         layouts = LayoutStore(layouts_path(store.path))
         self.view = FlightView(self.commands.actions, self.look, store, layouts)
         self.flight_place = FlightPlace(StartPage(self.look), self.view)
@@ -114,6 +115,8 @@ class MainWindow(QMainWindow):
         self.places = QStackedWidget()
         self._place_ids = [place.id for place in PLACES]
         self._asks = True
+        self._theme = ""
+        self._theme_banner: Banner | None = None
         built: dict[str, QWidget] = {
             "preflight": self.preflight,
             "flight": self.flight_place,
@@ -173,10 +176,17 @@ class MainWindow(QMainWindow):
         actions = commands.actions
         self.rail.chosen.connect(lambda name: actions[f"place_{name}"].trigger())
         self.flight_place.start.chosen.connect(lambda name: actions[name].trigger())
-        self.flight_place.start.link_chosen.connect(self.desk.starter.connect_link)
+        start = self.flight_place.start
+        start.link_chosen.connect(self.desk.starter.connect_link)
+        start.flight_chosen.connect(lambda path: self.opening.open_path(Path(path)))
+        start.flight_removed.connect(self._forget_flight)
         self.bar.pressed.connect(self._bar_pressed)
         self.faults.raised.connect(self._show_fault)
         self.look.changed.connect(self._fit)
+        self.look.changed.connect(self._show_theme)
+        for name in THEMES:
+            actions[f"theme_{name}"].triggered.connect(self._show_theme)
+        self._show_theme()
         self.desk.changed.connect(self._flight_changed)
         self.desk.leaving.connect(self.view.marks.view.finish_edit)
         self.view.wanted.connect(lambda: self.show_place("flight"))
@@ -211,7 +221,9 @@ class MainWindow(QMainWindow):
             "copy_details": self.copy_details,
             "undo": self.undo,
             "dismiss": self.banners.dismiss,
-            "about": lambda: QMessageBox.about(self, "Ground station", _ABOUT),
+            "about": lambda: AboutDialog(self.look, about_lines(self.store), self).exec(),
+            "guide": self.show_guide,
+            "settings": self.edit_settings,
             "quit": self.close,
         }
 
@@ -291,12 +303,48 @@ class MainWindow(QMainWindow):
             self.desk.told.connect(dialog.refresh)
             dialog.exec()
 
+    # Settings and help
+
+    def edit_settings(self) -> None:
+        """Ask for what is remembered, and put it in force."""
+        dialog = SettingsDialog(self.store.current, self.look, connect_choices(), self)
+        if not dialog.exec():
+            return
+        values = dialog.values
+        if values.pop("muted") != self.store.current.muted:
+            self.commands.actions["mute"].trigger()
+        self.look.set_theme(str(values.pop("theme")))
+        self.look.set_scale(int(str(values.pop("scale"))))
+        self.look.set_units(str(values.pop("units")))
+        self.store.change(**values)
+
+    def show_guide(self) -> None:
+        """Open the user guide in a window of its own."""
+        folder = guide_folder()
+        if folder is None:
+            self.banners.show_banner("caution", "The user guide is not installed.")
+            return
+        GuideWindow(self.look, folder, self).show()
+
+    def _show_theme(self) -> None:
+        """Check the theme in the menu, and name one that a key has chosen."""
+        for name in THEMES:
+            self.commands.check(f"theme_{name}", name == self.look.theme.name)
+        if self._theme not in ("", self.look.theme.name):
+            for banner in [one for one in self.banners.banners if one is self._theme_banner]:
+                self.banners.remove(banner)
+            words = f"{theme_title(self.look.theme.name)} theme."
+            self._theme_banner = self.banners.show_banner("note", words)
+        self._theme = self.look.theme.name
+
     # What happens
 
     def _flight_changed(self) -> None:
         """Another flight is open, or none."""
         self.flight_place.show_flight(self.desk.is_open)
         self.flight_place.start.show_links(self.store.current.links)
+        if not self.desk.is_open:
+            self.flight_place.start.show_flights(self.store.current.recent_flights)
         self.view.show_history(self.desk.history)
         path = self.desk.session.path if self.desk.session is not None else None
         self.gap.show_open(path)
@@ -305,6 +353,10 @@ class MainWindow(QMainWindow):
         name = self.desk.name
         self.setWindowTitle(f"{name} – Ground station" if name else "Ground station")
         self._refresh()
+
+    def _forget_flight(self, path: str) -> None:
+        self.recent_flights.remove(path)
+        self.flight_place.start.show_flights(self.store.current.recent_flights)
 
     def _refresh(self) -> None:
         """Show what the session says now, beside the samples."""

@@ -53,12 +53,12 @@ def connect(window: MainWindow, title: str = "", parent: Path | None = None) -> 
 def test_a_title_names_one_flight_and_no_folder(window: MainWindow, qtbot: QtBot) -> None:
     first = connect(window, "Maiden flight")
     until(qtbot, lambda: window.desk.is_open)
-    assert first.name.endswith("flight A")
+    assert first.name.endswith("-a")
     assert FlightFolder(path=first).name == window.desk.name == "Maiden flight"
     window.desk.stop_now()
     second = connect(window)
     until(qtbot, lambda: window.desk.is_open and window.desk.session.path == second)
-    assert second.name.endswith("flight B")
+    assert second.name.endswith("-b")
     assert window.desk.name == second.name
 
 

@@ -376,11 +376,11 @@ def test_a_folder_that_cannot_be_written_gives_way_to_the_usual_one(
 
 def test_flight_folders_get_the_next_free_name_and_a_verdict(tmp_path: Path) -> None:
     day = date(2026, 5, 12)
-    assert next_flight_name(tmp_path, day) == "2026-05-12 flight A"
-    (tmp_path / "2026-05-12 flight A").mkdir()
-    assert next_flight_name(tmp_path, day) == "2026-05-12 flight B"
+    assert next_flight_name(tmp_path, day) == "2026-05-12-a"
+    (tmp_path / "2026-05-12-a").mkdir()
+    assert next_flight_name(tmp_path, day) == "2026-05-12-b"
     assert check_folder(str(tmp_path), "new").state == "good"
-    assert check_folder(str(tmp_path), "2026-05-12 flight A").state == "caution"
+    assert check_folder(str(tmp_path), "2026-05-12-a").state == "caution"
     assert not check_folder(str(tmp_path), " ").usable
     assert not check_folder("", "x").usable
     assert file_name('a/b:c"') == "a-b-c-"

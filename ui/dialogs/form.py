@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from pathlib import Path
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QEvent, QObject, Qt, Signal
 from PySide6.QtGui import QIntValidator, QShowEvent
 from PySide6.QtWidgets import (
     QDialog,
@@ -107,6 +107,11 @@ class PathField(QWidget):
         row.addWidget(button)
         self.setFocusProxy(self.edit)
 
+    @property
+    def path(self) -> Path:
+        """Return what stands there."""
+        return Path(self.edit.text().strip()).expanduser()
+
     def _choose(self) -> None:
         start = self.edit.text() or str(Path.home())
         if self._folder:
@@ -182,6 +187,7 @@ class FormDialog(PassingDialog):
         row.setContentsMargins(look.px(24), look.px(12), look.px(24), look.px(12))
         self.buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
         self.button = self.buttons.addButton(does, QDialogButtonBox.ButtonRole.AcceptRole)
+        self.button.installEventFilter(self)
         self.buttons.accepted.connect(self.accept)
         self.buttons.rejected.connect(self.reject)
         row.addWidget(self.buttons)
@@ -218,6 +224,17 @@ class FormDialog(PassingDialog):
         chain = self.tab_chain()
         if chain and not self._body.isAncestorOf(self.focusWidget() or self):
             chain[0].setFocus(Qt.FocusReason.TabFocusReason)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Say over the button why it cannot be pressed: what the fields complain of."""
+        if watched is self.button and event.type() == QEvent.Type.ToolTip:
+            complaints = [
+                sentence.text()
+                for sentence in self._body.findChildren(Sentence)
+                if sentence.isVisible() and sentence.property("state") == "warning"
+            ]
+            self.button.setToolTip("" if self.button.isEnabled() else "\n".join(complaints))
+        return super().eventFilter(watched, event)
 
     def focusNextPrevChild(self, forward: bool) -> bool:
         """Let Tab go as one reads; what was hidden until now has its place only now."""

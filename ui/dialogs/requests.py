@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from datetime import date
 from itertools import product
 from pathlib import Path
-from string import ascii_uppercase
+from string import ascii_lowercase
 from typing import Literal
 
 from gsapp.foundation import GroundStationError
@@ -177,12 +177,13 @@ def check_link(text: str, parse: Callable[[str], object], ports: Iterable[str]) 
     return Verdict(sentence=sentences.get(kind, "A recorded flight."), state="good")
 
 
-def next_flight_name(parent: Path, today: date, kind: str = "flight") -> str:
-    """Return ``2026-05-12 flight C``: the first of the day that is not a folder yet."""
+def next_flight_name(parent: Path, today: date, kind: str = "") -> str:
+    """Return ``2026-05-12-c``, or ``2026-05-12-training-c``: the first that is not there yet."""
     letters = (
-        "".join(word) for size in (1, 2, 3) for word in product(ascii_uppercase, repeat=size)
+        "".join(word) for size in (1, 2, 3) for word in product(ascii_lowercase, repeat=size)
     )
-    names = (f"{today.isoformat()} {kind} {letter}" for letter in letters)
+    first = f"{today.isoformat()}-{kind}" if kind else today.isoformat()
+    names = (f"{first}-{letter}" for letter in letters)
     return next(name for name in names if path_kind(parent / name) in ("missing", "stuck"))
 
 

@@ -1,0 +1,195 @@
+"""Settings, About, user guide, themes by name, and the flights opened last."""
+
+from __future__ import annotations
+
+import platform
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QEvent, QPoint
+from PySide6.QtGui import QGuiApplication, QHelpEvent, QImage
+from PySide6.QtWidgets import QApplication, QPushButton
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from window_kit import answer_dialog, open_window, until, write_flight
+
+import ui.window
+from ui.dialogs.about import AboutDialog
+from ui.dialogs.guide import GuideWindow, guide_folder, guide_pages
+from ui.dialogs.settings import SettingsDialog
+from ui.dialogs.small import GoToDialog
+from ui.look import Look
+from ui.settings import Settings, SettingsStore
+from ui.theme import THEMES, contrast
+from ui.window import MainWindow
+
+
+@pytest.fixture
+def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[MainWindow]:
+    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
+    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+    made = open_window(tmp_path)
+    qtbot.addWidget(made)
+    made.activateWindow()
+    until(qtbot, lambda: QApplication.activeWindow() is made)
+    yield made
+    made.desk.close()
+
+
+def test_settings_are_put_in_force_and_kept(window: MainWindow, tmp_path: Path) -> None:
+    def answer(dialog: SettingsDialog) -> None:
+        assert dialog.flights.path == tmp_path / "flights"
+        for box, value in ((dialog.theme, "dark"), (dialog.scale, 125), (dialog.units, "SI")):
+            box.setCurrentIndex(box.findData(value))
+        dialog.sound.setChecked(True)
+        dialog.flights.edit.setText(str(tmp_path / "other"))
+        dialog.accept()
+
+    answer_dialog(SettingsDialog, answer)
+    window.commands.actions["settings"].trigger()
+    assert (window.look.theme.name, window.look.scale, window.look.units) == ("dark", 125, "SI")
+    kept = SettingsStore(window.store.path).current
+    assert (kept.theme, kept.scale, kept.units, kept.muted) == ("dark", 125, "SI", False)
+    assert kept.flights == str(tmp_path / "other")
+    assert window.commands.actions["theme_dark"].isChecked()
+
+
+def test_defaults_come_back_once_saved(window: MainWindow) -> None:
+    window.store.change(links=("udpin:127.0.0.1:14550",))
+    window.look.set_theme("dark")
+
+    def answer(dialog: SettingsDialog) -> None:
+        next(one for one in dialog.buttons.buttons() if "Restore" in one.text()).click()
+        assert window.look.theme.name == "dark"
+        dialog.accept()
+
+    answer_dialog(SettingsDialog, answer)
+    window.commands.actions["settings"].trigger()
+    usual, kept = Settings(), window.store.current
+    for name in ("theme", "scale", "units", "muted", "flights", "aircraft", "calibration"):
+        assert getattr(kept, name) == getattr(usual, name), name
+    assert kept.links == ("udpin:127.0.0.1:14550",)
+
+
+def test_a_theme_is_named_and_checked(window: MainWindow) -> None:
+    actions = window.commands.actions
+    for name in (*list(THEMES)[1:], "daylight"):
+        actions["next_theme"].trigger()
+        assert window.look.theme.name == name
+        assert [one for one in THEMES if actions[f"theme_{one}"].isChecked()] == [name]
+        texts = [banner.label.text().lower().replace(" ", "-") for banner in window.banners.banners]
+        assert len(texts) == 1
+        assert texts[0].startswith(name)
+    actions["theme_daylight"].trigger()
+    assert actions["theme_daylight"].isChecked()
+    actions["theme_high-contrast"].trigger()
+    assert window.look.theme.name == "high-contrast"
+
+
+def test_about_is_copied_whole(window: MainWindow) -> None:
+    def answer(dialog: AboutDialog) -> None:
+        dialog.copy.click()
+
+    answer_dialog(AboutDialog, answer)
+    window.commands.actions["about"].trigger()
+    copied = QGuiApplication.clipboard().text()
+    for fact in (platform.python_version(), "Qt: 6", str(window.store.path), "window.log"):
+        assert fact in copied
+
+
+def test_every_page_of_the_guide_opens_without_a_network(window: MainWindow) -> None:
+    folder = guide_folder()
+    assert folder is not None
+    window.commands.actions["guide"].trigger()
+    (guide,) = window.findChildren(GuideWindow)
+    assert guide.isVisible()
+    assert guide.pages.count() == len(guide_pages(folder)) == len(list(folder.glob("*.md")))
+    for row in range(guide.pages.count()):
+        guide.pages.setCurrentRow(row)
+        assert len(guide.browser.toPlainText()) > 500
+    guide.close()
+
+
+def test_flights_opened_last_are_offered_and_those_gone_can_be_removed(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    path = write_flight(tmp_path)
+    window.desk.starter.open_flight(path, playing=False)
+    until(qtbot, lambda: window.desk.is_loaded)
+    until(qtbot, lambda: window.store.current.recent_flights[0].date != "")
+    window.desk.close_flight()
+    (kept,) = SettingsStore(window.store.path).current.recent_flights
+    assert kept.path == str(path)
+    assert kept.duration == pytest.approx(19.98)
+    start = window.flight_place.start
+
+    def button(words: str) -> QPushButton:
+        found = [one for one in start.findChildren(QPushButton) if one.isVisible()]
+        (one,) = (one for one in found if one.accessibleName().startswith(words))
+        return one
+
+    until(qtbot, lambda: start.findChildren(QPushButton)[-1].isVisible())
+    assert "00:19" in button("Open small").text()
+    button("Open small").click()
+    until(qtbot, lambda: window.desk.is_open)
+    path.unlink()
+    window.desk.close_flight()
+    until(qtbot, lambda: start.findChildren(QPushButton)[-1].isVisible())
+    assert not button("Open small").isEnabled()
+    assert str(path) in button("Open small").toolTip()
+    button("Remove small").click()
+    assert not window.store.current.recent_flights
+
+
+def test_a_gray_command_says_why(window: MainWindow) -> None:
+    for name, action in window.commands.actions.items():
+        assert action.isEnabled() or action.toolTip() != action.text(), name
+    assert "flight" in window.commands.actions["export"].toolTip()
+
+
+def test_a_gray_button_of_a_dialog_says_why(qtbot: QtBot) -> None:
+    dialog = GoToDialog(Look(), 0.0, 60.0, 10.0)
+    qtbot.addWidget(dialog)
+    dialog.show()
+    dialog.edit.setText("soon")
+    assert not dialog.button.isEnabled()
+    place = QPoint(2, 2)
+    QApplication.sendEvent(dialog.button, QHelpEvent(QEvent.Type.ToolTip, place, place))
+    assert dialog.button.toolTip() == dialog.sentence.text()
+
+
+def text_contrast(image: QImage) -> float:
+    """Return the contrast of the words on a button against its middle ground."""
+    ground = image.pixelColor(8, image.height() // 2).name()
+    rows = range(6, image.height() - 6)
+    return max(
+        contrast(image.pixelColor(x, y).name(), ground)
+        for x in range(8, image.width() - 8)
+        for y in rows
+    )
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_a_gray_button_looks_other_than_one_that_can_be_pressed(
+    window: MainWindow, qtbot: QtBot, theme: str
+) -> None:
+    window.look.set_theme(theme)
+    for role in ("", "primary", "quiet"):
+        holder = QPushButton("Open", window)
+        holder.setProperty("role", role)
+        holder.show()
+        pixels = []
+        for is_enabled in (True, False):
+            holder.setEnabled(is_enabled)
+            qtbot.wait(1)
+            image = QImage(holder.size(), QImage.Format.Format_RGB32)
+            image.fill(window.look.color("panel"))
+            holder.render(image)
+            pixels.append(image)
+        strongest = [text_contrast(image) for image in pixels]
+        assert strongest[1] < 0.6 * strongest[0], role
+        holder.deleteLater()

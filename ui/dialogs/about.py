@@ -1,0 +1,80 @@
+"""What this program is: versions, license, and where it keeps its files."""
+
+from __future__ import annotations
+
+import platform
+import sys
+from importlib.metadata import PackageNotFoundError, metadata
+
+from PySide6.QtCore import Qt, __version__, qVersion
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QDialogButtonBox, QVBoxLayout, QWidget
+
+from ui.dialogs.form import PassingDialog
+from ui.look import Look
+from ui.pages import label
+from ui.settings import SettingsStore, log_path, recording_folder
+
+_PACKAGE = "gsapp-ground-station"
+_LICENSE = "BSD-3-Clause"
+_PURPOSE = (
+    "Ground station for flight-testing remotely piloted research aircraft: records, shows and "
+    "replays flights, calibrates sensors, estimates derivatives and finds missing model effects."
+)
+
+
+def about_lines(store: SettingsStore) -> tuple[tuple[str, str], ...]:
+    """Return what a report of a problem needs, as name and value."""
+    try:
+        found = metadata(_PACKAGE)
+        version, terms = found["Version"], found.get("License-Expression") or _LICENSE
+    except PackageNotFoundError:
+        version, terms = "not installed", _LICENSE
+    return (
+        ("Version", version),
+        ("Python", f"{platform.python_version()} ({sys.executable})"),
+        ("Qt", f"{qVersion()} (PySide6 {__version__})"),
+        ("System", platform.platform()),
+        ("License", f"{terms}. Qt, PySide6 and pymavlink: LGPL."),
+        ("Settings", str(store.path)),
+        ("Log", str(log_path())),
+        ("Flights", str(recording_folder(store.current))),
+    )
+
+
+class AboutDialog(PassingDialog):
+    """Shows it, and copies it for a report.
+
+    Parameters
+    ----------
+    look : Look
+        Sizes.
+    lines : sequence of (str, str)
+        See `about_lines`.
+    """
+
+    def __init__(
+        self, look: Look, lines: tuple[tuple[str, str], ...], parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("About")
+        column = QVBoxLayout(self)
+        column.setContentsMargins(*[look.px(24)] * 4)
+        column.setSpacing(look.px(12))
+        column.addWidget(label("Ground station", "title"))
+        column.addWidget(label(_PURPOSE, "muted", wrap=True))
+        self.text = "\n".join(f"{name}: {value}" for name, value in lines)
+        shown = label(self.text, wrap=True)
+        shown.setTextFormat(Qt.TextFormat.PlainText)
+        shown.setAccessibleName("Versions and folders")
+        shown.setTextInteractionFlags(
+            Qt.TextInteractionFlag.TextSelectableByMouse
+            | Qt.TextInteractionFlag.TextSelectableByKeyboard
+        )
+        column.addWidget(shown)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        self.copy = buttons.addButton("Copy", QDialogButtonBox.ButtonRole.ActionRole)
+        self.copy.clicked.connect(lambda: QGuiApplication.clipboard().setText(self.text))
+        buttons.rejected.connect(self.reject)
+        column.addWidget(buttons)
+        self.resize(look.px(560), look.px(320))

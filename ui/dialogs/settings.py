@@ -1,0 +1,105 @@
+"""All that the program remembers of the user's choices, in one dialog."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from PySide6.QtWidgets import QCheckBox, QComboBox, QDialogButtonBox, QWidget
+
+from ui.dialogs.connect import ConnectChoices
+from ui.dialogs.fields import ShippedField
+from ui.dialogs.form import FormDialog, PathField, Sentence
+from ui.look import SCALES, Look
+from ui.settings import Settings, recording_folder, why_not_writable
+from ui.theme import THEMES, theme_title
+
+_UNITS = (("US", "US customary (ft, lb, °F)"), ("SI", "SI (m, kg, °C)"))
+
+
+class SettingsDialog(FormDialog):
+    """Asks for look, units, sound, and what a new flight begins with.
+
+    Parameters
+    ----------
+    settings : Settings
+        Those in force.
+    choices : ConnectChoices
+        Files that come with the program.
+    """
+
+    def __init__(
+        self, settings: Settings, look: Look, choices: ConnectChoices, parent: QWidget | None = None
+    ) -> None:
+        super().__init__("Settings", "Remembered from one start to the next.", "Save", look, parent)
+        self.theme = self._choice([(name, theme_title(name)) for name in THEMES])
+        self.add_row("Theme", self.theme)
+        self.scale = self._choice([(percent, f"{percent} %") for percent in SCALES])
+        self.add_row("Scale", self.scale)
+        self.units = self._choice(_UNITS)
+        self.add_row("Units", self.units)
+        self.sound = QCheckBox("Play alarms and callouts")
+        self.add_row("Sound", self.sound)
+        self.flights = PathField("Flights folder", look)
+        self.sentence = Sentence()
+        self.add_row("Flights folder", self.flights, self.sentence)
+        self.aircraft = ShippedField("Aircraft", choices.aircraft, settings.aircraft)
+        self.add_row("Aircraft", self.aircraft)
+        self.channel_map = ShippedField("Channel map", choices.channel_maps, settings.channel_map)
+        self.add_row("Channel map", self.channel_map)
+        self.calibration = ShippedField(
+            "Calibration", choices.calibrations, settings.calibration,
+            none="As the channel map says", folder=True,
+        )  # fmt: skip
+        self.add_row("Calibration", self.calibration)
+        restore = self.buttons.addButton("Restore defaults", QDialogButtonBox.ButtonRole.ResetRole)
+        restore.clicked.connect(lambda: self.show_values(Settings()))
+        self.flights.edit.textChanged.connect(self._judge)
+        self.show_values(settings)
+        self.fit(560)
+
+    @staticmethod
+    def _choice(entries: Any) -> QComboBox:
+        box = QComboBox()
+        for value, words in entries:
+            box.addItem(words, value)
+        return box
+
+    def show_values(self, settings: Settings) -> None:
+        """Show these settings; they count once saved."""
+        for box, value in (
+            (self.theme, settings.theme),
+            (self.scale, settings.scale),
+            (self.units, settings.units),
+        ):
+            box.setCurrentIndex(max(box.findData(value), 0))
+        self.sound.setChecked(not settings.muted)
+        self.flights.edit.setText(str(recording_folder(settings)))
+        for field, name in (
+            (self.aircraft, settings.aircraft),
+            (self.channel_map, settings.channel_map),
+            (self.calibration, settings.calibration),
+        ):
+            field.show_value(name)
+        self._judge()
+
+    def _judge(self) -> None:
+        text = self.flights.edit.text().strip()
+        why = why_not_writable(self.flights.path) if text else "Name a folder."
+        self.sentence.say(why or "New flights are recorded here.", "warning" if why else "good")
+        self.button.setEnabled(not why)
+
+    @property
+    def values(self) -> dict[str, object]:
+        """Return the settings asked for, by name."""
+        usual = str(recording_folder(Settings()))
+        flights = str(self.flights.path)
+        return {
+            "theme": self.theme.currentData(),
+            "scale": self.scale.currentData(),
+            "units": self.units.currentData(),
+            "muted": not self.sound.isChecked(),
+            "flights": "" if flights == usual else flights,
+            "aircraft": self.aircraft.value,
+            "channel_map": self.channel_map.value,
+            "calibration": self.calibration.value,
+        }
