@@ -127,18 +127,21 @@ def test_flights_opened_last_are_offered_and_those_gone_can_be_removed(
     assert kept.duration == pytest.approx(19.98)
     start = window.flight_place.start
 
+    def is_listed() -> bool:
+        return start.findChildren(QPushButton)[-1].isVisible()
+
     def button(words: str) -> QPushButton:
         found = [one for one in start.findChildren(QPushButton) if one.isVisible()]
         (one,) = (one for one in found if one.accessibleName().startswith(words))
         return one
 
-    until(qtbot, lambda: start.findChildren(QPushButton)[-1].isVisible())
+    until(qtbot, is_listed)
     assert "00:19" in button("Open small").text()
     button("Open small").click()
     until(qtbot, lambda: window.desk.is_open)
     path.unlink()
     window.desk.close_flight()
-    until(qtbot, lambda: start.findChildren(QPushButton)[-1].isVisible())
+    until(qtbot, is_listed)
     assert not button("Open small").isEnabled()
     assert str(path) in button("Open small").toolTip()
     button("Remove small").click()

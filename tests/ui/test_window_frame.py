@@ -1016,7 +1016,7 @@ def test_tab_goes_through_a_dialog_as_one_reads_and_enter_does_it(
     until(qtbot, lambda: dialog.effects.count() == 1)
     place = dialog.place
     chain = [dialog.plan, dialog.speed, dialog.seed, dialog.thin, dialog.search, dialog.effects,
-             place.name, place.parent_folder.edit]  # fmt: skip
+             place.title, place.name, place.parent_folder.edit]  # fmt: skip
     for field in chain:
         assert QApplication.focusWidget() is field
         qtbot.keyClick(field, Qt.Key.Key_Tab)
