@@ -52,12 +52,13 @@ def connect(window: MainWindow, title: str = "", parent: Path | None = None) -> 
 
 def test_a_title_names_one_flight_and_no_folder(window: MainWindow, qtbot: QtBot) -> None:
     first = connect(window, "Maiden flight")
-    until(qtbot, lambda: window.desk.is_open)
+    until(qtbot, lambda: window.desk.records_here)
     assert first.name.endswith("-a")
     assert FlightFolder(path=first).name == window.desk.name == "Maiden flight"
     window.desk.stop_now()
     second = connect(window)
     until(qtbot, lambda: window.desk.is_open and window.desk.session.path == second)
+    until(qtbot, lambda: window.desk.records_here)
     assert second.name.endswith("-b")
     assert window.desk.name == second.name
 
@@ -72,7 +73,7 @@ def test_a_folder_is_remembered_once_a_recording_began_in_it(
     assert not blocked.is_dir()
     assert window.store.current.flights == before
     folder = connect(window, parent=tmp_path / "mine")
-    until(qtbot, lambda: window.desk.is_open)
+    until(qtbot, lambda: window.desk.records_here)
     assert folder.is_dir()
     assert window.store.current.flights == str(tmp_path / "mine")
 
