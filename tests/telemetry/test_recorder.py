@@ -575,7 +575,7 @@ def test_a_port_that_is_recorded_already_names_the_flight(tmp_path, port) -> Non
 def test_a_link_that_is_not_there_yet_is_waited_for(tmp_path, frames, port, patience) -> None:
     number = port(socket.SOCK_STREAM)
     handle = start_recorder(f"tcp:127.0.0.1:{number}", tmp_path)
-    assert "nothing answers" in handle.status().source_state
+    assert "refuses the connection" in handle.status().source_state
     sent = frames(20)
     with socket.create_server(("127.0.0.1", number)) as listener:
         vehicle, _ = listener.accept()
