@@ -187,7 +187,7 @@ def test_faults_show_as_they_would(channel: str) -> None:
     ("text", "words"),
     [
         ("elevator:dead", "no instrument is called 'elevator'"),
-        ("rudder:loose", "'loose' is no fault"),
+        ("rudder:loose", "'loose' is not a fault"),
         ("rudder:swapped", "with what"),
         ("rudder:swapped:with=rudder", "with what"),
         ("rudder:dead:start=3 s", "takes nothing else"),

@@ -13,6 +13,7 @@ from typing import Final, Literal
 
 from gsapp.dynamics.pilot.hands import Sticks
 from gsapp.foundation import FlightError
+from gsapp.foundation.naming import did_you_mean
 
 Axis = Literal["pitch", "roll", "yaw"]
 AXES: Final[tuple[Axis, ...]] = ("pitch", "roll", "yaw")
@@ -93,9 +94,9 @@ class KeyedSticks:
         elif axis in AXES:
             self._trim[axis] = _within(self._trim[axis] + by, -1.0)
         else:
-            raise FlightError(
-                f"'{axis}' has no lever to click; choose one of {', '.join(AXES)}, throttle"
-            )
+            known = (*AXES, "throttle")
+            hint = did_you_mean(axis, known, f"choose one of {', '.join(known)}")
+            raise FlightError(f"'{axis}' has no trim lever; {hint}")
 
     def choose_size(self, share: float) -> None:
         """Choose how far a key pushes: a share of full stick.

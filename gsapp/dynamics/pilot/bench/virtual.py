@@ -32,6 +32,7 @@ from gsapp.dynamics.pilot.bench.transducers import (
 )
 from gsapp.dynamics.pilot.converter import DAQ
 from gsapp.foundation import FlightError
+from gsapp.foundation.naming import did_you_mean
 from gsapp.quantities import INSTRUMENTS, Block, FloatArray
 
 RATE = 100
@@ -341,7 +342,8 @@ def _columns(white: FloatArray, names: Sequence[str]) -> FloatArray:
 
 def _surface(channel: str) -> str:
     if channel not in POTENTIOMETERS:
-        raise FlightError(
-            f"'{channel}' cannot be set by hand; choose one of {', '.join(POTENTIOMETERS)}"
+        hint = did_you_mean(
+            channel, POTENTIOMETERS, f"choose one of {', '.join(POTENTIOMETERS)}", most=1
         )
+        raise FlightError(f"'{channel}' cannot be set by hand; {hint}")
     return channel
