@@ -305,7 +305,7 @@ def test_what_stops_the_writing_leaves_the_former_answer(
 def test_the_wrong_call_is_told_from_the_failed_one(tmp_path: Path) -> None:
     code, said, _ = call("--out", tmp_path / "a")
     assert code == 2
-    assert "--catalog" in said
+    assert "--list" in said
 
 
 def test_the_catalog_is_listed(tmp_path: Path) -> None:

@@ -202,7 +202,7 @@ def test_engines_running_on_the_ground_are_no_maneuver(flights: Path) -> None:
         (("--maneuver", "5"), 2, "cannot be read"),
         (("--weights", "nosuch"), 1, "weights"),
         (("--aircraft", "nosuch"), 1, "aircraft"),
-        (("--responses", "alpha,qq"), 2, "not among the responses"),
+        (("--responses", "alpha,qq"), 2, "not one of the responses"),
     ],
 )
 def test_wrong_calls_get_one_sentence(
