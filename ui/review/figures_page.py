@@ -245,7 +245,7 @@ class FiguresPage(ReviewPage):
         canvas, chosen_name = self.view.canvas, self._selection.maneuver
         charts = [canvas.pane(one.pane) for one in canvas.spots if one.maneuver == chosen_name]
         derivatives = {pane.name.partition(":")[2] for pane in charts if pane is not None}
-        if self._material is None or not derivatives or not self.view.settled:
+        if self._material is None or not derivatives:
             self.frame.tell("")
             return
         derivative = self._selection.derivative
