@@ -414,6 +414,8 @@ class LinesView(QTableView):
     def copy_rows(self) -> None:
         """Put the selected rows on the clipboard, columns apart by tabs."""
         chosen = sorted({index.row() for index in self.selectionModel().selectedRows()})
+        if not chosen and self.currentIndex().isValid():
+            chosen = [self.currentIndex().row()]
         self._copy([self.lines.lines[row] for row in chosen])
 
     def copy_table(self) -> None:

@@ -171,6 +171,7 @@ class StripChart(QWidget):
             self.view.set_window(layout.window)
         self._layout = layout
         self.view.selected = min(self.view.selected, max(len(layout.strips) - 1, 0))
+        self._make_charts()
         self._rebuild()
 
     @property
