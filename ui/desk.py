@@ -325,8 +325,8 @@ class Desk(QObject):
     @property
     def others(self) -> tuple[RunningRecorder, ...]:
         """Return the recorders that were seen running a moment ago, but that of the open flight."""
-        here = self.session.recorder if self.session is not None else None
-        return tuple(found for found in self._recorders.running if found.handle != here)
+        here = self.session.path.absolute() if self.session is not None else None
+        return tuple(found for found in self._recorders.running if found.handle.folder != here)
 
     def export(self, kind: str, path: Path, progress: Progress) -> Path:
         """Write the open flight for other programs; called in the thread of a work."""

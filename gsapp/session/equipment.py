@@ -158,7 +158,7 @@ class EquipmentMonitor:
         clock: Callable[[], float],
         wall_us: Callable[[], int],
     ) -> None:
-        self._folder = folder.absolute()
+        self._folder = self._recorded_in = folder.absolute()
         self._board = board
         self._clock = clock
         self._wall_us = wall_us
@@ -228,7 +228,9 @@ class EquipmentMonitor:
         self._handle = find_recorder(self._folder)
         status = self._handle.status() if self._handle is not None else None
         # Where nothing can be read any more, what was there last must not pass for nothing.
-        self._status = status or last_status(self._folder) or self._status
+        if self._handle is not None:
+            self._recorded_in = self._handle.folder
+        self._status = status or last_status(self._recorded_in) or self._status
         self._hear(self._status, time)
         self._look_at_clock(now)
         self._check_folder(now)
@@ -329,8 +331,8 @@ class EquipmentMonitor:
             return (
                 "without folder",
                 Severity.WARNING,
-                "flight folder not found, and none can be made beside it: new data are kept in "
-                "memory only; reconnect the disk, or stop and record into another folder",
+                (status.error if status is not None else "")
+                or "flight folder not found: the recorder is moving to a new one beside it",
             )
         if status is None:
             return "starting", Severity.NORMAL, ""

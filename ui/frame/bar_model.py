@@ -190,7 +190,7 @@ def _recorder(facts: BarFacts) -> BarPart:
                 value=f"{len(facts.others)} flights" if several else others,
                 note="click to attach",
                 state="good",
-                width=216,
+                width=192,
                 detail=f"Being recorded: {others}. Click to attach.",
             )
         stopped = recorder is not None and recorder.words == "stopped"
@@ -199,13 +199,13 @@ def _recorder(facts: BarFacts) -> BarPart:
             word="REC",
             value="stopped" if stopped else "off",
             state="plain",
-            width=216,
+            width=192,
             detail="Nothing is being recorded.",
         )
     size = bytes_text(recorder.received_bytes)
     free = bytes_text(disk.free_bytes) if disk is not None else DASH
     severity = recorder.severity
-    note = f"{'growing' if recorder.growing else 'not growing'}, {free} left"
+    note = f"{'growing' if recorder.growing else 'idle'}, {free} left"
     if disk is not None and disk.severity > severity:
         severity = disk.severity
         left = duration_text(disk.seconds_left)
@@ -223,7 +223,7 @@ def _recorder(facts: BarFacts) -> BarPart:
         value=size,
         note=note,
         state=state,
-        width=216,
+        width=192,
         detail=f"{size} recorded, {note}. {sentences(recorder.remarks)}{more}".strip(),
     )
 
@@ -276,14 +276,14 @@ def _alarms(facts: BarFacts) -> BarPart:
     if not alarms.sentences and facts.watched < 1.0:
         return BarPart(
             id="alarms", word="ALARMS", value="catching up", note=_share(facts.watched).strip(),
-            state="unknown", width=240, grows=True,
+            state="unknown", width=184, grows=True,
             detail="The flight so far is being looked through for alarms and cues.",
         )  # fmt: skip
     if not alarms.sentences:
         standing = alarms.standing
         value = f"{standing} seen" if standing else "none"
         return BarPart(
-            id="alarms", word="ALARMS", value=value, width=240, grows=True,
+            id="alarms", word="ALARMS", value=value, width=184, grows=True,
             state="caution" if standing else ("good" if facts.name else "plain"),
             detail=f"{count_text(standing, 'alarm')} standing, all acknowledged",
         )  # fmt: skip
@@ -294,7 +294,7 @@ def _alarms(facts: BarFacts) -> BarPart:
         hint="K acknowledges",
         value=alarms.sentences[0],
         state="warning" if alarms.severe else "caution",
-        width=240,
+        width=184,
         grows=True,
         detail="\n".join(alarms.sentences),
     )
