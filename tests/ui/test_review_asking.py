@@ -99,7 +99,7 @@ def test_what_cannot_be_asked_of_a_derivative_is_said(
         ({"stand_ins": "V30"}, "stand_ins", "write NAME=VALUE"),
         ({"weights": "/nowhere.toml"}, "weights", "nowhere"),
         ({"model": "no such"}, "model", "no such"),
-        ({"axis": "lon", "responses": ("thrust",)}, "channels", "thrust is not among"),
+        ({"axis": "lon", "responses": ("thrust",)}, "channels", "'thrust' is not one of"),
         (
             {"axis": "lon", "derivatives": dict.fromkeys(
                 axis_derivatives("lon"), DerivativeWish(treated="held", value="1"))},

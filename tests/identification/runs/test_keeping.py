@@ -94,7 +94,7 @@ def test_maneuvers_left_out_by_hand_are_kept_with_the_run(outcome: Outcome, tmp_
         assert found.outcome.summary.without == {"2:1"}
         renew(catalog, replace(excluding(outcome, []), number=number))
         assert kept(catalog, number).values == before.values
-    with pytest.raises(UnknownNameError, match="no maneuver '3:1' to leave out"):
+    with pytest.raises(UnknownNameError, match="no maneuver '3:1' to exclude"):
         run(replace(outcome.request, without=("3:1",)))
 
 
