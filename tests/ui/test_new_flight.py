@@ -33,7 +33,7 @@ def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
     made.desk.close()
 
 
-def connect(window: MainWindow, title: str = "", parent: Path | None = None) -> Path:
+def connect(window: MainWindow, qtbot: QtBot, title: str = "", parent: Path | None = None) -> Path:
     """Connect as a user does; return the folder that the dialog had."""
     folders: list[Path] = []
 
@@ -43,7 +43,8 @@ def connect(window: MainWindow, title: str = "", parent: Path | None = None) -> 
         if parent is not None:
             dialog.place.parent_folder.edit.setText(str(parent))
         folders.append(dialog.place.folder)
-        dialog.accept()
+        dialog.button.click()
+        until(qtbot, lambda: not dialog.isVisible() or not dialog.connecting)
 
     answer_dialog(ConnectDialog, answer)
     window.commands.actions["connect"].trigger()
@@ -51,12 +52,12 @@ def connect(window: MainWindow, title: str = "", parent: Path | None = None) -> 
 
 
 def test_a_title_names_one_flight_and_no_folder(window: MainWindow, qtbot: QtBot) -> None:
-    first = connect(window, "Maiden flight")
+    first = connect(window, qtbot, "Maiden flight")
     until(qtbot, lambda: window.desk.records_here)
     assert first.name.endswith("-a")
     assert FlightFolder(path=first).name == window.desk.name == "Maiden flight"
     window.desk.stop_now()
-    second = connect(window)
+    second = connect(window, qtbot)
     until(qtbot, lambda: window.desk.is_open and window.desk.session.path == second)
     until(qtbot, lambda: window.desk.records_here)
     assert second.name.endswith("-b")
@@ -67,18 +68,16 @@ def test_a_folder_is_remembered_once_a_recording_began_in_it(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     before = window.store.current.flights
-    # The disk refuses at the last moment: a file stands where the folder would be made.
-    blocked = connect_and_block(window, tmp_path / "refused")
-    until(qtbot, lambda: window.faults.last is not None)
+    blocked = connect_and_block(window, qtbot, tmp_path / "refused")
     assert not blocked.is_dir()
     assert window.store.current.flights == before
-    folder = connect(window, parent=tmp_path / "mine")
+    folder = connect(window, qtbot, parent=tmp_path / "mine")
     until(qtbot, lambda: window.desk.records_here)
     assert folder.is_dir()
     assert window.store.current.flights == str(tmp_path / "mine")
 
 
-def connect_and_block(window: MainWindow, parent: Path) -> Path:
+def connect_and_block(window: MainWindow, qtbot: QtBot, parent: Path) -> Path:
     """Connect into a folder that cannot be made by the time of the recording."""
     folders: list[Path] = []
 
@@ -87,7 +86,9 @@ def connect_and_block(window: MainWindow, parent: Path) -> Path:
         dialog.place.parent_folder.edit.setText(str(parent))
         folders.append(dialog.place.folder)
         parent.touch()
-        dialog.accept()
+        dialog.button.click()
+        until(qtbot, lambda: not dialog.connecting)
+        assert dialog.isVisible()
 
     answer_dialog(ConnectDialog, answer)
     window.commands.actions["connect"].trigger()
