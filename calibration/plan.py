@@ -191,6 +191,16 @@ class CalibrationPlan:
             self, instruments=tuple(one for one in self.instruments if one.channel in channels)
         )
 
+    def together_with(self, channel_id: str) -> CalibrationPlan:
+        """Return the plan reduced to one instrument and those that its steps need.
+
+        Raises
+        ------
+        UnknownNameError
+            If the plan leaves it out.
+        """
+        return self.of((channel_id, *_NEEDED.get(self[channel_id].kind, ())))
+
 
 class _InstrumentTable(StrictModel):
     channel: str

@@ -17,6 +17,7 @@ force. `in_force` follows from the history, and is put right whenever a store is
 from __future__ import annotations
 
 import contextlib
+import logging
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -28,10 +29,19 @@ from calibration.certificate import Certificate
 from calibration.checked import Checked, read_checked, write_checked
 from calibration.fit import CalibrationError
 from calibration.reading import certificate_content, load_certificate, write_certificate
-from gsapp.foundation import StrictModel, read_toml, toml_text, write_atomically, write_toml
+from gsapp.foundation import (
+    FileProblemsError,
+    StrictModel,
+    read_toml,
+    toml_text,
+    write_atomically,
+    write_toml,
+)
 from gsapp.foundation.files import files_of
 from gsapp.foundation.locking import FileLock
 from gsapp.quantities import channel
+
+log = logging.getLogger(__name__)
 
 _ENTRY = re.compile(r"(?P<number>\d{4,})-(?P<rest>.+)\.toml")
 _SKIPPED = "skipped"
@@ -218,6 +228,19 @@ class CertificateStore:
             return None
         checked = read_checked(files[-1])
         return checked if checked.certificate == self._load(newest).stamp else None
+
+    def failed_checks(self) -> dict[str, datetime]:
+        """Return the channels whose last check failed, with the stamp of their certificate."""
+        failed = {}
+        for name in self.in_force():
+            try:
+                checked = self.last_check(name)
+            except FileProblemsError as error:
+                log.warning("check not taken: %s", error)
+                continue
+            if checked is not None and not checked.result.passed:
+                failed[name] = checked.certificate
+        return failed
 
     def checks(self, channel_id: str) -> tuple[Path, ...]:
         """Return the files of the checks of a channel, newest last."""

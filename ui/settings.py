@@ -175,6 +175,11 @@ def next_flight_path(settings: Path) -> Path:
     return settings.parent / "next flight"
 
 
+def calibrations_path(settings: Path) -> Path:
+    """Return the folder of all aircraft's calibrations that belongs to a settings file."""
+    return settings.parent / "calibrations"
+
+
 def checklist_path(settings: Path) -> Path:
     """Return the crew's own checklist that belongs to a settings file."""
     return settings.parent / "checklist.toml"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from contextlib import nullcontext
 from datetime import datetime
@@ -10,6 +11,7 @@ from threading import Lock, Thread
 
 from PySide6.QtCore import QObject, Signal
 
+from calibration.store import CertificateStore
 from gsapp.decoding.channel_map import ChannelMap
 from gsapp.flight.events import EventLog, events_path, vehicle_event
 from gsapp.flight.folder import FlightFolder
@@ -26,8 +28,16 @@ from ui.dialogs.requests import ConnectRequest, VirtualRequest, next_flight_name
 from ui.disk_checks import path_kind
 from ui.faults import FaultDesk
 from ui.recording import Begun, RunningRecorder, launch, prepare_folder
-from ui.settings import SettingsStore, next_flight_path, recording_folder, writable_folder
+from ui.settings import (
+    SettingsStore,
+    calibrations_path,
+    next_flight_path,
+    recording_folder,
+    writable_folder,
+)
 from ui.work import CancelledError, Progress, Work
+
+log = logging.getLogger(__name__)
 
 
 class FlightStarter(QObject):
@@ -281,6 +291,7 @@ class FlightStarter(QObject):
                 try:
                     if not progress.cancelled:
                         begin(begun, progress)
+                        self._take_checks(begun.session)
                     if progress.cancelled:
                         raise CancelledError
                 except BaseException:
@@ -300,6 +311,16 @@ class FlightStarter(QObject):
         work.failed.connect(refused or (lambda error: self._failed(error, wants_map)))
         self.working.emit(work, "")
         work.start()
+
+    def _take_checks(self, session: Session | None) -> None:
+        """Let a flight know which of its certificates failed their last check."""
+        if session is None or session.aircraft is None:
+            return
+        folder = calibrations_path(self._store.path)
+        try:
+            session.failed_checks = CertificateStore(folder, session.aircraft.name).failed_checks()
+        except (GroundStationError, OSError) as error:
+            log.warning("checks not read: %s", error)
 
     def _drop(self, begun: Begun) -> None:
         """Undo what was set going in the very moment in which it was cancelled."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from datetime import datetime, timedelta
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -13,11 +13,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from calibration.overview import Overview, Standing
+    from calibration.validity import CalibrationInForce, CalibrationStatus
 
-_OLD = timedelta(days=1)
-"""Surfaces and vanes are calibrated anew on every day of flying."""
-_CLOCKS_DIFFER = 1500.0
-"""Minutes by which local times, as certificates bear them, may be ahead by traveling alone."""
 _WIDE = 100
 
 
@@ -49,6 +46,7 @@ def run(
         If there are none, one holds mistakes, or a page cannot be written.
     """
     from calibration.overview import overview
+    from calibration.validity import CalibrationInForce
     from gsapp.cli._results import on_screen, result_text, write_result
     from gsapp.cli._screen import Screen
 
@@ -56,11 +54,16 @@ def run(
     # Certificates carry the local time of the field.
     now = datetime.now().replace(microsecond=0)  # noqa: DTZ005
     found = overview(folder, former)
+    in_force = CalibrationInForce(
+        certificates={one.certificate.channel: one.certificate for one in found.standing},
+        on=_flight_date(Path(folder)) or now.astimezone(),
+        lacking=[one.channel for one in found.skipped],
+    )
     pages = _write_pages(console, found.standing, report, page, now)
     if json is not None:
-        write_result(json, result_text(_content(found, folder, now, pages)))
+        write_result(json, result_text(_content(found, in_force, folder, now, pages)))
     if not on_screen(json):
-        _print(console, found, folder, now)
+        _print(console, found, in_force, folder)
         if report is not None:
             console.print(f"{len(pages)} pages in {report}", highlight=False, soft_wrap=True)
 
@@ -85,13 +88,28 @@ def _write_pages(
     return tuple(pages)
 
 
-def _content(found: Overview, folder: str, now: datetime, pages: Sequence[Path]) -> dict[str, Any]:
+def _flight_date(folder: Path) -> datetime | None:
+    """Return when the flight took place whose folder it is; None for any other folder."""
+    from gsapp.flight.folder import FlightFolder
+
+    info = FlightFolder(path=folder).info()
+    return None if info is None else info.date
+
+
+def _content(
+    found: Overview,
+    in_force: CalibrationInForce,
+    folder: str,
+    now: datetime,
+    pages: Sequence[Path],
+) -> dict[str, Any]:
     """Return the list for programs: SI units, seconds; absent = null."""
     reports: Sequence[Path | None] = pages or [None] * len(found.standing)
     return {
         "folder": folder,
+        "status": _status(in_force.judge()),
         "certificates": [
-            {**_one(standing, now), "report": None if report is None else str(report)}
+            {**_one(standing, in_force, now), "report": None if report is None else str(report)}
             for standing, report in zip(found.standing, reports, strict=True)
         ],
         "uncalibrated": [
@@ -106,7 +124,11 @@ def _content(found: Overview, folder: str, now: datetime, pages: Sequence[Path])
     }
 
 
-def _one(standing: Standing, now: datetime) -> dict[str, Any]:
+def _status(status: CalibrationStatus) -> dict[str, str]:
+    return {"state": status.state, "words": status.words, "detail": status.detail}
+
+
+def _one(standing: Standing, in_force: CalibrationInForce, now: datetime) -> dict[str, Any]:
     from gsapp.cli._calibration_text import drift_json, quality_json
     from gsapp.quantities import channel
 
@@ -118,6 +140,7 @@ def _one(standing: Standing, now: datetime) -> dict[str, Any]:
         "instrument": certificate.instrument or None,
         "stamp": certificate.stamp.isoformat(),
         "age": standing.age(now).total_seconds(),
+        "status": _status(in_force.judge((certificate.channel,))),
         "who": certificate.who or None,
         "temperature": certificate.temperature,
         "excitation_voltage": certificate.excitation_voltage,
@@ -137,7 +160,7 @@ def _one(standing: Standing, now: datetime) -> dict[str, Any]:
     }
 
 
-def _print(console: Console, found: Overview, folder: str, now: datetime) -> None:
+def _print(console: Console, found: Overview, in_force: CalibrationInForce, folder: str) -> None:
     from rich import box
     from rich.table import Table
     from rich.text import Text
@@ -146,7 +169,7 @@ def _print(console: Console, found: Overview, folder: str, now: datetime) -> Non
         title=f"{folder}: {len(found.standing)} certificates in force",
         title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0),
     )  # fmt: skip
-    for heading in ("channel", "taken", "age"):
+    for heading in ("channel", "taken", "status"):
         table.add_column(heading, no_wrap=True)
     for heading in ("points", "within (95 %)", "hysteresis", "moved"):
         table.add_column(heading, justify="right", no_wrap=True)
@@ -156,11 +179,11 @@ def _print(console: Console, found: Overview, folder: str, now: datetime) -> Non
         table.add_column("who", no_wrap=True, overflow="ellipsis", ratio=1)
     for one in found.standing:
         certificate = one.certificate
-        age = one.age(now)
+        status = in_force.judge((certificate.channel,))
         table.add_row(
             certificate.channel,
             f"{certificate.stamp:%Y-%m-%d}",
-            Text(age_text(age), "yellow" if age > _OLD else ""),
+            Text(status.words, "" if status.state == "good" else "yellow"),
             str(len(certificate.points)),
             *_figures(one),
             *([certificate.who] if wide else []),
@@ -169,12 +192,8 @@ def _print(console: Console, found: Overview, folder: str, now: datetime) -> Non
     for one in found.standing:
         if one.drift is not None and one.drift.significant:
             _say(console, f"{one.certificate.channel}: {one.drift.sentence}")
-    if any(one.age(now) < timedelta(minutes=-_CLOCKS_DIFFER) for one in found.standing):
-        _say(
-            console,
-            f"Certificates lie in the future: this computer's clock says {now:%Y-%m-%d %H:%M}; set "
-            "it, lest what is recorded bear a wrong date.",
-        )
+    status = in_force.judge()
+    _say(console, f"{status.detail}.", "" if status.state == "good" else "yellow")
     for skipped in found.skipped:
         _say(
             console,
@@ -199,19 +218,5 @@ def _figures(one: Standing) -> tuple[str, str, str]:
     )
 
 
-def age_text(age: timedelta) -> str:
-    """Return how old something is: ``40 min``, ``5 h``, ``12 d``, ``3 y``.
-
-    What was taken after the present moment is a matter of the computer's clock: ``clock?``.
-    """
-    minutes = age.total_seconds() / 60.0
-    if minutes < -_CLOCKS_DIFFER:
-        return "clock?"
-    for most, minutes_each, unit in ((90.0, 1.0, "min"), (2880.0, 60.0, "h"), (1e6, 1440.0, "d")):
-        if minutes < most:
-            return f"{minutes / minutes_each:z.0f} {unit}"
-    return f"{minutes / 525_960.0:z.0f} y"
-
-
-def _say(console: Console, sentence: str) -> None:
-    console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
+def _say(console: Console, sentence: str, style: str = "yellow") -> None:
+    console.print(sentence, style=style, highlight=False, soft_wrap=True)

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from calibration.fit import polynomial
-from calibration.points import DIRECTION_WORDS
+from calibration.points import DIRECTION_WORDS, Direction
 from gsapp.report.document import margins
 from gsapp.report.strip_figure import FAINT, INK, TRACE
 
@@ -22,7 +22,11 @@ if TYPE_CHECKING:
 
 HEIGHT = 2.6
 _DOWN, _FORMER, _BAND, _ODD = "#d55e00", "#6b7480", "#cfe3f2", "#a4262c"
-_BRANCHES = (("up", "^", TRACE), ("down", "v", _DOWN), ("single", "o", INK))
+_BRANCHES: tuple[tuple[Direction, str, str], ...] = (
+    ("up", "^", TRACE),
+    ("down", "v", _DOWN),
+    ("single", "o", INK),
+)
 
 
 def draw_certificate(container: FigureBase, standing: Standing) -> None:

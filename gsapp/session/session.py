@@ -11,10 +11,12 @@ import logging
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
 from calibration import Certificate
+from calibration.validity import CalibrationInForce
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.health import LinkReport
@@ -106,6 +108,9 @@ class Session:
         Derivatives as they form; None without workers or an aircraft.
     landing : LandingMonitor
         Tells when a live flight has landed.
+    failed_checks : mapping of str to datetime
+        Channels whose last check failed, with the stamp of their certificate: for whoever keeps the
+        certificates of the aircraft to set.
     feed : LiveFeed or ReplayFeed
         What drives it. A window plays, pauses and jumps through `replaying`.
     """
@@ -125,6 +130,7 @@ class Session:
         self.path = path
         self.name = FlightFolder(path=path).name if path.is_dir() else path.stem
         self.mode: Mode = mode
+        self.failed_checks: Mapping[str, datetime] = {}
         self.aircraft: Aircraft | None = setting.aircraft
         self.limits = LimitSet(setting.aircraft, setting.limits)
         self.board = AlarmBoard()
@@ -135,6 +141,8 @@ class Session:
         self._setting = setting
         self._system_chosen = setting.system
         self._flight = opened.whole
+        info = self._info() if mode == "replay" else None
+        self._date = None if info is None else info.date
         self._has_grown = opened.has_grown
         self._clock = clock
         self._messages: dict[str, str | None] = {}
@@ -358,6 +366,16 @@ class Session:
         return uncalibrated(self.sources)
 
     @property
+    def calibration_in_force(self) -> CalibrationInForce:
+        """Return the certificates with what decides whether they count for this flight."""
+        return CalibrationInForce(
+            certificates=self.certificates,
+            on=self._date if self.mode == "replay" else datetime.now().astimezone(),
+            lacking=self.uncalibrated,
+            failed=self.failed_checks,
+        )
+
+    @property
     def beyond_calibration(self) -> tuple[str, ...]:
         """Return the instruments that now read beyond what they were calibrated for."""
         return beyond_now(self.calibration, self.sources, self._reads)
@@ -440,6 +458,7 @@ class Session:
             channel_map="" if decoder is None else decoder.channel_map.name,
             calibration=tuple(sorted(self.certificates)),
             uncalibrated=self.uncalibrated,
+            calibration_status=self.calibration_in_force.judge(),
             alarms=standing,
             waiting=sum(not alarm.acknowledged for alarm in standing),
             playhead=self._playhead(),

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from calibration.validity import CalibrationStatus
 from gsapp.session.alarms import Alarm
 from gsapp.session.equipment import DiskView, LinkView, RecorderView
 
@@ -67,6 +68,8 @@ class SessionSnapshot:
         Instruments with a certificate in force, sorted.
     uncalibrated : tuple of str
         Channels whose instruments have none and give volts only, sorted.
+    calibration_status : CalibrationStatus
+        Whether they count.
     alarms : tuple of Alarm
         Those that stand, newest first.
     waiting : int
@@ -91,6 +94,7 @@ class SessionSnapshot:
     channel_map: str
     calibration: tuple[str, ...]
     uncalibrated: tuple[str, ...]
+    calibration_status: CalibrationStatus
     alarms: tuple[Alarm, ...]
     waiting: int
     playhead: Playhead | None

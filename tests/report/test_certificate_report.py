@@ -145,11 +145,13 @@ def test_a_store_is_listed_with_age_quality_drift_and_what_was_skipped(
         folder=str(folder), report=tmp_path / "pages", page="html", json=tmp_path / "list.json"
     )
     screen = capsys.readouterr().out
-    assert re.search(r"rudder .* 5 h .* 30 .*\+0\.9 !", screen)
+    assert re.search(r"rudder .* 1 of 1 (today|yesterday) .* 30 .*\+0\.9 !", screen)
     assert "beta is uncalibrated: vane broken (B. Jones" in screen
     told = json.loads((tmp_path / "list.json").read_text())
     alpha, listed = told["certificates"]
     assert (alpha["channel"], alpha["former"]) == ("alpha", None)
+    assert (alpha["status"]["state"], listed["status"]["state"]) == ("caution", "good")
+    assert told["status"]["words"] == "1 uncalibrated"
     assert listed["age"] == pytest.approx(5 * 3600, abs=120)
     assert listed["former"]["zero"] == pytest.approx(np.deg2rad(0.9), abs=1e-3)
     assert listed["former"]["significant"]

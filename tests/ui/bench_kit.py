@@ -18,9 +18,8 @@ from gsapp.session.history import History
 from ui.appearance import Appearance
 from ui.faults import FaultDesk
 from ui.look import Look
-from ui.preflight.shelf import calibrations_path
 from ui.preflight.wizard_page import WizardPage
-from ui.settings import SettingsStore
+from ui.settings import SettingsStore, calibrations_path
 
 _TICK = 1.0
 """Seconds of volts that come at a time."""

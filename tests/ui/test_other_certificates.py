@@ -108,7 +108,7 @@ def test_read_anew_with_other_certificates_and_back(
     window.desk.seek(12.0)
     own = window.desk.history.samples("alpha", 1020, 1180)
     before = window.desk.session
-    assert bar_part(window) == ("CALIBRATION", "18", "sensors, 2003", "good")
+    assert bar_part(window) == ("CALIBRATION", "18", "example values", "caution")
     said = choose(monkeypatch, str(other))
     window.commands.actions["certificates"].trigger()
     assert "they differ for alpha and they lack elevator_left, flap" in said[0]
@@ -116,7 +116,7 @@ def test_read_anew_with_other_certificates_and_back(
     until(qtbot, lambda: window.desk.time == pytest.approx(12.0), _PATIENCE)
     read = window.desk.history.samples("alpha", 1020, 1180)
     np.testing.assert_allclose(read - own, np.deg2rad(1.0))
-    assert bar_part(window) == ("CALIBRATION  OTHER", "16", "2 uncalibrated", "caution")
+    assert bar_part(window) == ("CALIBRATION  OTHER", "16", "2 uncalibrated", "warning")
     until(
         qtbot, lambda: any("instead of those kept" in text for text in banners(window)), _PATIENCE
     )

@@ -42,6 +42,7 @@ from calibration.checked import Checked
 from calibration.comparing import CheckResult
 from calibration.plan import PLANS
 from calibration.store import CertificateStore
+from calibration.validity import CalibrationInForce
 from calibration.wizard import WizardView
 from gsapp.aircraft.reading import SHIPPED, load_aircraft
 from gsapp.flight.cards import load_cards
@@ -58,11 +59,11 @@ from ui.preflight.card_words import missing_values
 from ui.preflight.cards_form import cards_state
 from ui.preflight.changes import Changes
 from ui.preflight.in_force import InForce
-from ui.preflight.shelf import Shelf, calibrations_path
+from ui.preflight.shelf import Shelf
 from ui.preflight.steps import STEPS
 from ui.preflight.wizard_rows import standings_of
 from ui.preflight.wizard_words import cue_of
-from ui.settings import SettingsStore
+from ui.settings import SettingsStore, calibrations_path
 from ui.window import MainWindow
 from ui.words import MINUS
 
@@ -244,7 +245,8 @@ def test_an_aircraft_has_the_same_calibrations_with_and_without_a_flight(tmp_pat
     plans.mkdir(parents=True)
     plan = (PLANS.folder / "b777.toml").read_text(encoding="utf-8")
     (plans / "Skywalker X8.toml").write_text(plan.replace('"Rudder"', '"Tail"'), encoding="utf-8")
-    flight = SimpleNamespace(aircraft=load_aircraft(file), certificates=known)
+    in_force = CalibrationInForce(certificates=known, on=None, lacking=["rudder"])
+    flight = SimpleNamespace(aircraft=load_aircraft(file), calibration_in_force=in_force)
     practice = SimpleNamespace(running=False)
     for session in (None, flight):
         desk = SimpleNamespace(session=session)
@@ -252,7 +254,7 @@ def test_an_aircraft_has_the_same_calibrations_with_and_without_a_flight(tmp_pat
         books = Books(store)
         books.session = session
         books.read_calibration()
-        assert books.states()["calibration"].detail == "Uncalibrated: Tail"
+        assert books.states()["calibration"].detail == "Not calibrated: Rudder surface"
 
 
 def check_states(window: MainWindow) -> None:

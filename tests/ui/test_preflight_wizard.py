@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication, QImage
-from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QWidget
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLabel, QMenu, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -26,6 +27,7 @@ from window_kit import open_window, until
 import ui.preflight.wizard_run
 import ui.window
 from calibration import certificate_files, load_certificates
+from calibration.plan import load_plan
 from gsapp.dynamics.pilot.bench import KINDS, POTENTIOMETERS, BenchFault, VirtualBench
 from gsapp.flight.folder import FlightFolder
 from gsapp.quantities import from_si
@@ -244,6 +246,66 @@ def test_the_large_number_and_the_aircraft_follow_the_hand(at_bench: Open) -> No
     window.desk.pass_time(2.0)
     assert ink_row() > neutral + 5.0, "trailing edge down is down on the screen"
     assert work.picture.accessibleName() == "Left elevator: trailing edge down"
+
+
+@pytest.mark.parametrize("way", ["space", "enter", "double click", "menu", "button"])
+def test_one_instrument_is_calibrated_again_by_itself(at_bench: Open, way: str) -> None:
+    """By keys and by mouse; the wizard has that instrument only."""
+    window = at_bench("elevator_left", "rudder")
+    rows = window.page.start.instruments
+    window.press(KEY.Key_Down)
+    assert rows.chosen == "elevator_left"
+    window.press(KEY.Key_Down)
+    assert rows.chosen == "rudder"
+    box = rows.visualItemRect(rows.currentItem())
+    if way in ("space", "enter"):
+        QTest.keyClick(rows, KEY.Key_Space if way == "space" else KEY.Key_Return)
+    elif way == "double click":
+        QTest.mouseClick(rows.viewport(), Qt.MouseButton.LeftButton, pos=box.center())
+        assert window.page.run is None
+        QTest.mouseDClick(rows.viewport(), Qt.MouseButton.LeftButton, pos=box.center())
+    elif way == "menu":
+        rows.customContextMenuRequested.emit(box.center())
+        (menu,) = rows.findChildren(QMenu)
+        (action,) = menu.actions()
+        action.trigger()
+    else:
+        assert window.page.actions_bar.offers[0].id == "again"
+        window.page.actions_bar.pressed.emit("again")
+    assert window.page.run is not None
+    window.desk.pass_time(4.0)
+    assert (window.view.instrument.channel, window.view.count) == ("rudder", 1)
+
+
+def test_the_others_keep_their_certificates(at_bench: Open) -> None:
+    window = at_bench("elevator_left", "rudder")
+    begin(window)
+    work_through(window, "done")
+    before = window.page.shelf.store.in_force()
+    window.press(KEY.Key_Space)
+    window.page.calibrate_again("rudder")
+    work_through(window, "done")
+    after = window.page.shelf.store.in_force()
+    assert after["elevator_left"].stamp == before["elevator_left"].stamp
+    assert len(window.page.shelf.store.history("rudder")) == 2
+    assert len(window.page.shelf.store.history("elevator_left")) == 1
+    window.press(KEY.Key_Space)
+    # Accelerometers share their positions, and come together.
+    names = load_plan("b777").together_with("ax").channels
+    assert names == ("ax", "ay", "an")
+    assert load_plan("b777").together_with("q").channels == ("q",)
+
+
+def test_the_ground_temperature_is_asked_for_in_the_units_of_the_screen(at_bench: Open) -> None:
+    window = at_bench("rudder")
+    start = window.page.start
+    start.temperature.setText("68")
+    assert "°F" in start.temperature.accessibleName()
+    assert start.kelvin == pytest.approx(293.15)
+    window.look.set_units("SI")
+    assert "°C" in start.temperature.accessibleName()
+    assert start.temperature.text() == "20.0"
+    assert start.kelvin == pytest.approx(293.15)
 
 
 def test_points_are_repeated_deleted_added_and_taken_back_by_keys(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -226,9 +225,6 @@ def bar_facts(session: Session, snapshot: SessionSnapshot, units: str, *, muted:
     """Return what the bar tells of a session."""
     waiting = [alarm for alarm in snapshot.alarms if not alarm.acknowledged]
     replay = snapshot.mode == "replay"
-    # Certificates written by hand give the field's time without its zone.
-    stamps = [one.stamp.astimezone() for one in session.certificates.values()]
-    oldest = min(stamps, default=None)
     return BarFacts(
         name=snapshot.name,
         time=snapshot.now,
@@ -238,10 +234,9 @@ def bar_facts(session: Session, snapshot: SessionSnapshot, units: str, *, muted:
         recorder=None if replay else snapshot.recorder,
         disk=snapshot.disk,
         aircraft=snapshot.aircraft,
-        calibration=_count(len(stamps)),
+        calibration=str(len(snapshot.calibration)) if snapshot.calibration else "",
         other_calibration=Path(session.calibration.given).name,
-        calibrated_on="" if oldest is None else f"sensors, {_day(oldest)}",
-        uncalibrated=len(snapshot.uncalibrated),
+        calibration_status=snapshot.calibration_status,
         alarms=AlarmFacts(
             sentences=tuple(alarm_sentence(alarm, units) for alarm in waiting),
             severe=any(alarm.severity is Severity.WARNING for alarm in waiting),
@@ -251,13 +246,3 @@ def bar_facts(session: Session, snapshot: SessionSnapshot, units: str, *, muted:
         read=1.0 if snapshot.present else snapshot.progress,
         watched=snapshot.watched,
     )
-
-
-def _day(stamp: datetime) -> str:
-    """Return a day of this year, or what year it was: there is no room for both."""
-    this_year = stamp.year == datetime.now().astimezone().year
-    return f"{stamp.day} {stamp:%b}" if this_year else f"{stamp.year}"
-
-
-def _count(number: int) -> str:
-    return str(number) if number else ""

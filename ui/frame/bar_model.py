@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from calibration.validity import CalibrationStatus
 from gsapp.session.equipment import DiskView, LinkView, RecorderView
 from gsapp.session.limits import Severity
 from ui.frame.bar_part import BarPart
@@ -63,12 +64,10 @@ class BarFacts:
         Name; empty if there is none.
     calibration : str
         How many certificates are in force; empty if none is.
-    calibrated_on : str
-        Date of the oldest certificate in force.
+    calibration_status : CalibrationStatus or None
+        Whether they count; None without a flight.
     other_calibration : str
         What a replay is read with in place of the flight's own certificates; empty for its own.
-    uncalibrated : int
-        Channels that should be calibrated and are not.
     alarms : AlarmFacts
         Alarms.
     muted : bool
@@ -87,9 +86,8 @@ class BarFacts:
     disk: DiskView | None = None
     aircraft: str = ""
     calibration: str = ""
-    calibrated_on: str = ""
+    calibration_status: CalibrationStatus | None = None
     other_calibration: str = ""
-    uncalibrated: int = 0
     alarms: AlarmFacts = field(default_factory=AlarmFacts)
     muted: bool = False
     read: float = 1.0
@@ -247,27 +245,21 @@ def _aircraft(facts: BarFacts) -> BarPart:
 
 
 def _calibration(facts: BarFacts) -> BarPart:
-    if not facts.name:
+    status = facts.calibration_status
+    if status is None:
         return BarPart(id="calibration", word="CALIBRATION", state="plain", width=128)
-    missing = facts.uncalibrated
-    without = f"{count_text(missing, 'channel')} without" if missing else ""
-    if not facts.calibration and not missing:
-        return BarPart(
-            id="calibration", word="CALIBRATION", value="none", state="plain", width=128,
-            detail="No calibration is in force: the aircraft sends engineering units.",
-        )  # fmt: skip
     other = facts.other_calibration
-    instead = f", those of '{other}' instead of the flight's own" if other else ""
-    note = f"{missing} uncalibrated" if missing else other or facts.calibrated_on
+    instead = f"Those of '{other}' instead of the flight's own. " if other else ""
+    state: State = "plain" if status.state == "unknown" else status.state
+    note = other if other and state == "good" else status.words
     return BarPart(
         id="calibration",
         word="CALIBRATION  OTHER" if other else "CALIBRATION",
         value=facts.calibration or "none",
-        note=note,
-        state="caution" if missing or other else "good",
+        note="" if state == "plain" else note,
+        state="caution" if other and state == "good" else state,
         width=144 if other else 128,
-        detail=f"{facts.calibration or 'No'} certificates in force{instead}, "
-        f"{without or facts.calibrated_on}".rstrip(", "),
+        detail=f"{instead}{status.detail}.",
     )
 
 

@@ -6,6 +6,7 @@ import time
 from collections.abc import Mapping
 
 from calibration import load_certificates
+from calibration.validity import CalibrationInForce
 from calibration.wizard import unfinished
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.flight.card_checks import check_card
@@ -16,13 +17,12 @@ from gsapp.foundation import GroundStationError
 from gsapp.session import Session
 from ui.disk_checks import may_block
 from ui.frame.steps import StepState
-from ui.preflight.calibration_words import calibration_state
 from ui.preflight.card_words import card_state, home_words
 from ui.preflight.cards_book import CardsBook
 from ui.preflight.checklist_book import ChecklistBook
 from ui.preflight.form_editor import FormEditor
-from ui.preflight.shelf import Shelf, aircraft_at_hand, calibrations_path, local_now
-from ui.settings import SettingsStore, checklist_path, next_flight_path
+from ui.preflight.shelf import Shelf, aircraft_at_hand, local_now
+from ui.settings import SettingsStore, calibrations_path, checklist_path, next_flight_path
 
 _LOOK_SECONDS = 0.4
 
@@ -60,7 +60,9 @@ class Books:
         self.folder = next_flight_path(store.path)
         self.checklist = ChecklistBook(checklist_path(store.path))
         self.cards = CardsBook()
-        self._calibration = StepState()
+        self._planned: CalibrationInForce | None = None
+        self._calibration_problem = ""
+        self._calibration_begun = False
         self._looked = 0.0
 
     def follow(self, session: Session | None) -> None:
@@ -124,7 +126,7 @@ class Books:
         """Return how the steps stand."""
         return {
             "card": self._card_state(),
-            "calibration": self._calibration,
+            "calibration": self._calibration_state(),
             "checklist": self.checklist.state,
             "cards": self.cards.state,
         }
@@ -139,31 +141,33 @@ class Books:
             )  # fmt: skip
             return
         shelf = Shelf(calibrations_path(self._store.path), aircraft_at_hand(session, settings))
+        self._planned, self._calibration_begun = None, unfinished(shelf.journal)
+        self._calibration_problem = ""
         try:
-            plan = shelf.plan().only(("surface", "vane"))
-            certificates = (
-                session.certificates
-                if session is not None
-                else load_certificates(settings.calibration)
-            )
+            failed = shelf.store.failed_checks()
+            if session is not None:
+                session.failed_checks = failed
+                return
+            certificates = load_certificates(settings.calibration)
+            planned = shelf.plan().only(("surface", "vane")).channels
         except GroundStationError as error:
-            self._calibration = StepState(
-                state="warning", words="cannot be read", detail=str(error)
-            )
+            self._calibration_problem = str(error)
             return
-        self._calibration = calibration_state(
-            {one.channel: one.title for one in plan.instruments},
-            certificates,
-            local_now().date(),
-            unfinished=unfinished(shelf.journal),
-            moved=[
-                name
-                for name, one in shelf.checks().items()
-                if not one.result.passed
-                and name in certificates
-                and certificates[name].stamp == one.certificate
-            ],
+        self._planned = CalibrationInForce(
+            certificates=certificates,
+            on=local_now(),
+            lacking=[name for name in planned if name not in certificates],
+            failed=failed,
         )
+
+    def _calibration_state(self) -> StepState:
+        in_force = self._planned if self.session is None else self.session.calibration_in_force
+        if self._calibration_problem or in_force is None:
+            detail = self._calibration_problem
+            return StepState(state="warning", words="cannot be read", detail=detail)
+        status = in_force.judge()
+        begun = ". A calibration is not finished" if self._calibration_begun else ""
+        return StepState(state=status.state, words=status.words, detail=f"{status.detail}{begun}")
 
     def _card_state(self) -> StepState:
         card = self.card

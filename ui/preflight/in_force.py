@@ -6,8 +6,8 @@ from pathlib import Path
 
 from ui.desk import Desk
 from ui.preflight.practice import Practice
-from ui.preflight.shelf import Shelf, aircraft_at_hand, calibrations_path, practice_path
-from ui.settings import SettingsStore
+from ui.preflight.shelf import Shelf, aircraft_at_hand, practice_path
+from ui.settings import SettingsStore, calibrations_path
 
 _USUAL = "b777"
 

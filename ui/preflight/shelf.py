@@ -27,11 +27,6 @@ _PLANS = "plans"
 _USUAL_PLAN = "b777"
 
 
-def calibrations_path(settings: Path) -> Path:
-    """Return the folder of all aircraft's calibrations that belongs to a settings file."""
-    return settings.parent / "calibrations"
-
-
 def practice_path(settings: Path) -> Path:
     """Return the folder of what was calibrated for practice only."""
     return settings.parent / "practice"

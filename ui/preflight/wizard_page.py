@@ -28,11 +28,12 @@ from ui.preflight.wizard_rows import outcomes_of, standings_of, together_of
 from ui.preflight.wizard_run import WizardRun
 from ui.preflight.wizard_start import StartPanel
 from ui.preflight.wizard_summary import SummaryPanel
-from ui.preflight.wizard_words import offers_of
+from ui.preflight.wizard_words import PRACTICE, PRINT, offers_of, start_offers
 from ui.preflight.wizard_work import WorkPanel
 from ui.settings import SettingsStore
 
 if TYPE_CHECKING:
+    from calibration.plan import CalibrationPlan
     from calibration.wizard import WizardView
 
 _HAND: Sequence[Kind] = ("surface", "vane")
@@ -40,8 +41,6 @@ _OTHERS: Sequence[Kind] = ("gyro", "accelerometer", "pressure")
 _SAME = {Qt.Key.Key_Return: Qt.Key.Key_Space, Qt.Key.Key_Enter: Qt.Key.Key_Space}
 _UNDO = QKeySequence("Ctrl+Z")
 _DEGREES = {Qt.Key.Key_0: None, Qt.Key.Key_1: 1, Qt.Key.Key_2: 2, Qt.Key.Key_3: 3}
-_PRACTICE = Offer(id="practice", text="Practice without an aircraft", key="P")
-_ON_PAPER = Offer(id="paper", text="Certificates on paper", key="W")
 _ARROWS = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1}
 
 
@@ -78,6 +77,7 @@ class WizardPage(QWidget):
         self._desk = desk
         self._prompter = prompter or Silence()
         self._choice: int | None = None
+        self._left = self._made = False
         self.practice = Practice(desk)
         self._in_force = InForce(desk, store, self.practice)
         self.pages_on_paper = CertificatePages(desk)
@@ -88,6 +88,8 @@ class WizardPage(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         self.start = StartPanel(look)
+        self.start.instruments.wanted.connect(self._calibrate_guarded)
+        self.start.instruments.itemSelectionChanged.connect(self._show_start_offers)
         self.work = WorkPanel(look)
         self.work.point_chosen.connect(self._choose)
         self.summary = SummaryPanel(look)
@@ -148,14 +150,27 @@ class WizardPage(QWidget):
         """Begin with gyros, accelerometers and pressures."""
         self._begin_run(_OTHERS)
 
+    def calibrate_again(self, channel: str) -> None:
+        """Calibrate one instrument; the others keep their certificates.
+
+        Accelerometers, which share their positions, are calibrated together.
+        """
+        self._begin(self.shelf.plan().together_with(channel))
+
+    def _calibrate_guarded(self, channel: str) -> None:
+        self._guarded(lambda: self.calibrate_again(channel))
+
     def check(self) -> None:
         """Begin the check of a minute: three settings against the certificates in force."""
         self._begin_run(_HAND, mode="check")
 
     def _begin_run(self, kinds: Sequence[Kind], mode: Mode = "full") -> None:
+        self._begin(self.shelf.plan().only(kinds), mode)
+
+    def _begin(self, plan: CalibrationPlan, mode: Mode = "full") -> None:
         shelf = self.shelf
         wizard = Wizard(
-            shelf.plan().only(kinds),
+            plan,
             shelf.store,
             shelf.journal,
             who=self.start.who.text().strip(),
@@ -231,15 +246,15 @@ class WizardPage(QWidget):
             self.start.show_standings(())
             self.start.resume.hide()
             self.start.sentence.say(f"{error}\nMend it, then come back.", "warning")
-            self.actions_bar.show_offers((_PRACTICE,))
+            self.actions_bar.show_offers((PRACTICE,))
             return
         self.start.show_standings(standings)
         self.start.offer_who(who)
         self._say_whether_live()
-        left = unfinished(shelf.journal)
-        self.start.resume.setVisible(left)
+        self._left, self._made = unfinished(shelf.journal), made
+        self.start.resume.setVisible(self._left)
         self.start.resume.say("A calibration was not finished: every step of it is kept.")
-        self.actions_bar.show_offers(self._start_offers(left=left, made=made))
+        self._show_start_offers()
 
     def _say_whether_live(self) -> None:
         """Say what to do, or what is missing for it."""
@@ -255,20 +270,13 @@ class WizardPage(QWidget):
                 "hold: points are taken by themselves."
             )
 
-    @staticmethod
-    def _start_offers(*, left: bool, made: bool) -> tuple[Offer, ...]:
-        offers = [
-            Offer(id="calibrate", text="Surfaces and vanes", key="N" if left else "Space"),
-            Offer(id="others", text="Gyros, accelerometers, pressures", key="G"),
-            Offer(id="check", text="Check in a minute", key="C"),
-            _PRACTICE,
-        ]
-        if made:
-            offers.append(_ON_PAPER)
-        if left:
-            offers.insert(0, Offer(id="resume", text="Go on where it stopped", key="Space"))
-        first, *others = offers
-        return (Offer(id=first.id, text=first.text, key=first.key, first=True), *others)
+    def _show_start_offers(self) -> None:
+        """Show what can be begun; the selected instrument first, else what was not finished."""
+        if self.run is not None:
+            return
+        chosen = self.start.instruments.chosen
+        plan = self.shelf.plan().together_with(chosen) if chosen else None
+        self.actions_bar.show_offers(start_offers(plan, chosen, left=self._left, made=self._made))
 
     def _show_view(self, view: WizardView) -> None:
         if self._choice is not None and self._choice >= len(view.points):
@@ -282,7 +290,7 @@ class WizardPage(QWidget):
             self.pages.setCurrentWidget(self.summary)
             closing = Offer(id="leave", text="Done", key="Space", first=True)
             others = tuple(one for one in offers_of(view) if one.id in ("undo", "back"))
-            paper = (_ON_PAPER,) if self.shelf.store.in_force() else ()
+            paper = (PRINT,) if self.shelf.store.in_force() else ()
             self.actions_bar.show_offers((closing, *paper, *others))
             return
         self.practice.follow(view)
@@ -321,6 +329,7 @@ class WizardPage(QWidget):
         """Do what a key or a button stands for."""
         own: Mapping[str, Callable[[], object]] = {
             "calibrate": self.calibrate,
+            "again": lambda: self.calibrate_again(self.start.instruments.chosen),
             "others": self.calibrate_others,
             "check": self.check,
             "resume": self.resume,
@@ -330,10 +339,7 @@ class WizardPage(QWidget):
             "help": self._help,
         }
         if name in own:
-            try:
-                own[name]()
-            except GroundStationError as error:
-                self._desk.faults.report(error)
+            self._guarded(own[name])
             return
         run = self.run
         if run is None:
@@ -347,6 +353,12 @@ class WizardPage(QWidget):
             self._choice = None
         else:
             run.act(Action(kind=name))
+
+    def _guarded(self, act: Callable[[], object]) -> None:
+        try:
+            act()
+        except GroundStationError as error:
+            self._desk.faults.report(error)
 
     # Keys
 
@@ -388,7 +400,7 @@ class WizardPage(QWidget):
                 return lambda: self._do(offer.id)
         run = self.run
         if run is None:
-            return None
+            return self._meaning_at_start(key) if plain else None
         if modifiers == Qt.KeyboardModifier.ControlModifier and key in _ARROWS:
             return lambda: self.work.scroll(0.8 * _ARROWS[key])
         if not plain:
@@ -398,3 +410,15 @@ class WizardPage(QWidget):
         if key in _ARROWS and self.pages.currentWidget() is self.work:
             return lambda: self._step_choice(_ARROWS[key])
         return None
+
+    def _meaning_at_start(self, key: Qt.Key) -> Callable[[], object] | None:
+        rows = self.start.instruments
+        if key in _ARROWS:
+            return lambda: rows.step(_ARROWS[key])
+        if key == Qt.Key.Key_Escape and rows.chosen:
+            return self._choose_none
+        return None
+
+    def _choose_none(self) -> None:
+        self.start.instruments.setCurrentItem(None)
+        self.begin()

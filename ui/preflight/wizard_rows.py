@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+from calibration.validity import EXAMPLE, CalibrationInForce, day_words
 from gsapp.quantities import channel, from_si
 from ui.glyphs import State
 from ui.preflight.point_list import PointRow
-from ui.preflight.shelf import Shelf
+from ui.preflight.shelf import Shelf, local_now
 from ui.preflight.wizard_start import Standing
 from ui.preflight.wizard_summary import Outcome, Together
 from ui.preflight.wizard_words import (
@@ -21,6 +22,7 @@ from ui.preflight.wizard_words import (
 from ui.words import DASH, symbol_text
 
 if TYPE_CHECKING:
+    from calibration import Certificate
     from calibration.comparing import CheckResult
     from calibration.plan import CalibrationPlan, InstrumentPlan
     from calibration.wizard import WizardView
@@ -36,27 +38,37 @@ def standings_of(plan: CalibrationPlan, shelf: Shelf) -> tuple[Standing, ...]:
     """Return of each instrument whether and since when it is calibrated, and its last check."""
     known, held, left = shelf.certificates(), shelf.store.in_force(), shelf.store.skipped()
     checks = shelf.checks()
+    in_force = CalibrationInForce(
+        certificates=known,
+        on=local_now(),
+        lacking=[name for name in plan.channels if name not in known],
+        failed=shelf.store.failed_checks(),
+    )
     found = []
     for instrument in plan.instruments:
-        certificate = known.get(instrument.channel)
-        words = "uncalibrated"
-        if certificate is not None:
-            by = f" by {certificate.who}" if certificate.who else ""
-            words = f"{certificate.stamp:%d %b %Y %H:%M}{by}"
-            if instrument.channel not in held:
-                words = f"not calibrated here: that of {words} counts"
-        elif instrument.channel in left:
-            words = f"uncalibrated: {left[instrument.channel].reason}"
-        good, check = instrument.channel in held, checks.get(instrument.channel)
+        name = instrument.channel
+        good = name in held and in_force.judge((name,)).state == "good"
+        words, check = _since(known.get(name)), checks.get(name)
+        if name in left:
+            words = f"uncalibrated: {left[name].reason}"
+        elif name in known and name not in held and known[name].who != EXAMPLE:
+            words = f"not calibrated here: that of {words} applies"
         if check is not None:
-            good = check.result.passed
-            day = check.stamp.astimezone().date() == check.certificate.astimezone().date()
-            words += (
-                f"; check of {check.stamp:{'%H:%M' if day else '%d %b %H:%M'}}: "
-                f"{_verdict(check.result, instrument)}"
-            )
-        found.append(Standing(title=instrument.title, words=words, good=good))
+            day = day_words(check.stamp.astimezone(), local_now())
+            words += f"; check {day} {check.stamp:%H:%M}: {_verdict(check.result, instrument)}"
+        found.append(Standing(channel=name, title=instrument.title, words=words, good=good))
     return tuple(found)
+
+
+def _since(certificate: Certificate | None) -> str:
+    """Return when an instrument was calibrated and by whom."""
+    if certificate is None:
+        return "uncalibrated"
+    if certificate.who == EXAMPLE:
+        return "example values, not of this aircraft"
+    by = f" by {certificate.who}" if certificate.who else ""
+    stamp = certificate.stamp.astimezone()
+    return f"{day_words(stamp, local_now())} {stamp:%H:%M}{by}"
 
 
 def _verdict(check: CheckResult, instrument: InstrumentPlan) -> str:

@@ -14,7 +14,7 @@ from ui.words import DASH, MINUS, number_text, unit_text
 
 if TYPE_CHECKING:
     from calibration.comparing import CheckResult
-    from calibration.plan import InstrumentPlan
+    from calibration.plan import CalibrationPlan, InstrumentPlan
     from calibration.watching import WatchReading
     from calibration.wizard import WizardView
 
@@ -276,6 +276,47 @@ _OTHERWISE: Mapping[tuple[str, str], str] = {
     ("accel_position", "take"): "It lies as asked",
 }
 """Words of an action in a phase where they are others."""
+
+PRACTICE = Offer(id="practice", text="Practice without an aircraft", key="P")
+PRINT = Offer(id="paper", text="Print certificates", key="W")
+_KINDS = {"accelerometer": "accelerometers", "pressure": "pressures"}
+"""Several instruments of a kind that are calibrated in the same steps."""
+
+
+def start_offers(
+    plan: CalibrationPlan | None, chosen: str, *, left: bool, made: bool
+) -> tuple[Offer, ...]:
+    """Return what can be begun; the wanted one first, by Space.
+
+    Parameters
+    ----------
+    plan : CalibrationPlan or None
+        Of the instrument selected and those that go with it; None where none is.
+    chosen : str
+        Its channel.
+    left : bool
+        Whether a calibration was not finished.
+    made : bool
+        Whether there are certificates to print.
+    """
+    offers = [
+        Offer(id="calibrate", text="Surfaces and vanes", key="N"),
+        Offer(id="others", text="Gyros, accelerometers, pressures", key="G"),
+        Offer(id="check", text="Check in a minute", key="C"),
+        PRACTICE,
+    ]
+    if made:
+        offers.append(PRINT)
+    if left:
+        offers.insert(0, Offer(id="resume", text="Resume", key="R"))
+    if plan is not None:
+        one = plan[chosen]
+        several = len(plan.instruments) > 1
+        text = _KINDS[one.kind] if several else one.title.lower()
+        offers.insert(0, Offer(id="again", text=f"Calibrate {text}"))
+    first, *others = offers
+    return (Offer(id=first.id, text=first.text, key="Space", first=True), *others)
+
 
 _CHECKED: Mapping[str, str] = {"skip": "Skip: not checked"}
 """Words of an action where certificates are only checked."""

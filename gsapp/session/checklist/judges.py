@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from datetime import timedelta
 from functools import singledispatch
 
 import numpy as np
@@ -25,7 +26,7 @@ from gsapp.session.checklist.items import (
 )
 from gsapp.session.checklist.judgment import Facts, Judge, Judgment
 from gsapp.session.checklist.moving import EnginesJudge, FollowsJudge, PulsesJudge
-from gsapp.session.checklist.words import ago, joined, named, shown
+from gsapp.session.checklist.words import joined, named, shown
 from gsapp.session.limits import Severity
 from gsapp.session.states import ChannelState
 
@@ -138,27 +139,18 @@ class CalibratedJudge(_Glance):
 
     def judge(self, facts: Facts) -> Judgment:
         """Return whether certificates are in force."""
-        if facts.snapshot is None:
+        if facts.calibration is None:
             return NO_FLIGHT
-        rule = self._rule
-        bare = [name for name in rule.channels if name in facts.snapshot.uncalibrated]
-        if bare:
-            return Judgment(
-                state="red", why=f"{joined([named(one) for one in bare])} not calibrated"
-            )
-        ages = {name: facts.certified[name] for name in rule.channels if name in facts.certified}
-        if not ages:
-            return Judgment(
-                state="amber",
-                why="these channels come without certificates: look yourself and tick",
-                by_hand=True,
-            )
-        oldest = max(ages, key=ages.__getitem__)
-        since = f"{named(oldest)} calibrated {ago(ages[oldest])}"
-        if rule.age is not None and ages[oldest] > rule.age:
-            why = f"{since}: calibrate it, or check three points and tick"
+        age = self._rule.age
+        status = facts.calibration.judge(
+            self._rule.channels, None if age is None else timedelta(seconds=age)
+        )
+        if status.state == "caution":
+            why = f"{status.detail}: calibrate again, or check three points and tick"
             return Judgment(state="amber", why=why, by_hand=True)
-        return Judgment(state="green", why=f"{len(ages)} certificates in force, {since}")
+        if status.state == "unknown":
+            return Judgment(state="amber", why=f"{status.detail}: look and tick", by_hand=True)
+        return Judgment(state="green" if status.state == "good" else "red", why=status.detail)
 
 
 @_judge_for.register(Card)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final, Literal, Protocol
 
+from calibration.validity import CalibrationInForce
 from gsapp.flight.info import FlightInfo
 from gsapp.quantities import Block
 from gsapp.session.snapshot import SessionSnapshot
@@ -31,15 +32,15 @@ class Facts:
         The flight card, where there is one.
     doubts : tuple of str
         What looks like a slip on it, in words.
-    certified : mapping of str to float
-        Age of each certificate in force, s, by channel.
+    calibration : CalibrationInForce or None
+        The certificates of the flight; None where no flight is open.
     """
 
     snapshot: SessionSnapshot | None = None
     states: Mapping[str, ChannelState] = field(default_factory=dict)
     card: FlightInfo | None = None
     doubts: tuple[str, ...] = ()
-    certified: Mapping[str, float] = field(default_factory=dict)
+    calibration: CalibrationInForce | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
-from datetime import UTC, datetime
 from typing import Any, Final
 
 from gsapp.flight.card_checks import check_card
@@ -74,7 +73,7 @@ class SessionChecklist:
 
     def facts(self) -> Facts:
         """Return what the rules go by now, beside the samples."""
-        session, now = self.session, datetime.now(UTC)
+        session = self.session
         card = self._card()
         carried = [
             name
@@ -85,10 +84,7 @@ class SessionChecklist:
             snapshot=session.snapshot(),
             states=session.states(carried),
             card=card,
-            certified={
-                name: (now - certificate.stamp.astimezone()).total_seconds()
-                for name, certificate in session.certificates.items()
-            },
+            calibration=session.calibration_in_force,
             doubts=()
             if card is None
             else tuple(

@@ -26,12 +26,3 @@ def joined(parts: list[str], most: int = 4) -> str:
     if len(parts) > most:
         return listed(parts, most)
     return " and ".join([", ".join(parts[:-1]), parts[-1]]) if len(parts) > 1 else "".join(parts)
-
-
-def ago(seconds: float) -> str:
-    """Return how long ago something was, as one says it: ``3 days ago``."""
-    for unit, length in (("year", 365.25 * 86400.0), ("day", 86400.0), ("hour", 3600.0)):
-        count = int(seconds // length)
-        if count:
-            return f"{count} {unit}{'' if count == 1 else 's'} ago"
-    return f"{max(int(seconds // 60.0), 0)} min ago"
