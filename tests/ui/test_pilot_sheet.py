@@ -171,9 +171,10 @@ def test_a_danger_stands_in_place_of_all() -> None:
     assert sheet_of(Reading(cues=short, open=True)).word == "TOO HIGH"
 
 
-def test_on_the_ground_nothing_is_called_slow() -> None:
-    ground = replace(BASE, trim=cue("fly"), speed=2.0, guidance="97 ft/s slow: power")
-    assert sheet_of(Reading(cues=ground, open=True)).hints[0].words.startswith("take off")
+def test_on_the_ground_nothing_is_said_of_flying() -> None:
+    ground = replace(BASE, trim=cue("ground"), speed=2.0, guidance="97 ft/s slow: power")
+    shown = sheet_of(Reading(cues=ground, open=True))
+    assert (shown.word, shown.hints) == ("ON THE GROUND", ())
 
 
 def test_nothing_old_stands_once_no_samples_come() -> None:

@@ -47,6 +47,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from window_kit import answer_dialog, open_window, until, write_flight
 
 import ui.window
+from calibration.validity import CalibrationStatus
 from gsapp.flight.writers import write_flight_csv
 from gsapp.foundation import GroundStationError, LinkError
 from gsapp.quantities import Block
@@ -1141,7 +1142,8 @@ def test_the_bar_says_every_state_in_words_and_never_a_stale_number() -> None:
     facts = BarFacts(
         name="f", time=12.0, stale=True, link=silent,
         recorder=RecorderView(words="dead", severity=Severity.WARNING, received_bytes=2_000_000),
-        disk=DiskView(free_bytes=10**9), calibration="18", uncalibrated=2,
+        disk=DiskView(free_bytes=10**9), calibration="18",
+        calibration_status=CalibrationStatus(state="warning", words="2 uncalibrated", detail=""),
         alarms=AlarmFacts(sentences=("Too fast",), severe=True, standing=1), muted=True,
     )  # fmt: skip
     parts = {part.id: part for part in bar_parts(facts)}

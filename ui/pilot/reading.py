@@ -21,8 +21,6 @@ from ui.words import DASH, clock_text, count_text, duration_text, floor_percent,
 _HINTS: Final = 2
 _MEANT: Final = 0.5
 """Share of the least amplitude wanted, from which a move shows as an input while it is made."""
-_FLIES: Final = 0.4
-"""Share of the test point's speed below which no wing carries: on the ground, that is."""
 _SHORT_LEG: Final = 4.0
 """Seconds of leg below which its number is marked; what an input needs, the state knows."""
 
@@ -221,8 +219,6 @@ def _trim(trim: TrimCue | None, cues: CueSnapshot, units: str) -> _Head:
     ring = None
     if trim.state == "blind":
         hints = tuple(Hint(words=words) for words in trim.missing)
-    elif trim.state == "fly" and not off and _is_far_slower(cues):
-        hints = (Hint(words="take off, then the test point"),)
     elif trim.state == "fly":
         hints = _towards(off, cues.guidance)
         sign = hints[0].sign or sign if hints else sign
@@ -239,7 +235,7 @@ def _trim(trim: TrimCue | None, cues: CueSnapshot, units: str) -> _Head:
             hints += (Hint(words="speed by eye: nothing measures it"),)
     elif trim.state == "gusty":
         hints = (Hint(words="gusty: wait for calmer air"),)
-    else:
+    elif trim.state == "turn":
         turning = next((one for one in off if one.sign.startswith("turn")), None)
         sign = turning.sign if turning is not None else sign
         hints = (Hint(words=f"then {wanted}" if wanted else "next leg"),)
@@ -251,17 +247,10 @@ def _asked_for(cues: CueSnapshot) -> tuple[str, ...]:
     return tuple(SURFACES) if cues.card is None else cues.card.card.surfaces
 
 
-def _is_far_slower(cues: CueSnapshot) -> bool:
-    """Return whether the aircraft cannot be flying yet."""
-    point = None if cues.card is None else cues.card.point
-    wanted = None if point is None else point.speed
-    return wanted is not None and cues.speed is not None and cues.speed < _FLIES * wanted
-
-
 def _towards(off: tuple[Hint, ...], guidance: str) -> tuple[Hint, ...]:
     """Return what is off, with the way to the test point in place of the words it begins with."""
     if not guidance:
-        return off or (Hint(words="settle it"),)
+        return off or (Hint(words="stabilize"),)
     start = guidance.partition(":")[0]
     told = tuple(
         Hint(words=guidance, sign=one.sign) if one.words == start else one for one in off[:_HINTS]

@@ -14,6 +14,7 @@ from ui.words import DASH, number_text, unit_text
 
 STATES: Final[Mapping[TrimState, tuple[str, SignName, Tone]]] = {
     "blind": ("NO CUE", "unknown", "unknown"),
+    "ground": ("ON THE GROUND", "level", "plain"),
     "fly": ("FLY", "stick", "plain"),
     "hold": ("HOLD", "hold", "plain"),
     "go": ("GO", "go", "good"),

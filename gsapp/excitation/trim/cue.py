@@ -8,10 +8,11 @@ from typing import Final, Literal
 
 from gsapp.quantities import channel, from_si
 
-TrimState = Literal["blind", "fly", "hold", "go", "gusty", "turn"]
+TrimState = Literal["blind", "ground", "fly", "hold", "go", "gusty", "turn"]
 """What to do now.
 
-``blind``: too little is measured to judge; ``fly``: fly to the test point, what is off is listed;
+``blind``: too little is measured to judge; ``ground``: the aircraft is not airborne;
+``fly``: fly to the test point, what is off is listed;
 ``hold``: everything is where it should be, keep it there a moment longer; ``go``: make the input;
 ``gusty``: it would be trimmed in calmer air, wait; ``turn``: in a turn, or the straight leg is
 too short for another input.

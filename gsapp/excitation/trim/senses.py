@@ -92,21 +92,21 @@ class Senses:
         self.motion = Motion(*(math.nan for _ in Motion._fields))
         self._local = False
         self.quick: tuple[float, ...] = (0.0, 0.0, 0.0)
-        self.airborne = False
+        self.airborne = self.on_ground = False
         self.wings: tuple[str, ...] = ()
 
     def take(self, ticks: FloatArray) -> Iterator[None]:
         """Go through ticks of `gsapp.excitation.trim.ticks.SEEN`; give way after each."""
         prepared = [self._prepared(values) for values in ticks.tolist()]
-        fitted = [[values[place] for place in _FITTED_PLACES] for values, _, _ in prepared]
+        fitted = [[values[place] for place in _FITTED_PLACES] for values, *_ in prepared]
         fit = self._window.take(np.array(fitted, dtype=np.float64).reshape(-1, len(_FITTED)))
-        for place, (values, airborne, standing) in enumerate(prepared):
-            self.airborne = airborne
+        for place, (values, airborne, on_ground, standing) in enumerate(prepared):
+            self.airborne, self.on_ground = airborne, on_ground
             self._step(values, standing, fit, place)
             yield
 
-    def _prepared(self, values: list[float]) -> tuple[list[float], bool, bool]:
-        """Take zeros off, put alpha to the CG; return whether it flies and stands, too."""
+    def _prepared(self, values: list[float]) -> tuple[list[float], bool, bool, bool]:
+        """Take zeros off, put alpha to the CG; return whether it flies, is grounded, stands."""
         stand = self._stand
         p, q, r, speed = values[_P], values[_Q], values[_R], values[_SPEED]
         stand.step((p, q, r, speed, values[_ALTITUDE]))
@@ -117,7 +117,7 @@ class Senses:
             turned = q * vane.position[0] - p * vane.position[1]
             known = speed > _SLOWEST and turned == turned
             values[_ALPHA] = values[_ALPHA] / vane.upwash + (turned / speed if known else 0.0)
-        return values, stand.airborne, stand.standing
+        return values, stand.airborne, stand.on_ground, stand.standing
 
     def _step(self, values: list[float], standing: bool, fit: WindowFit, place: int) -> None:
         airborne = self.airborne

@@ -15,6 +15,9 @@ from gsapp.quantities.constants import DEGREE
 _FLOWN: Final = ("p", "q", "r", "V", "altitude")
 _FEWEST_FRAMES: Final = 6
 """Frames of standing still that tell a zero."""
+_SURE_FRAMES: Final = 4
+"""Frames after which an aircraft that does not seem to fly is said to be on the ground: a record
+may begin, or go on after a gap, in the air."""
 _LARGEST_ZERO: Final = 5.0 * DEGREE
 """What is more, rad/s, is motion or a broken gyro."""
 _SLOW: Final = 12.0
@@ -35,6 +38,8 @@ class StandWatch:
     ----------
     airborne, standing : bool
         Flies; stands still on the ground.
+    on_ground : bool
+        Is not airborne, and was looked at for long enough to say so.
     zeros : tuple of float
         Of p, q, r, rad/s: to be taken off what they show.
     """
@@ -47,6 +52,7 @@ class StandWatch:
         self._still = np.zeros(3)
         self._still_frames = np.zeros(3, dtype=np.int64)
         self.airborne = False
+        self.on_ground = False
         self.standing = False
         self.zeros = (0.0, 0.0, 0.0)
 
@@ -58,9 +64,12 @@ class StandWatch:
         means = [_mean(column) for column in zip(*self._frame, strict=True)]
         self._frame.clear()
         self._frames += 1
-        speed = means[3]
+        self._decide(means)
+        self.on_ground = not self.airborne and self._frames >= _SURE_FRAMES
+
+    def _decide(self, means: list[float]) -> None:
         if self._watch is None:
-            self.airborne = not speed < _SLOW
+            self.airborne = not means[3] < _SLOW
             self.standing = False
             return
         row = np.full(len(SIGNALS), np.nan)

@@ -192,6 +192,9 @@ class TrimWatch:
         if all(math.isnan(rate) for rate in self._senses.quick):
             self._steady = 0.0
             return "blind"
+        if self._senses.on_ground:
+            self._steady = 0.0
+            return "ground"
         # After a gap it takes a second until the means tell anything.
         if not airborne or all(math.isnan(rate) for rate in self._senses.motion[:3]):
             self._steady = 0.0
