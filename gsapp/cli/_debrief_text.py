@@ -44,7 +44,7 @@ def describe_debrief(console: Console, debrief: Debrief) -> None:
         box=box.SIMPLE_HEAD,
         pad_edge=False,
     )
-    for heading in ("id", "at [s]", "inputs", "kind", "V [ft/s]", "GO", "card", "verdict"):
+    for heading in ("id", "at [s]", "inputs", "kind", "V [ft/s]", "GO", "card", "verdict", "grade"):
         table.add_column(heading)
     for one in debrief.maneuvers:
         verdict = one.verdict
@@ -57,6 +57,7 @@ def describe_debrief(console: Console, debrief: Debrief) -> None:
             "yes" if one.go_at is not None else "no",
             verdict.card,
             Text(verdict.result, _COLORS.get(verdict.result, "red")),
+            verdict.grade or "",
         )
     print_whole(console, table)
     for one in debrief.maneuvers:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, TypeVar
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from gsapp.identification.campaign import CampaignResult, Step
+    from gsapp.identification.campaign import Step
     from gsapp.identification.runs.choosing import Doing
+    from gsapp.identification.runs.outcome import Outcome
 
 Result = TypeVar("Result")
 
@@ -40,10 +41,12 @@ def with_bar(console: Console, work: Callable[[Doing, Step], Result]) -> Result:
         return work(doing, step)
 
 
-def check_fitted(result: CampaignResult) -> None:
-    """Raise `FlightError` where no maneuver gave anything."""
+def check_fitted(outcome: Outcome) -> None:
+    """Raise `FlightError` where no maneuver gave anything; what is uncalibrated comes first."""
     from gsapp.foundation import FlightError
 
-    failures = [one.failure for one in result.results if one.estimate is None]
-    if len(failures) == len(result.results):
-        raise FlightError(f"no maneuver could be fitted: {failures[0]}")
+    results = outcome.result.results
+    failures = [one.failure for one in results if one.estimate is None]
+    if len(failures) == len(results):
+        causes = (*outcome.uncalibrated, failures[0])
+        raise FlightError(f"no maneuver could be fitted: {'; '.join(causes)}")

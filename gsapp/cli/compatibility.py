@@ -53,8 +53,10 @@ def run(
     from gsapp.cli._maneuvers import flown_flights
     from gsapp.cli._results import on_screen, result_text, write_result
     from gsapp.cli._screen import Screen
+    from gsapp.flight.maneuvers import uncalibrated_words
     from gsapp.foundation import FlightError
     from gsapp.identification.compatibility import DEFAULT_FREE, CompatibilitySettings, check
+    from gsapp.identification.flights import reasons_for_none
 
     console = Screen(stderr=on_screen(json))
     check_windows(maneuver, flights)
@@ -67,8 +69,8 @@ def run(
     maneuvers = [one for flight in flown for one in flight.maneuvers]
     if not maneuvers:
         raise FlightError(
-            "no maneuver was found to check instruments by; name a stretch of flight with "
-            "--maneuver START:STOP"
+            f"no maneuver to check instruments by: {reasons_for_none(flown)}; name a window of "
+            "the flight with --maneuver START:STOP"
         )
     with console.status("comparing instruments"):
         result = check(maneuvers, settings=settings)
@@ -78,6 +80,9 @@ def run(
         write_result(json, result_text(content))
     tell_calibration(console, (one.flight for one in flown))
     _describe(console, result)
+    for one in () if result.parameters else flown:
+        for words in uncalibrated_words(one.flight):
+            console.print(f"{one.flight.name}: {words}", highlight=False, soft_wrap=True)
 
 
 def _content(result: CompatibilityResult) -> dict[str, Any]:

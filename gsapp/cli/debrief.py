@@ -67,7 +67,7 @@ def run(
     debriefs: list[Debrief] = []
     for path in flights:
         with console.status(f"judging {path.name}"):
-            session = _judged(path, aircraft, model, channel_map, calibration, cards)
+            session = replayed(path, aircraft, model, channel_map, calibration, cards)
         with contextlib.closing(session):
             debriefs.append(_debrief_of(session))
             if catalog is not None:
@@ -93,7 +93,7 @@ def run(
                 console.print(f"written to {written}", highlight=False, soft_wrap=True)
 
 
-def _judged(
+def replayed(
     path: Path,
     aircraft: str | None,
     model: str | None,

@@ -90,6 +90,9 @@ def run(
     from gsapp.discrepancy.result_json import discrepancy_json
     from gsapp.discrepancy.settings import DiscrepancySettings
     from gsapp.dynamics.model import load_model
+    from gsapp.flight.maneuvers import uncalibrated_words
+    from gsapp.foundation import FlightError
+    from gsapp.identification.flights import reasons_for_none
     from gsapp.report.discrepancy_inputs import search_provenance
 
     console = Screen(stderr=on_screen(json))
@@ -111,10 +114,19 @@ def run(
     )  # fmt: skip
     own = flown[0].aircraft
     maneuvers = [one for flight in flown for one in flight.maneuvers]
+    if not maneuvers:
+        raise FlightError(
+            f"no maneuver to compare model and flight by: {reasons_for_none(flown)}; name windows "
+            "of the flight with --maneuver START:STOP, or fly doublets"
+        )
     _check_maneuvers(maneuvers, held_out, draw)
     if settings.model is not None:
         check_model(settings.model, maneuvers)
-    found = _search(console, maneuvers, own, settings)
+    try:
+        found = _search(console, maneuvers, own, settings)
+    except FlightError as error:
+        causes = (words for one in flown for words in uncalibrated_words(one.flight))
+        raise FlightError("; ".join(dict.fromkeys((str(error), *causes)))) from error
     remarks = (
         *calibration_sentences(one.flight for one in flown),
         *record_remarks(maneuvers, own),
@@ -172,14 +184,9 @@ def _check_effects(names: Sequence[str]) -> None:
 def _check_maneuvers(
     maneuvers: Sequence[Maneuver], held_out: Sequence[str], draw: Sequence[str]
 ) -> None:
-    """Raise if there is none, or one that was asked for by its id is not among them."""
-    from gsapp.foundation import FlightError, UnknownNameError
+    """Raise if one that was asked for by its id is not among them."""
+    from gsapp.foundation import UnknownNameError
 
-    if not maneuvers:
-        raise FlightError(
-            "no maneuver was found in which model and flight could be compared; name stretches of "
-            "flight with --maneuver START:STOP, or fly doublets"
-        )
     known = [one.id for one in maneuvers]
     for option, names in (("--held-out", held_out), ("--draw", draw)):
         for name in names:

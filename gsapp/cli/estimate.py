@@ -153,7 +153,6 @@ def run(
         console,
         lambda doing, step: run_request(request, flights=shelf, doing=doing, progress=step),
     )
-    result = outcome.result
     kept = ""
     if catalog is not None:
         with Catalog(catalog) as store:
@@ -161,7 +160,7 @@ def run(
     if json is not None:
         write_result(json, result_text(outcome_content(outcome, shelf)))
     describe_outcome(console, outcome)
-    check_fitted(result)
+    check_fitted(outcome)
     if json is not None and not on_screen(json):
         console.print(f"written to {json}", highlight=False, soft_wrap=True)
     if kept:

@@ -77,6 +77,7 @@ def run(
     from gsapp.dynamics.model import load_model
     from gsapp.foundation import FlightError
     from gsapp.identification.campaign import CampaignSettings, run_campaign
+    from gsapp.identification.flights import reasons_for_none
     from gsapp.identification.instrument_effects import freed
     from gsapp.identification.linear_models.files import PUBLISHED_AIRCRAFT, published_errors
     from gsapp.identification.maximum_likelihood import MLSettings
@@ -101,7 +102,11 @@ def run(
     fitted = [one for flown in every[:-1] for one in flown.maneuvers]
     other = every[-1]
     if not other.maneuvers:
-        raise FlightError(f"{validate} holds no maneuver to judge models on; choose another flight")
+        raise FlightError(
+            f"no maneuver to judge models on: {reasons_for_none(every[-1:])}; choose another flight"
+        )
+    if not fitted:
+        raise FlightError(f"no maneuver to fit models to: {reasons_for_none(every[:-1])}")
     with console.status("maximum likelihood"):
         campaign = run_campaign(
             fitted, CampaignSettings(likelihood=MLSettings(axis="lon", model=known))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as json_module
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ if TYPE_CHECKING:
 
     from gsapp.flight.flight import Flight
     from gsapp.flight.maneuvers import FlightManeuvers
+    from gsapp.session import Session
 
 _COLORS = {"A": "green", "B": "green", "C": "yellow", "D": "red"}
 
@@ -55,9 +57,10 @@ def run(
     from gsapp.cli._flight_text import check_catalog, tell_calibration
     from gsapp.cli._results import on_screen, write_result
     from gsapp.cli._screen import Screen
+    from gsapp.cli.debrief import replayed
     from gsapp.flight.catalog import Catalog, store_maneuvers
     from gsapp.flight.loading import load_flight
-    from gsapp.flight.maneuvers import survey
+    from gsapp.flight.maneuvers import recorded_verdicts, survey
     from gsapp.flight.setting import USUAL_AIRCRAFT, Setting, assumed_words
 
     console = Screen(stderr=on_screen(json))
@@ -70,6 +73,12 @@ def run(
         flown = own or load_aircraft(USUAL_AIRCRAFT)
     with console.status("looking for maneuvers"):
         found = survey(loaded, flown, as_found=as_found)
+    if found.maneuvers and not recorded_verdicts(loaded):
+        with (
+            console.status("judging inputs"),
+            closing(replayed(flight, aircraft, None, channel_map, calibration, None)) as session,
+        ):
+            found = _judged(found, session)
     if catalog is not None:
         with Catalog(catalog) as store:
             store_maneuvers(store, loaded, found.maneuvers, aircraft=flown.name)
@@ -89,13 +98,33 @@ def run(
                 console.print(f"written to {path}", highlight=False, soft_wrap=True)
 
 
+def _judged(found: FlightManeuvers, session: Session) -> FlightManeuvers:
+    """Return the maneuvers graded as the verdicts of a replay allow."""
+    from dataclasses import replace
+
+    from gsapp.flight.maneuvers import RecordedVerdict, after_verdicts
+
+    watch = session.cue_watch
+    verdicts = [
+        RecordedVerdict(t_input=one.t_input, result=one.result, advice=one.advice, grade=one.grade)
+        for one in (() if watch is None else watch.cueing.verdicts)
+    ]
+    return replace(found, maneuvers=tuple(after_verdicts(one, verdicts) for one in found.maneuvers))
+
+
 def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
     from rich import box
     from rich.table import Table
     from rich.text import Text
 
     from gsapp.cli._tables import print_whole
-    from gsapp.flight.maneuvers import CREW, GRADES
+    from gsapp.flight.maneuvers import (
+        CREW,
+        GRADES,
+        surface_remarks,
+        uncalibrated_words,
+        why_none,
+    )
     from gsapp.quantities.constants import DEGREE, FOOT
 
     count = len(found.maneuvers)
@@ -142,12 +171,13 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
     ]
     for sentence in told:
         console.print(sentence, style="dim", highlight=False, soft_wrap=True)
-    remarks = list(found.remarks)
+    remarks = [*found.remarks, *uncalibrated_words(flight)]
     if not found.maneuvers:
-        remarks.append(
-            "no maneuver was found: no input was quick, returned to trim and was answered in the "
-            "air; name one with --maneuver START:STOP where a command takes it"
-        )
+        remarks = [
+            f"no maneuver was found: {why_none(flight)}; name one with --maneuver START:STOP where "
+            "a command takes it",
+            *(one for one in found.remarks if one not in surface_remarks(flight)),
+        ]
     for sentence in remarks:
         console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
 

@@ -103,7 +103,7 @@ def run(
 
     def work(doing: Doing, step: Step) -> tuple[Outcome, tuple[Path, ...]]:
         outcome = estimate(request, flights=shelf, doing=doing, progress=step)
-        check_fitted(outcome.result)
+        check_fitted(outcome)
         linear = None
         if validate:
             linear = compare_linear_models(outcome, validate, flights=shelf, progress=step)

@@ -60,6 +60,7 @@ def run(
     from gsapp.foundation import FlightError
     from gsapp.foundation.naming import did_you_mean
     from gsapp.identification.equation_error.stepwise import choose_terms
+    from gsapp.identification.flights import reasons_for_none
 
     unknown = [name for name in coefficient if name not in _AXES]
     if unknown:
@@ -73,6 +74,8 @@ def run(
         given=maneuver, console=console,
     )  # fmt: skip
     every = [one for flight in flown for one in flight.maneuvers]
+    if not every:
+        raise FlightError(f"no maneuver to choose terms by: {reasons_for_none(flown)}")
     found: list[Selection] = []
     reasons = [one.assumed for one in flown if one.assumed]
     for name in coefficient or _AXES:

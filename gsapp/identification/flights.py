@@ -9,7 +9,7 @@ from pathlib import Path
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.flight import Flight, load_flight
 from gsapp.flight.as_flown import AsFlown, as_flown
-from gsapp.flight.maneuvers import FoundManeuver, parse_windows, survey
+from gsapp.flight.maneuvers import FoundManeuver, parse_windows, survey, why_none
 from gsapp.flight.maneuvers.given import FlightManeuvers
 from gsapp.flight.setting import USUAL_AIRCRAFT, aircraft_of, assumed_words
 from gsapp.identification.maneuver import Maneuver, cut_maneuver, mass_over_flight
@@ -109,6 +109,8 @@ class FlownFlight:
         From the CG of the aircraft file to the one at take-off, m.
     assumed : str
         As in `OpenedFlight`; it stands among the remarks, too.
+    why_none : str
+        Why there is no maneuver to use; empty where there is one.
     """
 
     flight: Flight
@@ -119,6 +121,7 @@ class FlownFlight:
     remarks: tuple[str, ...]
     cg_shift: Position = (0.0, 0.0, 0.0)
     assumed: str = ""
+    why_none: str = ""
 
 
 def flown_flights(
@@ -217,7 +220,13 @@ def flown_flight(
         ),
         remarks=tuple(remarks),
         assumed=opened.assumed,
+        why_none="" if found else why_none(opened.flight, surveyed.maneuvers),
     )
+
+
+def reasons_for_none(flown: Sequence[FlownFlight]) -> str:
+    """Return why none of some flights gives a maneuver, flight by flight."""
+    return "; ".join(f"{one.flight.name}: {one.why_none}" for one in flown)
 
 
 def _why_not(maneuver: FoundManeuver) -> str:

@@ -53,6 +53,22 @@ def test_the_list_is_printed_and_written(folder, tmp_path, capsys):
     assert [one.maneuver.to_json() for one in stored] == found
 
 
+def test_no_maneuver_is_an_a_that_the_debrief_does_not_call_good(folder, tmp_path):
+    """Maneuvers and debrief of one flight tell one story."""
+    run(flight=folder / "whole.csv", aircraft="b777", json=tmp_path / "m.json")
+    debrief.run(flights=[folder / "whole.csv"], aircraft="b777", json=tmp_path / "d.json")
+    found = json.loads((tmp_path / "m.json").read_text())
+    judged = json.loads((tmp_path / "d.json").read_text())["flights"][0]["maneuvers"]
+    results = set()
+    for verdict in judged:
+        (one,) = [one for one in found if one["t_start"] <= verdict["t_input"] < one["t_end"]]
+        results.add(verdict["result"])
+        assert one["grade"] >= verdict["grade"]
+        assert verdict["result"] == "good" or one["grade"] != "A"
+        assert verdict["result"] == "good" or one["reasons"]
+    assert results - {"good"}
+
+
 def test_json_alone_on_the_screen(folder, capsys):
     run(flight=folder / "short.csv", json=Path("-"))
     shown = capsys.readouterr()

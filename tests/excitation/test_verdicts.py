@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -35,6 +35,7 @@ from gsapp.dynamics.model import Model, load_model
 from gsapp.excitation.doublets.explaining import Explainer
 from gsapp.excitation.doublets.verdict import Verdict
 from gsapp.excitation.doublets.watch import DoubletWatch
+from gsapp.excitation.points.wanted import Band, WantedInput
 from gsapp.excitation.rows import RowStream
 from gsapp.flight.cards import TestCard
 from gsapp.flight.maneuvers import NoiseFloor, find_maneuvers
@@ -408,3 +409,72 @@ def test_a_card_counts_what_is_good_and_within_its_tolerances() -> None:
         advice = watch.verdicts[0].advice
     assert counted == [("E1", True), ("E1", False)]
     assert advice.startswith("good, but not for the card: speed")
+
+
+OUTSIDE = {"too-small", "too-large", "too-fast", "too-slow"}
+
+
+@lru_cache
+def graded_inputs() -> tuple[FlownInput, ...]:
+    return (
+        fly_input(5100, **CLEAN),
+        fly_input(5101, **{**CLEAN, "surfaces": ("dr",), "amplitudes": {"dr": 11.7 * DEGREE}}),
+        fly_input(5102, **{**CLEAN, "turbulence": 0.6}),
+    )
+
+
+def judged_against(flown: FlownInput, size: float, width: float) -> tuple[Verdict, WantedInput]:
+    """Return the verdict on an input where so many times the usual size and width were asked."""
+    usual = wanted_of(flown)
+    asked = replace(
+        usual,
+        amplitudes={name: scaled(band, size) for name, band in usual.amplitudes.items()},
+        width=scaled(usual.width, width),
+    )
+    watch = DoubletWatch(
+        load_aircraft("b777"), RATE, model=load_model("b777"), wanted_for=lambda *_: asked
+    )
+    watch.expect(asked, point_of(flown), None)
+    for rows in rows_in_ticks(flown.measured):
+        watch.take(rows)
+    watch.finish()
+    (verdict,) = watch.verdicts[:1]
+    return verdict, asked
+
+
+def scaled(band: Band, factor: float) -> Band:
+    return replace(band, low=factor * band.low, best=factor * band.best, high=factor * band.high)
+
+
+@settings(max_examples=25, deadline=None)
+@given(number=st.integers(0, 2), size=st.floats(0.2, 8.0), width=st.floats(0.3, 3.0))
+@example(number=1, size=0.55, width=1.0)
+@example(number=0, size=1.0, width=2.0)
+@example(number=0, size=1.0, width=1.0)
+def test_grade_and_verdict_never_contradict_each_other(
+    number: int, size: float, width: float
+) -> None:
+    """Outside the asked band nothing is good or an A; good is an A or a B."""
+    verdict, asked = judged_against(graded_inputs()[number], size, width)
+    inside = all(
+        asked.amplitudes[name].low <= amplitude <= asked.amplitudes[name].high
+        for name, amplitude in verdict.amplitudes.items()
+        if name in asked.amplitudes
+    )
+    if not inside:
+        assert verdict.result != "good"
+    if OUTSIDE & {one.result for one in verdict.findings}:
+        assert verdict.grade != "A"
+    assert (verdict.result == "good") == (not verdict.findings)
+    if verdict.result == "good":
+        assert verdict.grade in ("A", "B")
+    if verdict.grade == "A":
+        assert verdict.result == "good"
+
+
+def test_twice_what_was_asked_is_too_large_though_nothing_left_its_linear_range() -> None:
+    verdict, asked = judged_against(graded_inputs()[1], 0.55, 1.0)
+    assert verdict.amplitudes["dr"] > asked.amplitudes["dr"].high
+    assert verdict.result == "too-large"
+    assert verdict.grade == "B"
+    assert verdict.findings[0].surface == "dr"

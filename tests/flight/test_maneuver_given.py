@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,15 @@ import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.flight import Flight
-from gsapp.flight.maneuvers import find_maneuvers, maneuvers_of, parse_windows, survey
+from gsapp.flight.events import Event, EventLog, events_path
+from gsapp.flight.maneuvers import (
+    CREW,
+    find_maneuvers,
+    maneuvers_of,
+    parse_windows,
+    survey,
+    why_none,
+)
 from gsapp.foundation import FlightError
 from gsapp.quantities.constants import DEGREE
 
@@ -42,6 +51,7 @@ def test_windows_are_read():
         ("1:2:3:4", 1, "cannot be read"),
         ("nan:3", 1, "cannot be read"),
         ("20:10", 1, "ends before it begins"),
+        ("20:20", 1, "is empty"),
         ("10:20", 2, "which of the 2 flights"),
         ("3:10:20", 2, "names flight 3, but there are 2"),
         ("0:10:20", 2, "names flight 0"),
@@ -134,3 +144,53 @@ def test_a_stuck_surface_is_told():
     assert any(f"dr stands still at {0.02 / DEGREE:.2f} deg" in remark for remark in found.remarks)
     assert any("da was not measured" in remark for remark in found.remarks)
     assert [one.inputs for one in found.maneuvers] == [("de",), ("de",)]
+
+
+def recorded(folder: Path, **data: object) -> Flight:
+    """Return a flight during which one verdict was given."""
+    path = folder / "flight.csv"
+    flight = replace(FLIGHT, path=path)
+    EventLog(events_path(path)).append(Event(kind="verdict", text="too fast: slower", data=data))
+    return flight
+
+
+def test_a_verdict_given_in_flight_excludes_the_best_grade(tmp_path: Path):
+    """Of the maneuver that it is about, found or named; a good one changes nothing."""
+    usual = survey(FLIGHT, AIRCRAFT).maneuvers
+    first = next(one for one in usual if one.grade == "A")
+    second = next(one for one in usual if one.id != first.id)
+    flown = recorded(tmp_path, t_input=first.t_input, result="too-fast")
+    graded = {one.id: one for one in survey(flown, AIRCRAFT).maneuvers}
+    assert graded[first.id].grade == "B"
+    assert graded[first.id].reasons == ("too fast: slower",)
+    assert graded[second.id] == second
+    (named,) = maneuvers_of(flown, AIRCRAFT, [f"{first.t_start}:{first.t_end}"])
+    assert named.grade == "B"
+    regraded = replace(first, graded_by=CREW)
+    assert regraded.after_verdict("too-fast", "slower") == regraded
+    assert first.after_verdict("good", "good", "A") == first
+
+
+def test_a_verdict_that_cannot_be_read_changes_nothing(tmp_path: Path):
+    flown = recorded(tmp_path, t_input="soon", result=3, grade="Z")
+    assert survey(flown, AIRCRAFT).maneuvers == survey(FLIGHT, AIRCRAFT).maneuvers
+
+
+def test_a_command_that_stands_still_is_told_as_one():
+    """Where it stands in for a surface that was not measured: no sensor of it can be stuck."""
+    columns = {name: FLIGHT.block[name] for name in FLIGHT.block.channels if name != "da"}
+    commanded = flight_of(
+        {**columns, "da_command": np.zeros(len(FLIGHT.block))}, FLIGHT.block.times
+    )
+    (remark,) = survey(commanded, AIRCRAFT).remarks
+    assert "da_command stands still" in remark
+    assert "sensor" not in remark
+
+
+def test_why_there_is_no_maneuver_to_use():
+    """Each surface that shows nothing; what was found and left out; else what was looked for."""
+    still = changed(FLIGHT, dr=0.02, da=np.nan)
+    assert all(words in why_none(still) for words in ("dr stands still", "da was not measured"))
+    found = tuple(replace(one, use=False) for one in survey(FLIGHT, AIRCRAFT).maneuvers)
+    assert why_none(FLIGHT, found).count("excluded by hand") == len(found)
+    assert "no input was quick" in why_none(FLIGHT)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import sys
 from dataclasses import replace
@@ -25,6 +26,7 @@ from gsapp.decoding.channel_map import SHIPPED as MAPS
 from gsapp.flight import load_flight
 from gsapp.flight.certificates import covered_behind
 from gsapp.flight.folder import FlightFolder
+from gsapp.flight.maneuvers import uncalibrated_words
 from gsapp.flight.summary import summarize
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError
@@ -165,6 +167,33 @@ def test_the_rudder_alone_is_calibrated(flight: FlightFolder, tmp_path: Path) ->
         assert np.isfinite(read.block[name]).all()
     assert "q" not in read.block.channels
     assert "q_volts" in read.block.channels
+
+
+@pytest.mark.parametrize(
+    ("kept", "bare"), [("rudder", "elevator_left"), ("q", "rudder"), ("alpha", "aileron_right")]
+)
+def test_inputs_that_are_volts_only_are_named_as_the_cause(
+    flight: FlightFolder, tmp_path: Path, kept: str, bare: str
+) -> None:
+    """Where no maneuver can be used for want of certificates, each command says which."""
+    certificates = tmp_path / "one"
+    certificates.mkdir()
+    (own,) = (path for path in certificate_files("b777") if path.stem == kept)
+    shutil.copy(own, certificates)
+    read = load_flight(flight.path, certificates=certificates)
+    (words,) = uncalibrated_words(read)
+    inputs, _, answers = words.partition("; answers ")
+    assert bare in inputs
+    assert kept not in re.findall(r"\w+", words)
+    assert ("alpha" in answers) == (kept != "alpha")
+    given = {"flights": [flight.path], "calibration": str(certificates)}
+    for run in (
+        lambda: estimate.run(**given),
+        lambda: discrepancy.run(**given, out=tmp_path / "out"),
+    ):
+        with pytest.raises(FlightError, match=f"uncalibrated.*{bare}"):
+            run()
+    assert uncalibrated_words(load_flight(flight.path)) == ()
 
 
 def test_columns_that_were_calibrated_before_take_no_other_certificates(

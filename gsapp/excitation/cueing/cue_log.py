@@ -101,6 +101,7 @@ class CueLog:
                 "surfaces": list(verdict.surfaces),
                 "card": verdict.card,
                 "counts": verdict.counts,
+                "grade": verdict.grade,
                 "go_at": go_at,
             },
         )

@@ -50,8 +50,9 @@ def give_verdict(
 ) -> Verdict:
     """Return the verdict on an input.
 
-    What a grade calls unfit for an estimate is never good here: what the verdict's own judges
-    have nothing against is ``unclear`` then, with the grader's reason.
+    Grade and verdict never contradict each other. Good is what is graded A or B; where the judges
+    of the verdict have nothing against an input that is graded lower, it is ``unclear``, with the
+    grader's reason. An input that is not good is graded B at best.
 
     Parameters
     ----------
@@ -82,10 +83,11 @@ def give_verdict(
     )
     found = findings(case)
     graded = described(name, measured.passage, setting, by_size)
-    if not found and graded.grade == "D":
+    if not found and graded.grade in ("C", "D"):
         found = (Finding(result="unclear", words=graded.reasons[0]),)
     result = found[0].result if found else "good"
     advice = found[0].words if found else "good"
+    graded = graded.after_verdict(result, advice)
     if not found and min(measured.symmetry.values()) < UNEVEN and case.kind == "doublet":
         advice = "good, but uneven: both halves alike"
     card, counts = "", False
@@ -112,6 +114,7 @@ def give_verdict(
         V=measured.trim.get("V"),
         alpha=graded.alpha,
         result=result,
+        grade=graded.grade,
         findings=found,
         advice=advice,
         card=card,

@@ -220,11 +220,8 @@ def _beyond(case: Case) -> list[Finding]:
     if found:
         return found
     for one in case.measured.inputs:
-        # What the card asks for, and what no vane shows, is judged by the surface.
-        blind = not {"alpha", "beta"} & set(case.measured.flow)
         band = case.band(one.surface)
-        by_card = case.wanted is not None and case.wanted.source == "card"
-        if band is not None and (by_card or blind) and one.amplitude > band.high:
+        if band is not None and one.amplitude > band.high:
             found.append(_larger_than(case, one, band))
     return found
 

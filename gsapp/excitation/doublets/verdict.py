@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from gsapp.flight.maneuvers.found import Grade
+
 Result = Literal[
     "good", "too-small", "too-large", "too-fast", "too-slow", "not-trimmed", "spoiled", "unclear"
 ]
@@ -105,6 +107,9 @@ class Verdict:
         Whether it is one of the repeats that the card asks for.
     judged_by : tuple of str
         What could not be judged, and why, in words.
+    grade : {"A", "B", "C", "D"} or None
+        How good it is for estimates: A or B if it is good, B at best if it is not. None in
+        debriefs that were kept before there was one.
     """
 
     id: str
@@ -128,3 +133,4 @@ class Verdict:
     card: str = ""
     counts: bool = False
     judged_by: tuple[str, ...] = ()
+    grade: Grade | None = None

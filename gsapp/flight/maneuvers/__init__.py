@@ -7,9 +7,15 @@ from gsapp.flight.maneuvers.found import CREW, GRADES, PROGRAM, FoundManeuver, G
 from gsapp.flight.maneuvers.given import (
     Assessor,
     FlightManeuvers,
+    RecordedVerdict,
+    after_verdicts,
     maneuvers_of,
     parse_windows,
+    recorded_verdicts,
+    surface_remarks,
     survey,
+    uncalibrated_words,
+    why_none,
 )
 from gsapp.flight.maneuvers.noise import NoiseFloor
 
@@ -26,10 +32,16 @@ __all__ = [
     "ManeuverDetector",
     "ManeuverLog",
     "NoiseFloor",
+    "RecordedVerdict",
+    "after_verdicts",
     "detect",
     "find_maneuvers",
     "maneuvers_of",
     "parse_windows",
+    "recorded_verdicts",
     "standing",
+    "surface_remarks",
     "survey",
+    "uncalibrated_words",
+    "why_none",
 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final, Literal
 
 from gsapp.foundation import FlightError
@@ -12,8 +12,8 @@ from gsapp.foundation import FlightError
 Grade = Literal["A", "B", "C", "D"]
 
 GRADES: Final[Mapping[Grade, str]] = {
-    "A": "good: nothing to object to",
-    "B": "usable: one small defect",
+    "A": "good: as asked, no defect",
+    "B": "usable: one small defect, or not as asked (amplitude, width, trim)",
     "C": "poor: several small defects or a large one; expect wide bounds",
     "D": "unfit: too little, too much or broken; keep it out of a fit",
 }
@@ -90,6 +90,25 @@ class FoundManeuver:  # noqa: PLW1641 - the decorator makes the hash
         if not isinstance(other, FoundManeuver):
             return NotImplemented
         return self.to_record() == other.to_record()
+
+    def after_verdict(self, result: str, advice: str, grade: Grade | None = None) -> FoundManeuver:
+        """Return the maneuver graded no better than its verdict allows.
+
+        Only an input with the verdict good can be an A. A grade given by hand stays.
+
+        Parameters
+        ----------
+        result : str
+            As in `gsapp.excitation.doublets.verdict.Verdict`: ``good``, ``too-large`` ...
+        advice : str
+            In words; becomes a reason.
+        grade : {"A", "B", "C", "D"}, optional
+            Of the verdict.
+        """
+        limit = max(grade or "A", "A" if result == "good" else "B")
+        if limit <= self.grade or self.graded_by == CREW:
+            return self
+        return replace(self, grade=limit, reasons=(*self.reasons, advice))
 
     def used(self, *, alone: bool = False) -> bool:
         """Return whether it takes part in estimates.

@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.flight.events import EventLog, events_path
+from gsapp.decoding.derived import instruments_behind
+from gsapp.flight.events import EventLog, events_path, read_events
 from gsapp.flight.flight import Flight
 from gsapp.flight.maneuvers.detection import check_flight, described, detect
 from gsapp.flight.maneuvers.edit_log import ManeuverLog, standing
-from gsapp.flight.maneuvers.found import FoundManeuver
-from gsapp.flight.maneuvers.grading import Passage, Setting
+from gsapp.flight.maneuvers.found import GRADES, FoundManeuver, Grade
+from gsapp.flight.maneuvers.grading import ANSWERING, Passage, Setting
 from gsapp.flight.maneuvers.moves import ALSO_MOVED, moved_inputs
 from gsapp.flight.maneuvers.noise import NoiseFloor
 from gsapp.flight.maneuvers.shape import LOOK_BACK, SurfaceInput, plain_input
-from gsapp.flight.maneuvers.signals import COLUMN, SURFACES, signals_of
+from gsapp.flight.maneuvers.signals import COLUMN, HALVES, SURFACES, signals_of
 from gsapp.foundation import FlightError
 from gsapp.quantities.constants import DEGREE
 
 SHORT: Final = 60.0
 """A flight shorter than this, s, with one maneuver at most is that maneuver, whole."""
 
+_GRADE: Final[Mapping[str, Grade]] = {grade: grade for grade in GRADES}
 _MOVED_OVER_NOISE, _MOVED_SHARE = 6.0, 0.015
 
 
@@ -87,7 +89,8 @@ def _window(text: str, flights: int) -> Window:
         raise FlightError(f"the maneuver '{text}' cannot be read; {usage}")
     start, stop = numbers[-2:]
     if not start < stop:
-        raise FlightError(f"the maneuver '{text}' ends before it begins; {usage}")
+        what = "is empty" if start == stop else "ends before it begins"
+        raise FlightError(f"the maneuver '{text}' {what}; {usage}")
     if len(numbers) == 2:
         if flights > 1:
             raise FlightError(
@@ -99,6 +102,50 @@ def _window(text: str, flights: int) -> Window:
         counted = "there is 1 flight" if flights == 1 else f"there are {flights} flights"
         raise FlightError(f"the maneuver '{text}' names flight {parts[0]}, but {counted}")
     return Window(flight=int(numbers[0]), start=start, stop=stop)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordedVerdict:
+    """A verdict as the crew was told it, or as a debrief gives it.
+
+    Attributes
+    ----------
+    t_input : float
+        When the input began, s.
+    result : str
+        ``good``, ``too-large`` ...
+    advice : str
+        In words.
+    grade : {"A", "B", "C", "D"} or None
+        None in records from before there was one.
+    """
+
+    t_input: float
+    result: str
+    advice: str
+    grade: Grade | None = None
+
+
+def recorded_verdicts(flight: Flight) -> tuple[RecordedVerdict, ...]:
+    """Return the verdicts among the events of a flight; none of a flight that nobody watched."""
+    return tuple(
+        RecordedVerdict(
+            t_input=float(event.data["t_input"]),
+            result=str(event.data.get("result", "good")),
+            advice=event.text,
+            grade=_GRADE.get(str(event.data.get("grade"))),
+        )
+        for event in read_events(events_path(flight.path)).events
+        if event.kind == "verdict" and isinstance(event.data.get("t_input"), (int, float))
+    )
+
+
+def after_verdicts(found: FoundManeuver, verdicts: Sequence[RecordedVerdict]) -> FoundManeuver:
+    """Return a maneuver graded as the verdict on its input allows; see `after_verdict`."""
+    for one in verdicts:
+        if found.t_start <= one.t_input < found.t_end:
+            found = found.after_verdict(one.result, one.advice, one.grade)
+    return found
 
 
 class Assessor:
@@ -117,6 +164,11 @@ class Assessor:
         self._setting = Setting(aircraft=aircraft, noise=noise)
         self._times = flight.block.times
         self._rows = signals_of(flight.block)
+        self._verdicts = recorded_verdicts(flight)
+
+    def after_verdicts(self, found: FoundManeuver) -> FoundManeuver:
+        """Return a maneuver graded as the verdicts recorded in flight allow."""
+        return after_verdicts(found, self._verdicts)
 
     def assess(self, name: str, start: float, stop: float) -> FoundManeuver:
         """Return the stretch from start to stop (s) as a maneuver, graded.
@@ -143,7 +195,7 @@ class Assessor:
             t_end=end,
         )
         found = described(name, passage, self._setting, inputs)
-        return replace(found, t_start=begin, t_end=end)
+        return self.after_verdicts(replace(found, t_start=begin, t_end=end))
 
     def _inputs(self, low: int, high: int) -> list[SurfaceInput]:
         times, rows = self._times[low:high], self._rows[low:high]
@@ -206,11 +258,15 @@ def survey(
         If no surface was measured, or a text cannot be read or lies outside the flight.
     """
     windows = [one for one in parse_windows(given, flights) if one.flight == number]
-    check_flight(flight)
+    try:
+        check_flight(flight)
+    except FlightError as error:
+        raise FlightError("; ".join((str(error), *uncalibrated_words(flight)))) from None
     detector = detect(flight, aircraft)
     found = detector.finish()
     remarks = list(surface_remarks(flight))
     assessor = Assessor(flight, aircraft, detector.noise)
+    found = tuple(assessor.after_verdicts(one) for one in found)
     if windows:
         found = tuple(
             assessor.assess(str(place), window.start, window.stop)
@@ -252,15 +308,69 @@ def maneuvers_of(
 def surface_remarks(flight: Flight) -> tuple[str, ...]:
     """Return sentences about surfaces that were not measured or never moved."""
     rows = signals_of(flight.block)
+    behind, bare = _instruments(flight), set(flight.uncalibrated)
     found = []
     for surface in SURFACES:
         samples = rows[:, COLUMN[surface]]
         samples = samples[np.isfinite(samples)]
-        if not samples.size:
+        if not samples.size and bare & set(behind.get(surface, ())):
+            found.append(f"{surface} is uncalibrated: its inputs cannot be seen")
+        elif not samples.size:
             found.append(f"{surface} was not measured: its inputs cannot be seen")
         elif samples.size > 100 and not float(np.ptp(samples)) > 0.0:
+            still = f"stands still at {samples[0] / DEGREE:.2f} deg in every sample"
+            measured = {surface, *HALVES.get(surface, ("rudder",))} & set(flight.block.channels)
             found.append(
-                f"{surface} stands still at {samples[0] / DEGREE:.2f} deg in every sample: its "
-                "sensor looks stuck or unplugged"
+                f"{surface} {still}: its sensor looks stuck or unplugged"
+                if measured
+                else f"{surface} was not measured, and {surface}_command {still}: look which servo "
+                "the channel map names"
             )
     return tuple(found)
+
+
+def why_none(flight: Flight, found: Sequence[FoundManeuver] = ()) -> str:
+    """Return why a flight gives no maneuver to use.
+
+    Parameters
+    ----------
+    flight : Flight
+    found : sequence of FoundManeuver
+        Those that were found and are not used.
+    """
+    causes = [*uncalibrated_words(flight)]
+    if causes:
+        return "; ".join(causes)
+    causes += surface_remarks(flight)
+    for one in found:
+        why = "excluded by hand" if one.use is False else "; ".join(one.reasons)
+        causes.append(f"maneuver {one.id} is left out: {why or 'unfit'}")
+    if not found:
+        other = "other " if causes else ""
+        causes.append(f"no {other}input was quick, returned to trim and was answered in the air")
+    return "; ".join(causes)
+
+
+def _instruments(flight: Flight) -> dict[str, tuple[str, ...]]:
+    """Return the instruments behind each channel, calibrated or not."""
+    measured = [name for name, each in flight.sources.items() if each.kind != "derived"]
+    return instruments_behind([*measured, *flight.uncalibrated])
+
+
+def uncalibrated_words(flight: Flight) -> tuple[str, ...]:
+    """Return which inputs and answers of a flight are volts only, for want of a certificate."""
+    bare = set(flight.uncalibrated)
+    if not bare:
+        return ()
+    behind = _instruments(flight)
+    answers = dict.fromkeys(name for names in ANSWERING.values() for name in names)
+    parts = []
+    for what, names in (("inputs", SURFACES), ("answers", answers)):
+        lacking = [one for name in names for one in behind.get(name, ()) if one in bare]
+        if lacking:
+            parts.append(f"{what} {', '.join(dict.fromkeys(lacking))}")
+    if not parts:
+        return ()
+    return (
+        f"uncalibrated, volts only: {'; '.join(parts)}: add their certificates (--calibration)",
+    )

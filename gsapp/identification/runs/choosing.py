@@ -30,12 +30,15 @@ class FlownManeuvers:
     stored : tuple of FoundManeuver
         What a catalog is told of: all of the flight, or those that were named.
     remarks : tuple of str
+    why_none : str
+        Why none was cut; empty where one was.
     """
 
     cut: tuple[Maneuver, ...]
     found: tuple[FoundManeuver, ...]
     stored: tuple[FoundManeuver, ...]
     remarks: tuple[str, ...]
+    why_none: str = ""
 
 
 def flown_maneuvers(
@@ -103,6 +106,7 @@ def _standing(
                 cut=own.maneuvers,
                 stored=surveyed.maneuvers,
                 remarks=own.remarks,
+                why_none=own.why_none,
             )
         )
     return tuple(flown)

@@ -44,6 +44,8 @@ class Outcome:
         Of the program and what shapes its numbers.
     flights : tuple of FlightEntry
         What a catalog keeps of the flights.
+    uncalibrated : tuple of str
+        Which inputs and answers of the flights were volts only, in words.
     """
 
     request: RunRequest
@@ -56,3 +58,4 @@ class Outcome:
     inputs: tuple[InputFile, ...] = ()
     versions: Mapping[str, str] = field(default_factory=dict)
     flights: tuple[FlightEntry, ...] = ()
+    uncalibrated: tuple[str, ...] = ()

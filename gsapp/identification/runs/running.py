@@ -11,7 +11,8 @@ import numpy as np
 from gsapp.aircraft import file_warnings
 from gsapp.dynamics.model import load_model
 from gsapp.flight.catalog import FlightEntry
-from gsapp.foundation import UnknownNameError
+from gsapp.flight.maneuvers import uncalibrated_words
+from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.foundation.naming import did_you_mean
 from gsapp.identification.campaign import Step, run_campaign
 from gsapp.identification.runs.choosing import Doing, chosen_of, flown_maneuvers, in_order
@@ -70,6 +71,16 @@ def run(
     file = weights_file(request)
     flown = flown_maneuvers(request, shelf, doing=doing)
     shelved = [shelf.open(opening) for opening in openings_of(request)]
+    if not any(own.cut for own in flown):
+        why = "; ".join(
+            f"{one.opened.flight.name}: {own.why_none}"
+            for one, own in zip(shelved, flown, strict=True)
+            if own.why_none
+        )
+        raise FlightError(
+            f"no maneuver to estimate from{': ' if why else ''}{why}; name windows with "
+            "--maneuver START:STOP, or see what 'gsapp maneuvers' finds"
+        )
     settings = replace(
         request.settings,
         weights=request.settings.weights
@@ -105,6 +116,11 @@ def run(
         remarks=tuple(dict.fromkeys((*_doubled(shelved), *doubts, *read, *why_not))),
         inputs=inputs_of(request, shelved),
         versions=run_versions(),
+        uncalibrated=tuple(
+            f"{one.opened.flight.name}: {words}"
+            for one in shelved
+            for words in uncalibrated_words(one.opened.flight)
+        ),
         flights=tuple(
             FlightEntry.of(
                 one.opened.flight,
