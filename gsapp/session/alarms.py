@@ -363,6 +363,13 @@ class AlarmBoard:
         else:
             self._alarms[key] = replace(former, current=Severity.NORMAL)
 
+    def dismiss(self, key: str) -> None:
+        """Remove an alarm whose cause is gone and that nobody need acknowledge; the log keeps it."""
+        alarm = self._alarms.get(key)
+        if alarm is not None and not alarm.active:
+            del self._alarms[key]
+            self.revision += 1
+
     def acknowledge(
         self, key: str, raised: float | None, by: str = "", time: float | None = None
     ) -> None:

@@ -23,6 +23,7 @@ _SILENT = 3.0
 _NO_DATA = 5.0
 """Seconds without a sign of the aircraft after which the crew is told what is wrong."""
 _LOSS_SPAN = 10.0
+_NOT_HEARD_YET = ("no data", "no aircraft")
 _MUCH_LOSS = 0.1
 _FEW_FRAMES = 50
 _LITTLE_TIME, _LITTLE_ROOM = 1800.0, 500e6
@@ -387,6 +388,9 @@ class EquipmentMonitor:
         if words == "unreadable":
             age = None
         self._say("link", severity, now, sentence, former.severity)
+        if former.words in _NOT_HEARD_YET and words == "ok":
+            # Whoever waited for the aircraft need not confirm that it came.
+            self._board.dismiss("link")
         remarks = () if report is None else report.sentences
         others = [said for said in remarks if said != unreadable]
         if others and self._handle is not None:
@@ -439,7 +443,7 @@ class EquipmentMonitor:
         problem = self._problem(status, report) if waited >= _NO_DATA else ""
         if not problem:
             return "waiting", Severity.NORMAL, ""
-        words = "no aircraft" if status.received_bytes else "no data"
+        words = _NOT_HEARD_YET[status.received_bytes > 0]
         return words, Severity.CAUTION, problem
 
     @staticmethod

@@ -94,7 +94,7 @@ def test_cache_gives_the_same_flight_and_is_never_trusted(box_folder, monkeypatc
         raise AssertionError("decoded again")
 
     with monkeypatch.context() as patch:
-        patch.setattr("gsapp.flight.loading.Decoder", forbidden)
+        patch.setattr("gsapp.flight.setting.Decoder", forbidden)
         second = load_flight(box_folder.path)
         with pytest.raises(AssertionError, match="decoded again"):
             load_flight(box_folder.path, rate=50)

@@ -143,6 +143,12 @@ def test_no_aircraft_is_heard_where_only_others_are(
     seen = session.snapshot().link
     assert (seen.age, seen.system, seen.severity) == (None, None, Severity.CAUTION)
     assert f"system {system}, component {component}" in seen.problem
+    assert session.board.severity("link") is Severity.CAUTION
+    # The aircraft comes: the alarm has gone, with nothing to acknowledge, and is in the log.
+    link.send(1, 1, "aircraft")
+    follow(session, lambda: session.snapshot().link.words == "ok")
+    assert session.board.get("link") is None
+    assert [one.over for one in session.board.episodes if one.key == "link"] == [True]
     session.close()
 
 

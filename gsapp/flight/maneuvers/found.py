@@ -105,7 +105,8 @@ class FoundManeuver:  # noqa: PLW1641 - the decorator makes the hash
         grade : {"A", "B", "C", "D"}, optional
             Of the verdict.
         """
-        limit = max(grade or "A", "A" if result == "good" else "B")
+        verdict: Grade = "A" if result == "good" else "B"
+        limit: Grade = max(grade or "A", verdict)
         if limit <= self.grade or self.graded_by == CREW:
             return self
         return replace(self, grade=limit, reasons=(*self.reasons, advice))
