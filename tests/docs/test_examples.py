@@ -245,7 +245,7 @@ def test_the_examples_together_are_a_flight_folder(example: Example, tmp_path: P
     record = read_events(folder.path / "events.jsonl")
     assert record.damaged == 0
     assert [event.kind for event in record.events] == [
-        "mark", "note", "card-choice", "verdict", "maneuver-edit", "maneuver-undo",
+        "mark", "note", "card-choice", "vehicle", "verdict", "maneuver-edit", "maneuver-undo",
     ]  # fmt: skip
     changes = ManeuverLog(EventLog(folder.path / "events.jsonl"), [_found("3", 119.0, 124.16)])
     assert (changes.left_out, len(changes.book.edits), len(changes.book.undone)) == (0, 0, 1)
