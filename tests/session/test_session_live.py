@@ -182,7 +182,7 @@ def test_a_flight_folder_that_disappears_is_an_alarm_and_its_recorder_can_be_sto
     # The recorder goes on beside it, and whoever knows the former name is led there.
     beside = field.folder.with_name(f"{field.folder.name}-2")
     patience(lambda: session.update() or session.equipment.moved_to == beside)
-    assert session.board.get("folder") is not None
+    patience(lambda: session.update() or session.board.get("folder") is not None)
     assert handle.alive()
     assert [(one.folder, one.pid) for one in find_recorders()] == [(beside, handle.pid)]
     field.aircraft.send(50)
