@@ -10,6 +10,7 @@ from gsapp.aircraft import Aircraft
 from gsapp.discrepancy.catalog import left_out, record
 from gsapp.foundation import FlightError
 from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.stuck import check_size
 
 FEWEST = 4
 """Maneuvers: three to learn from and one to judge by."""
@@ -25,8 +26,8 @@ def check_maneuvers(maneuvers: Sequence[Maneuver], aircraft: Aircraft) -> None:
     Raises
     ------
     FlightError
-        If there are too few maneuvers, a channel lacks without which nothing can be said, or the
-        flights are of another aircraft.
+        If there are too few maneuvers, one of them is too short, a channel lacks without which
+        nothing can be said, or the flights are of another aircraft.
     """
     if len(maneuvers) == 1:
         raise FlightError(
@@ -41,6 +42,7 @@ def check_maneuvers(maneuvers: Sequence[Maneuver], aircraft: Aircraft) -> None:
             "speeds"
         )
     for one in maneuvers:
+        check_size(one)
         lacking = [name for name in _NEEDED if not one.has(name)]
         if lacking:
             raise FlightError(

@@ -108,7 +108,7 @@ def _told(view: ManeuverView, place: Place) -> Disagreement | None:
     if good.sum() < _FEWEST:
         return None
     dt = float(np.median(np.diff(view.times)))
-    width = max(2, round(_WINDOW / dt))
+    width = min(max(2, round(_WINDOW / dt)), len(history))
     squares = np.where(good, history, 0.0) ** 2
     means = np.convolve(squares, np.ones(width), "valid") / np.maximum(
         np.convolve(good, np.ones(width), "valid"), 1.0

@@ -23,6 +23,8 @@ def changed_values(model: Model | None, fit: Fit) -> dict[str, ChangedValue]:
     if model is None:
         return {}
     names = [name for name in fit.free if name in derivative_names()]
+    if not names:
+        return {}
     information = fit.information().with_priors(fit.priors())
     every = (*fit.free, *fit.bias_names())
     _, covariance = information.solution(every)

@@ -14,6 +14,9 @@ sys.path.insert(0, str(Path(__file__).parent))
 from core_kit import AIRCRAFT, maneuver, with_channel
 
 from gsapp.discrepancy.checking import check_forced, check_maneuvers, moving_inputs
+from gsapp.discrepancy.finding import disagreements
+from gsapp.discrepancy.placing import Place
+from gsapp.discrepancy.results import ManeuverView
 from gsapp.discrepancy.settings import DiscrepancySettings
 from gsapp.discrepancy.workflow import Investigation
 from gsapp.foundation import FlightError, GroundStationError, UnknownNameError
@@ -54,6 +57,7 @@ def test_each_lack_has_its_own_sentence(flown: list[Maneuver]) -> None:
         "has no q;": [*flown[:3], without(flown[3], "q")],
         "has no an;": [*flown[:3], without(flown[3], "an")],
         "was flown by 'glider'": [*flown[:2], other, flown[3]],
+        "has 2 samples": [*flown[:3], replace(flown[3], block=flown[3].block.between(1.0, 1.03))],
     }
     sentences = {}
     for words, given in cases.items():
@@ -139,3 +143,20 @@ def test_all_kept_out(flown: list[Maneuver]) -> None:
     every = tuple(one.id for one in flown)
     with pytest.raises(GroundStationError, match="all maneuvers are kept out"):
         Investigation(flown, AIRCRAFT).run(DiscrepancySettings(held_out=every))
+
+
+def test_the_worst_second_of_a_record_shorter_than_one() -> None:
+    """It is told within the record, not behind its end."""
+    count = 12
+    times = 5.0 + 0.01 * np.arange(count)
+    missing = np.zeros((count, 1))
+    missing[-1] = 1.0
+    nothing = np.zeros((count, 0))
+    view = ManeuverView(
+        id="1", flight="a", kind="de", held_out=False, times=times, channels=(),
+        measured=nothing, computed=(nothing, nothing), coefficients=("Cm",),
+        missing=(missing, missing), floor={}, coefficient_floor={"Cm": 0.1}, conditions={},
+    )  # fmt: skip
+    place = Place(coefficient="Cm", channel="", maneuver="1", gain=9.0, p_value=1e-6)
+    (found,) = disagreements([view], [place], false_alarm=0.01)
+    assert times[0] <= found.t_start <= found.t_end <= times[-1]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -85,3 +87,14 @@ def test_input_that_never_moves_is_named() -> None:
         )  # fmt: skip
     with pytest.raises(FlightError, match="dr never moves"):
         batch_least_squares(still)
+
+
+def test_inputs_that_move_alike_are_told() -> None:
+    """A doubled column has no effect of its own: one sentence, not a singular matrix."""
+    alike = [
+        replace(one, inputs=np.column_stack([one.inputs[:, 0], one.inputs[:, 0]]),
+                input_names=("da", "dr"))
+        for one in stretches("lateral", 1, noise=0.001)
+    ]  # fmt: skip
+    with pytest.raises(FlightError, match="move alike"):
+        batch_least_squares(alike)

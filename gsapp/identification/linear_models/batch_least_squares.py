@@ -84,7 +84,13 @@ def batch_least_squares(stretches: Sequence[Signals]) -> BatchLeastSquares:
             f"{', '.join(still)} never moves in these maneuvers, so that no model of its effect "
             "can be had; give maneuvers with that input"
         )
-    solution = linalg.lstsq(X, Y)[0]
+    solution, _, rank, _ = linalg.lstsq(X, Y)
+    if rank < n + m:
+        names = ", ".join((*first.state_names, *first.input_names))
+        raise FlightError(
+            f"some of {names} move alike in these maneuvers, so that their effects cannot be "
+            "separated; give other maneuvers, or more of them"
+        )
     errors = Y - X @ solution
     mse = np.sum(errors**2, axis=0) / (len(X) * (1.0 - (n + m) / effective))
     inverse = np.linalg.inv(X.T @ X).diagonal() * len(X) / effective
