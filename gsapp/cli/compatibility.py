@@ -80,6 +80,10 @@ def run(
         write_result(json, result_text(content))
     tell_calibration(console, (one.flight for one in flown))
     _describe(console, result)
+    for one in flown:
+        for words in one.remarks if maneuver else ():
+            if words not in one.flight.remarks:  # told already
+                console.print(words, style="yellow", highlight=False, soft_wrap=True)
     for one in () if result.parameters else flown:
         for words in uncalibrated_words(one.flight):
             console.print(f"{one.flight.name}: {words}", highlight=False, soft_wrap=True)

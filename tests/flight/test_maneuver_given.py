@@ -194,3 +194,13 @@ def test_why_there_is_no_maneuver_to_use():
     found = tuple(replace(one, use=False) for one in survey(FLIGHT, AIRCRAFT).maneuvers)
     assert why_none(FLIGHT, found).count("excluded by hand") == len(found)
     assert "no input was quick" in why_none(FLIGHT)
+
+
+def test_a_window_on_the_ground_is_told():
+    """By airspeed; where none is measured, a steady flight may look like standing."""
+    given = ["5:12", "59:65"]
+    told = [one for one in survey(FLIGHT, AIRCRAFT, given=given).remarks if "not flown" in one]
+    assert len(told) == 1
+    assert told[0].startswith("maneuver 1 ")
+    unknown = changed(FLIGHT, V=np.nan)
+    assert not [one for one in survey(unknown, AIRCRAFT, given=given).remarks if "not flown" in one]

@@ -116,6 +116,7 @@ class ManeuverDetector:
     def reset(self) -> None:
         """Forget everything; the flight begins anew."""
         self._watch = AirborneWatch(self._aircraft)
+        self._flown: list[tuple[float, float]] = []  # when it was in the air, s
         self._meter = NoiseMeter()
         self._setting = Setting(aircraft=self._aircraft, noise=NoiseFloor())
         self._found: list[FoundManeuver] = []
@@ -150,6 +151,10 @@ class ManeuverDetector:
     def airborne(self) -> bool:
         """Return whether the aircraft flies."""
         return self._watch.airborne
+
+    def flew(self, start: float, stop: float) -> bool:
+        """Return whether the aircraft was in the air at any time from start to stop, s."""
+        return any(begin <= stop and end >= start for begin, end in self._flown)
 
     @property
     def judged_by(self) -> str:
@@ -255,6 +260,9 @@ class ManeuverDetector:
         self._watch.add(float(times[0]), means)
         if was_airborne and not self._watch.airborne:
             self._landed(self._watch.since)
+        if self._watch.airborne:
+            begin = self._flown.pop()[0] if was_airborne and self._flown else float(times[0])
+            self._flown.append((begin, float(times[-1])))
         self._frames.append((times, rows))
         self._measure_noise(rows)
         self._look(times, peaks, moves)

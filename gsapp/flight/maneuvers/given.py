@@ -272,6 +272,14 @@ def survey(
             assessor.assess(str(place), window.start, window.stop)
             for place, window in enumerate(windows, start=1)
         )
+        # Without airspeed a steady flight may look like standing.
+        if detector.judged_by == "airspeed":
+            remarks += [
+                f"maneuver {one.id} was not flown: from {one.t_start:.2f} to {one.t_end:.2f} s the "
+                "aircraft was on the ground, by its airspeed"
+                for one in found
+                if not detector.flew(one.t_start, one.t_end)
+            ]
     elif flight.duration < SHORT and len(found) <= 1:
         times = flight.block.times
         whole = assessor.assess("1", float(times[0]), float(times[-1]))
