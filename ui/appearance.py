@@ -6,14 +6,18 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from PySide6.QtCore import QObject
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QWidget
 
+from ui.choices import connect_choices
+from ui.commands import CommandSet
+from ui.dialogs.settings import SettingsDialog
 from ui.fonts import sans
+from ui.frame.banners import Banner, BannerStack
 from ui.look import SCALES, Look
 from ui.settings import SettingsStore
 from ui.signs import sign_files
 from ui.style import style_sheet
-from ui.theme import THEMES
+from ui.theme import THEMES, theme_title
 
 
 class Appearance(QObject):
@@ -25,13 +29,20 @@ class Appearance(QObject):
         Shared by all widgets.
     store : SettingsStore
         Remembers.
+    parent : QWidget, optional
+        The window, for the dialog of settings.
     """
 
-    def __init__(self, look: Look, store: SettingsStore, parent: QObject | None = None) -> None:
+    def __init__(self, look: Look, store: SettingsStore, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._look = look
         self._store = store
         self._signs = sign_files()
+        self._window = parent
+        self._commands: CommandSet | None = None
+        self._banners: BannerStack | None = None
+        self._announced = look.theme.name
+        self._banner: Banner | None = None
         look.changed.connect(self.apply)
 
     @property
@@ -43,8 +54,42 @@ class Appearance(QObject):
             "units": self.other_units,
             "larger": lambda: self.step_scale(1),
             "smaller": lambda: self.step_scale(-1),
+            "settings": self.edit_settings,
             "normal_size": lambda: self._look.set_scale(SCALES[0]),
         }
+
+    def announce(self, commands: CommandSet, banners: BannerStack) -> None:
+        """Check the theme in the menu from now on, and name in a banner what theme was chosen."""
+        self._commands, self._banners = commands, banners
+        self._look.changed.connect(self._show_theme)
+        for name in THEMES:
+            commands.actions[f"theme_{name}"].triggered.connect(self._show_theme)
+        self._show_theme()
+
+    def _show_theme(self) -> None:
+        chosen = self._look.theme.name
+        if self._commands is None or self._banners is None:
+            return
+        for name in THEMES:
+            self._commands.check(f"theme_{name}", name == chosen)
+        if chosen != self._announced:
+            self._announced = chosen
+            if self._banner is not None:
+                self._banners.remove(self._banner)
+            self._banner = self._banners.show_banner("note", f"{theme_title(chosen)} theme.")
+
+    def edit_settings(self) -> None:
+        """Ask for what is remembered, and put it in force."""
+        dialog = SettingsDialog(self._store.current, self._look, connect_choices(), self._window)
+        if not dialog.exec():
+            return
+        values = dialog.values
+        if values.pop("muted") != self._store.current.muted and self._commands is not None:
+            self._commands.actions["mute"].trigger()
+        self._look.set_theme(str(values.pop("theme")))
+        self._look.set_scale(int(str(values.pop("scale"))))
+        self._look.set_units(str(values.pop("units")))
+        self._store.change(**values)
 
     def apply(self) -> None:
         """Put style sheet and font in force, and remember."""

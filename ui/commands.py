@@ -417,8 +417,11 @@ COMMANDS: tuple[Command, ...] = (
     _command("View", "place_gap", "Model gap", "F5"),
     _command("View", "full_screen", "Full screen", *FULL_SCREEN_KEYS, rule=True),
     _command("View", "side_panel", "Side panel", "F9", needs="charts"),
-    _command("View", "next_theme", "Next theme", "Ctrl+T", rule=True),
-    *(_command("View", f"theme_{name}", f"{theme_title(name)} theme") for name in THEMES),
+    *_within(
+        "Theme",
+        _command("View", "next_theme", "Next theme", "Ctrl+T"),
+        *(_command("View", f"theme_{name}", theme_title(name)) for name in THEMES),
+    ),
     _command("View", "units", "US or SI units", "Ctrl+U"),
     _command("View", "larger", "Larger", "Ctrl++", "Ctrl+="),
     _command("View", "smaller", "Smaller", "Ctrl+-"),

@@ -21,14 +21,12 @@ from PySide6.QtWidgets import (
 
 from gsapp.session.limit_book import LimitBook
 from ui.appearance import Appearance
-from ui.choices import connect_choices
 from ui.commands import CommandSet, Need
 from ui.desk import Desk
 from ui.dialogs.about import AboutDialog, about_lines
 from ui.dialogs.guide import GuideWindow, guide_folder
 from ui.dialogs.keys import KeysDialog
 from ui.dialogs.link import LinkDialog
-from ui.dialogs.settings import SettingsDialog
 from ui.dialogs.small import ask_closing
 from ui.faults import Fault, FaultDesk
 from ui.flight.controls import ActionButton
@@ -37,7 +35,7 @@ from ui.flight.layout_store import LayoutStore
 from ui.flight.link_lines import vehicle_words
 from ui.flight.place import FlightPlace
 from ui.flight.view import FlightView
-from ui.frame.banners import Banner, BannerStack
+from ui.frame.banners import BannerStack
 from ui.frame.bar_view import Bar
 from ui.frame.drops import FileDrops
 from ui.frame.rail import Rail
@@ -52,7 +50,6 @@ from ui.preflight.place import PreflightPlace
 from ui.recent_flights import RecentFlights
 from ui.review.place import ReviewPlace
 from ui.settings import SettingsStore, layouts_path, limits_path
-from ui.theme import THEMES, theme_title
 from ui.voice.voice import Voice
 
 log = logging.getLogger(__name__)
@@ -115,8 +112,6 @@ class MainWindow(QMainWindow):
         self.places = QStackedWidget()
         self._place_ids = [place.id for place in PLACES]
         self._asks = True
-        self._theme = ""
-        self._theme_banner: Banner | None = None
         built: dict[str, QWidget] = {
             "preflight": self.preflight,
             "flight": self.flight_place,
@@ -183,10 +178,7 @@ class MainWindow(QMainWindow):
         self.bar.pressed.connect(self._bar_pressed)
         self.faults.raised.connect(self._show_fault)
         self.look.changed.connect(self._fit)
-        self.look.changed.connect(self._show_theme)
-        for name in THEMES:
-            actions[f"theme_{name}"].triggered.connect(self._show_theme)
-        self._show_theme()
+        self.appearance.announce(commands, self.banners)
         self.desk.changed.connect(self._flight_changed)
         self.desk.leaving.connect(self.view.marks.view.finish_edit)
         self.view.wanted.connect(lambda: self.show_place("flight"))
@@ -223,7 +215,6 @@ class MainWindow(QMainWindow):
             "dismiss": self.banners.dismiss,
             "about": lambda: AboutDialog(self.look, about_lines(self.store), self).exec(),
             "guide": self.show_guide,
-            "settings": self.edit_settings,
             "quit": self.close,
         }
 
@@ -303,20 +294,7 @@ class MainWindow(QMainWindow):
             self.desk.told.connect(dialog.refresh)
             dialog.exec()
 
-    # Settings and help
-
-    def edit_settings(self) -> None:
-        """Ask for what is remembered, and put it in force."""
-        dialog = SettingsDialog(self.store.current, self.look, connect_choices(), self)
-        if not dialog.exec():
-            return
-        values = dialog.values
-        if values.pop("muted") != self.store.current.muted:
-            self.commands.actions["mute"].trigger()
-        self.look.set_theme(str(values.pop("theme")))
-        self.look.set_scale(int(str(values.pop("scale"))))
-        self.look.set_units(str(values.pop("units")))
-        self.store.change(**values)
+    # Help
 
     def show_guide(self) -> None:
         """Open the user guide in a window of its own."""
@@ -325,17 +303,6 @@ class MainWindow(QMainWindow):
             self.banners.show_banner("caution", "The user guide is not installed.")
             return
         GuideWindow(self.look, folder, self).show()
-
-    def _show_theme(self) -> None:
-        """Check the theme in the menu, and name one that a key has chosen."""
-        for name in THEMES:
-            self.commands.check(f"theme_{name}", name == self.look.theme.name)
-        if self._theme not in ("", self.look.theme.name):
-            for banner in [one for one in self.banners.banners if one is self._theme_banner]:
-                self.banners.remove(banner)
-            words = f"{theme_title(self.look.theme.name)} theme."
-            self._theme_banner = self.banners.show_banner("note", words)
-        self._theme = self.look.theme.name
 
     # What happens
 
