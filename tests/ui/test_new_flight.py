@@ -23,13 +23,12 @@ from ui.window import MainWindow
 @pytest.fixture
 def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[MainWindow]:
     monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "stop")
     made = open_window(tmp_path)
     qtbot.addWidget(made)
     made.activateWindow()
     until(qtbot, lambda: QApplication.activeWindow() is made)
     yield made
-    made.desk.stop_now()
     made.desk.close()
 
 
