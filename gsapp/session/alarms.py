@@ -364,7 +364,7 @@ class AlarmBoard:
             self._alarms[key] = replace(former, current=Severity.NORMAL)
 
     def dismiss(self, key: str) -> None:
-        """Remove an alarm whose cause is gone and that nobody need acknowledge; the log keeps it."""
+        """Remove an alarm whose cause is gone without acknowledgment; the log keeps it."""
         alarm = self._alarms.get(key)
         if alarm is not None and not alarm.active:
             del self._alarms[key]

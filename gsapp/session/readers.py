@@ -134,7 +134,9 @@ class RecordReader:
     def _begin(self, setting: Setting) -> None:
         if setting.channel_map is not None:
             self.certificates = setting.certificates_for(setting.channel_map)
-            self.decoder = setting.decoder(setting.channel_map)
+            # Read once: the decoder takes those that were found here.
+            found = replace(setting, certificates=self.certificates)
+            self.decoder = found.decoder(setting.channel_map)
 
 
 def folder_reader(folder: Path, setting: Setting, *, grows: bool) -> tuple[RecordReader, RawTail]:

@@ -284,7 +284,7 @@ def _wizard_keys() -> set[str]:
     from ui.preflight import wizard_page, wizard_words
 
     typed = {QKeySequence(key).toString() for key in (*wizard_page._DEGREES, *wizard_page._ARROWS)}
-    start = wizard_page.WizardPage._start_offers(left=True, made=True)
+    start = wizard_words.start_offers(None, "", left=True, made=True)
     helper = {"H"}
     return typed | helper | {offer.key for offer in start} | {o[2] for o in wizard_words._OFFERS}
 
