@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Literal
 
 from gsapp.cli._tables import print_whole
+from gsapp.quantities import in_units
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -31,26 +32,26 @@ def describe(console: Console, found: Discrepancy, units: Literal["US", "SI"] = 
     """
     from gsapp.report.discrepancy_words import HEADLINES
 
-    _find(console, found)
-    _name(console, found)
-    _add(console, found)
+    _find(console, found, units)
+    _name(console, found, units)
+    _add(console, found, units)
     _show(console, found, units)
     _say(console, f"\n{HEADLINES[found.verdict]}", style="bold")
-    _say(console, found.why)
+    _say(console, in_units(found.why, units))
     for sentence in found.warnings:
-        _say(console, sentence, style="yellow")
+        _say(console, in_units(sentence, units), style="yellow")
 
 
-def _find(console: Console, found: Discrepancy) -> None:
+def _find(console: Console, found: Discrepancy, units: str) -> None:
     from gsapp.report.discrepancy_words import disagreement_words
 
     _say(console, "1. Find: where do simulation and flight disagree?", style="bold")
     for remark in found.instruments:
         style = "" if remark.consistent else "yellow"
-        _say(console, f"Instruments: {remark.words}", style=style)
+        _say(console, in_units(f"Instruments: {remark.words}", units), style=style)
     _map(console, found)
     for one in found.disagreements[:_PLACES]:
-        _say(console, disagreement_words(one))
+        _say(console, in_units(disagreement_words(one), units))
     more = len(found.disagreements) - _PLACES
     if more > 0:
         _say(console, f"{more} more such places are in the report.")
@@ -80,7 +81,7 @@ def _map(console: Console, found: Discrepancy) -> None:
     print_whole(console, table)
 
 
-def _name(console: Console, found: Discrepancy) -> None:
+def _name(console: Console, found: Discrepancy, units: str) -> None:
     from gsapp.report.discrepancy_words import effect_words, gust_words
 
     _say(console, "\n2. Name: what is missing?", style="bold")
@@ -91,7 +92,7 @@ def _name(console: Console, found: Discrepancy) -> None:
             _say(console, title, style="italic")
             console.print(_ranking(step, console.width))
     for effect in found.effects:
-        _say(console, effect_words(effect))
+        _say(console, effect_words(effect, units))
         if effect.runner_up:
             _say(
                 console,
@@ -99,11 +100,11 @@ def _name(console: Console, found: Discrepancy) -> None:
             )
     for other in found.alternatives:
         _say(console, f"These flights would look the same with {' and '.join(other.effects)}")
-        _say(console, f"  {other.title}: {other.why}")
+        _say(console, in_units(f"  {other.title}: {other.why}", units))
         if other.fly:
-            _say(console, f"  What would tell: {other.fly}")
+            _say(console, in_units(f"  What would tell: {other.fly}", units))
     if gust_words(found):
-        _say(console, gust_words(found))
+        _say(console, in_units(gust_words(found), units))
     if not found.effects and not found.alternatives:
         _say(console, "No effect was named.")
 
@@ -131,13 +132,13 @@ def _ranking(step: Step, width: int) -> Table:
     return table
 
 
-def _add(console: Console, found: Discrepancy) -> None:
+def _add(console: Console, found: Discrepancy, units: str) -> None:
     from gsapp.report.discrepancy_words import moved_words, parameter_rows, with_spread
 
     _say(console, "\n3. Add: the model with the effect", style="bold")
     for effect in found.effects:
         _say(console, f"{effect.effect}: {effect.equation}")
-    rows = parameter_rows(found.effects)
+    rows = parameter_rows(found.effects, units)
     if rows:
         console.print(_filled(("effect", "parameter", "value", "unit"), rows))
     if found.values:

@@ -93,6 +93,7 @@ def run(
     from gsapp.flight.maneuvers import uncalibrated_words
     from gsapp.foundation import FlightError
     from gsapp.identification.flights import reasons_for_none
+    from gsapp.quantities import in_units
     from gsapp.report.discrepancy_inputs import search_provenance
 
     console = Screen(stderr=on_screen(json))
@@ -144,7 +145,7 @@ def run(
     for one in flown:
         for remark in one.remarks:
             if remark not in one.flight.calibration_remarks:  # stands among the warnings
-                _remark(console, f"{one.flight.name}: {remark}")
+                _remark(console, in_units(f"{one.flight.name}: {remark}", units))
     describe(console, found, units)
     console.print(
         f"The model, the report and its figures are in {out}", highlight=False,

@@ -20,6 +20,7 @@ from gsapp.quantities.notation import (
     typeset,
     unit_text,
 )
+from gsapp.quantities.sentences import in_units, size_in
 from gsapp.quantities.units import QUANTITIES, Quantity, from_si, normalize_unit, parse, to_si
 
 __all__ = [
@@ -38,8 +39,10 @@ __all__ = [
     "channel",
     "clock_text",
     "from_si",
+    "in_units",
     "normalize_unit",
     "parse",
+    "size_in",
     "symbol_markup",
     "symbol_parts",
     "symbol_text",

@@ -6,6 +6,7 @@ The TOML file is the certificate; the page is for the folder of the aircraft and
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -28,7 +29,9 @@ _MOST_ROWS = 7
 """Settings one below the other in the table of points, so that all of it fits on one page."""
 
 
-def write_certificate_report(standing: Standing, path: Path, *, written: str = "") -> Path:
+def write_certificate_report(
+    standing: Standing, path: Path, *, written: str = "", units: Literal["US", "SI"] = "US"
+) -> Path:
     """Write the page of a certificate.
 
     Parameters
@@ -39,6 +42,8 @@ def write_certificate_report(standing: Standing, path: Path, *, written: str = "
         Ends in ``.html`` or ``.pdf``.
     written : str
         When, for the head of the page; the only words that differ between two writings.
+    units : {"US", "SI"}
+        Of the paper and of the temperature; all else is in the certificate's own unit.
 
     Returns
     -------
@@ -51,7 +56,7 @@ def write_certificate_report(standing: Standing, path: Path, *, written: str = "
         If the name ends otherwise, or the file cannot be written.
     """
     check_ending(path)
-    document = certificate_document(standing, written=written)
+    document = certificate_document(standing, written=written, units=units)
     if path.suffix.casefold() == ".html":
         images = {picture.name: picture_png(picture) for picture in document.pictures}
         content = html_page(document, images).encode()
@@ -73,7 +78,9 @@ def check_ending(path: Path) -> None:
         )
 
 
-def certificate_document(standing: Standing, *, written: str = "") -> Document:
+def certificate_document(
+    standing: Standing, *, written: str = "", units: Literal["US", "SI"] = "US"
+) -> Document:
     """Return the page of a certificate.
 
     Parameters
@@ -81,13 +88,15 @@ def certificate_document(standing: Standing, *, written: str = "") -> Document:
     standing : Standing
     written : str
         When.
+    units : {"US", "SI"}
     """
     certificate = standing.certificate
     spec = channel(certificate.channel)
     picture = Picture(
         name=certificate.channel,
         caption=_caption(standing),
-        height=HEIGHT,
+        # A sheet of Letter is shorter: the page stays one.
+        height=HEIGHT - (0.5 if units == "US" else 0.0),
         draw=lambda container: draw_certificate(container, standing),
     )
     worth = Section(
@@ -96,13 +105,14 @@ def certificate_document(standing: Standing, *, written: str = "") -> Document:
     points = Section(title="Points", parts=(_points_table(certificate), _made_from(standing)))
     return Document(
         title=f"Calibration certificate: {spec.title}",
-        facts=_facts(certificate),
+        facts=_facts(certificate, units),
+        units=units,
         written=written,
         sections=(worth, points) if certificate.points else (worth,),
     )
 
 
-def _facts(certificate: Certificate) -> tuple[tuple[str, str], ...]:
+def _facts(certificate: Certificate, units: str) -> tuple[tuple[str, str], ...]:
     unit = certificate.unit
     ends = polynomial(certificate.coefficients, np.array(certificate.range))
     low, high = (_number(value, _decimals(certificate)) for value in sorted(ends.tolist()))
@@ -112,7 +122,7 @@ def _facts(certificate: Certificate) -> tuple[tuple[str, str], ...]:
         "Instrument": certificate.instrument,
         "Channel": f"{certificate.channel}. {channel(certificate.channel).description}",
         "Taken": f"{certificate.stamp:%Y-%m-%d %H:%M:%S} by {certificate.who or 'nobody named'}"
-        + _surroundings(certificate.temperature),
+        + _surroundings(certificate.temperature, units),
         "Supply": "" if supply is None else f"{supply:.3f} V, {follows}",
         "Curve": f"{_DEGREES.get(certificate.degree, '')}, {_formula(certificate)}",
         "Range": f"{certificate.range[0]:.4f} to {certificate.range[1]:.4f} V, "
@@ -122,11 +132,11 @@ def _facts(certificate: Certificate) -> tuple[tuple[str, str], ...]:
     return tuple((label, value) for label, value in found.items() if value)
 
 
-def _surroundings(temperature: float | None) -> str:
+def _surroundings(temperature: float | None, units: str) -> str:
     if temperature is None:
         return ", temperature not noted"
-    celsius = from_si(temperature, "degC", "temperature")
-    return f", at {celsius:.0f} degC ({from_si(temperature, 'degF', 'temperature'):.0f} degF)"
+    unit = channel("temperature").display_unit(units)
+    return f", at {from_si(temperature, unit, 'temperature'):.0f} {unit}"
 
 
 def _formula(certificate: Certificate) -> str:

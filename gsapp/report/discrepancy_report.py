@@ -48,6 +48,7 @@ from gsapp.report.document import (
     Part,
     Section,
     Table,
+    in_system,
 )
 from gsapp.report.provenance import Provenance, provenance_section
 from gsapp.report.writing import check_place, write_document
@@ -120,21 +121,22 @@ def discrepancy_document(
     written: datetime | None = None,
 ) -> Document:
     """Return the report before it is printed; parameters as `write_report`."""
-    return Document(
+    document = Document(
         title="Where simulation and flight disagree",
         written="" if written is None else f"{written:%Y-%m-%d %H:%M %Z}".strip(),
         facts=_facts(found, aircraft),
         sections=(
-            _in_short(found),
+            _in_short(found, units),
             _find(found, units),
             _name(found),
-            _add(found),
+            _add(found, units),
             _show(found, units, _chosen(found, overlays)),
             _observable(found),
             _terms(),
             *(() if provenance is None else (provenance_section(provenance),)),
         ),
     )
+    return in_system(document, units)
 
 
 def _facts(found: Discrepancy, aircraft: str) -> tuple[tuple[str, str], ...]:
@@ -154,11 +156,11 @@ def _facts(found: Discrepancy, aircraft: str) -> tuple[tuple[str, str], ...]:
 # --- the sections -------------------------------------------------------------------------------
 
 
-def _in_short(found: Discrepancy) -> Section:
+def _in_short(found: Discrepancy, units: Units) -> Section:
     parts: list[Part] = [
         Paragraph(text=HEADLINES[found.verdict], kind="lead"),
         Paragraph(text=found.why),
-        *(Paragraph(text=effect_words(one)) for one in found.effects),
+        *(Paragraph(text=effect_words(one, units)) for one in found.effects),
         Paragraph(text=closed_words(found)),
     ]
     if gust_words(found):
@@ -269,7 +271,7 @@ def _name(found: Discrepancy) -> Section:
     return Section(title="2. Name: what is missing?", parts=tuple(parts))
 
 
-def _add(found: Discrepancy) -> Section:
+def _add(found: Discrepancy, units: Units) -> Section:
     parts: list[Part] = []
     if found.effects:
         parts += [
@@ -285,7 +287,7 @@ def _add(found: Discrepancy) -> Section:
             Table(
                 caption="Their parameters, with one standard deviation",
                 columns=("effect", "parameter", "value", "unit"),
-                rows=parameter_rows(found.effects),
+                rows=parameter_rows(found.effects, units),
                 numeric=frozenset({2}),
             ),
         ]

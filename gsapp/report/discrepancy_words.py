@@ -18,7 +18,7 @@ from gsapp.discrepancy.results import (
 )
 from gsapp.dynamics.buildup import COEFFICIENT_TITLES
 from gsapp.foundation import UnknownNameError
-from gsapp.quantities import FloatArray, channel, clock_text, from_si
+from gsapp.quantities import FloatArray, channel, clock_text, from_si, size_in
 
 HEADLINES = {
     "effects-found": "The model lacks something, and it has a name.",
@@ -99,11 +99,11 @@ def chance_words(p_value: float) -> str:
     )
 
 
-def effect_words(one: FoundEffect) -> str:
+def effect_words(one: FoundEffect, system: str) -> str:
     """Return what was found, with its size and how sure that is, as a sentence."""
     sizes = ", ".join(
         " ".join(filter(None, (f"{name} = {size}", unit)))
-        for _, name, size, unit in parameter_rows((one,))
+        for _, name, size, unit in parameter_rows((one,), system)
     )
     sure = f"confidence {sure_words(one)}" if not one.forced else sure_words(one)
     return f"{one.title[:1].upper()}{one.title[1:]} ({one.effect}): {sizes}; {sure}."
@@ -154,13 +154,16 @@ def unit_of(effect: str, parameter: str) -> str:
     return next((one.unit for one in known.parameters if one.name == parameter), "")
 
 
-def parameter_rows(effects: Sequence[FoundEffect]) -> tuple[tuple[str, str, str, str], ...]:
-    """Return effect, parameter, value with spread, unit."""
-    return tuple(
-        (one.effect, name, with_spread(value, std), unit_of(one.effect, name))
-        for one in effects
-        for name, (value, std) in one.parameters.items()
-    )
+def parameter_rows(
+    effects: Sequence[FoundEffect], system: str
+) -> tuple[tuple[str, str, str, str], ...]:
+    """Return effect, parameter, value with spread, unit, in the units of a system."""
+    rows = []
+    for one in effects:
+        for name, (value, std) in one.parameters.items():
+            shown, spread, unit = size_in(value, std, unit_of(one.effect, name), system)
+            rows.append((one.effect, name, with_spread(shown, spread), unit))
+    return tuple(rows)
 
 
 def rms_rows(gap: Gap, units: Literal["US", "SI"]) -> tuple[tuple[str, str, str, str], ...]:

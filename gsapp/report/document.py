@@ -10,17 +10,18 @@ import contextlib
 import io
 import threading
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from matplotlib import style
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, FigureBase
 
+from gsapp.quantities import in_units
 from gsapp.report.palette import PAPER, Palette
 
 WIDTH = 7.1
-"""Of every picture, inches: a sheet of A4 less its margins."""
+"""Of every picture, inches: a sheet of A4 or Letter less its margins."""
 TALLEST = 9.6
 """Height of a picture that fills a page, inches."""
 
@@ -140,10 +141,13 @@ class Document:
     written : str
         When; the only line that differs between two reports on the same.
     sections : tuple of Section
+    units : {"US", "SI"}
+        Decides the paper, too: Letter or A4.
     """
 
     title: str
     sections: tuple[Section, ...]
+    units: Literal["US", "SI"] = "US"
     facts: tuple[tuple[str, str], ...] = ()
     written: str = ""
 
@@ -153,6 +157,25 @@ class Document:
         return tuple(
             part for section in self.sections for part in section.parts if isinstance(part, Picture)
         )
+
+
+def in_system(document: Document, units: Literal["US", "SI"]) -> Document:
+    """Return a document with the metric values of its sentences in a system of units."""
+
+    def convert(part: Part) -> Part:
+        if isinstance(part, Paragraph):
+            return replace(part, text=in_units(part.text, units))
+        part = replace(part, caption=in_units(part.caption, units))
+        if isinstance(part, Table):
+            rows = tuple(tuple(in_units(cell, units) for cell in row) for row in part.rows)
+            return replace(part, rows=rows)
+        return part
+
+    sections = tuple(
+        replace(section, parts=tuple(convert(part) for part in section.parts))
+        for section in document.sections
+    )
+    return replace(document, sections=sections, units=units)
 
 
 @contextlib.contextmanager

@@ -18,7 +18,7 @@ from gsapp.identification.runs.outcome import Outcome
 from gsapp.identification.runs.words import METHODS
 from gsapp.identification.summary import CONDITIONS, CampaignSummary
 from gsapp.identification.summary.mode_spread import SpreadMode, mode_spread
-from gsapp.report.document import Document, Paragraph, Part, Picture, Section, Table
+from gsapp.report.document import Document, Paragraph, Part, Picture, Section, Table, in_system
 from gsapp.report.estimate_inputs import campaign_provenance
 from gsapp.report.estimate_trust import fits_section
 from gsapp.report.estimate_words import (
@@ -128,7 +128,7 @@ def estimate_document(
         fits_section(outcome.result),
         provenance_section(campaign_provenance(outcome)),
     )
-    return Document(
+    document = Document(
         title=f"Derivatives of the {outcome.aircraft}",
         written="" if written is None else _written(written, outcome.number),
         facts=(
@@ -138,6 +138,7 @@ def estimate_document(
         ),
         sections=tuple(one for one in sections if one.parts),
     )
+    return in_system(document, units)
 
 
 def _written(when: datetime, number: int | None) -> str:

@@ -1,4 +1,4 @@
-"""A document as pages of A4: text that flows, tables that break, pictures as vectors."""
+"""A document as pages of Letter or A4: text that flows, tables that break, pictures as vectors."""
 
 from __future__ import annotations
 
@@ -25,9 +25,8 @@ from gsapp.report.document import (
 )
 from gsapp.report.strip_figure import FAINT, INK
 
-_PAGE_WIDTH, _PAGE_HEIGHT = 8.27, 11.69
-_SIDE = (_PAGE_WIDTH - WIDTH) / 2.0
-_TOP, _BOTTOM = 0.75, 0.85
+_LEAST_PICTURE = 1.0
+"""Height to which a picture may shrink to make room for its caption, inches."""
 _POINT = 1.0 / 72.0
 _QUIET = "#4a525d"
 _LEADING = 1.38
@@ -37,6 +36,33 @@ _UNDER_HEADING = 0.95
 """Inches that a heading and the first lines of a caption take."""
 _GUTTER, _BETWEEN = 0.16, 0.03
 """Between columns and between rows of a table, inches."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Paper:
+    """A sheet with its margins, inches."""
+
+    width: float
+    height: float
+    top: float
+    bottom: float
+
+    @property
+    def side(self) -> float:
+        """Return the margin on either side."""
+        return (self.width - WIDTH) / 2.0
+
+    @property
+    def room(self) -> float:
+        """Return the height between the margins."""
+        return self.height - self.top - self.bottom
+
+
+_PAPERS = {
+    "US": _Paper(width=8.5, height=11.0, top=0.4, bottom=0.55),
+    "SI": _Paper(width=8.27, height=11.69, top=0.75, bottom=0.85),
+}
+"""Letter and A4, by system of units."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,7 +99,7 @@ def pdf_pages(document: Document, *, tell: Tell | None = None) -> bytes:
     """
     said = tell or (lambda _share, _words: None)
     with drawing():
-        flow = _Flow()
+        flow = _Flow(_PAPERS[document.units])
         flow.text(document.title, _TITLE)
         if document.written:
             flow.text(f"Written {document.written}", _NOTE)
@@ -100,14 +126,15 @@ def pdf_pages(document: Document, *, tell: Tell | None = None) -> bytes:
 class _Flow:
     """Pages that fill from top to bottom."""
 
-    def __init__(self) -> None:
+    def __init__(self, paper: _Paper) -> None:
+        self._paper = paper
         self._pages: list[Figure] = []
         self._y = 0.0
         self._new_page()
 
     def space(self, inches: float) -> None:
         """Leave a gap, unless at the top of a page."""
-        if self._y > _TOP:
+        if self._y > self._paper.top:
             self._y += inches
 
     def heading(self, title: str, *, before: float = 0.0) -> None:
@@ -119,7 +146,7 @@ class _Flow:
         before : float
             Height of a picture that follows at once, inches.
         """
-        self._need(max(1.6, min(before + _UNDER_HEADING, _PAGE_HEIGHT - _TOP - _BOTTOM)))
+        self._need(max(1.6, min(before + _UNDER_HEADING, self._paper.room)))
         self.space(0.2)
         self.text(title, _HEADING)
         self._rule(0.0, WIDTH)
@@ -156,15 +183,17 @@ class _Flow:
     def picture(self, picture: Picture) -> None:
         """Set a picture with its caption below, both on one page."""
         caption = _wrapped(picture.caption, _NOTE, WIDTH)
-        self._need(picture.height + len(caption) * _NOTE.line)
+        beside = len(caption) * _NOTE.line
+        high = max(min(picture.height, self._paper.room - beside), _LEAST_PICTURE)
+        self._need(high + beside)
         # A part of a figure fills a cell of a grid; the cells around it are the margins.
         grid = GridSpec(
             3, 3,
-            height_ratios=(self._y, picture.height, _PAGE_HEIGHT - self._y - picture.height),
-            width_ratios=(_SIDE, WIDTH, _SIDE),
+            height_ratios=(self._y, high, self._paper.height - self._y - high),
+            width_ratios=(self._paper.side, WIDTH, self._paper.side),
         )  # fmt: skip
         picture.draw(self._page.add_subfigure(grid[1, 1]))
-        self._y += picture.height + 0.03
+        self._y += high + 0.03
         for line in caption:
             self._put(line, 0.0, _NOTE)
             self._y += _NOTE.line
@@ -176,8 +205,11 @@ class _Flow:
         with PdfPages(content, metadata={"Title": title, "CreationDate": None}) as pages:
             for number, page in enumerate(self._pages, start=1):
                 tell((number - 1) / len(self._pages))
-                foot = 0.45 / _PAGE_HEIGHT
-                left, right = _SIDE / _PAGE_WIDTH, 1.0 - _SIDE / _PAGE_WIDTH
+                foot = 0.45 / self._paper.height
+                left, right = (
+                    self._paper.side / self._paper.width,
+                    1.0 - self._paper.side / self._paper.width,
+                )
                 page.text(left, foot, title, fontsize=7.0, color=_QUIET)
                 page.text(
                     right, foot, f"{number} of {len(self._pages)}",
@@ -191,28 +223,35 @@ class _Flow:
         return self._pages[-1]
 
     def _new_page(self) -> None:
-        page = Figure(figsize=(_PAGE_WIDTH, _PAGE_HEIGHT), facecolor="white")
+        page = Figure(figsize=(self._paper.width, self._paper.height), facecolor="white")
         FigureCanvasPdf(page)
         self._pages.append(page)
-        self._y = _TOP
+        self._y = self._paper.top
 
     def _need(self, height: float) -> bool:
         """Turn the page if so much does not fit; return whether it was turned."""
-        if self._y + height <= _PAGE_HEIGHT - _BOTTOM or self._y <= _TOP:
+        if (
+            self._y + height <= self._paper.height - self._paper.bottom
+            or self._y <= self._paper.top
+        ):
             return False
         self._new_page()
         return True
 
     def _put(self, text: str, x: float, kind: _Type, *, right: bool = False) -> None:
+        paper = self._paper
         self._page.text(
-            (_SIDE + x) / _PAGE_WIDTH, 1.0 - (self._y + 0.78 * kind.line) / _PAGE_HEIGHT, text,
+            (paper.side + x) / paper.width, 1.0 - (self._y + 0.78 * kind.line) / paper.height, text,
             fontsize=kind.size, fontweight="bold" if kind.bold else "normal", color=kind.color,
             ha="right" if right else "left", va="baseline",
         )  # fmt: skip
 
     def _rule(self, start: float, stop: float) -> None:
-        y = 1.0 - self._y / _PAGE_HEIGHT
-        ends = [(_SIDE + start) / _PAGE_WIDTH, (_SIDE + stop) / _PAGE_WIDTH]
+        y = 1.0 - self._y / self._paper.height
+        ends = [
+            (self._paper.side + start) / self._paper.width,
+            (self._paper.side + stop) / self._paper.width,
+        ]
         self._page.add_artist(Line2D(ends, [y, y], color=FAINT, linewidth=0.6))
 
     def _table_head(self, table: Table, widths: Sequence[float]) -> None:

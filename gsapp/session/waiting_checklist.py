@@ -55,7 +55,7 @@ class WaitingChecklist:
         self._follow()
         card = self._card()
         doubts = () if card is None else check_card(card, self._aircraft, system=self.system)
-        facts = Facts(card=card, doubts=tuple(doubt.words for doubt in doubts))
+        facts = Facts(card=card, doubts=tuple(doubt.words for doubt in doubts), system=self.system)
         return self.checklist.judge(facts)
 
     def tick(self, item_id: str, who: str = "") -> None:

@@ -133,10 +133,10 @@ def test_the_story_has_four_steps_and_says_what_was_found(small: Document) -> No
     ]
     for words in (
         "The model lacks something, and it has a name.",
-        "arm = 0.0493 ± 0.0021 m; confidence 97 %",
+        "arm = 0.1617 ± 0.0069 ft; confidence 97 %",
         "put in by hand",
         "94 ± 3 % of the gap that a model can close was closed",
-        "gusts of 0.31 ± 0.04 m/s",
+        "gusts of 1.0 ± 0.13 ft/s",
         "a_y reads 0.02 g high",
         "weigh the aircraft on two scales",
         "q was clipped",

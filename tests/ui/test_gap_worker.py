@@ -339,7 +339,8 @@ def test_a_value_has_the_digits_that_its_bound_earns(value: float, std: float, t
 
 
 def test_numbers_in_words() -> None:
-    assert parameter_text(0.0105, 0.0006, "rad") == "0.602 ± 0.034 °"
+    assert parameter_text(0.0105, 0.0006, "rad", "US") == "0.602 ± 0.034 °"
+    assert parameter_text(0.3048, 0.03048, "m", "US") == "1.00 ± 0.10 ft"
     assert signed(5053.6, 1) == "+5,054"
     assert signed(-0.04, 1) == "0.0"
     assert chance_text(1e-9) == "chance below 1 in a million"

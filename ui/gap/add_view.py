@@ -6,10 +6,11 @@ from collections.abc import Mapping
 
 from PySide6.QtGui import QAction
 
+from gsapp.quantities import in_units
 from ui.flight.controls import ActionButton
 from ui.gap.chapters import ChapterView
 from ui.gap.parts import Lines, Pair, Table, button_row
-from ui.gap.phrases import number_text, signed, sure_text
+from ui.gap.phrases import signed, sure_text
 from ui.gap.pictures import (
     effect_states,
     parameter_lines,
@@ -107,10 +108,13 @@ class AddView(ChapterView):
         gust = answer.discrepancy.disturbance.get("gust")
         sentences = [] if values else ["All other values stay within their bounds."]
         if gust:
-            sentences.append(f"Turbulence of {number_text(gust, 2)} m/s (rms) is no effect.")
+            sentences.append(
+                in_units(f"Turbulence of {gust:.2f} m/s (rms) is no effect.", self.look.units)
+            )
         self.settled.setText(" ".join(sentences))
         self.settled.setVisible(bool(sentences))
-        self.remarks.setText("\n".join((*answer.discrepancy.warnings, *answer.remarks)))
+        remarks = "\n".join((*answer.discrepancy.warnings, *answer.remarks))
+        self.remarks.setText(in_units(remarks, self.look.units))
         self._show_effect()
 
     def _show_effect(self) -> None:
@@ -123,7 +127,7 @@ class AddView(ChapterView):
         equation = found.equation if found else note.equation if note else ""
         self.equation.setText(equation)
         self.equation.setVisible(bool(equation))
-        self.parameters.show_rows(parameter_lines(answer, effect))
+        self.parameters.show_rows(parameter_lines(answer, effect, self.look.units))
         if found is None:
             self.sentences.setText("Refused: the search leaves it out." if effect else "")
             return

@@ -75,7 +75,7 @@ class FindView(ChapterView):
         self.map.show_map(
             map_picture(answer, selection.step), selection.maneuver, selection.coefficient
         )
-        lines = disagreement_lines(answer)
+        lines = disagreement_lines(answer, self.look.units)
         self.lines.show_lines(lines)
         self.lines.setVisible(bool(lines))
         instruments = instrument_lines(answer)

@@ -84,7 +84,7 @@ class NameView(ChapterView):
         self.ranking.setVisible(bool(rows))
         self._show_observability()
         self._show_effect(self.ranking.current or (found.effect if found is not None else ""))
-        same = alternative_lines(answer)
+        same = alternative_lines(answer, self.look.units)
         self.same.setVisible(bool(same))
         self.alternatives.show_paragraphs(
             [(title, f"{why} {f'To tell: {fly}.' if fly else ''}".strip())

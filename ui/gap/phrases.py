@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 
 from gsapp.discrepancy.results import Discrepancy, FoundEffect, ManeuverView, Region
 from gsapp.foundation import UnknownNameError
-from gsapp.quantities import ChannelSpec, FloatArray, channel, from_si
+from gsapp.quantities import ChannelSpec, FloatArray, channel, from_si, in_units, size_in
 from ui.gap.request import Answer
 from ui.glyphs import State
 from ui.words import (
@@ -136,11 +136,9 @@ def signed(value: float, decimals: int) -> str:
     return f"+{text}" if value > 0 and set(text) - set("0.") else text
 
 
-def parameter_text(value: float, std: float, unit: str) -> str:
-    """Return a parameter with its standard deviation, angles in degrees."""
-    if unit == "rad":
-        value, std = from_si(value, "deg", "angle"), from_si(std, "deg", "angle")
-        unit = "deg"
+def parameter_text(value: float, std: float, unit: str, system: str) -> str:
+    """Return a parameter with its standard deviation in the units of the screen."""
+    value, std, unit = size_in(value, std, unit, system)
     return f"{with_std(value, std)} {unit_text(unit)}".rstrip()
 
 
@@ -197,9 +195,9 @@ def maneuver_text(answer: Answer, view: ManeuverView, *, clock: bool = True) -> 
     return " · ".join(parts)
 
 
-def region_text(region: Region | None) -> str:
+def region_text(region: Region | None, system: str) -> str:
     """Return where a disagreement grows; empty where it does so nowhere in particular."""
-    return region.words if region is not None else ""
+    return in_units(region.words, system) if region is not None else ""
 
 
 def chance_text(p_value: float) -> str:

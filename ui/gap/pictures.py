@@ -13,7 +13,7 @@ from gsapp.discrepancy.results import (
     ManeuverView,
     Observability,
 )
-from gsapp.quantities import FloatArray
+from gsapp.quantities import FloatArray, in_units
 from ui.flight.tables import Line
 from ui.gap.phrases import (
     NOT_SEEN,
@@ -229,16 +229,16 @@ def region_picture(answer: Answer, selection: Selection, system: str) -> RegionP
     )
 
 
-def disagreement_text(one: Disagreement) -> str:
+def disagreement_text(one: Disagreement, system: str) -> str:
     """Return a disagreement in a sentence."""
     ratio = times_floor_text(one.rms / one.noise_floor) if one.noise_floor > 0 else DASH
     what = coefficient_text(one.coefficient) if one.coefficient else channel_text(one.channel)
-    where = region_text(one.region)
+    where = region_text(one.region, system)
     grows = f", most with {where}" if where else ""
     return f"{what}: {ratio} times the noise{grows}"
 
 
-def disagreement_lines(answer: Answer) -> tuple[Line, ...]:
+def disagreement_lines(answer: Answer, system: str) -> tuple[Line, ...]:
     """Return the list of disagreements, most significant first; keys are their places."""
     lines = []
     for place, one in enumerate(answer.discrepancy.disagreements):
@@ -247,7 +247,9 @@ def disagreement_lines(answer: Answer) -> tuple[Line, ...]:
             f"Maneuver {one.maneuver}, {when}, seen most in {channel_text(one.channel)}; "
             f"{chance_text(one.p_value)} that noise alone did it."
         )
-        lines.append(Line(key=place, cells=(one.maneuver, disagreement_text(one)), detail=detail))
+        lines.append(
+            Line(key=place, cells=(one.maneuver, disagreement_text(one, system)), detail=detail)
+        )
     return tuple(lines)
 
 
@@ -392,9 +394,12 @@ def _alias_words(answer: Answer, one: Observability) -> str:
     return f"looks like {answer.title(name)} ({percent_text(abs(cosine))})"
 
 
-def alternative_lines(answer: Answer) -> tuple[tuple[str, str, str], ...]:
+def alternative_lines(answer: Answer, system: str) -> tuple[tuple[str, str, str], ...]:
     """Return title, reason and remedy of what these flights would look the same with."""
-    return tuple((one.title, one.why, one.fly) for one in answer.discrepancy.alternatives)
+    return tuple(
+        (one.title, in_units(one.why, system), in_units(one.fly, system))
+        for one in answer.discrepancy.alternatives
+    )
 
 
 # --- Add ----------------------------------------------------------------------------------------
@@ -452,7 +457,7 @@ def state_lines(states: tuple[EffectState, ...]) -> tuple[Line, ...]:
     )
 
 
-def parameter_lines(answer: Answer, effect: str) -> tuple[tuple[str, str], ...]:
+def parameter_lines(answer: Answer, effect: str, system: str) -> tuple[tuple[str, str], ...]:
     """Return name and value of each parameter of a found effect."""
     found = next((one for one in answer.discrepancy.effects if one.effect == effect), None)
     note = answer.notes.get(effect)
@@ -460,7 +465,7 @@ def parameter_lines(answer: Answer, effect: str) -> tuple[tuple[str, str], ...]:
         return ()
     units = note.units if note is not None else {}
     return tuple(
-        (name, parameter_text(value, std, units.get(name, "")))
+        (name, parameter_text(value, std, units.get(name, ""), system))
         for name, (value, std) in found.parameters.items()
     )
 

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from gsapp.quantities import in_units
 from ui.commands import key_text
 from ui.flight.controls import ActionButton
 from ui.frame.one_chosen import OneChosen
@@ -229,7 +230,7 @@ class StoryView(QScrollArea):
             return
         self.verdict.setText(verdict_text(answer))
         self._sign.show_state(verdict_state(answer.discrepancy))
-        self.why.setText(answer.discrepancy.why)
+        self.why.setText(in_units(answer.discrepancy.why, self._look.units))
         self.about.setText(answer.request.words)
 
     def _choose(self, selection: Selection) -> None:

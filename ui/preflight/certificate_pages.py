@@ -29,7 +29,7 @@ class CertificatePages:
         self._desk = desk
         self.work: Work | None = None
 
-    def write(self, shelf: Shelf) -> None:
+    def write(self, shelf: Shelf, units: str) -> None:
         """Write a PDF for every certificate in force that was made here; once at a time.
 
         Raises
@@ -46,7 +46,7 @@ class CertificatePages:
                 "print"
             )
         work = Work(
-            "Writing the certificates", lambda told: _write(folder, told), parent=self._desk
+            "Writing the certificates", lambda told: _write(folder, units, told), parent=self._desk
         )
         work.done.connect(self._written)
         work.failed.connect(self._desk.faults.report)
@@ -61,7 +61,7 @@ class CertificatePages:
         )
 
 
-def _write(folder: Path, told: Progress) -> tuple[Path, ...]:
+def _write(folder: Path, units: str, told: Progress) -> tuple[Path, ...]:
     from gsapp.report.certificate_report import write_certificate_report
 
     standing = overview(folder).standing
@@ -69,5 +69,12 @@ def _write(folder: Path, told: Progress) -> tuple[Path, ...]:
     for number, one in enumerate(standing):
         told(number / len(standing), f"Drawing {one.certificate.channel}")
         page = folder / "pages" / f"{one.certificate.channel}.pdf"
-        pages.append(write_certificate_report(one, page, written=f"{local_now():%Y-%m-%d %H:%M}"))
+        pages.append(
+            write_certificate_report(
+                one,
+                page,
+                written=f"{local_now():%Y-%m-%d %H:%M}",
+                units="SI" if units == "SI" else "US",
+            )
+        )
     return tuple(pages)

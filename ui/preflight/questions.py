@@ -8,7 +8,7 @@ from calibration.wizard import Action
 from gsapp.quantities import channel, to_si
 from ui.preflight.ask_bar import AskBar
 from ui.preflight.wizard_run import WizardRun
-from ui.words import parse_number
+from ui.words import parse_number, unit_text
 
 _PRESSURE = channel("static_pressure").quantity
 _TEMPERATURE = channel("temperature").quantity
@@ -22,10 +22,13 @@ class Questions:
     ----------
     bar : AskBar
         Where it is asked.
+    units : callable
+        Returns the units of the screen, ``US`` or ``SI``.
     """
 
-    def __init__(self, bar: AskBar) -> None:
+    def __init__(self, bar: AskBar, units: Callable[[], str]) -> None:
         self._bar = bar
+        self._units = units
         self._asking: Mapping[str, Callable[[WizardRun], None]] = {
             "skip": self._skip,
             "add": self._add,
@@ -77,27 +80,30 @@ class Questions:
         )
 
     def _air(self, run: WizardRun) -> None:
+        metric = self._units() == "SI"
+        unit, degrees = ("hPa", "degC") if metric else ("inHg", "degF")
+
         def pressure_entered(text: str) -> None:
             value = parse_number(text)
             if value is None:
                 return
-            pressure = to_si(value, "hPa", _PRESSURE)
+            pressure = to_si(value, unit, _PRESSURE)
             self._bar.ask(
-                "Temperature of the air in the shade, in °C?",
-                lambda typed: self._air_entered(run, pressure, typed),
+                f"Temperature of the air in the shade, in {unit_text(degrees)}?",
+                lambda typed: self._air_entered(run, pressure, typed, degrees),
                 typed=True,
                 yes="Enter it",
                 wrong=_no_number,
             )
 
-        question = "Pressure at the field, not reduced to sea level, in hPa?"
+        question = f"Pressure at the field, not reduced to sea level, in {unit}?"
         self._bar.ask(question, pressure_entered, typed=True, yes="Go on", wrong=_no_number)
 
     @staticmethod
-    def _air_entered(run: WizardRun, pressure: float, typed: str) -> None:
+    def _air_entered(run: WizardRun, pressure: float, typed: str, degrees: str) -> None:
         value = parse_number(typed)
         if value is not None:
-            temperature = to_si(value, "degC", _TEMPERATURE)
+            temperature = to_si(value, degrees, _TEMPERATURE)
             run.act(Action(kind="enter", pressure=pressure, temperature=temperature))
 
     def _degree(self, run: WizardRun) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QEvent, Qt, QTimer, Signal
@@ -13,6 +14,7 @@ from calibration.plan import Kind
 from calibration.wizard import Action, Wizard, unfinished
 from calibration.wizard.schedule import Mode
 from gsapp.foundation import GroundStationError
+from gsapp.quantities import in_units
 from ui.commands import key_text
 from ui.desk import Desk
 from ui.look import Look
@@ -100,7 +102,7 @@ class WizardPage(QWidget):
         self.actions_bar = ActionBar(look)
         self.ask = AskBar(look, self.begin, self.actions_bar)
         column.addWidget(self.ask)
-        self._questions = Questions(self.ask)
+        self._questions = Questions(self.ask, lambda: look.units)
         self.actions_bar.pressed.connect(self._do)
         column.addWidget(self.actions_bar)
         desk.changed.connect(self._flight_changed)
@@ -230,7 +232,9 @@ class WizardPage(QWidget):
     def _told(self) -> None:
         if self.isVisible() and self.pages.currentWidget() is self.summary:
             heard = self.run is not None and not self.run.silent
-            self.summary.show_together(together_of(self._desk.history if heard else None))
+            self.summary.show_together(
+                together_of(self._desk.history if heard else None, self._look.units)
+            )
 
     def _refresh(self) -> None:
         if not self.isVisible():
@@ -293,6 +297,10 @@ class WizardPage(QWidget):
             paper = (PRINT,) if self.shelf.store.in_force() else ()
             self.actions_bar.show_offers((closing, *paper, *others))
             return
+        units = self._look.units
+        view = replace(
+            view, prompt=in_units(view.prompt, units), message=in_units(view.message, units)
+        )
         self.practice.follow(view)
         self.pages.setCurrentWidget(self.work)
         catching_up = self.run is not None and self.run.catching_up
@@ -335,7 +343,7 @@ class WizardPage(QWidget):
             "resume": self.resume,
             "leave": self.leave,
             "practice": self.practice.start,
-            "paper": lambda: self.pages_on_paper.write(self.shelf),
+            "paper": lambda: self.pages_on_paper.write(self.shelf, self._look.units),
             "help": self._help,
         }
         if name in own:

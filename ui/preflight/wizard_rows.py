@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from calibration.validity import EXAMPLE, CalibrationInForce, day_words
-from gsapp.quantities import channel, from_si
+from gsapp.quantities import channel, from_si, in_units
 from ui.glyphs import State
 from ui.preflight.point_list import PointRow
 from ui.preflight.shelf import Shelf, local_now
@@ -142,22 +142,23 @@ def quality_lines(view: WizardView) -> tuple[tuple[str, str], ...]:
     return tuple((name, value) for name, value in lines if DASH not in value)
 
 
-def remarks_of(view: WizardView) -> tuple[Remark, ...]:
+def remarks_of(view: WizardView, units: str) -> tuple[Remark, ...]:
     """Return what the crew should not pass over, faults first, then what is worth knowing."""
     faults = {fault.sentence for fault in view.faults}
     said = [
-        Remark("warning" if sentence in faults else "caution", _sentence(sentence))
+        Remark("warning" if sentence in faults else "caution", _sentence(sentence, units))
         for sentence in view.sentences
     ]
     drift = view.drift
     moved = drift is not None and drift.significant
     for sentence in view.remarks:
         beyond = moved and drift is not None and drift.sentence in sentence
-        said.append(Remark("caution" if beyond else "plain", _sentence(sentence)))
+        said.append(Remark("caution" if beyond else "plain", _sentence(sentence, units)))
     return tuple(said)
 
 
-def _sentence(words: str) -> str:
+def _sentence(words: str, units: str) -> str:
+    words = in_units(words, units)
     return f"{words[:1].upper()}{words[1:].rstrip('.')}."
 
 
@@ -200,20 +201,20 @@ _TOGETHER = (
 )
 
 
-def together_of(history: History | None) -> tuple[Together, ...]:
+def together_of(history: History | None, units: str) -> tuple[Together, ...]:
     """Return the deflections as the open flight has them now."""
     if history is None:
         return ()
     found = []
     for title, parts, whole, rule in _TOGETHER:
         if all(history.has(name) for name in (*parts, whole)):
-            shown = [f"{_side_of(name)}{_latest(history, name)}" for name in parts]
+            shown = [f"{_side_of(name)}{_latest(history, name, units)}" for name in parts]
             symbol = symbol_text(channel(whole).symbol)
             found.append(
                 Together(
                     title=title,
                     parts="   ".join(shown),
-                    whole=f"{symbol} = {_latest(history, whole)}",
+                    whole=f"{symbol} = {_latest(history, whole, units)}",
                     rule=rule,
                 )
             )
@@ -225,10 +226,10 @@ def _side_of(name: str) -> str:
     return f"{side} " if side in ("left", "right") else ""
 
 
-def _latest(history: History, name: str) -> str:
+def _latest(history: History, name: str, units: str) -> str:
     last = history.last(name)
     spec = channel(name)
     if last is None or history.end is None or last[0] < history.end - _STALE:
         return DASH
-    unit = spec.display_unit("US")
+    unit = spec.display_unit(units)
     return quantity_text(from_si(last[1], unit, spec.quantity), unit, spec.decimals(unit))

@@ -106,7 +106,7 @@ class WorkPanel(QWidget):
         self.cue.show_cue(cue_of(view, catching_up=catching_up))
         figure = figure_of(view)
         self.picture.show_figure(figure)
-        self.remarks.show_remarks(remarks_of(view))
+        self.remarks.show_remarks(remarks_of(view, self._look.units))
         rows = point_rows(view)
         self.points.show_rows(rows, choice)
         self.points.setVisible(bool(rows))

@@ -32,6 +32,8 @@ class Facts:
         The flight card, where there is one.
     doubts : tuple of str
         What looks like a slip on it, in words.
+    system : {"US", "SI"}
+        Units of the sentences.
     calibration : CalibrationInForce or None
         The certificates of the flight; None where no flight is open.
     """
@@ -41,6 +43,7 @@ class Facts:
     card: FlightInfo | None = None
     doubts: tuple[str, ...] = ()
     calibration: CalibrationInForce | None = None
+    system: str = "US"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

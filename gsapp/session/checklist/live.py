@@ -84,6 +84,7 @@ class SessionChecklist:
             snapshot=session.snapshot(),
             states=session.states(carried),
             card=card,
+            system=self.system,
             calibration=session.calibration_in_force,
             doubts=()
             if card is None

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from gsapp.foundation import UnknownNameError
-from gsapp.quantities import Block
+from gsapp.quantities import Block, in_units
 from gsapp.session.checklist.items import ChecklistFile, ChecklistItem
 from gsapp.session.checklist.judges import judge_for
 from gsapp.session.checklist.judgment import ORDER, Facts, ItemState, Judge
@@ -118,12 +118,13 @@ class Checklist:
                 can_tick=True,
             )
         judgment = self._judges[item.id].judge(facts)
+        why = in_units(judgment.why, facts.system)
         by_hand = judgment.by_hand and tick is not None
         return ItemState(
             id=item.id,
             words=item.words,
             by="hand" if by_hand else "telemetry",
             state="green" if by_hand else judgment.state,
-            why=f"{said}; {judgment.why}" if by_hand else judgment.why,
+            why=f"{said}; {why}" if by_hand else why,
             can_tick=judgment.by_hand,
         )

@@ -13,9 +13,12 @@ def named(channel_id: str) -> str:
 
 
 def shown(value: float, channel_id: str, unit: str | None = None) -> str:
-    """Return a value with its unit and the digits that its sensor earns."""
+    """Return a value with its unit and the digits that its sensor earns.
+
+    Metric where the systems of units differ: the checklist converts its sentences.
+    """
     spec = channel(channel_id)
-    own = spec.us_display if unit is None else unit
+    own = spec.si_display if unit is None or spec.si_display != spec.us_display else unit
     number = from_si(value, own, spec.quantity)
     text = f"{number:.{spec.decimals(own)}f}"
     return f"{text} {own}".rstrip()

@@ -1,0 +1,82 @@
+"""Sentences and paper follow the units that the reader chose."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from calibration import load_certificate
+from calibration.overview import stand
+from calibration.reading import FOLDER
+from gsapp.quantities import in_units, size_in
+from gsapp.report.certificate_report import certificate_document, write_certificate_report
+from gsapp.report.document import Document, Paragraph, Picture, Section, Table, in_system
+from gsapp.report.html import html_page
+from gsapp.report.pdf import pdf_pages
+
+SHEETS = {"US": (612.0, 792.0), "SI": (595.4, 841.7)}
+
+
+@pytest.mark.parametrize(
+    ("sentence", "shown"),
+    [
+        ("V below 26.2 m/s", "V below 86.0 ft/s"),
+        ("arm 0.0501 ± 0.0020 m", "arm 0.164 ± 0.0066 ft"),
+        ("between 20 to 30 m/s", "between 66 to 98 ft/s"),
+        ("the CG was 26 mm aft, mass 20.5 kg", "the CG was 1.0 in aft, mass 45.2 lb"),
+        ("off by −3.0 Pa", "off by −0.063 lbf/ft^2"),
+        # No value with a unit: a name, a time, a unit of another system, a product.
+        ("maneuver m3 of 12 s, 3 N-type", "maneuver m3 of 12 s, 3 N-type"),
+        ("4 deg, 10 ft/s, 3 m/sec, 12 min, 5 ms", "4 deg, 10 ft/s, 3 m/sec, 12 min, 5 ms"),
+    ],
+)
+def test_metric_values_of_a_sentence_are_converted(sentence: str, shown: str) -> None:
+    assert in_units(sentence, "US") == shown
+    assert in_units(sentence, "SI") == sentence
+    assert in_units(in_units(sentence, "US"), "US") == in_units(sentence, "US")
+
+
+def test_sizes_keep_their_spread() -> None:
+    value, std, unit = size_in(0.3048, 0.03048, "m", "US")
+    assert (value, std, unit) == (pytest.approx(1.0), pytest.approx(0.1), "ft")
+    assert size_in(2.0, 0.1, "m", "SI") == (2.0, 0.1, "m")
+    assert size_in(2.0, 0.1, "1/s", "US") == (2.0, 0.1, "1/s")
+
+
+def boxes(pdf: bytes) -> set[tuple[float, float]]:
+    found = re.findall(rb"/MediaBox \[ ?0 0 ([\d.]+) ([\d.]+) ?\]", pdf)
+    return {(round(float(wide), 1), round(float(high), 1)) for wide, high in found}
+
+
+def document() -> Document:
+    tall = Picture(name="tall", caption="Gusts of 1.50 m/s. " * 20, height=9.6, draw=lambda _: None)
+    table = Table(columns=("where", "V [ft/s]"), rows=(("V above 30.0 m/s", "98"),))
+    parts = (Paragraph(text="The CG was 26 mm aft."), table, tall)
+    return Document(title="Test", sections=(Section(title="One", parts=parts),))
+
+
+@pytest.mark.parametrize("units", ["US", "SI"])
+def test_a_document_has_the_paper_and_the_units_of_its_reader(units: str) -> None:
+    shown = in_system(document(), units)
+    page = html_page(shown, {"tall": b"\x89PNG"})
+    assert bool(re.search(r"\d (m/s|mm)\b", page)) == (units == "SI")
+    assert ("1.0 in aft" in page) == (units == "US")
+    (sheet,) = boxes(pdf_pages(shown))
+    assert sheet == pytest.approx(SHEETS[units], abs=0.2)
+
+
+@pytest.mark.parametrize("units", ["US", "SI"])
+def test_certificates_are_printed_on_the_same_paper(tmp_path: Path, units: str) -> None:
+    file = FOLDER / "b777" / "rudder.toml"
+    standing = stand(load_certificate(file), file)
+    (sheet,) = boxes(
+        write_certificate_report(standing, tmp_path / "c.pdf", units=units).read_bytes()
+    )
+    assert sheet == pytest.approx(SHEETS[units], abs=0.2)
+    taken = dict(certificate_document(standing, units=units).facts)["Taken"]
+    assert ("68 degF" in taken, "20 degC" in taken) == (units == "US", units == "SI")
+    other = stand(replace(standing.certificate, temperature=None), file)
+    assert "not noted" in dict(certificate_document(other, units=units).facts)["Taken"]
