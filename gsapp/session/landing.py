@@ -27,7 +27,7 @@ _LEVEL: Final = 4.0
 _LOW: Final = 20.0
 """Greatest height above the place of take-off, m, where no ground speed tells."""
 _FLOWN_FRAMES: Final = 10
-_STANDING_FRAMES: Final = 10
+_STANDING_FRAMES: Final = 6
 _STANDING_FRAMES_ALONE: Final = 40
 """Frames where neither height nor ground speed confirms an airspeed that a fault can zero."""
 
@@ -35,7 +35,7 @@ _STANDING_FRAMES_ALONE: Final = 40
 class LandingMonitor:
     """Follows one flight, and tells since when the aircraft stands on the ground after it.
 
-    Slow, still and level for five seconds, after five seconds of flight. A low pass and a touch
+    Slow, still and level for three seconds, after five seconds of flight. A low pass and a touch
     and go are too fast, a stall is too short, and a blocked pitot is contradicted by height or
     ground speed. A take-off begins another flight.
 

@@ -1,8 +1,9 @@
 """Run the benchmarks: ratios measured side by side on this machine, never pass or fail.
 
-python3 packaging/bootstrap.py bench               all but peers and discrepancy
+python3 packaging/bootstrap.py bench               all but peers, discrepancy and day
 python3 packaging/bootstrap.py bench strips framing
 python3 packaging/bootstrap.py bench peers         MAVProxy between aircraft and recorder
+python3 packaging/bootstrap.py bench day           by mouse and keys; needs Xvfb, xdotool, openbox
 python3 packaging/bootstrap.py bench discrepancy   blind cases: hours; --quick takes a tenth
 """
 
@@ -45,9 +46,10 @@ BENCHMARKS = {
     "cue_cost": "cues of a live flight: share of a core, telemetry to cue",
     "review": "opening a ten-minute flight for review, and working on its time line",
     "estimates_live": "a live flight with and without derivatives forming: frames, cues, losses",
+    "day": "a day at the field by mouse and keys in a real X server, with screenshots",
     "peers": "MAVProxy between the virtual aircraft and the recorder; logs fetched both ways",
 }
-ONLY_WHEN_NAMED = {"peers", "discrepancy"}
+ONLY_WHEN_NAMED = {"peers", "discrepancy", "day"}
 
 
 def load(name: str) -> ModuleType:

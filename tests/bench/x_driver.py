@@ -1,0 +1,256 @@
+"""Drive a window in a real X server with the mouse and keys of xdotool.
+
+The script runs in a thread of its own. It asks the window for facts and positions through the
+event loop, and acts only as a person could: by pointer and keys.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from PySide6.QtCore import QObject, QPoint, QRect, Qt, Signal
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractItemView,
+    QApplication,
+    QMenu,
+    QMenuBar,
+    QTabBar,
+    QWidget,
+)
+
+Result = TypeVar("Result")
+
+_WAIT = 30.0
+
+
+class _EventLoop(QObject):
+    """Runs functions in the thread of the window."""
+
+    _asked = Signal(object)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._asked.connect(lambda run: run(), Qt.ConnectionType.QueuedConnection)
+
+    def call(self, function: Callable[[], Result], timeout: float = _WAIT) -> Result:
+        """Return what a function returns there; its exceptions are raised here."""
+        done = threading.Event()
+        answer: list[Any] = [None, None]
+
+        def run() -> None:
+            try:
+                answer[0] = function()
+            except BaseException as error:
+                answer[1] = error
+            done.set()
+
+        self._asked.emit(run)
+        if not done.wait(timeout):
+            raise TimeoutError(f"the event loop did not answer for {timeout:g} s")
+        if answer[1] is not None:
+            raise answer[1]
+        return answer[0]  # type: ignore[no-any-return]
+
+
+class XDriver:
+    """A person at the window.
+
+    Parameters
+    ----------
+    pictures : Path
+        Folder for screenshots.
+    """
+
+    def __init__(self, pictures: Path) -> None:
+        self._loop = _EventLoop()
+        self._pictures = pictures
+        self.facts: dict[str, object] = {}
+        pictures.mkdir(parents=True, exist_ok=True)
+
+    def ask(self, function: Callable[[], Result]) -> Result:
+        """Return what a function finds in the thread of the window."""
+        return self._loop.call(function)
+
+    def until(self, condition: Callable[[], object], what: str, seconds: float = _WAIT) -> None:
+        """Wait until a condition holds in the window."""
+        deadline = time.monotonic() + seconds
+        while not self.ask(condition):
+            if time.monotonic() > deadline:
+                self.picture("failed")
+                raise TimeoutError(f"not within {seconds:g} s: {what}")
+            time.sleep(0.05)
+
+    def holds(self, condition: Callable[[], object], seconds: float) -> bool:
+        """Return whether a condition comes true within some seconds."""
+        deadline = time.monotonic() + seconds
+        while not self.ask(condition):
+            if time.monotonic() > deadline:
+                return False
+            time.sleep(0.05)
+        return True
+
+    # Pointer and keys
+
+    def click(self, widget: QWidget, button: int = 1, at: QPoint | None = None) -> None:
+        """Press the pointer on a widget, at its middle or at a point of it."""
+
+        def place() -> QPoint | None:
+            if not (widget.isVisible() and widget.isEnabled()):
+                return None
+            inside = widget.visibleRegion().boundingRect()
+            if inside.isEmpty():
+                return None
+            return widget.mapToGlobal(inside.center() if at is None else at)
+
+        self.until(lambda: place() is not None, f"{_name(widget)} can be clicked")
+        point = self.ask(place)
+        assert point is not None
+        self._point(point, button)
+
+    def _point(self, point: QPoint, button: int = 1) -> None:
+        _xdotool("mousemove", "--sync", str(point.x()), str(point.y()))
+        _xdotool("click", str(button))
+        time.sleep(0.08)
+
+    def press(self, text: str, within: QWidget | None = None) -> None:
+        """Click the button that reads so."""
+        self.click(self.find(QAbstractButton, lambda it: _plain(it.text()) == text, text, within))
+
+    def menu(self, bar: QMenuBar, *path: str) -> None:
+        """Choose from the menu bar by the words of its entries."""
+        level: QMenuBar | QMenu = bar
+        for text in path:
+            here = level
+            self.until(here.isVisible, f"the menu of {text}")
+
+            def entry(here: QMenuBar | QMenu = here, text: str = text) -> tuple[QRect, QMenu]:
+                for action in here.actions():
+                    if _plain(action.text()) == text and action.isEnabled():
+                        return here.actionGeometry(action), action.menu()  # type: ignore[return-value]
+                raise LookupError(f"no enabled entry {text!r}")
+
+            area, below = self.ask(entry)
+            self._point(self.ask(lambda here=here, area=area: here.mapToGlobal(area.center())))
+            if below is not None:
+                level = below
+
+    def tab(self, bar: QTabBar, text: str) -> None:
+        """Click a tab by its words."""
+        indices = [at for at in range(bar.count()) if _plain(bar.tabText(at)).startswith(text)]
+        self.click(bar, at=self.ask(lambda: bar.tabRect(indices[0]).center()))
+
+    def row(self, view: QAbstractItemView, row: int, column: int = 0, button: int = 1) -> None:
+        """Click a cell of a list or table."""
+
+        def middle() -> QPoint:
+            index = view.model().index(row, column)
+            view.scrollTo(index)
+            return view.visualRect(index).center()
+
+        self.click(view.viewport(), button, self.ask(middle))
+
+    def keys(self, *names: str) -> None:
+        """Press keys, by their X names."""
+        for name in names:
+            _xdotool("key", "--clearmodifiers", name)
+            time.sleep(0.03)
+
+    def type(self, text: str) -> None:
+        """Type into what has the keyboard."""
+        _xdotool("type", "--delay", "8", text)
+        time.sleep(0.05)
+
+    # What is on screen
+
+    def find(
+        self,
+        kind: type[Any],
+        fits: Callable[[Any], bool],
+        what: str,
+        within: QWidget | None = None,
+        seconds: float = _WAIT,
+    ) -> Any:
+        """Return the first visible widget of a kind that fits, once there is one."""
+        found: list[Any] = []
+
+        def look() -> bool:
+            roots = [within] if within is not None else _windows_on_top()
+            found[:] = [
+                child
+                for root in roots
+                for child in [root, *root.findChildren(kind)]
+                if isinstance(child, kind) and child.isVisible() and fits(child)
+            ]
+            return bool(found)
+
+        self.until(look, f"{what} is on screen", seconds)
+        return found[0]
+
+    def dialog(self, kind: type[Any]) -> Any:
+        """Return the open dialog of a kind."""
+        return self.find(kind, lambda _it: True, kind.__name__)
+
+    def picture(self, name: str) -> None:
+        """Keep a picture of the whole screen."""
+        time.sleep(0.15)
+
+        def grab() -> None:
+            screen = QApplication.primaryScreen()
+            screen.grabWindow(0).save(str(self._pictures / f"{name}.png"))
+
+        self.ask(grab)
+
+    def note(self, **facts: object) -> None:
+        """Keep facts for the test."""
+        self.facts.update(facts)
+
+
+def run_script(window: QWidget, script: Callable[[XDriver], None], driver: XDriver) -> None:
+    """Run a script beside the event loop; return when it and the window have ended.
+
+    Raises whatever the script raises.
+    """
+    failed: list[BaseException] = []
+
+    def work() -> None:
+        try:
+            driver.until(window.isVisible, "the window")
+            script(driver)
+        except BaseException as error:
+            failed.append(error)
+        driver.ask(lambda: QApplication.exit(0))
+
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    QApplication.instance().exec()  # type: ignore[union-attr]
+    thread.join(_WAIT)
+    if failed:
+        raise failed[0]
+
+
+def _windows_on_top() -> list[QWidget]:
+    """Return the windows that take input, a dialog or popup before what is behind it."""
+    on_top = [QApplication.activePopupWidget(), QApplication.activeModalWidget()]
+    return [it for it in on_top if it is not None] or QApplication.topLevelWidgets()
+
+
+def _plain(text: str) -> str:
+    """Return the words of a label without the marks of its shortcut."""
+    return text.replace("&&", "\0").replace("&", "").replace("\0", "&").split("\t")[0].strip()
+
+
+def _name(widget: QWidget) -> str:
+    return widget.accessibleName() or widget.objectName() or type(widget).__name__
+
+
+def _xdotool(*arguments: str) -> None:
+    command = ["xdotool", *arguments]
+    ran = subprocess.run(command, check=False, capture_output=True, text=True)
+    if ran.returncode:
+        raise RuntimeError(f"xdotool {arguments[0]}: {ran.stderr.strip()}")
