@@ -2,21 +2,34 @@
 
 from __future__ import annotations
 
+import io
 import re
+import sys
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from rich.console import Console
+
+sys.path.insert(0, str(Path(__file__).parent))
+from discrepancy_kit import answer
 
 from calibration import load_certificate
 from calibration.overview import stand
 from calibration.reading import FOLDER
+from gsapp.cli._discrepancy_text import describe
+from gsapp.discrepancy.results import Discrepancy, Region
 from gsapp.quantities import in_units, size_in
 from gsapp.report.certificate_report import certificate_document, write_certificate_report
+from gsapp.report.discrepancy_report import discrepancy_document
 from gsapp.report.document import Document, Paragraph, Picture, Section, Table, in_system
 from gsapp.report.html import html_page
 from gsapp.report.pdf import pdf_pages
+from ui.gap.phrases import parameter_text
+from ui.gap.pictures import disagreement_text
 
+METRIC = re.compile(r"\d (?:m/s|m/s\^2|mm|m|km|kg|N|hPa|kPa|Pa|degC|°C)(?![\w/^*])")
+CUSTOMARY = re.compile(r"\d (?:ft/s|ft|in|lb|lbf|inHg|psi|degF|°F)(?![\w/^*])")
 SHEETS = {"US": (612.0, 792.0), "SI": (595.4, 841.7)}
 
 
@@ -80,3 +93,36 @@ def test_certificates_are_printed_on_the_same_paper(tmp_path: Path, units: str) 
     assert ("68 degF" in taken, "20 degC" in taken) == (units == "US", units == "SI")
     other = stand(replace(standing.certificate, temperature=None), file)
     assert "not noted" in dict(certificate_document(other, units=units).facts)["Taken"]
+
+
+@pytest.fixture(scope="module")
+def found() -> Discrepancy:
+    """Return an answer whose sentences hold metric values, as the search writes them."""
+    made = answer(maneuvers=3, samples=40)
+    region = Region(variable="V", low=20.0, high=26.2, words="V below 26.2 m/s")
+    return replace(
+        made,
+        why=f"{made.why} Turbulence of about 0.3 m/s disturbed the flights.",
+        warnings=(*made.warnings, "the CG was 26 mm aft of the aircraft file's, mass 20.5 kg"),
+        disagreements=tuple(replace(one, region=region) for one in made.disagreements),
+    )
+
+
+@pytest.mark.parametrize(("units", "foreign"), [("US", METRIC), ("SI", CUSTOMARY)])
+def test_no_foreign_unit_stands_in_report_command_or_page(
+    found: Discrepancy, units: str, foreign: re.Pattern[str]
+) -> None:
+    """The report, what the command prints, and the words of the page Model gap."""
+    shown = discrepancy_document(found, units=units, overlays=[])
+    page = re.sub(r"<[^>]+>", " ", html_page(shown, {one.name: b"" for one in shown.pictures}))
+    console = Console(file=io.StringIO(), width=160)
+    describe(console, found, units)
+    words = [
+        *(disagreement_text(one, units) for one in found.disagreements),
+        *(parameter_text(*size, "m", units) for one in found.effects
+          for size in one.parameters.values()),
+    ]  # fmt: skip
+    own = METRIC if units == "SI" else CUSTOMARY
+    for text in (page, console.file.getvalue(), "\n".join(words)):
+        assert not foreign.search(text), foreign.search(text)
+        assert own.search(text)
