@@ -113,10 +113,10 @@ def test_the_story_is_told_and_everything_written(
     assert places == sorted(places)
     for words in (
         "throttle above 70 %: the pitching moment (Cm) is off by 8.0 times the noise",
-        "arm = 0.0493 ± 0.0021 m; confidence 97 %",
+        "arm = 0.1617 ± 0.0069 ft; confidence 97 %",
         "weigh the aircraft on two scales",
         "Cm_q -23 -19.40 ± 0.60",
-        "gusts of 0.31",
+        "gusts of 1.0 ± 0.13 ft/s",
         "94 ± 3 % of the gap",
         "The model lacks something, and it has a name.",
         "q was clipped",

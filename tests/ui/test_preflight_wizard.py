@@ -510,7 +510,7 @@ def test_the_surfaces_at_the_end_are_those_of_now(
     shown: list[int] = []
     monkeypatch.setattr(window.page.summary, "show_together", lambda rows: shown.append(len(rows)))
     monkeypatch.setattr(
-        "ui.preflight.wizard_page.together_of", lambda history: [history] if history else []
+        "ui.preflight.wizard_page.together_of", lambda history, _units: [history] if history else []
     )
     window.desk.told.emit()
     let_no_volts_come(monkeypatch)

@@ -135,10 +135,10 @@ class Books:
         """See which certificates are in force: for the open flight, or for those to come."""
         session, settings = self.session, self._store.current
         if session is None and may_block(settings.calibration):
-            self._calibration = StepState(
-                state="warning", words="cannot be read", detail=f"{settings.calibration} does not "
-                "respond; choose other certificates when connecting.",
-            )  # fmt: skip
+            self._calibration_problem = (
+                f"{settings.calibration} does not respond; "
+                "choose other certificates when connecting"
+            )
             return
         shelf = Shelf(calibrations_path(self._store.path), aircraft_at_hand(session, settings))
         self._planned, self._calibration_begun = None, unfinished(shelf.journal)
