@@ -23,7 +23,7 @@ from ui.frame.bar_model import BarFacts, bar_parts
 from ui.frame.bar_part import BarPart
 from ui.loading import load_what_maneuvers_need
 from ui.pace import LOOK_MS, SOONEST_LIVE, SOONEST_REPLAY, Pace
-from ui.recording import Begun, RecorderWatch, RunningRecorder, running_recorders
+from ui.recording import Begun, RecorderMonitor, RunningRecorder, running_recorders
 from ui.settings import SettingsStore
 from ui.starter import FlightStarter
 from ui.words import sentences
@@ -114,7 +114,7 @@ class Desk(QObject):
         self._remarked = False
         self._back_to: float | None = None
         self._pace = Pace(SOONEST_LIVE)
-        self._recorders = RecorderWatch(self)
+        self._recorders = RecorderMonitor(self)
         self._recorders.changed.connect(self.told)
         self.starter = FlightStarter(store, faults, self._open_here, self)
         self.starter.begun.connect(self._show)

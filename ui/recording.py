@@ -92,7 +92,7 @@ def running_recorders() -> tuple[RunningRecorder, ...]:
     return tuple(found)
 
 
-class RecorderWatch(QObject):
+class RecorderMonitor(QObject):
     """Looks once a second for recorders that run, in a thread: a disk that hangs holds up nothing.
 
     Attributes
