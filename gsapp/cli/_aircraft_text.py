@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from gsapp.cli._screen import say
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -29,4 +31,4 @@ def warn_of_aircraft(console: Console, aircraft: Iterable[Aircraft | None]) -> N
         for sentence in file_warnings(one)
     ]
     for sentence in dict.fromkeys(sentences):
-        console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
+        say(console, sentence, "yellow")

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from gsapp.cli._options import SYSTEMS, FlightPath, JsonFile, MapName, OtherCertificates, Units
+from gsapp.cli._options import FlightPath, JsonFile, MapName, OtherCertificates, Units
 
 FlightPaths = Annotated[
     list[Path],
@@ -72,6 +72,7 @@ def maneuvers(
     calibration: OtherCertificates = None,
     as_found: AsFound = False,
     catalog: CatalogFile = None,
+    units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
 ) -> None:
     """Find the maneuvers of a flight and grade them.
@@ -119,6 +120,7 @@ def debrief(
         ),
     ] = None,
     catalog: CatalogFile = None,
+    units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
 ) -> None:
     """Tell what every input of a flight was worth.
@@ -222,6 +224,7 @@ def estimate(
     label: Annotated[
         str, typer.Option(metavar="TEXT", help="What the run is called in the catalog")
     ] = "",
+    units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
 ) -> None:
     """Estimate stability and control derivatives, with bounds.
@@ -294,7 +297,7 @@ def report(
             help="One of the flights, to judge linear models on; repeatable; by default the last",
         ),
     ] = None,
-    units: Units = "us",
+    units: Units = "us",  # noqa: ARG001  acts in its callback
     dated: Dated = True,
     channel_map: MapName = None,
     calibration: OtherCertificates = None,
@@ -313,7 +316,7 @@ def report(
     command.run(
         flights=flights, out=out, aircraft=aircraft, method=method, axis=axis, weights=weights,
         model=model, joint=joint, maneuver=maneuver or (), every_grade=every_grade,
-        as_found=as_found, units=SYSTEMS[units], dated=dated, channel_map=channel_map,
+        as_found=as_found, dated=dated, channel_map=channel_map,
         calibration=calibration, validate=validate or (), json=json,
     )  # fmt: skip
 
@@ -334,6 +337,7 @@ def compatibility(
     free: Annotated[list[str] | None, typer.Option("--free", hidden=True)] = None,
     channel_map: MapName = None,
     calibration: OtherCertificates = None,
+    units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
 ) -> None:
     """Check the instruments against one another.
@@ -368,6 +372,7 @@ def terms(
     maneuver: ManeuverList = None,
     channel_map: MapName = None,
     calibration: OtherCertificates = None,
+    units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
 ) -> None:
     """Choose the terms that each coefficient needs.
@@ -421,6 +426,7 @@ def catalog(
         Path | None,
         typer.Option(readable=False, metavar="FILE", help="Write what was found as a table"),
     ] = None,
+    units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
 ) -> None:
     """Search the maneuvers and estimates of a campaign.
@@ -455,7 +461,7 @@ def runs(
             help="Of the report: a .html or .pdf file, or a folder",
         ),
     ] = None,
-    units: Units = "us",
+    units: Units = "us",  # noqa: ARG001  acts in its callback
     dated: Dated = True,
     json: JsonFile = None,
 ) -> None:
@@ -485,7 +491,6 @@ def runs(
         what=what,
         rest=rest or (),
         out=out,
-        units=SYSTEMS[units],
         dated=dated,
         json=json,
     )
@@ -515,6 +520,7 @@ def linear_models(
         Path | None,
         typer.Option(readable=False, metavar="DIR", help="Write the models here, one file each"),
     ] = None,
+    units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
 ) -> None:
     """Fit three linear models, and judge them on another flight.
@@ -593,7 +599,7 @@ def discrepancy(
             "those kept out",
         ),
     ] = None,
-    units: Units = "us",
+    units: Units = "us",  # noqa: ARG001  acts in its callback
     channel_map: MapName = None,
     calibration: OtherCertificates = None,
     json: JsonFile = None,
@@ -622,6 +628,5 @@ def discrepancy(
         flights=flights, out=out, aircraft=aircraft, model=model, maneuver=maneuver or (),
         every_grade=every_grade, as_found=as_found, refuse=refuse or (), force=force or (),
         held_out=held_out or (), most_effects=most_effects, draw=draw or (),
-        units=SYSTEMS[units],
         channel_map=channel_map, calibration=calibration, json=json,
     )  # fmt: skip

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gsapp.cli._screen import say
 from gsapp.cli._tables import print_whole
 
 if TYPE_CHECKING:
@@ -57,4 +58,4 @@ def describe_cards(console: Console, flight: Path, maneuvers: Sequence[FoundMane
     if flown.unplanned:
         told.append(f"on no card: {', '.join(one.id for one in flown.unplanned)}")
     for sentence in told:
-        console.print(sentence, highlight=False, soft_wrap=True)
+        say(console, sentence)

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from gsapp.cli._options import UNITS
+from gsapp.cli._screen import say
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -26,7 +29,7 @@ def describe_cues(console: Console, debrief: Debrief) -> None:
         highlight=False,
     )
     for one in debrief.maneuvers:
-        console.print(_sentence(one), highlight=False, soft_wrap=True)
+        say(console, _sentence(one))
 
 
 def describe_debrief(console: Console, debrief: Debrief) -> None:
@@ -36,7 +39,9 @@ def describe_debrief(console: Console, debrief: Debrief) -> None:
     from rich.text import Text
 
     from gsapp.cli._tables import print_whole
-    from gsapp.quantities.constants import FOOT
+    from gsapp.quantities import channel, from_si
+
+    speed = channel("V").display_unit(UNITS.get())
 
     table = Table(
         title=f"{debrief.flight}: {_count(len(debrief.maneuvers), 'input')}",
@@ -44,7 +49,17 @@ def describe_debrief(console: Console, debrief: Debrief) -> None:
         box=box.SIMPLE_HEAD,
         pad_edge=False,
     )
-    for heading in ("id", "at [s]", "inputs", "kind", "V [ft/s]", "GO", "card", "verdict", "grade"):
+    for heading in (
+        "id",
+        "at [s]",
+        "inputs",
+        "kind",
+        f"V [{speed}]",
+        "GO",
+        "card",
+        "verdict",
+        "grade",
+    ):
         table.add_column(heading)
     for one in debrief.maneuvers:
         verdict = one.verdict
@@ -53,7 +68,7 @@ def describe_debrief(console: Console, debrief: Debrief) -> None:
             f"{verdict.t_input:z.1f}",
             "+".join(verdict.surfaces),
             verdict.kind,
-            "" if verdict.V is None else f"{verdict.V / FOOT:z.0f}",
+            "" if verdict.V is None else f"{from_si(verdict.V, speed, 'speed'):z.0f}",
             "yes" if one.go_at is not None else "no",
             verdict.card,
             Text(verdict.result, _COLORS.get(verdict.result, "red")),
@@ -61,13 +76,10 @@ def describe_debrief(console: Console, debrief: Debrief) -> None:
         )
     print_whole(console, table)
     for one in debrief.maneuvers:
-        console.print(
-            f"{one.verdict.id}: {_sizes(one)}; {one.verdict.advice}",
-            highlight=False, soft_wrap=True,
-        )  # fmt: skip
+        say(console, f"{one.verdict.id}: {_sizes(one)}; {one.verdict.advice}")
     describe_score(console, debrief.cards, debrief.score)
     for words in debrief.missing:
-        console.print(words, style="dim", highlight=False, soft_wrap=True)
+        say(console, words, "dim")
 
 
 def describe_score(console: Console, cards: Sequence[CardScore], score: float | None) -> None:
@@ -75,10 +87,10 @@ def describe_score(console: Console, cards: Sequence[CardScore], score: float | 
     if score is None:
         return
     for card in cards:
-        console.print(
+        say(
+            console,
             f"{card.card}: {card.good} of {card.wanted} good, {card.flown} flown  {card.heading}",
-            highlight=False, soft_wrap=True,
-        )  # fmt: skip
+        )
     console.print(f"score: {100.0 * score:z.0f} % of what the cards ask for", highlight=False)
 
 
@@ -112,7 +124,7 @@ def describe_trends(console: Console, found: Sequence[FlightTrend]) -> None:
         off = (
             f"; began with {worst} {one.trim_errors[worst]:z.1f} of its tolerance" if worst else ""
         )
-        console.print(f"{one.flight}: {sizes}{off}", highlight=False, soft_wrap=True)
+        say(console, f"{one.flight}: {sizes}{off}")
 
 
 def _sizes(one: JudgedManeuver) -> str:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
+from gsapp.cli._options import UNITS
+from gsapp.cli._screen import say
 from gsapp.cli._tables import print_whole
-from gsapp.quantities import in_units
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -20,43 +21,41 @@ _PLACES, _CANDIDATES = 5, 5
 """Most places of disagreement and candidates of a round on the screen; all are in the files."""
 
 
-def describe(console: Console, found: Discrepancy, units: Literal["US", "SI"] = "US") -> None:
+def describe(console: Console, found: Discrepancy) -> None:
     """Tell what was found.
 
     Parameters
     ----------
     console : Console
     found : Discrepancy
-    units : {"US", "SI"}
-        Of the channels.
     """
     from gsapp.report.discrepancy_words import HEADLINES
 
-    _find(console, found, units)
-    _name(console, found, units)
-    _add(console, found, units)
-    _show(console, found, units)
-    _say(console, f"\n{HEADLINES[found.verdict]}", style="bold")
-    _say(console, in_units(found.why, units))
+    _find(console, found)
+    _name(console, found)
+    _add(console, found)
+    _show(console, found)
+    say(console, f"\n{HEADLINES[found.verdict]}", "bold")
+    say(console, found.why)
     for sentence in found.warnings:
-        _say(console, in_units(sentence, units), style="yellow")
+        say(console, sentence, "yellow")
 
 
-def _find(console: Console, found: Discrepancy, units: str) -> None:
+def _find(console: Console, found: Discrepancy) -> None:
     from gsapp.report.discrepancy_words import disagreement_words
 
-    _say(console, "1. Find: where do simulation and flight disagree?", style="bold")
+    say(console, "1. Find: where do simulation and flight disagree?", "bold")
     for remark in found.instruments:
         style = "" if remark.consistent else "yellow"
-        _say(console, in_units(f"Instruments: {remark.words}", units), style=style)
+        say(console, f"Instruments: {remark.words}", style)
     _map(console, found)
     for one in found.disagreements[:_PLACES]:
-        _say(console, in_units(disagreement_words(one), units))
+        say(console, disagreement_words(one))
     more = len(found.disagreements) - _PLACES
     if more > 0:
-        _say(console, f"{more} more such places are in the report.")
+        say(console, f"{more} more such places are in the report.")
     if not found.disagreements:
-        _say(console, "At no single place clearly beyond the noise.")
+        say(console, "At no single place clearly beyond the noise.")
 
 
 def _map(console: Console, found: Discrepancy) -> None:
@@ -66,7 +65,7 @@ def _map(console: Console, found: Discrepancy) -> None:
     from gsapp.quantities import channel
     from gsapp.report.discrepancy_words import channel_map
 
-    _say(console, "missing part of each coefficient, 1 = noise alone; * kept out", style="italic")
+    say(console, "missing part of each coefficient, 1 = noise alone; * kept out", "italic")
     table = _table()
     table.add_column("maneuver", no_wrap=True)
     for name in (*found.coefficients, "worst channel"):
@@ -81,32 +80,32 @@ def _map(console: Console, found: Discrepancy) -> None:
     print_whole(console, table)
 
 
-def _name(console: Console, found: Discrepancy, units: str) -> None:
+def _name(console: Console, found: Discrepancy) -> None:
     from gsapp.report.discrepancy_words import effect_words, gust_words
 
-    _say(console, "\n2. Name: what is missing?", style="bold")
+    say(console, "\n2. Name: what is missing?", "bold")
     for number, step in enumerate(found.steps, start=1):
         if step.ranking:
             last = step is found.steps[-1]
             title = f"round {number}: " + ("not proven" if last else "candidates, best first")
-            _say(console, title, style="italic")
+            say(console, title, "italic")
             console.print(_ranking(step, console.width))
     for effect in found.effects:
-        _say(console, effect_words(effect, units))
+        say(console, effect_words(effect, UNITS.get()))
         if effect.runner_up:
-            _say(
+            say(
                 console,
                 f"Next best was {effect.runner_up}, {effect.margin:z.1f} behind in log-likelihood.",
             )
     for other in found.alternatives:
-        _say(console, f"These flights would look the same with {' and '.join(other.effects)}")
-        _say(console, in_units(f"  {other.title}: {other.why}", units))
+        say(console, f"These flights would look the same with {' and '.join(other.effects)}")
+        say(console, f"  {other.title}: {other.why}")
         if other.fly:
-            _say(console, in_units(f"  What would tell: {other.fly}", units))
+            say(console, f"  What would tell: {other.fly}")
     if gust_words(found):
-        _say(console, in_units(gust_words(found), units))
+        say(console, gust_words(found))
     if not found.effects and not found.alternatives:
-        _say(console, "No effect was named.")
+        say(console, "No effect was named.")
 
 
 def _ranking(step: Step, width: int) -> Table:
@@ -132,13 +131,13 @@ def _ranking(step: Step, width: int) -> Table:
     return table
 
 
-def _add(console: Console, found: Discrepancy, units: str) -> None:
+def _add(console: Console, found: Discrepancy) -> None:
     from gsapp.report.discrepancy_words import moved_words, parameter_rows, with_spread
 
-    _say(console, "\n3. Add: the model with the effect", style="bold")
+    say(console, "\n3. Add: the model with the effect", "bold")
     for effect in found.effects:
-        _say(console, f"{effect.effect}: {effect.equation}")
-    rows = parameter_rows(found.effects, units)
+        say(console, f"{effect.effect}: {effect.equation}")
+    rows = parameter_rows(found.effects, UNITS.get())
     if rows:
         console.print(_filled(("effect", "parameter", "value", "unit"), rows))
     if found.values:
@@ -147,34 +146,34 @@ def _add(console: Console, found: Discrepancy, units: str) -> None:
             for name, one in found.values.items()
         ]
         headings = ("derivative", "before", "after", "moved, in std")
-        _say(console, "values that moved beyond their bounds", style="italic")
+        say(console, "values that moved beyond their bounds", "italic")
         console.print(_filled(headings, changed))
     if not rows and not found.values:
-        _say(console, "Nothing was added.")
+        say(console, "Nothing was added.")
 
 
-def _show(console: Console, found: Discrepancy, units: Literal["US", "SI"]) -> None:
+def _show(console: Console, found: Discrepancy) -> None:
     from gsapp.report.discrepancy_words import closed_words, rms_rows
 
-    _say(console, "\n4. Show: does the gap shrink?", style="bold")
+    say(console, "\n4. Show: does the gap shrink?", "bold")
     if found.gap.channels:
         headings: tuple[str, ...] = ("channel", "RMS before", "after", "noise")
-        rows: list[tuple[str, ...]] = [*rms_rows(found.gap, units)]
+        rows: list[tuple[str, ...]] = [*rms_rows(found.gap, UNITS.get())]
         if len(found.steps) == 1:
             headings = ("channel", "RMS", "noise")
             rows = [(row[0], row[1], row[3]) for row in rows]
         where = f"maneuver{'s' if len(found.gap.on) != 1 else ''} {', '.join(found.gap.on)}"
-        _say(console, f"measured less computed, {where}", style="italic")
+        say(console, f"measured less computed, {where}", "italic")
         console.print(_filled(headings, rows))
     if len(found.steps) > 1:
         falls = ", ".join(
             f"{step.misfit:z.2f} with {step.added or 'values refitted'}" for step in found.steps[1:]
         )
-        _say(
+        say(
             console,
             f"Misfit of all channels, 1 = noise: {found.steps[0].misfit:z.2f} before, {falls}.",
         )
-    _say(console, closed_words(found))
+    say(console, closed_words(found))
 
 
 def _filled(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> Table:
@@ -192,7 +191,3 @@ def _table() -> Table:
     from rich.table import Table
 
     return Table(box=box.SIMPLE_HEAD, pad_edge=False)
-
-
-def _say(console: Console, sentence: str, *, style: str = "") -> None:
-    console.print(sentence, style=style, highlight=False, soft_wrap=True)

@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from gsapp.cli._bounded import MEAN_HEADINGS, MEANING, bounded, mean_cells
+from gsapp.cli._screen import say
 from gsapp.cli._tables import print_whole
 
 if TYPE_CHECKING:
@@ -35,10 +36,10 @@ def describe_outcome(console: Console, outcome: Outcome) -> None:
     """
     results = outcome.result.results
     print_whole(console, _values(outcome.result, console.width))
-    console.print(MEANING, style="dim", highlight=False, soft_wrap=True)
+    say(console, MEANING, "dim")
     print_whole(console, _fits(results))
     for sentence in _sentences(outcome):
-        console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
+        say(console, sentence, "yellow")
 
 
 def _values(result: CampaignResult, width: int) -> Table:

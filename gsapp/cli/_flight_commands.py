@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from gsapp.cli._options import FileUnits, FlightPath, JsonFile, MapName, OtherCertificates
+from gsapp.cli._options import FileUnits, FlightPath, JsonFile, MapName, OtherCertificates, Units
 
 
 def demo(
@@ -210,6 +210,7 @@ def replay(
         typer.Option(metavar="X|max", help="Times real time; 1 in the window, max headless"),
     ] = None,
     headless: Annotated[bool, typer.Option("--headless", help="Print a summary instead")] = False,
+    units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
     channel_map: MapName = None,
     calibration: OtherCertificates = None,

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from gsapp.cli._options import UNITS
+from gsapp.cli._screen import say
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from pathlib import Path
@@ -54,7 +57,7 @@ def describe(console: Console, flight: Flight) -> None:
         table.add_column("source", no_wrap=True, overflow="ellipsis", ratio=1)
     for name, numbers in summary["channels"].items():
         spec = channel(name)
-        unit = spec.us_display
+        unit = spec.display_unit(UNITS.get())
         digits = spec.decimals(unit)
         shown = [
             ""
@@ -91,7 +94,7 @@ def describe(console: Console, flight: Flight) -> None:
         *(_at(event.time) + event.text for event in noticed[:_MOST_NOTICES]),
     ]
     for sentence in told:
-        console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
+        say(console, sentence, "yellow")
     if len(noticed) > _MOST_NOTICES:
         console.print(f"and {len(noticed) - _MOST_NOTICES} more like these", style="yellow")
 
@@ -103,7 +106,7 @@ def _mark(source: ChannelSource) -> str:
 def tell_calibration(console: Console, flights: Iterable[Flight]) -> None:
     """Say of each flight which channels are uncalibrated, and whose certificates were used."""
     for sentence in calibration_sentences(flights):
-        console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
+        say(console, sentence, "yellow")
 
 
 def calibration_sentences(flights: Iterable[Flight]) -> tuple[str, ...]:

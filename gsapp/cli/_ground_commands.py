@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from gsapp.cli._options import JsonFile
+from gsapp.cli._options import JsonFile, Units
 
 
 def calibrate(
@@ -49,6 +49,7 @@ def calibrate(
         Path | None,
         typer.Option(readable=False, metavar="FILE", help="Page with the curves: .html or .pdf"),
     ] = None,
+    units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
 ) -> None:
     """Turn calibration points into a certificate.
@@ -91,6 +92,7 @@ def certificates(
         ),
     ] = None,
     page: Annotated[Literal["pdf", "html"], typer.Option("--format", help="Of the pages")] = "pdf",
+    units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
 ) -> None:
     """List the certificates in force: age, quality, drift.

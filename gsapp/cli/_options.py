@@ -5,8 +5,9 @@ A word means the same in all commands; `tests/cli/test_words.py` holds them to i
 
 from __future__ import annotations
 
+from contextvars import ContextVar
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 import typer
 
@@ -40,15 +41,26 @@ OtherCertificates = Annotated[
         help="Certificates in place of those kept with the flight: a folder, or a shipped set",
     ),
 ]
+UNITS: Final[ContextVar[Literal["US", "SI"]]] = ContextVar("units", default="US")
+"""System of units of all that a command prints."""
+
+
+def _print_in(chosen: Literal["us", "si", "base"]) -> str:
+    UNITS.set("US" if chosen == "us" else "SI")
+    return chosen
+
+
 Units = Annotated[
     Literal["us", "si"],
-    typer.Option(case_sensitive=False, help="us: ft/s, deg, g; si: m/s, deg, g"),
+    typer.Option(
+        case_sensitive=False, callback=_print_in, help="us: ft/s, deg, g; si: m/s, deg, g"
+    ),
 ]
 FileUnits = Annotated[
     Literal["us", "si", "base"],
     typer.Option(
-        case_sensitive=False, help="us: ft/s, deg, g; si: m/s, deg, g; base: m/s, rad, m/s^2"
+        case_sensitive=False,
+        callback=_print_in,
+        help="us: ft/s, deg, g; si: m/s, deg, g; base: m/s, rad, m/s^2",
     ),
 ]
-SYSTEMS: dict[Literal["us", "si"], Literal["US", "SI"]] = {"us": "US", "si": "SI"}
-"""The systems of units of `Units`, as reports call them."""

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from gsapp.cli._bounded import MEAN_HEADINGS, MEANING, mean_cells
+from gsapp.cli._screen import say
 from gsapp.cli._tables import print_whole
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def tell_run(console: Console, one: KeptRun) -> None:
     for name, value in one.campaign.items():
         table.add_row(name, *mean_cells(value))
     print_whole(console, table)
-    console.print(MEANING, style="dim", highlight=False, soft_wrap=True)
+    say(console, MEANING, "dim")
     for heading, rows in (
         ("settings", [(name, words) for name, words in one.settings.items()]),
         ("files", [(f"{file.role} {file.name}", file.sha256) for file in one.inputs]),
@@ -71,7 +72,7 @@ def tell_run(console: Console, one: KeptRun) -> None:
         console.print(listed)
     said = [f"maneuver {name} could not be fitted: {why}" for name, why in one.failures.items()]
     for sentence in (*said, *one.remarks):
-        console.print(sentence, style="yellow", soft_wrap=True)
+        say(console, sentence, "yellow")
 
 
 def tell_comparison(console: Console, found: Comparison) -> None:
@@ -83,7 +84,7 @@ def tell_comparison(console: Console, found: Comparison) -> None:
         asked.add_row(setting.name, setting.one, setting.other)
     console.print(asked if found.settings else "nothing differs in what was asked for")
     for sentence in found.versions:
-        console.print(sentence, style="yellow", soft_wrap=True)
+        say(console, sentence, "yellow")
     table = _table("per radian; difference in joint bounds")
     own = [f"{run}\n{heading}" for run in (found.one, found.other) for heading in MEAN_HEADINGS]
     for heading in ("", *own, "difference", "in bounds", ""):
@@ -98,7 +99,7 @@ def tell_comparison(console: Console, found: Comparison) -> None:
             "differs" if one.in_bounds is not None and one.differs else "",
         )
     print_whole(console, table)
-    console.print(MEANING, style="dim", highlight=False, soft_wrap=True)
+    say(console, MEANING, "dim")
 
 
 def tell_repeated(console: Console, number: int, found: Repeated) -> None:
@@ -110,7 +111,7 @@ def tell_repeated(console: Console, number: int, found: Repeated) -> None:
         style="" if found.same else "bold",
     )
     for sentence in found.differences:
-        console.print(sentence, style="yellow", soft_wrap=True)
+        say(console, sentence, "yellow")
 
 
 def _table(title: str) -> Table:

@@ -13,6 +13,8 @@ from rich.progress import TextColumn
 from rich.status import Status
 from rich.text import Text
 
+from gsapp.cli._options import UNITS
+
 
 class Screen(Console):
     """A console on which no word has a second meaning; colors are those of `Text`.
@@ -51,3 +53,10 @@ def _plain(words: RenderableType) -> RenderableType:
 def describing() -> TextColumn:
     """Return the column of a progress bar that says what is being done."""
     return TextColumn("{task.description}", markup=False)
+
+
+def say(console: Console, sentence: str, style: str = "") -> None:
+    """Print a sentence in one line, with its values in the units of the call."""
+    from gsapp.quantities import in_units
+
+    console.print(in_units(sentence, UNITS.get()), style=style, highlight=False, soft_wrap=True)

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 
 from gsapp.cli._calibration_text import drift_json, quality_json, si_converters
-from gsapp.cli._screen import Screen
+from gsapp.cli._options import UNITS
+from gsapp.cli._screen import Screen, say
 from gsapp.cli._tables import print_whole
 
 if TYPE_CHECKING:
@@ -133,8 +134,9 @@ def _write_report(
 
     newest = max(former, key=lambda one: one.stamp.replace(tzinfo=None), default=None)
     write_certificate_report(
-        stand(certificate, file, newest), report, written=f"{now():%Y-%m-%d %H:%M}"
-    )
+        stand(certificate, file, newest), report, written=f"{now():%Y-%m-%d %H:%M}",
+        units=UNITS.get(),
+    )  # fmt: skip
 
 
 def _check_supply(volts: float | None) -> None:
@@ -213,18 +215,14 @@ def _print(
         losses = ", ".join(
             f"{_DEGREES[degree]} {loss:z.3f}" for degree, loss in made.losses.items()
         )
-        console.print(f"each setting predicted from the others, rms {unit}: {losses}",
-                      highlight=False, soft_wrap=True)  # fmt: skip
+        say(console, f"each setting predicted from the others, rms {unit}: {losses}")
     if made.quality.coverage is not None:
         console.print(f"{100.0 * made.quality.coverage:z.0f} % of the travel covered",
                       highlight=False)  # fmt: skip
     for path, drift in drifts:
-        console.print(
-            f"{path.name}: {drift.sentence}", highlight=False, soft_wrap=True,
-            style="yellow" if drift.significant else None,
-        )  # fmt: skip
+        say(console, f"{path.name}: {drift.sentence}", "yellow" if drift.significant else "")
     for sentence in sentences:
-        console.print(f"note: {sentence}", highlight=False, soft_wrap=True)
+        say(console, f"note: {sentence}")
     console.print(f"certificate: {out}", highlight=False, soft_wrap=True)
 
 

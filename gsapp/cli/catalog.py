@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from gsapp.cli._bounded import bounded
+from gsapp.cli._options import UNITS
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -154,14 +155,26 @@ def _describe(
     from rich.table import Table
 
     from gsapp.cli._tables import print_whole
-    from gsapp.quantities.constants import DEGREE, FOOT
+    from gsapp.quantities import channel, from_si
+    from gsapp.quantities.constants import DEGREE
+
+    speed = channel("V").display_unit(UNITS.get())
 
     count = len(found)
     table = Table(
         title=f"{count} maneuver{'' if count == 1 else 's'}", title_justify="left",
         box=box.SIMPLE_HEAD, pad_edge=False,
     )  # fmt: skip
-    for heading in ("flight", "id", "start [s]", "inputs", "kind", "grade", "verdict", "V [ft/s]"):
+    for heading in (
+        "flight",
+        "id",
+        "start [s]",
+        "inputs",
+        "kind",
+        "grade",
+        "verdict",
+        f"V [{speed}]",
+    ):
         table.add_column(heading)
     table.add_column("alpha [deg]")
     table.add_column(derivative or "runs")
@@ -180,7 +193,7 @@ def _describe(
         table.add_row(
             one.flight, maneuver.id, f"{maneuver.t_start:z.2f}",
             "+".join(maneuver.inputs), maneuver.kind, maneuver.grade, one.verdict,
-            "" if maneuver.V is None else f"{maneuver.V / FOOT:z.1f}",
+            "" if maneuver.V is None else f"{from_si(maneuver.V, speed, 'speed'):z.1f}",
             "" if maneuver.alpha is None else f"{maneuver.alpha / DEGREE:z.1f}",
             last,
         )  # fmt: skip

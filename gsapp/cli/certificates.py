@@ -7,6 +7,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from gsapp.cli._options import UNITS
+from gsapp.cli._screen import say
 from gsapp.cli._tables import print_whole
 
 if TYPE_CHECKING:
@@ -84,7 +86,11 @@ def _write_pages(
         for one in standing:
             status.update(f"drawing {one.certificate.channel}")
             path = folder / f"{one.certificate.channel}.{page}"
-            pages.append(write_certificate_report(one, path, written=f"{now:%Y-%m-%d %H:%M}"))
+            pages.append(
+                write_certificate_report(
+                    one, path, written=f"{now:%Y-%m-%d %H:%M}", units=UNITS.get()
+                )
+            )
     return tuple(pages)
 
 
@@ -191,32 +197,38 @@ def _print(console: Console, found: Overview, in_force: CalibrationInForce, fold
     print_whole(console, table)
     for one in found.standing:
         if one.drift is not None and one.drift.significant:
-            _say(console, f"{one.certificate.channel}: {one.drift.sentence}")
+            say(console, f"{one.certificate.channel}: {one.drift.sentence}", "yellow")
     status = in_force.judge()
-    _say(console, f"{status.detail}.", "" if status.state == "good" else "yellow")
+    say(console, f"{status.detail}.", "" if status.state == "good" else "yellow")
     for skipped in found.skipped:
-        _say(
+        say(
             console,
             f"{skipped.channel} is uncalibrated: {skipped.reason} ({skipped.who}, "
             f"{skipped.stamp:%Y-%m-%d %H:%M})",
+            "yellow",
         )
 
 
 def _figures(one: Standing) -> tuple[str, str, str]:
-    """Return uncertainty, hysteresis and drift of zero, in the unit of the certificate."""
-    unit, quality, drift = one.certificate.unit, one.quality, one.drift
+    """Return uncertainty, hysteresis and drift of zero, in the units of the call."""
+    from gsapp.cli._calibration_text import si_converters
+    from gsapp.quantities import channel
+
+    name, quality, drift = one.certificate.channel, one.quality, one.drift
+    unit = channel(name).display_unit(UNITS.get())
+    _, own = si_converters(name, one.certificate.unit)
+    _, chosen = si_converters(name, unit)
+    scale = (own(1.0) or 1.0) / (chosen(1.0) or 1.0)
 
     def shown(value: float | None) -> str:
-        return "-" if value is None else f"{value:z.3g}"
+        return "-" if value is None else f"{value * scale:z.3g}"
 
     width = None if quality is None else quality.uncertainty
-    moved = "-" if drift is None else f"{drift.zero:+z.2g}{' !' if drift.significant else ''}"
+    moved = (
+        "-" if drift is None else f"{drift.zero * scale:+z.2g}{' !' if drift.significant else ''}"
+    )
     return (
-        "-" if width is None else f"{width:z.3g} {unit}".rstrip(),
+        f"{shown(width)} {unit if width is not None else ''}".rstrip(),
         shown(None if quality is None else quality.hysteresis),
         moved,
     )
-
-
-def _say(console: Console, sentence: str, style: str = "yellow") -> None:
-    console.print(sentence, style=style, highlight=False, soft_wrap=True)

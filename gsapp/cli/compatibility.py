@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gsapp.cli._options import UNITS
+from gsapp.cli._screen import say
 from gsapp.cli._tables import print_whole
 
 if TYPE_CHECKING:
@@ -83,10 +85,10 @@ def run(
     for one in flown:
         for words in one.remarks if maneuver else ():
             if words not in one.flight.remarks:  # told already
-                console.print(words, style="yellow", highlight=False, soft_wrap=True)
+                say(console, words, "yellow")
     for one in () if result.parameters else flown:
         for words in uncalibrated_words(one.flight):
-            console.print(f"{one.flight.name}: {words}", highlight=False, soft_wrap=True)
+            say(console, f"{one.flight.name}: {words}")
 
 
 def _content(result: CompatibilityResult) -> dict[str, Any]:
@@ -159,6 +161,7 @@ def _describe(console: Console, result: CompatibilityResult) -> None:
     from rich.table import Table
 
     from gsapp.identification.compatibility.wording import error_with_bound
+    from gsapp.quantities import in_units
 
     if result.parameters:
         table = Table(
@@ -171,16 +174,16 @@ def _describe(console: Console, result: CompatibilityResult) -> None:
             if one.value is None or one.std is None:
                 table.add_row(name, "not observable", "", one.why)
             else:
-                value, std = error_with_bound(name, one.value, one.std)
+                value, std = (
+                    in_units(words, UNITS.get())
+                    for words in error_with_bound(name, one.value, one.std)
+                )
                 table.add_row(name, value, std, "")
         print_whole(console, table)
     open_signs = [name for name, sign in result.signs.items() if sign == "not-observable"]
     if open_signs:
-        console.print(
-            f"signs that these maneuvers do not tell: {', '.join(open_signs)}",
-            highlight=False, soft_wrap=True,
-        )  # fmt: skip
+        say(console, f"signs that these maneuvers do not tell: {', '.join(open_signs)}")
     for sentence in result.warnings:
-        console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
+        say(console, sentence, "yellow")
     style = "green" if result.consistent and result.parameters else "bold red"
-    console.print(result.summary, style=style, highlight=False, soft_wrap=True)
+    say(console, result.summary, style)

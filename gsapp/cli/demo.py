@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gsapp.cli._options import UNITS
 from gsapp.foundation import FlightError
 
 if TYPE_CHECKING:
@@ -68,7 +69,9 @@ def run(
     from gsapp.telemetry.recorder_control import start_recorder
     from gsapp.telemetry.virtual.process import AircraftProcess, free_port
     from ui.display import NoDisplayError, require_display
+    from ui.settings import SettingsStore, settings_path
 
+    UNITS.set("SI" if SettingsStore(settings_path()).current.units == "SI" else "US")
     console = Screen(highlight=False, soft_wrap=True, stderr=on_screen(json))
     check_pace(speed)
     if not headless:
@@ -182,7 +185,7 @@ def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> 
         live.close()
     picture = strip_figure(
         flight.block, CHARTS, out / f"{folder.name}.png",
-        title=f"Virtual flight of the B777, {flight.duration:.0f} s",
+        title=f"Virtual flight of the B777, {flight.duration:.0f} s", units=UNITS.get(),
     )  # fmt: skip
     summary = out / f"{folder.name}.json"
     sum_up(session, console, summary)

@@ -8,7 +8,10 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
+
+from gsapp.cli._options import UNITS
+from gsapp.cli._screen import say
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -37,7 +40,6 @@ def run(
     held_out: Sequence[str] = (),
     most_effects: int = 4,
     draw: Sequence[str] = (),
-    units: Literal["US", "SI"] = "US",
     channel_map: str | None = None,
     calibration: str | None = None,
     json: Path | None = None,
@@ -68,8 +70,6 @@ def run(
         Stop after so many.
     draw : sequence of str
         Ids of the maneuvers that the report draws in full; by default the worst of those kept out.
-    units : {"US", "SI"}
-        On the screen and in the report.
     json : Path, optional
         Where the answer for programs goes, besides the folder.
 
@@ -93,7 +93,6 @@ def run(
     from gsapp.flight.maneuvers import uncalibrated_words
     from gsapp.foundation import FlightError
     from gsapp.identification.flights import reasons_for_none
-    from gsapp.quantities import in_units
     from gsapp.report.discrepancy_inputs import search_provenance
 
     console = Screen(stderr=on_screen(json))
@@ -138,15 +137,15 @@ def run(
         calibration=calibration, maneuvers=maneuver, as_found=as_found,
     )  # fmt: skip
     with console.status("writing the report"), _whole_folder(out) as part:
-        _fill(part, found, out, own, provenance, units, draw)
+        _fill(part, found, out, own, provenance, draw)
     if json is not None:
         write_result(json, result_text(discrepancy_json(found, model=out / MODEL)))
     warn_of_aircraft(console, [flown[0].file])
     for one in flown:
         for remark in one.remarks:
             if remark not in one.flight.calibration_remarks:  # stands among the warnings
-                _remark(console, in_units(f"{one.flight.name}: {remark}", units))
-    describe(console, found, units)
+                say(console, f"{one.flight.name}: {remark}", "yellow")
+    describe(console, found)
     console.print(
         f"The model, the report and its figures are in {out}", highlight=False,
         soft_wrap=True,
@@ -234,7 +233,6 @@ def _fill(
     out: Path,
     aircraft: Aircraft,
     provenance: Provenance,
-    units: Literal["US", "SI"],
     draw: Sequence[str],
 ) -> None:
     """Write everything into a folder that will stand at `out`."""
@@ -248,7 +246,7 @@ def _fill(
     save_model(found.model, folder / MODEL)
     write_atomically(folder / ANSWER, result_text(discrepancy_json(found, model=out / MODEL)))
     write_report(
-        found, folder, aircraft=aircraft.name, provenance=provenance, units=units,
+        found, folder, aircraft=aircraft.name, provenance=provenance, units=UNITS.get(),
         overlays=draw or None, written=now(),
     )  # fmt: skip
 
@@ -272,7 +270,3 @@ def _whole_folder(out: Path) -> Iterator[Path]:
             put_in_place(new, old)
     finally:
         shutil.rmtree(part, ignore_errors=True)
-
-
-def _remark(console: Console, sentence: str) -> None:
-    console.print(sentence, style="yellow", highlight=False, soft_wrap=True)

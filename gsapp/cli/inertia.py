@@ -7,7 +7,8 @@ from pathlib import Path
 
 from rich.table import Table
 
-from gsapp.cli._screen import Screen
+from gsapp.cli._options import UNITS
+from gsapp.cli._screen import Screen, say
 from gsapp.cli._tables import print_whole
 
 
@@ -35,6 +36,7 @@ def run(*, swings: Path, json: Path | None = None, unit: str = "slug ft^2") -> N
 
     with wrong_call():
         scale = units.to_si(1.0, unit, "inertia")
+        UNITS.set("SI" if units.normalize_unit(unit, "inertia") == "kg*m^2" else "US")
     result = inertia_of(load_swings(swings))
     if json is not None:
         content = {
@@ -69,4 +71,4 @@ def run(*, swings: Path, json: Path | None = None, unit: str = "slug ft^2") -> N
     for name, one in result.values.items():
         console.print(f'{name} = "{one.value / scale:z.4g} {unit}"', highlight=False)
     for warning in result.warnings:
-        console.print(f"note: {warning}", highlight=False)
+        say(console, f"note: {warning}")

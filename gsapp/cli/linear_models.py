@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gsapp.cli._screen import say
 from gsapp.cli._tables import print_whole
 
 if TYPE_CHECKING:
@@ -142,7 +143,7 @@ def run(
     for axis, models in found.items():
         _describe(console, axis, models, published, other.flight.name)
     for sentence in reasons:
-        console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
+        say(console, sentence, "yellow")
 
 
 def _compare(
@@ -263,10 +264,7 @@ def _describe(
             for mode in one.model.modes()
         )
         remarks = f" ({'; '.join(one.remarks)})" if one.remarks else ""
-        console.print(
-            f"{_TITLES[name]}{remarks}: {modes}  1/s", highlight=False,
-            soft_wrap=True,
-        )  # fmt: skip
+        say(console, f"{_TITLES[name]}{remarks}: {modes}  1/s")
 
 
 def _shown(value: float | None) -> str:

@@ -30,6 +30,7 @@ from gsapp.cli._campaign_commands import (
 from gsapp.cli._commands import Commands
 from gsapp.cli._flight_commands import demo, export, fly, import_, onboard, record, replay
 from gsapp.cli._ground_commands import calibrate, certificates, inertia
+from gsapp.cli._options import UNITS
 from gsapp.cli._table_commands import cut, merge, resample
 
 app = Commands(
@@ -116,7 +117,9 @@ def main() -> None:
         if sentence is None:
             raise
         from gsapp.cli._calls import WrongCallError
+        from gsapp.quantities import in_units
 
+        sentence = in_units(sentence, UNITS.get())
         _drop_what_cannot_be_printed()
         if isinstance(error, WrongCallError):
             sys.stderr.write(f"gsapp: {sentence}\n")

@@ -7,6 +7,9 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gsapp.cli._options import UNITS
+from gsapp.cli._screen import say
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -91,7 +94,7 @@ def run(
         warn_of_aircraft(console, [flown])
         _describe(console, loaded, found)
         if own is None and (assumed := assumed_words(loaded.name, loaded.info)):
-            console.print(assumed, style="yellow", highlight=False, soft_wrap=True)
+            say(console, assumed, "yellow")
         describe_cards(console, flight, found.maneuvers)
         for path in (json, catalog):
             if path is not None:
@@ -125,7 +128,10 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
         uncalibrated_words,
         why_none,
     )
-    from gsapp.quantities.constants import DEGREE, FOOT
+    from gsapp.quantities import channel, to_si
+    from gsapp.quantities.constants import DEGREE
+
+    speed = channel("V").display_unit(UNITS.get())
 
     count = len(found.maneuvers)
     table = Table(
@@ -134,7 +140,7 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
         box=box.SIMPLE_HEAD,
         pad_edge=False,
     )
-    for heading in ("id", "start [s]", "end [s]", "inputs", "kind", "size [deg]", "V [ft/s]"):
+    for heading in ("id", "start [s]", "end [s]", "inputs", "kind", "size [deg]", f"V [{speed}]"):
         right = heading.endswith("]")
         table.add_column(heading, justify="right" if right else "left")
     table.add_column("alpha [deg]", justify="right")
@@ -147,7 +153,7 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
             "+".join(one.inputs) or "none",
             one.kind,
             _shown(one.amplitude, DEGREE),
-            _shown(one.V, FOOT),
+            _shown(one.V, to_si(1.0, speed, "speed")),
             _shown(one.alpha, DEGREE),
             Text.assemble(
                 (one.grade, _COLORS[one.grade]), " by hand" if one.graded_by == CREW else ""
@@ -159,18 +165,15 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
             words = "used in estimates" if one.use else "left out of estimates"
             console.print(f"{one.id}: {words}, by hand", highlight=False)
         if one.note:
-            console.print(f"{one.id}: {one.note}", highlight=False, soft_wrap=True)
+            say(console, f"{one.id}: {one.note}")
         if one.reasons:
-            console.print(
-                f"{one.id}: {'; '.join(one.reasons)}",
-                highlight=False, soft_wrap=True,
-            )  # fmt: skip
+            say(console, f"{one.id}: {'; '.join(one.reasons)}")
     told = [
         *(f"{grade}: {words}" for grade, words in GRADES.items() if found.maneuvers),
         f"flying is judged by {found.judged_by}; noise from {found.noise.source}",
     ]
     for sentence in told:
-        console.print(sentence, style="dim", highlight=False, soft_wrap=True)
+        say(console, sentence, "dim")
     remarks = [*found.remarks, *uncalibrated_words(flight)]
     if not found.maneuvers:
         remarks = [
@@ -179,7 +182,7 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
             *(one for one in found.remarks if one not in surface_remarks(flight)),
         ]
     for sentence in remarks:
-        console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
+        say(console, sentence, "yellow")
 
 
 def _shown(value: float | None, unit: float) -> str:

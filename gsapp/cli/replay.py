@@ -5,6 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gsapp.cli._options import UNITS
+from gsapp.cli._screen import say
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -193,10 +196,6 @@ def _print_alarms(session: Session, console: Console) -> None:
     console.print(f"{len(alarms)} alarm{'' if len(alarms) == 1 else 's'}", highlight=False)
     for one in alarms[:_MOST_ALARMS]:
         when = "" if one.onset is None else f"{one.onset:9.2f} s  "
-        console.print(
-            f"{when}{one.severity.name.lower():8} {one.sentence('US')}",
-            highlight=False,
-            soft_wrap=True,
-        )
+        say(console, f"{when}{one.severity.name.lower():8} {one.sentence(UNITS.get())}")
     if len(alarms) > _MOST_ALARMS:
         console.print(f"and {len(alarms) - _MOST_ALARMS} more", highlight=False)

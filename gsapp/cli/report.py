@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from gsapp.cli._options import UNITS
+from gsapp.cli._screen import say
+
 if TYPE_CHECKING:
     from gsapp.identification.campaign import Step
     from gsapp.identification.runs.choosing import Doing
@@ -25,7 +28,6 @@ def run(
     maneuver: Sequence[str] = (),
     every_grade: bool = False,
     as_found: bool = False,
-    units: Literal["US", "SI"] = "US",
     dated: bool = True,
     channel_map: str | None = None,
     calibration: str | None = None,
@@ -50,8 +52,6 @@ def run(
     every_grade : bool
     as_found : bool
         Leave out what was changed by hand.
-    units : {"US", "SI"}
-        Of pictures and tables.
     dated : bool
         Whether the report says when it was written.
     validate : sequence of Path
@@ -108,7 +108,7 @@ def run(
         if validate:
             linear = compare_linear_models(outcome, validate, flights=shelf, progress=step)
         written = write_campaign_report(
-            outcome, out, units=units, written=now() if dated else None, linear=linear,
+            outcome, out, units=UNITS.get(), written=now() if dated else None, linear=linear,
             flights=shelf, progress=step,
         )  # fmt: skip
         return outcome, written
@@ -117,9 +117,9 @@ def run(
     if json is not None:
         content = outcome_content(outcome, shelf) | {"written": [str(one) for one in written]}
         write_result(json, result_text(content))
-    console.print(headline(outcome.summary, outcome.result), highlight=False, soft_wrap=True)
+    say(console, headline(outcome.summary, outcome.result))
     for sentence in wild_words(outcome.summary):
-        console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
+        say(console, sentence, "yellow")
     place = out if out.is_dir() else written[0]
     console.print(f"written to {place}", highlight=False, soft_wrap=True)
 

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from gsapp.cli._options import UNITS
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -45,7 +47,6 @@ def run(
     what: What = "list",
     rest: Sequence[str] = (),
     out: Path | None = None,
-    units: Literal["US", "SI"] = "US",
     dated: bool = True,
     json: Path | None = None,
 ) -> None:
@@ -59,8 +60,6 @@ def run(
         As `check` lets through.
     out : Path, optional
         Where the report of a run goes.
-    units : {"US", "SI"}
-        Of its pictures and tables.
     dated : bool
         Whether it says when it was written.
     json : Path, optional
@@ -80,7 +79,7 @@ def run(
     console = Screen(stderr=on_screen(json), highlight=False)
     with Catalog(catalog) as store:
         if out is not None:
-            content = _report(console, store, int(rest[0]), out, units, dated)
+            content = _report(console, store, int(rest[0]), out, dated)
         else:
             content = _DO[what](console, store, rest)
     if json is not None:
@@ -160,7 +159,6 @@ def _report(
     store: Catalog,
     number: int,
     out: Path,
-    units: Literal["US", "SI"],
     dated: bool,
 ) -> Any:
     """Repeat a run, and write its report."""
@@ -180,7 +178,7 @@ def _report(
     def work(doing: Doing, step: Step) -> tuple[Repeated, tuple[Path, ...]]:
         found = repeat(store, number, flights=shelf, doing=doing, progress=step)
         written = write_campaign_report(
-            replace(found.outcome, number=number), out, units=units,
+            replace(found.outcome, number=number), out, units=UNITS.get(),
             written=now() if dated else None, flights=shelf, progress=step,
         )  # fmt: skip
         return found, written

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gsapp.cli._screen import say
 from gsapp.cli._tables import print_whole
 
 if TYPE_CHECKING:
@@ -97,7 +98,7 @@ def run(
     for one in found:
         _describe(console, one)
     for sentence in reasons:
-        console.print(sentence, style="yellow", highlight=False, soft_wrap=True)
+        say(console, sentence, "yellow")
 
 
 def _moving(maneuvers: Sequence[Maneuver], coefficient: str) -> list[Maneuver]:
@@ -139,12 +140,6 @@ def _describe(console: Console, one: Selection) -> None:
         table.add_row(name, f"{value:z.4g}", f"{std:z.2g}", beyond)
     print_whole(console, table)
     for step in one.steps:
-        console.print(
-            f"  {step.action} {step.term}: {step.why}", highlight=False,
-            soft_wrap=True,
-        )  # fmt: skip
+        say(console, f"  {step.action} {step.term}: {step.why}")
     if one.unexcited:
-        console.print(
-            f"  not excited: {', '.join(one.unexcited)}", highlight=False,
-            soft_wrap=True,
-        )  # fmt: skip
+        say(console, f"  not excited: {', '.join(one.unexcited)}")

@@ -24,7 +24,7 @@ from gsapp.aircraft import Aircraft, MassProperties
 from gsapp.aircraft.weighing import WeighingRecord, weigh
 from gsapp.flight.info import FlightInfo
 from gsapp.foundation import FlightError, StrictModel
-from gsapp.quantities import FloatArray, from_si
+from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
 from gsapp.quantities.fields import Position
 
@@ -124,8 +124,8 @@ def as_flown(aircraft: Aircraft, info: FlightInfo | None) -> AsFlown:
         mass, by = info.takeoff_weight / GRAVITY, "the take-off weight on the card"
     _must_carry(mass, fuel, by)
     if abs(mass / file.mass - 1.0) > _SAME_SHARE:
-        said.insert(0, f"mass at take-off {_kilograms(mass)} by {by}, not the aircraft file's "
-                       f"{_kilograms(file.mass)}")  # fmt: skip
+        said.insert(0, f"mass at take-off {mass:.2f} kg by {by}, not the aircraft file's "
+                       f"{file.mass:.2f} kg")  # fmt: skip
     if info.weighing is None and math.hypot(*center) >= _SAME_PLACE:
         said.append(f"loading moves the CG {_offset(center)} of the aircraft file's")
     said.extend(_inertia_words(file, loaded.properties))
@@ -264,10 +264,6 @@ def _reference_words(center: Position, aircraft: Aircraft) -> str:
         f"those about it with {x / geometry.chord:+.3f} C_N in pitch and "
         f"{x / geometry.span:+.4f} C_Y in yaw"
     )
-
-
-def _kilograms(mass: float) -> str:
-    return f"{mass:.2f} kg ({from_si(mass, 'lb', 'mass'):.2f} lb)"
 
 
 def _offset(center: Position) -> str:

@@ -15,7 +15,7 @@ from gsapp.aircraft.config import Axles
 from gsapp.aircraft.weighing import weigh
 from gsapp.flight.info import FlightInfo
 from gsapp.foundation import FlightError
-from gsapp.quantities import from_si, to_si
+from gsapp.quantities import from_si, in_units, to_si
 from gsapp.quantities.constants import DEGREE, GRAVITY
 
 _WEIGHT_SHARE: Final = 0.15
@@ -89,7 +89,7 @@ def check_card(
     """
     units = _SHOWN[system]
     return tuple(
-        CardDoubt(field=field, words=words)
+        CardDoubt(field=field, words=in_units(words, system))
         for field, words in (
             *_weights(info, aircraft, units),
             *_fuel(info, aircraft, units),
@@ -220,7 +220,7 @@ def _meant(value: float, kind: str, low: float, high: float) -> str:
         number = from_si(value, written, kind)
         for unit in _UNITS[kind]:
             if unit != written and low <= to_si(number, unit, kind) <= high:
-                return f"; was {number:.4g} {unit} meant instead of {number:.4g} {written}?"
+                return f"; was '{number:.4g} {unit}' meant instead of '{number:.4g} {written}'?"
     return "; read it again"
 
 

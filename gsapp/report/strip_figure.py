@@ -28,6 +28,7 @@ def strip_figure(
     path: Path | str,
     *,
     title: str = "",
+    units: str = "US",
 ) -> Path:
     """Draw channels one above the other and write the picture.
 
@@ -41,6 +42,7 @@ def strip_figure(
         Ends in .png, .svg or .pdf.
     title : str
         Above the charts.
+    units : {"US", "SI"}
 
     Returns
     -------
@@ -52,7 +54,7 @@ def strip_figure(
     figure = Figure(figsize=(11.0, 1.1 + 0.72 * rows), dpi=110, facecolor="white")
     axes = figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
     for row, channel_id in zip(axes, shown, strict=False):
-        _draw_strip(row, block, channel_id)
+        _draw_strip(row, block, channel_id, units)
     bottom = axes[-1]
     clock_axis(bottom)
     bottom.tick_params(axis="x", labelsize=8, colors=INK, length=3)
@@ -69,9 +71,9 @@ def strip_figure(
     return write_atomically(path, content.getvalue())
 
 
-def _draw_strip(row: Axes, block: Block, channel_id: str) -> None:
+def _draw_strip(row: Axes, block: Block, channel_id: str, units: str) -> None:
     spec = channel(channel_id)
-    unit = spec.display_unit("US")
+    unit = spec.display_unit(units)
     values = from_si(np.asarray(block[channel_id]), unit, spec.quantity)
     row.plot(block.times, values, color=PAPER.channel(channel_id), linewidth=0.8)
     row.grid(True, color=FAINT, linewidth=0.4)
@@ -82,4 +84,4 @@ def _draw_strip(row: Axes, block: Block, channel_id: str) -> None:
         row.spines[side].set_visible(False)
     for side in ("left", "bottom"):
         row.spines[side].set_color(FAINT)
-    label_channel(row, channel_id, "US", PAPER)
+    label_channel(row, channel_id, units, PAPER)

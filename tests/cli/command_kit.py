@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import sys
 from contextlib import chdir, redirect_stderr, redirect_stdout
+from contextvars import copy_context
 from dataclasses import dataclass
 from pathlib import Path
 from unittest.mock import patch
@@ -27,7 +28,7 @@ def gsapp(*arguments: object, folder: Path | None = None) -> Done:
     typed = patch.object(sys, "argv", ["gsapp", *map(str, arguments)])
     with redirect_stdout(out), redirect_stderr(err), typed, chdir(folder or Path.cwd()):
         try:
-            main()
+            copy_context().run(main)  # a call chooses units for itself alone
         except SystemExit as end:
             if isinstance(end.code, str):
                 err.write(end.code)

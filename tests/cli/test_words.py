@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from collections import defaultdict
@@ -14,10 +15,16 @@ import pytest
 import typer
 
 sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
 
 from command_kit import gsapp
+from foreign_units import CUSTOMARY, METRIC
+from maneuver_kit import Input, make_flight
 
+from calibration.reading import FOLDER
 from gsapp.cli.main import app
+from gsapp.flight.writers import write_block
 
 COMMANDS = typer.main.get_command(app).commands
 FIXED = {"--to"}
@@ -167,3 +174,49 @@ def test_completion_is_installed_for_a_shell(tmp_path: Path) -> None:
     (script,) = tmp_path.rglob("gsapp.sh")
     assert "_GSAPP_COMPLETE" in script.read_text()
     assert str(script) in (tmp_path / ".bashrc").read_text()
+
+
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a flight without a measured density, so that one stands in."""
+    path = tmp_path_factory.mktemp("units") / "whole.csv"
+    made = make_flight([Input(at=3.0, surface="de")], ground=0.0, seconds=12.0, steering=0.0)
+    write_block(path, made.block, "csv", "us")
+    return path
+
+
+@pytest.mark.parametrize("system", ["US", "SI"])
+@pytest.mark.parametrize(
+    ("command", "options", "has_values"),
+    [
+        ("maneuvers", (), False),
+        ("debrief", ("--aircraft", "b777"), False),
+        ("estimate", ("--aircraft", "b777", "--method", "ee"), True),
+        ("compatibility", ("--aircraft", "b777"), False),
+        ("replay", ("--headless",), False),
+        ("certificates", (), True),
+    ],
+)
+def test_a_command_prints_in_the_units_asked_for(
+    flight: Path, command: str, options: tuple[str, ...], has_values: bool, system: str
+) -> None:
+    subject = "b777" if command == "certificates" else flight.name
+    done = gsapp(command, subject, *options, "--units", system, folder=flight.parent)
+    assert done.returncode == 0, done.stderr
+    own, foreign = (METRIC, CUSTOMARY) if system == "SI" else (CUSTOMARY, METRIC)
+    said = done.stdout + done.stderr
+    assert not foreign.search(said), foreign.search(said)
+    assert not has_values or own.search(said)
+    assert f"V [{'ft/s' if system == 'SI' else 'm/s'}]" not in said
+
+
+@pytest.mark.parametrize(("system", "sheet"), [("US", "612 792"), ("SI", "595")])
+def test_certificates_are_printed_on_the_paper_of_the_system(
+    tmp_path: Path, system: str, sheet: str
+) -> None:
+    (tmp_path / "set").mkdir()
+    shutil.copy(FOLDER / "b777" / "rudder.toml", tmp_path / "set")
+    done = gsapp("certificates", "set", "--report", "pages", "--units", system, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    page = (tmp_path / "pages" / "rudder.pdf").read_bytes()
+    assert f"/MediaBox [ 0 0 {sheet}".encode() in page

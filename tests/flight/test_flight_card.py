@@ -129,18 +129,21 @@ def test_weights_of_the_table_pass_and_slips_do_not() -> None:
     for pounds in (45.92, 46.22, 46.32, 46.42, 46.60, 46.82, 47.12):
         assert doubts(takeoff_weight=f"{pounds} lb", landing_weight=f"{pounds - 2.3:.2f} lb") == {}
     slips = {
-        "takeoff_weight": ({"takeoff_weight": "21.1 lb"}, "was 21.1 kg meant instead of 21.1 lb"),
-        "fuel": ({"fuel": "2.7 kg"}, "was 2.7 lb meant instead of 2.7 kg"),
+        "takeoff_weight": (
+            {"takeoff_weight": "21.1 lb"},
+            "was '21.1 kg' meant instead of '21.1 lb'",
+        ),
+        "fuel": ({"fuel": "2.7 kg"}, "was '2.7 lb' meant instead of '2.7 kg'"),
         "fuel_end": ({"fuel": "2 lb", "fuel_end": "2.2 lb"}, "swap the two"),
         "landing_weight": ({"takeoff_weight": "46 lb", "landing_weight": "47 lb"}, "heavier"),
         "flap": ({"flap": "60 deg"}, "beyond its travel"),
         "weather.temperature": (
             {"weather": {"temperature": "72 degC"}},
-            "was 72 degF meant instead of 72 degC",
+            "was '72 degF' meant instead of '72 degC'",
         ),
         "weather.pressure": (
             {"weather": {"pressure": "28.9 hPa"}},
-            "was 28.9 inHg meant instead of 28.9 hPa",
+            "was '28.9 inHg' meant instead of '28.9 hPa'",
         ),
         "weighing": (
             {"weighing": {"loads": {"nose": "21 lb", "left": "4.2 lb", "right": "21 lb"}}},
@@ -154,7 +157,7 @@ def test_weights_of_the_table_pass_and_slips_do_not() -> None:
     (metric,) = check_card(card(takeoff_weight="46.6 kg"), B777, system="SI")
     assert "the take-off weight is 46.6 kg, but the aircraft usually weighs 21.2 kg" in metric.words
     heavy = doubts(takeoff_weight="46.6 kg")["takeoff_weight"]
-    assert "was 46.6 lb meant instead of 46.6 kg" in heavy
+    assert "was '46.6 lb' meant instead of '46.6 kg'" in heavy
     short = doubts(fuel="1 lb", takeoff_weight="46 lb", landing_weight="44 lb")
     assert "only 1.00 lb of fuel were on board" in short["landing_weight"]
     scales = doubts(

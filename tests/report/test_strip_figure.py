@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
+from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
@@ -44,6 +46,15 @@ def test_a_gap_is_left_empty(tmp_path: Path) -> None:
 def test_svg_and_pdf_are_written_too(tmp_path: Path) -> None:
     assert strip_figure(block(), ["q"], tmp_path / "a.svg").read_bytes().startswith(b"<?xml")
     assert strip_figure(block(), ["q"], tmp_path / "a.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize(("units", "unit"), [("US", "ft/s"), ("SI", "m/s")])
+def test_values_are_drawn_in_the_units_asked_for(tmp_path: Path, units: str, unit: str) -> None:
+    speeds = Block(channels=("V",), times=np.arange(100.0), values=np.full((100, 1), 30.48))
+    with rc_context({"svg.fonttype": "none"}):
+        page = strip_figure(speeds, ["V"], tmp_path / "v.svg", units=units).read_text()
+    assert unit in page
+    assert {"m/s": "ft/s", "ft/s": "m/s"}[unit] not in page
 
 
 def test_time_axes_are_clocks_with_ticks_at_round_times() -> None:

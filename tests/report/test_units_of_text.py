@@ -12,12 +12,16 @@ import pytest
 from rich.console import Console
 
 sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
 from discrepancy_kit import answer
+from foreign_units import CUSTOMARY, METRIC
 
 from calibration import load_certificate
 from calibration.overview import stand
 from calibration.reading import FOLDER
 from gsapp.cli._discrepancy_text import describe
+from gsapp.cli._options import UNITS
 from gsapp.discrepancy.results import Discrepancy, Region
 from gsapp.quantities import in_units, size_in
 from gsapp.report.certificate_report import certificate_document, write_certificate_report
@@ -28,8 +32,6 @@ from gsapp.report.pdf import pdf_pages
 from ui.gap.phrases import parameter_text
 from ui.gap.pictures import disagreement_text
 
-METRIC = re.compile(r"\d (?:m/s|m/s\^2|mm|m|km|kg|N|hPa|kPa|Pa|degC|°C)(?![\w/^*])")
-CUSTOMARY = re.compile(r"\d (?:ft/s|ft|in|lb|lbf|inHg|psi|degF|°F)(?![\w/^*])")
 SHEETS = {"US": (612.0, 792.0), "SI": (595.4, 841.7)}
 
 
@@ -41,6 +43,8 @@ SHEETS = {"US": (612.0, 792.0), "SI": (595.4, 841.7)}
         ("between 20 to 30 m/s", "between 66 to 98 ft/s"),
         ("the CG was 26 mm aft, mass 20.5 kg", "the CG was 1.0 in aft, mass 45.2 lb"),
         ("off by −3.0 Pa", "off by −0.063 lbf/ft^2"),
+        ("the air had 20.0 degC, at least -5 degC", "the air had 68.0 degF, at least 23 degF"),
+        ("20.0 ± 1.5 degC, 0.5 K more", "68.0 ± 2.7 degF, 0.5 K more"),
         # No value with a unit: a name, a time, a unit of another system, a product.
         ("maneuver m3 of 12 s, 3 N-type", "maneuver m3 of 12 s, 3 N-type"),
         ("4 deg, 10 ft/s, 3 m/sec, 12 min, 5 ms", "4 deg, 10 ft/s, 3 m/sec, 12 min, 5 ms"),
@@ -48,8 +52,16 @@ SHEETS = {"US": (612.0, 792.0), "SI": (595.4, 841.7)}
 )
 def test_metric_values_of_a_sentence_are_converted(sentence: str, shown: str) -> None:
     assert in_units(sentence, "US") == shown
-    assert in_units(sentence, "SI") == sentence
-    assert in_units(in_units(sentence, "US"), "US") == in_units(sentence, "US")
+    assert in_units(shown, "US") == shown
+
+
+def test_customary_values_of_a_sentence_are_converted() -> None:
+    """Sources and cards write feet and pounds."""
+    said = "from 80 to 120 ft/s, 12 lb each, 68 degF; 3 in 5 maneuvers"
+    assert in_units(said, "SI") == "from 24 to 36.6 m/s, 5.4 kg each, 20 degC; 3 in 5 maneuvers"
+    assert in_units(said, "US") == said
+    metric = "26.2 m/s, 20 degC, 20.5 kg"
+    assert in_units(metric, "SI") == metric
 
 
 def test_sizes_keep_their_spread() -> None:
@@ -116,7 +128,9 @@ def test_no_foreign_unit_stands_in_report_command_or_page(
     shown = discrepancy_document(found, units=units, overlays=[])
     page = re.sub(r"<[^>]+>", " ", html_page(shown, {one.name: b"" for one in shown.pictures}))
     console = Console(file=io.StringIO(), width=160)
-    describe(console, found, units)
+    shown_in = UNITS.set("SI" if units == "SI" else "US")
+    describe(console, found)
+    UNITS.reset(shown_in)
     words = [
         *(disagreement_text(one, units) for one in found.disagreements),
         *(parameter_text(*size, "m", units) for one in found.effects

@@ -330,6 +330,14 @@ def test_batteries_and_sensors(measured: Block) -> None:
     recovering = np.where(measured.times > measured.times[-1] - 0.5, 12.0, 11.0)
     assert judged(rules(battery), changed(measured, battery=recovering)).state == "open"
 
+    air = {"kind": "within", "channel": "temperature", "low": "-10 degC", "high": "20 degC"}
+    hot = changed(measured, temperature=303.15 * volts)
+    assert judged(rules(air), hot).why == "86 degF, above 68 degF"
+    assert (
+        judged(rules(air), hot, replace(facts_for(rules(air)), system="SI")).why
+        == "30 degC, above 20 degC"
+    )
+
     gyros = {"kind": "alive", "channels": ["p", "q", "r"], "moving": True}
     assert judged(rules(gyros), measured).state == "green"
     stuck = judged(rules(gyros), changed(measured, q=0.01 * volts))

@@ -324,7 +324,7 @@ def _sideslip() -> dict[str, Lore]:
 def _speed() -> dict[str, Lore]:
     maneuver = (
         "level accelerations and decelerations at constant throttle, and the same doublet at "
-        "80, 100 and 120 ft/s"
+        "80 ft/s, 100 ft/s and 120 ft/s"
     )
     return {
         "aero.Cm.speed": Lore(

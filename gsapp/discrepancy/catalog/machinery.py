@@ -65,7 +65,7 @@ def propulsion_lore() -> dict[str, Lore]:
         ),
         "propulsion.thrust.speed": Lore(
             mistaken_for=("aero.CX.speed", "propulsion.thrust.scale"),
-            separated_by="throttle steps at 80 and at 120 ft/s, and a glide with idling engines",
+            separated_by="throttle steps at 80 ft/s and 120 ft/s, a glide with idling engines",
             effect_class="A",
             needs=("throttle", "V"),
             source="aircraft file: zero_thrust_speed is often assumed",
