@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from gsapp.quantities import in_units
 from ui.commands import key_text
 from ui.disk_checks import path_kind
 from ui.glyphs import paint_glyph
@@ -33,9 +34,38 @@ _FLIGHTS_OFFERED = 5
 _TRAIN = "Ctrl+Shift+T"
 
 
-def label(text: str, role: str = "", *, wrap: bool = False) -> QLabel:
-    """Return a label in a role of the style sheet."""
-    made = QLabel(text)
+class RemarkLabel(QLabel):
+    """A label whose sentences have their values in the units of the screen, whenever these change.
+
+    Parameters
+    ----------
+    look : Look
+        Its units.
+    text : str
+        In any units.
+    """
+
+    def __init__(self, look: Look, text: str = "") -> None:
+        super().__init__()
+        self._look = look
+        self._remark = text
+        look.changed.connect(self._convert)
+        self._convert()
+
+    def setText(self, text: str) -> None:
+        """Show another text, in any units."""
+        self._remark = text
+        self._convert()
+
+    def _convert(self) -> None:
+        super().setText(in_units(self._remark, self._look.units))
+
+
+def label(
+    text: str, role: str = "", *, wrap: bool = False, remarks_in: Look | None = None
+) -> QLabel:
+    """Return a label in a role of the style sheet; for remarks, in the units of a look."""
+    made = QLabel(text) if remarks_in is None else RemarkLabel(remarks_in, text)
     if role:
         made.setProperty("role", role)
     made.setWordWrap(wrap)

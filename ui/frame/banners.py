@@ -18,8 +18,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from gsapp.quantities import in_units
 from ui.glyphs import State, paint_state
 from ui.look import Look
+from ui.pages import label
 
 Level = Literal["note", "caution", "warning", "work"]
 _STATES: dict[Level, State] = {
@@ -83,7 +85,6 @@ class Banner(QFrame):
         self.level = level
         self.setObjectName("banner")
         self.setProperty("level", level)
-        self.setAccessibleName(f"{_WORDS[level]}: {text}" if _WORDS[level] else text)
         row = QHBoxLayout(self)
         row.setContentsMargins(look.px(16), look.px(4), look.px(8), look.px(4))
         row.setSpacing(look.px(8))
@@ -93,8 +94,9 @@ class Banner(QFrame):
             word = QLabel(_WORDS[level])
             word.setProperty("role", "strong")
             row.addWidget(word)
-        self.label = QLabel(text)
-        self.label.setWordWrap(True)
+        self.label = label(text, wrap=True, remarks_in=look)
+        look.changed.connect(self._name)
+        self._name()
         self.label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.label.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         row.addWidget(self.label, 1)
@@ -125,10 +127,15 @@ class Banner(QFrame):
             self.close_banner()
         act()
 
+    def _name(self) -> None:
+        """Let the sentence be heard as it is read."""
+        text, word = self.label.text(), _WORDS[self.level]
+        self.setAccessibleName(f"{word}: {text}" if word else text)
+
     def say(self, text: str) -> None:
         """Change the sentence."""
         self.label.setText(text)
-        self.setAccessibleName(text)
+        self._name()
 
     def show_share(self, share: float | None) -> None:
         """Show how much of a work is done; None = unknown."""
@@ -211,7 +218,8 @@ class BannerStack(QWidget):
     ) -> Banner:
         """Show a sentence and return its banner."""
         for banner in list(self.banners):
-            if banner.label.text() == text and banner.level == level:
+            shown = in_units(text, self._look.units)
+            if banner.label.text() == shown and banner.level == level:
                 self.remove(banner)
         banner = Banner(level, text, self._look, choices)
         banner.closed.connect(lambda: self.remove(banner))

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 from PySide6.QtGui import QAction
 
-from gsapp.quantities import in_units
 from ui.flight.controls import ActionButton
 from ui.gap.chapters import ChapterView
 from ui.gap.parts import Lines, Pair, Table, button_row
@@ -57,7 +56,7 @@ class AddView(ChapterView):
             stretch=2, widths={0: 100, 1: 100, 3: 76}, right=frozenset({1, 2, 3}), least=2,
         )  # fmt: skip
         pair.left.addWidget(self.values, 30)
-        self.settled = label("", "muted", wrap=True)
+        self.settled = label("", "muted", wrap=True, remarks_in=look)
         pair.left.addWidget(self.settled)
         pair.left.addStretch(1)
         self.title = label("", "heading", wrap=True)
@@ -68,7 +67,7 @@ class AddView(ChapterView):
         pair.right.addWidget(self.parameters)
         self.sentences = label("", "muted", wrap=True)
         pair.right.addWidget(self.sentences)
-        self.remarks = label("", "hint", wrap=True)
+        self.remarks = label("", "hint", wrap=True, remarks_in=look)
         pair.right.addWidget(self.remarks)
         pair.right.addStretch(1)
         self.effects.selectionModel().currentChanged.connect(lambda *_: self._show_effect())
@@ -108,13 +107,10 @@ class AddView(ChapterView):
         gust = answer.discrepancy.disturbance.get("gust")
         sentences = [] if values else ["All other values stay within their bounds."]
         if gust:
-            sentences.append(
-                in_units(f"Turbulence of {gust:.2f} m/s (rms) is no effect.", self.look.units)
-            )
+            sentences.append(f"Turbulence of {gust:.2f} m/s (rms) is no effect.")
         self.settled.setText(" ".join(sentences))
         self.settled.setVisible(bool(sentences))
-        remarks = "\n".join((*answer.discrepancy.warnings, *answer.remarks))
-        self.remarks.setText(in_units(remarks, self.look.units))
+        self.remarks.setText("\n".join((*answer.discrepancy.warnings, *answer.remarks)))
         self._show_effect()
 
     def _show_effect(self) -> None:

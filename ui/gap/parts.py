@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from PySide6.QtCore import QRect, QSize, Qt, QTimer
 from PySide6.QtGui import QFontMetrics, QResizeEvent
@@ -19,6 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from gsapp.quantities import in_units
 from ui.flight.tables import Index, Line, LinesModel, LinesView, TypedText
 from ui.layouts import FlowLayout
 from ui.look import Look
@@ -111,6 +113,8 @@ class Lines(LinesView):
         self._rows = (least, most)
         self._wish = 0
         self._wrapped: object = None
+        self._given: tuple[Line, ...] = ()
+        self._editable = editable
         super().__init__(LinesModel(look, titles, right, editable), look, name, stretch, widths)
         self.setItemDelegate(_Wrapping(look, self))
         # Left to itself the header measures all rows again with every change of style.
@@ -128,9 +132,26 @@ class Lines(LinesView):
         self._rewrap()
 
     def show_lines(self, lines: Sequence[Line]) -> None:
-        """Show other lines."""
-        self.lines.show(lines)
+        """Show other lines; values in their words are in the units of the screen."""
+        self._given = tuple(lines)
+        self._convert()
         self._rewrap()
+
+    def _convert(self) -> None:
+        units = self._look.units
+        self.lines.show(
+            [
+                replace(
+                    line,
+                    cells=tuple(
+                        cell if column == self._editable else in_units(cell, units)
+                        for column, cell in enumerate(line.cells)
+                    ),
+                    detail=in_units(line.detail, units),
+                )
+                for line in self._given
+            ]
+        )
 
     def choose(self, key: object) -> None:
         """Put the keyboard's line on a key, if it is there."""
@@ -146,6 +167,7 @@ class Lines(LinesView):
 
     def _restyled(self) -> None:
         """Wrap anew: the table forgot the heights with the change."""
+        self._convert()
         self._wrapped = None
         self._settle.start(0)
 

@@ -12,7 +12,6 @@ from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction, QHideEvent, QShowEvent
 from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
-from gsapp.quantities import in_units
 from ui.commands import Need
 from ui.dialogs.saving import file_to_write
 from ui.faults import FaultDesk
@@ -284,7 +283,7 @@ class GapPlace(QWidget):
         if had_focus:
             story.begin()
         else:
-            words = in_units(answer.discrepancy.why, self._look.units) or "The search has ended."
+            words = answer.discrepancy.why or "The search has ended."
             self._banner.show_end(words, "Look (F5)", self.wanted.emit)
         self.changed.emit()
 

@@ -18,7 +18,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from gsapp.quantities import in_units
 from ui.commands import key_text
 from ui.flight.controls import ActionButton
 from ui.frame.one_chosen import OneChosen
@@ -143,7 +142,7 @@ class StoryView(QScrollArea):
         self.again = ActionButton(self._actions["gap_search"], "New search…", self._look)
         row.addWidget(self.again, 0, Qt.AlignmentFlag.AlignTop)
         head.addLayout(row)
-        self.why = label("", wrap=True)
+        self.why = label("", wrap=True, remarks_in=self._look)
         self.why.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         head.addWidget(self.why)
         self.about = label("", "hint", wrap=True)
@@ -230,7 +229,7 @@ class StoryView(QScrollArea):
             return
         self.verdict.setText(verdict_text(answer))
         self._sign.show_state(verdict_state(answer.discrepancy))
-        self.why.setText(in_units(answer.discrepancy.why, self._look.units))
+        self.why.setText(answer.discrepancy.why)
         self.about.setText(answer.request.words)
 
     def _choose(self, selection: Selection) -> None:

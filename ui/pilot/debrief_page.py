@@ -79,7 +79,7 @@ class DebriefPage(QWidget):
         body.setObjectName("page")
         self._column = QVBoxLayout(body)
         self.title = label("", "title", wrap=True)
-        self.why = label("", wrap=True)
+        self.why = label("", wrap=True, remarks_in=look)
         self.charts = ManeuverCharts(look)
         self.cards = TextTable(look, "Score by card", CARD_HEADS, 1)
         self.trends = TextTable(look, "From flight to flight", TREND_HEADS, 3)

@@ -13,6 +13,7 @@ from gsapp.excitation.points.wanted import WantedInput
 from gsapp.excitation.trim.cue import TrimCue
 from gsapp.flight.cards import TestCard
 from gsapp.flight.cards.card import SURFACES
+from gsapp.quantities import in_units
 from ui.pilot.gauges import input_gauges, point_gauges
 from ui.pilot.sheet import STATEMENTS, CardLines, Gauge, Hint, Sheet, SignName, Tone
 from ui.pilot.wording import RESULTS, STATES, advice_text, sign_of, surfaces_text
@@ -86,17 +87,22 @@ def sheet_of(reading: Reading) -> Sheet:
     gauges = head.gauges if head.gauges is not None else point_gauges(cues, reading.units)
     told = reading.silent is None and reading.watched >= 1.0
     leg = cues.trim.leg_left if cues.trim is not None and told else None
+    card = _card_lines(cues if told else replace(cues, outlook=None), reading.browsed)
     return Sheet(
         word=head.word,
         sign=head.sign,
         tone=head.tone,
         ring=head.ring,
         count=head.count,
-        hints=head.hints[:_HINTS],
+        hints=tuple(
+            replace(hint, words=in_units(hint.words, reading.units)) for hint in head.hints[:_HINTS]
+        ),
         gauges=gauges,
         leg=DASH if leg is None else f"{max(math.floor(leg), 0)}",
         leg_short=leg is not None and leg < _SHORT_LEG,
-        card=_card_lines(cues if told else replace(cues, outlook=None), reading.browsed),
+        card=replace(
+            card, words=in_units(card.words, reading.units), gain=in_units(card.gain, reading.units)
+        ),
         foot=_foot(cues),
     )
 

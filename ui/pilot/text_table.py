@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QGuiApplication
 from PySide6.QtWidgets import QGridLayout, QVBoxLayout, QWidget
 
+from gsapp.quantities import in_units
 from ui.look import Look
 from ui.pages import label
 
@@ -52,7 +53,8 @@ class TextTable(QWidget):
 
     def show_rows(self, rows: Sequence[Sequence[str]], none: str) -> None:
         """Show other rows, or say why there are none."""
-        made = tuple(tuple(row) for row in rows)
+        units = self._look.units
+        made = tuple(tuple(in_units(cell, units) for cell in row) for row in rows)
         self.none.setText(none)
         self.none.setVisible(not made)
         if made == self._rows:

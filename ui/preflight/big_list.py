@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from PySide6.QtCore import (
     QAbstractListModel,
@@ -24,6 +24,7 @@ from PySide6.QtWidgets import (
     QStyleOptionViewItem,
 )
 
+from gsapp.quantities import in_units
 from ui.glyphs import State, paint_state
 from ui.look import Look
 
@@ -208,7 +209,12 @@ class BigList(QListView):
         self.clicked.connect(
             lambda index: self.pressed_key.emit(self.listed.lines[index.row()].key)
         )
-        look.changed.connect(self.scheduleDelayedItemsLayout)
+        self._given: tuple[BigLine, ...] = ()
+        look.changed.connect(self._restyle)
+
+    def _restyle(self) -> None:
+        self.show_lines(self._given)
+        self.scheduleDelayedItemsLayout()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Wrap anew at another width."""
@@ -222,7 +228,16 @@ class BigList(QListView):
             self.chosen.emit(self.current_key)
 
     def show_lines(self, lines: Sequence[BigLine]) -> None:
-        """Show the lines; the keyboard stays on the same one, but does not follow it to the end."""
+        """Show the lines, with values in the units of the screen.
+
+        The keyboard stays on the same one, but does not follow it to the end.
+        """
+        self._given = tuple(lines)
+        units = self._look.units
+        lines = [
+            replace(line, words=in_units(line.words, units), more=in_units(line.more, units))
+            for line in lines
+        ]
         former, row = self.current_key, self.currentIndex().row()
         scrolled = self.verticalScrollBar().value()
         if not self.listed.show(lines) or not lines:

@@ -39,7 +39,7 @@ class EstimateHead(QFrame):
         self.sentence = Sentence()
         self.sentence.setProperty("role", "")
         words.addWidget(self.sentence)
-        self.explained = label("", "muted", wrap=True)
+        self.explained = label("", "muted", wrap=True, remarks_in=look)
         self.explained.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
         self.explained.setAlignment(Qt.AlignmentFlag.AlignTop)
         words.addWidget(self.explained)

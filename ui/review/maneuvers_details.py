@@ -52,10 +52,10 @@ class ManeuverDetails(QWidget):
         for one in (self.title, self.grade, self.times):
             self._line.addWidget(one)
         column.addWidget(holder)
-        self.reasons = label("", wrap=True)
+        self.reasons = label("", wrap=True, remarks_in=look)
         self.reasons.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         column.addWidget(self.reasons)
-        self.remarks = label("", "muted", wrap=True)
+        self.remarks = label("", "muted", wrap=True, remarks_in=look)
         column.addWidget(self.remarks)
         self.said = Sentence()
         column.addWidget(self.said)

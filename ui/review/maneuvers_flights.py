@@ -68,7 +68,7 @@ class FlightsPanel(QWidget):
         self.flights.setTextElideMode(Qt.TextElideMode.ElideRight)
         self.flights.currentRowChanged.connect(self._moved)
         column.addWidget(self.flights)
-        self.words = label("", "muted", wrap=True)
+        self.words = label("", "muted", wrap=True, remarks_in=look)
         column.addWidget(self.words)
         self.buttons: dict[str, QPushButton] = {}
         names = ("review_add_open", "review_add_folder", "review_add_files", "review_take_out",

@@ -79,7 +79,7 @@ class RunsView(QWidget):
             ActionButton(actions["review_forget"], "Forget", look),
         )
         self._column.addWidget(self.buttons)
-        self.said = label("", wrap=True)
+        self.said = label("", wrap=True, remarks_in=look)
         self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._column.addWidget(self.said)
         self.values = Lines(

@@ -59,8 +59,8 @@ class LinearPanel(QWidget):
             look, "Modes of the linear models", MODE_TITLES, stretch=0,
             widths={1: 84, 2: 80, 3: 124}, right=frozenset({1, 2, 3}), least=2, most=8,
         )  # fmt: skip
-        self.no_modes = label("", "muted", wrap=True)
-        self.compared = label("", "muted", wrap=True)
+        self.no_modes = label("", "muted", wrap=True, remarks_in=look)
+        self.compared = label("", "muted", wrap=True, remarks_in=look)
         self.errors = Lines(
             look, "Errors of the linear models", ERROR_TITLES, stretch=0,
             widths={1: 96, 2: 84, 3: 88}, right=frozenset({1, 2, 3}), least=2, most=16,

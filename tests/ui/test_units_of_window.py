@@ -1,0 +1,252 @@
+"""A walk through the whole window: no text holds a value in units of the other system."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QApplication, QDialog
+from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from foreign_units import CUSTOMARY, METRIC
+from gap_kit import FakeEngine
+from pilot_kit import CARDS, STATES, debrief
+from review_kit import ThreadEngine, write_flights
+from shown_text import PaintedText, shown_texts
+from window_kit import answer_dialog, open_window, until
+
+import ui.gap.place
+import ui.review.place
+import ui.window
+from gsapp.discrepancy.results import Region
+from gsapp.quantities import in_units
+from ui.dialogs.about import AboutDialog
+from ui.dialogs.connect import ConnectDialog
+from ui.dialogs.keys import KeysDialog
+from ui.dialogs.limits import LimitsDialog
+from ui.dialogs.settings import SettingsDialog
+from ui.dialogs.small import ExportDialog, GoToDialog, RangeDialog
+from ui.dialogs.virtual import VirtualDialog
+from ui.gap.request import GapRequest
+from ui.pilot.flight_cues import FlightCues
+from ui.review.estimate_wishes import Wishes
+from ui.review.figures_kinds import KINDS
+from ui.review.jobs import EstimateJob
+from ui.window import MainWindow
+
+DIALOGS: dict[str, type[QDialog]] = {
+    "settings": SettingsDialog,
+    "connect": ConnectDialog,
+    "virtual": VirtualDialog,
+    "export": ExportDialog,
+    "go_to": GoToDialog,
+    "type_range": RangeDialog,
+    "type_limits": LimitsDialog,
+    "keys": KeysDialog,
+    "about": AboutDialog,
+}
+EXCEPTIONS = re.compile(
+    r"^settings: .*\n(US customary \(ft, lb, °F\)|SI \(m, kg, °C\))$"  # names of the systems
+    r"|^Preflight, cards: Line in .*\nElevator doublet at 100 ft/s$"  # as typed into the file
+)
+
+
+SENTENCES = (
+    "Turbulence of about 0.3 m/s disturbed the flights.",
+    "air density was not measured; 1.225 kg/m^3 stands in",
+    "V below 26.2 m/s",
+    "the CG was 26 mm aft, mass 20.5 kg",
+    "the same doublet at 80 ft/s and 120 ft/s",
+    "stopped at 26.2 m/s",
+    "o linear model of that axis: 27 m/s and 31 m/s",
+    "the take-off weight is 20.7 kg",
+)
+"""What the walk must meet, in the units of the screen."""
+
+
+class MetricEngine(FakeEngine):
+    """Gives an answer whose sentences hold metric values, as a search writes them."""
+
+    def do(self, job, tell):
+        answer = super().do(job, tell)
+        found = answer.discrepancy
+        region = Region(variable="V", low=20.0, high=26.2, words="V below 26.2 m/s")
+        return replace(
+            answer,
+            remarks=("the CG was 26 mm aft, mass 20.5 kg",),
+            discrepancy=replace(
+                found,
+                why="Turbulence of about 0.3 m/s disturbed the flights.",
+                warnings=("air density was not measured; 1.225 kg/m^3 stands in",),
+                disagreements=tuple(replace(one, region=region) for one in found.disagreements),
+                alternatives=tuple(
+                    replace(one, fly="the same doublet at 80 ft/s and 120 ft/s")
+                    for one in found.alternatives
+                ),
+            ),
+        )
+
+
+class MetricReview(ThreadEngine):
+    """Gives a run whose remarks hold metric values."""
+
+    def do(self, job, tell):
+        done = super().do(job, tell)
+        if not isinstance(job, EstimateJob):
+            return done
+        first, *rest = done.result.results
+        assert first.estimate is not None
+        stopped = replace(first.estimate, converged=False, message="stopped at 26.2 m/s")
+        results = (replace(first, estimate=stopped), *rest)
+        return replace(
+            done,
+            remarks=("no linear model of that axis: 27 m/s and 31 m/s", *done.remarks),
+            result=replace(done.result, results=results),
+            models={},
+        )
+
+
+class Walk:
+    """Goes through the window and looks at all that it shows."""
+
+    def __init__(
+        self, window: MainWindow, painted: PaintedText, qtbot: QtBot, patch: pytest.MonkeyPatch
+    ) -> None:
+        self.window, self.painted, self.qtbot, self.patch = window, painted, qtbot, patch
+        self.found: dict[str, str] = {}
+
+    def look(self, where: str) -> None:
+        QApplication.processEvents()
+        self.window.grab()
+        for text, widget in shown_texts().items():
+            self.found.setdefault(text, f"{where}: {widget}")
+        for text in self.painted.texts:
+            self.found.setdefault(text, f"{where}: painted")
+        self.painted.texts.clear()
+
+    def act(self, *commands: str) -> None:
+        for command in commands:
+            self.window.commands.actions[command].trigger()
+        QApplication.processEvents()
+
+    def dialogs(self) -> None:
+        self.act("place_flight")
+        for command, kind in DIALOGS.items():
+            seen: list[bool] = []
+
+            def collect(dialog: QDialog, command: str = command, seen: list[bool] = seen) -> None:
+                dialog.grab()
+                self.look(command)
+                seen.append(True)
+
+            assert self.window.commands.actions[command].isEnabled(), command
+            answer_dialog(kind, collect)
+            self.act(command)
+            until(self.qtbot, lambda seen=seen: bool(seen))
+
+    def places(self) -> None:
+        window = self.window
+        self.act("place_preflight")
+        for step in ("card", "calibration", "checklist", "cards"):
+            self.act(f"preflight_{step}")
+            self.look(f"Preflight, {step}")
+        self.act("place_flight")
+        for panel in ("channels", "values", "marks", "alarms", "messages", "estimates"):
+            self.act(f"panel_{panel}")
+            self.look(f"Flight, {panel}")
+        self.act("place_pilot", "pilot_page")
+        for name in ("fly", "input", "not-trimmed"):
+            self.patch.setattr(FlightCues, "snapshot", lambda _self, name=name: STATES[name])
+            window.pilot.state.restart()
+            window.pilot.refresh()
+            self.look(f"Pilot, {name}")
+        self.act("pilot_debrief")
+        page = window.pilot.debrief.page
+        for row in (0, 6):
+            page.list.choose_row(row)
+            self.look("Debrief")
+        self.act("place_gap")
+        for chapter in ("find", "name", "add", "show"):
+            self.act(f"gap_{chapter}")
+            self.look(f"Model gap, {chapter}")
+        self.review()
+
+    def review(self) -> None:
+        window = self.window
+        self.act("place_review")
+        for step in ("maneuvers", "estimate", "summary"):
+            self.act(f"review_{step}")
+            self.look(f"Review, {step}")
+        self.act("review_figures")
+        figures = window.review.pages["figures"]
+        for kind in KINDS:
+            if kind.needs:
+                continue  # takes seconds; words and axes are those of the others
+            drawn: list[object] = []
+            figures.view.drawn.connect(drawn.append)
+            figures.show_kind(kind.id)
+            until(self.qtbot, lambda drawn=drawn: bool(drawn) or not figures.view.drawing)
+            self.look(f"Review, figure {kind.id}")
+
+
+@pytest.fixture
+def window(tmp_path: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> Iterator[MainWindow]:
+    """Return a window with a flight, an estimate, an answer of Model gap, and a debrief."""
+    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
+    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+    monkeypatch.setattr(ui.gap.place, "search_engine", MetricEngine)
+    monkeypatch.setattr(ui.review.place, "review_engine", MetricReview)
+    shown = debrief()
+    monkeypatch.setattr(FlightCues, "is_open", True)
+    monkeypatch.setattr(FlightCues, "cards", CARDS)
+    monkeypatch.setattr(FlightCues, "debrief", lambda _self: shown)
+    made = open_window(tmp_path, review_estimate=Wishes(axis="lon", method="ee").model_dump())
+    made.activateWindow()
+    flight = write_flights(tmp_path)[0]
+    made.desk.starter.open_flight(flight, playing=False)
+    until(qtbot, lambda: made.desk.is_loaded)
+    made.show_place("review")
+    made.review.add([flight])
+    until(qtbot, made.commands.actions["review_estimate"].isEnabled)
+    made.commands.actions["review_estimate"].trigger()
+    page = made.review.pages["estimate"]
+    until(qtbot, lambda: page.can_run)
+    made.commands.actions["review_run"].trigger()
+    made.gap.search.search(GapRequest(flights=(flight,), model="b777"))
+    until(qtbot, lambda: made.review.outcome is not None and made.gap.search.answer is not None)
+    made.banners.show_banner("note", "Kept: the take-off weight is 20.7 kg.")
+    yield made
+    made.close()
+    made.deleteLater()
+
+
+def test_no_text_of_the_window_is_in_units_of_the_other_system(
+    window: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """First under US units; then, with everything open, under SI."""
+    painted = PaintedText(monkeypatch)
+    for system, foreign in (("US", METRIC), ("SI", CUSTOMARY)):
+        if window.look.units != system:
+            window.commands.actions["units"].trigger()
+        painted.texts.clear()
+        walk = Walk(window, painted, qtbot, monkeypatch)
+        walk.places()
+        walk.dialogs()
+        wrong = {
+            text: where
+            for text, where in walk.found.items()
+            if foreign.search(text) and not EXCEPTIONS.match(f"{where}\n{text}")
+        }
+        assert not wrong, f"{system}: {len(wrong)}\n" + "\n".join(
+            f"{where}\n    {text[:300]}" for text, where in wrong.items()
+        )
+        everything = "\n".join(walk.found)
+        for sentence in SENTENCES:
+            assert in_units(sentence, system) in everything
