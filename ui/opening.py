@@ -247,9 +247,10 @@ class Opening(QObject):
             self._banners.remove(self._landed)
             self._landed = None
         if landed_at is not None:
+            at = clock_text(landed_at, decimals=1)
             self._landed = self._banners.show_banner(
                 "note",
-                f"{self._desk.name} landed at {clock_text(landed_at)}. Still recording.",
+                f"{self._desk.name} landed at {at}. Still recording.",
                 ("End flight and review", self.end_flight),
             )
             self.until_next(self._landed)

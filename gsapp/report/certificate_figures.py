@@ -9,24 +9,26 @@ from matplotlib.ticker import MaxNLocator
 
 from calibration.fit import polynomial
 from calibration.points import DIRECTION_WORDS, Direction
+from gsapp.quantities import unit_text
 from gsapp.report.document import margins
-from gsapp.report.strip_figure import FAINT, INK, TRACE
+from gsapp.report.palette import PAPER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import FigureBase
+    from matplotlib.typing import FillStyleType
 
     from calibration import Certificate
     from calibration.overview import Standing
     from calibration.quality import Quality
 
 HEIGHT = 2.6
-_DOWN, _FORMER, _BAND, _ODD = "#d55e00", "#6b7480", "#cfe3f2", "#a4262c"
-_BRANCHES: tuple[tuple[Direction, str, str], ...] = (
-    ("up", "^", TRACE),
-    ("down", "v", _DOWN),
-    ("single", "o", INK),
+_BRANCHES: tuple[tuple[Direction, str, FillStyleType], ...] = (
+    ("up", "^", "full"),
+    ("down", "v", "none"),
+    ("single", "o", "none"),
 )
+"""Directions with the marker of their points; their color is the channel's."""
 
 
 def draw_certificate(container: FigureBase, standing: Standing) -> None:
@@ -44,7 +46,7 @@ def draw_certificate(container: FigureBase, standing: Standing) -> None:
     _draw_curve(left, standing)
     _draw_residuals(right, standing)
     for axes in (left, right):
-        axes.grid(True, color=FAINT, linewidth=0.4)
+        axes.grid(True, color=PAPER.faint, linewidth=0.4)
         axes.xaxis.set_major_locator(MaxNLocator(nbins=6))
         axes.yaxis.set_major_locator(MaxNLocator(nbins=7))
         axes.set_xlabel("volts [V]")
@@ -55,19 +57,20 @@ def draw_certificate(container: FigureBase, standing: Standing) -> None:
 def _draw_curve(axes: Axes, standing: Standing) -> None:
     certificate = standing.certificate
     volts = np.linspace(*certificate.range, 200)
-    axes.plot(volts, polynomial(certificate.coefficients, volts), color=INK, linewidth=0.9)
+    axes.plot(volts, polynomial(certificate.coefficients, volts), color=PAPER.ink, linewidth=0.9)
     former = standing.former
     if former is not None:
         old = np.linspace(*former.range, 200)
         axes.plot(
             old * _ratio(certificate, former), polynomial(former.coefficients, old),
-            color=_FORMER, linestyle="--", linewidth=0.9,
+            color=PAPER.previous, linestyle="--", linewidth=0.9,
         )  # fmt: skip
-    for direction, marker, color in _BRANCHES:
+    color = PAPER.channel(certificate.channel)
+    for direction, marker, fill in _BRANCHES:
         taken = [point for point in certificate.points if point.direction == direction]
         axes.plot(
             [point.volts for point in taken], [point.value for point in taken],
-            linestyle="none", marker=marker, markersize=4.0, color=color, fillstyle="none",
+            linestyle="none", marker=marker, markersize=4.0, color=color, fillstyle=fill,
         )  # fmt: skip
     axes.set_title("Set against read", loc="left")
     axes.set_ylabel(_label("set to", certificate.unit))
@@ -75,15 +78,16 @@ def _draw_curve(axes: Axes, standing: Standing) -> None:
 
 def _draw_residuals(axes: Axes, standing: Standing) -> None:
     certificate, quality = standing.certificate, standing.quality
-    axes.axhline(0.0, color=INK, linewidth=0.9)
+    axes.axhline(0.0, color=PAPER.ink, linewidth=0.9)
     if quality is not None and quality.places:
         width = np.array(quality.half_widths)
         axes.fill_between(
-            quality.places, -width, width, color=_BAND, linewidth=0.0, zorder=0,
+            quality.places, -width, width, color=PAPER.band, linewidth=0.0, zorder=0,
             label="95 % of one reading",
         )  # fmt: skip
     _draw_former(axes, standing)
-    for direction, marker, color in _BRANCHES:
+    color = PAPER.channel(certificate.channel)
+    for direction, marker, fill in _BRANCHES:
         taken = sorted(
             (point.volts, point.value - _curve(certificate, point.volts))
             for point in certificate.points
@@ -92,7 +96,7 @@ def _draw_residuals(axes: Axes, standing: Standing) -> None:
         if taken:
             axes.plot(
                 *zip(*taken, strict=True), color=color, marker=marker, markersize=4.0,
-                linewidth=0.6, fillstyle="none",
+                linewidth=0.6, fillstyle=fill,
                 label=DIRECTION_WORDS[direction] or "points",
             )  # fmt: skip
     _ring_outliers(axes, certificate, quality)
@@ -120,7 +124,7 @@ def _draw_former(axes: Axes, standing: Standing) -> None:
         certificate.coefficients, volts
     )
     axes.plot(
-        volts, apart, color=_FORMER, linestyle="--", linewidth=0.9,
+        volts, apart, color=PAPER.previous, linestyle="--", linewidth=0.9,
         label=f"certificate of {former.stamp:%Y-%m-%d}",
     )  # fmt: skip
 
@@ -130,7 +134,7 @@ def _ring_outliers(axes: Axes, certificate: Certificate, quality: Quality | None
         point = certificate.points[index]
         axes.plot(
             [point.volts], [point.value - _curve(certificate, point.volts)],
-            linestyle="none", marker="o", markersize=9.0, color=_ODD, fillstyle="none",
+            linestyle="none", marker="o", markersize=9.0, color=PAPER.ink, fillstyle="none",
             label="" if place else "does not fit",
         )  # fmt: skip
 
@@ -149,4 +153,4 @@ def _ratio(new: Certificate, former: Certificate) -> float:
 
 
 def _label(what: str, unit: str) -> str:
-    return f"{what} [{unit}]" if unit else what
+    return f"{what} [{unit_text(unit)}]" if unit else what

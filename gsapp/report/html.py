@@ -8,6 +8,7 @@ from functools import cache
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 
+from gsapp.quantities import typeset
 from gsapp.report.document import WIDTH, Document, Paragraph, Picture, Table
 
 
@@ -42,6 +43,7 @@ def _environment() -> Environment:
         keep_trailing_newline=True,
     )
     kinds = {Paragraph: "paragraph", Table: "table", Picture: "picture"}
+    environment.filters["typeset"] = typeset
     environment.filters["kind_of_part"] = lambda part: kinds[type(part)]
     environment.globals["picture_width"] = WIDTH
     return environment

@@ -102,9 +102,9 @@ def online_picture(
 
 def _handles(palette: Palette) -> list[Line2D]:
     return [
-        Line2D([], [], color=palette.traces["blue"], label="FTR in the air"),
+        Line2D([], [], color=palette.ink, label="FTR in the air"),
         Line2D(
-            [], [], color=palette.traces["rust"], linestyle="none", marker="s", markersize=3.5,
+            [], [], color=palette.ink, linestyle="none", marker="s", markersize=3.5,
             label="each maneuver on the ground",
         ),
         Line2D([], [], color=palette.ink, linestyle="--", label="mean of the campaign"),
@@ -125,15 +125,16 @@ def _draw_history(
         chart.axhspan(mean - half, mean + half, color=palette.band, linewidth=0)
         chart.axhline(mean, color=palette.ink, linewidth=0.8 * palette.weight, linestyle="--")
     low, high = one.values - SIGMAS * one.stds, one.values + SIGMAS * one.stds
-    chart.fill_between(one.times, low, high, color=palette.traces["blue"], alpha=0.18, linewidth=0)
-    chart.plot(one.times, one.values, color=palette.traces["blue"])
+    color = palette.channel(one.name)
+    chart.fill_between(one.times, low, high, color=color, alpha=0.18, linewidth=0)
+    chart.plot(one.times, one.values, color=color)
     points = [] if known is None else [one for one in known.kept if one.maneuver in ends]
     if points:
         bars = chart.errorbar(
             [ends[point.maneuver] for point in points],
             [point.value for point in points],
             yerr=[SIGMAS * point.std for point in points],
-            linestyle="none", marker="s", markersize=3.5, color=palette.traces["rust"],
+            linestyle="none", marker="s", markersize=3.5, color=palette.ink,
             elinewidth=0.7 * palette.weight, zorder=3,
         )  # fmt: skip
         name_points(bars.lines[0], [point.maneuver for point in points])

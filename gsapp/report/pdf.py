@@ -14,6 +14,7 @@ from matplotlib.gridspec import GridSpec
 from matplotlib.lines import Line2D
 from matplotlib.textpath import TextToPath
 
+from gsapp.quantities import typeset
 from gsapp.report.document import (
     WIDTH,
     Document,
@@ -169,7 +170,7 @@ class _Flow:
         # Caption, headings and a row or two stay together.
         self._need(4.0 * _CELL.line + 0.3)
         if table.caption:
-            self.text(table.caption, _Type(size=8.6, bold=True))
+            self.text(typeset(table.caption), _Type(size=8.6, bold=True))
             self._y += 0.02
         self._table_head(table, widths)
         for row in cells:
@@ -182,7 +183,7 @@ class _Flow:
 
     def picture(self, picture: Picture) -> None:
         """Set a picture with its caption below, both on one page."""
-        caption = _wrapped(picture.caption, _NOTE, WIDTH)
+        caption = _wrapped(typeset(picture.caption), _NOTE, WIDTH)
         beside = len(caption) * _NOTE.line
         high = max(min(picture.height, self._paper.room - beside), _LEAST_PICTURE)
         self._need(high + beside)

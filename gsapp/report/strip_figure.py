@@ -19,7 +19,7 @@ from gsapp.report.palette import PAPER
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-INK, FAINT, TRACE = PAPER.ink, PAPER.faint, PAPER.traces["blue"]
+INK, FAINT = PAPER.ink, PAPER.faint
 
 
 def strip_figure(

@@ -181,11 +181,11 @@ def bounds_picture(estimate: Estimate, subject: str, *, palette: Palette = PAPER
         chart.hlines(rows, raw, honest, color=palette.previous, linewidth=2.0 * palette.weight)
         chart.plot(
             raw, rows, linestyle="none", marker="o", markerfacecolor=palette.background,
-            markeredgecolor=palette.traces["rust"], markersize=5.5,
+            markeredgecolor=palette.quiet, markersize=5.5,
             label="Cramér-Rao (white noise)",
         )  # fmt: skip
         chart.plot(
-            honest, rows, linestyle="none", marker="s", color=palette.traces["blue"],
+            honest, rows, linestyle="none", marker="s", color=palette.ink,
             markersize=5.5,
             label="corrected for colored residuals",
         )  # fmt: skip

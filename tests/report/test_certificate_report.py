@@ -12,16 +12,24 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from calibration import Certificate, certificate_files, load_certificates, write_certificate
+from calibration import (
+    Certificate,
+    certificate_files,
+    load_certificate,
+    load_certificates,
+    write_certificate,
+)
 from calibration.choosing import calibrate, certify
 from calibration.overview import overview, stand
 from calibration.points import DIRECTION_WORDS
+from calibration.reading import FOLDER
 from calibration.store import CertificateStore
 from gsapp.cli import calibrate as calibrate_command
 from gsapp.cli import certificates as certificates_command
 from gsapp.foundation import GroundStationError, UnknownNameError
 from gsapp.report.certificate_figures import draw_certificate
 from gsapp.report.certificate_report import certificate_document, write_certificate_report
+from gsapp.report.palette import PAPER
 
 
 def moved(former: Certificate, by: float, stamp: datetime) -> Certificate:
@@ -175,3 +183,16 @@ def test_a_flight_folder_and_a_set_are_listed_too(tmp_path: Path) -> None:
     assert not any(one.drift.significant for one in found.standing)
     with pytest.raises(UnknownNameError):
         overview(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["rudder", "elevator_left", "aileron_right"])
+def test_points_have_the_color_of_their_channel(name: str) -> None:
+    """Directions differ by marker, so that no color stands for another quantity."""
+    file = FOLDER / "b777" / f"{name}.toml"
+    figure = Figure()
+    draw_certificate(figure, stand(load_certificate(file), file))
+    points = [
+        line for chart in figure.axes for line in chart.lines if line.get_marker() in ("^", "v")
+    ]
+    assert {line.get_color() for line in points} == {PAPER.channel(name)}
+    assert {line.get_marker() for line in points} == {"^", "v"}

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import FigureBase
 from rich.console import Console
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -91,6 +92,26 @@ def test_a_document_has_the_paper_and_the_units_of_its_reader(units: str) -> Non
     assert ("1.0 in aft" in page) == (units == "US")
     (sheet,) = boxes(pdf_pages(shown))
     assert sheet == pytest.approx(SHEETS[units], abs=0.2)
+
+
+def test_captions_have_symbols_as_figures_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In HTML and PDF alike; names in tables stay as files write them."""
+    table = Table(columns=("name",), rows=(("Cm_alpha",),), caption="Cn_dr by flight")
+    picture = Picture(name="one", caption="Cm_alpha over V", height=1.0, draw=lambda _: None)
+    made = Document(title="Test", sections=(Section(title="One", parts=(table, picture)),))
+    page = html_page(made, {"one": b""})
+    assert "<figcaption>Cmα over V</figcaption>" in page
+    assert "<caption>Cnδr by flight</caption>" in page
+    assert "Cm_alpha</td>" in page
+    written: list[str] = []
+    text = FigureBase.text
+    monkeypatch.setattr(
+        FigureBase,
+        "text",
+        lambda self, x, y, s, *a, **k: written.append(s) or text(self, x, y, s, *a, **k),
+    )
+    pdf_pages(made)
+    assert {"Cmα over V", "Cnδr by flight", "Cm_alpha"} <= set(written)
 
 
 @pytest.mark.parametrize("units", ["US", "SI"])

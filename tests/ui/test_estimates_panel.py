@@ -26,6 +26,7 @@ from gsapp.flight.folder import FlightFolder
 from gsapp.flight.importing import import_flight
 from gsapp.flight.writers import write_block
 from gsapp.identification.campaign import CampaignValue
+from gsapp.quantities import trace_color
 from gsapp.session import MAX_SPEED
 from gsapp.session.estimating.picture import EstimateRow, FittedPoint
 from ui.flight.estimates_panel import (
@@ -59,10 +60,10 @@ def pixels(panel: EstimatesPanel) -> np.ndarray:
 
 def test_rows_in_words() -> None:
     """What a screen reader says; digits that the bound earns; unknown is no number."""
-    assert spoken_row(KNOWN) == "Cm_alpha \N{MINUS SIGN}0.3350 ± 0.0040, standard error 1.2 %, " + (
+    assert spoken_row(KNOWN) == "Cmα \N{MINUS SIGN}0.3350 ± 0.0040, standard error 1.2 %, " + (
         "last maneuver: 9 % to 2.0 %"
     )
-    assert spoken_row(UNKNOWN) == "Cl_da unknown: the aileron hardly moved"
+    assert spoken_row(UNKNOWN) == "Clδa unknown: the aileron hardly moved"
     # The bound in percent stands above the value that it is of.
     assert value_words(KNOWN) == (
         "ML −0.3350 ± 0.0040", "FTR −0.3300  9→2.0 %",
@@ -95,10 +96,13 @@ def test_history_points_and_excitation_are_drawn(qtbot: QtBot) -> None:
     rows = panel.list.visualRect(panel.list.rows.index(0))
     top = panel.list.mapTo(panel, rows.topLeft()).y()
     first, second = screen[top : top + rows.height()], screen[top + rows.height() :]
-    assert count(theme.traces["blue"], first) > 30
-    assert count(theme.traces["rust"], first) >= 4  # its edges are smoothed
-    assert count(theme.traces["blue"], second[: rows.height()]) > 100
-    assert count(theme.traces["rust"], second[: rows.height()]) == 0
+    # Cm_alpha is of the pitch axis, Cl_da of the roll axis: each in the color of its figures.
+    assert count(theme.trace(trace_color("Cm_alpha")), first) > 30
+    assert count(theme.trace(trace_color("Cl_da")), first) == 0
+    assert count(theme.trace(trace_color("Cl_da")), second[: rows.height()]) > 100
+    assert count(theme.trace(trace_color("Cm_alpha")), second[: rows.height()]) == 0
+    plot = first[:, 220:]
+    assert count(theme.text, plot) >= 4  # points of maximum likelihood; their edges are smoothed
     chosen = []
     panel.opened.connect(chosen.append)
     panel.list.setCurrentIndex(panel.list.rows.index(0))

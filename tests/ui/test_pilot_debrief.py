@@ -116,6 +116,9 @@ def test_the_chart_shows_the_input_within_the_wanted_band(
     for chart, low, name in zip(page.charts.surfaces, (4.0, 7.0), ("purple", "rust"), strict=True):
         ink = int(window.look.theme.trace(name)[1:], 16)
         assert chart.isVisible()
+        bottom_axis = chart.plot.getPlotItem().getAxis("bottom")
+        assert bottom_axis.clock  # of the flight, as on all pages
+        assert bottom_axis.range[0] <= page.maneuver.verdict.t_input <= bottom_axis.range[1]
         box = chart.plot.getPlotItem().getViewBox()
         inner = box.mapRectToScene(box.boundingRect()).toRect().adjusted(4, 4, -4, -4)
         rows = np.flatnonzero((pixels(chart.plot, inner) == ink).any(axis=1)) + inner.top()

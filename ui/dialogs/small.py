@@ -52,7 +52,7 @@ class GoToDialog(FormDialog):
                 "caution",
             )
         else:
-            self.sentence.say(f"{time:.1f} s", "good")
+            self.sentence.say(clock_text(time, decimals=1), "good")
         self.button.setEnabled(time is not None)
 
     @property

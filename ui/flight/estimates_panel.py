@@ -40,9 +40,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from gsapp.quantities import trace_color
 from ui.look import Look
 from ui.pages import label
-from ui.words import DASH, number_text
+from ui.words import DASH, number_text, symbol_text
 
 if TYPE_CHECKING:
     from gsapp.session.estimating.picture import EstimateRow
@@ -101,8 +102,8 @@ def spoken_row(row: EstimateRow) -> str:
     """Return a row as a sentence."""
     best = row.best
     if best is None:
-        return f"{row.name} unknown: {row.why or 'not excited yet'}"
-    said = f"{row.name} {value_text(*best)}"
+        return f"{symbol_text(row.name)} unknown: {row.why or 'not excited yet'}"
+    said = f"{symbol_text(row.name)} {value_text(*best)}"
     if row.percent is not None:
         said += f", standard error {percent_text(row.percent)}"
     if row.changed:
@@ -180,7 +181,7 @@ class EstimateDelegate(QStyledItemDelegate):
         value, beside = value_words(row)
         painter.setFont(look.font("body", strong=True))
         painter.setPen(QColor(theme.text))
-        painter.drawText(top, Qt.AlignmentFlag.AlignLeft | _CENTER, row.name)
+        painter.drawText(top, Qt.AlignmentFlag.AlignLeft | _CENTER, symbol_text(row.name))
         painter.setPen(QColor(theme.muted if row.best is None else theme.text))
         percent = DASH if row.percent is None else f"±{percent_text(row.percent)}"
         painter.drawText(top, Qt.AlignmentFlag.AlignRight | _CENTER, percent)
@@ -189,7 +190,7 @@ class EstimateDelegate(QStyledItemDelegate):
         painter.setFont(look.font("label"))
         painter.setPen(QColor(theme.muted))
         if row.value is None:
-            self._paint_excitation(painter, low, row.progress)
+            self._paint_excitation(painter, low, row)
             return
         metrics = QFontMetricsF(painter.font())
         painter.drawText(
@@ -198,10 +199,11 @@ class EstimateDelegate(QStyledItemDelegate):
             metrics.elidedText(beside, Qt.TextElideMode.ElideRight, low.width()),
         )
 
-    def _paint_excitation(self, painter: QPainter, box: QRectF, progress: float) -> None:
+    def _paint_excitation(self, painter: QPainter, box: QRectF, row: EstimateRow) -> None:
         """Paint how far the excitation is from what it takes; a word stands beside the bar."""
         look, theme, px = self._look, self._look.theme, self._look.px
-        said = f"excited {100.0 * min(max(progress, 0.0), 1.0):.0f} %"
+        progress = min(max(row.progress, 0.0), 1.0)
+        said = f"excited {100.0 * progress:.0f} %"
         width = QFontMetricsF(look.font("label")).horizontalAdvance("excited 100 %")
         bar = QRectF(
             box.left() + width + px(8), box.center().y() - px(3), box.width() - width - px(8), px(6)
@@ -212,8 +214,8 @@ class EstimateDelegate(QStyledItemDelegate):
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QColor(theme.grid))
         painter.drawRect(bar)
-        painter.setBrush(QColor(theme.traces["blue"]))
-        painter.drawRect(QRectF(bar.left(), bar.top(), bar.width() * min(progress, 1.0), px(6)))
+        painter.setBrush(QColor(theme.trace(trace_color(row.name))))
+        painter.drawRect(QRectF(bar.left(), bar.top(), bar.width() * progress, px(6)))
 
     def _paint_history(self, painter: QPainter, box: QRectF, row: EstimateRow) -> None:
         """Paint FTR's line, the points of maximum likelihood, and what was known before."""
@@ -244,13 +246,13 @@ class EstimateDelegate(QStyledItemDelegate):
         if row.known is not None:
             painter.setPen(QPen(QColor(theme.previous), px(1), Qt.PenStyle.DotLine))
             painter.drawLine(place(first, row.known), place(last, row.known))
-        painter.setPen(QPen(QColor(theme.traces["blue"]), px(1.5)))
+        painter.setPen(QPen(QColor(theme.trace(trace_color(row.name))), px(1.5)))
         step = max(1, row.times.size // (4 * _PLOT))
         for run in _runs(np.isfinite(row.values[::step])):
             times, values = row.times[::step][run], row.values[::step][run]
             line = [place(float(t), float(v)) for t, v in zip(times, values, strict=True)]
             painter.drawPolyline(QPolygonF(line))
-        color = QColor(theme.traces["rust"])
+        color = QColor(theme.text)
         painter.setPen(QPen(color, px(1)))
         painter.setBrush(color)
         for point in row.points:
@@ -384,15 +386,15 @@ class Legend(QWidget):
         for (sign, words), (x, y) in zip(_LEGEND, self._places(self.width()), strict=True):
             middle = y + px(11)
             if sign == "point":
-                painter.setPen(QPen(QColor(theme.traces["rust"]), px(1)))
-                painter.setBrush(QColor(theme.traces["rust"]))
+                painter.setPen(QPen(QColor(theme.text), px(1)))
+                painter.setBrush(QColor(theme.text))
                 painter.drawLine(
                     QPointF(x + px(8), middle - px(6)), QPointF(x + px(8), middle + px(6))
                 )
                 painter.drawEllipse(QPointF(x + px(8), middle), px(2.5), px(2.5))
             elif sign:
                 dotted = sign == "known"
-                color = theme.previous if dotted else theme.traces["blue"]
+                color = theme.previous if dotted else theme.text
                 style = Qt.PenStyle.DotLine if dotted else Qt.PenStyle.SolidLine
                 painter.setPen(QPen(QColor(color), px(1 if dotted else 1.5), style))
                 painter.drawLine(QPointF(x, middle), QPointF(x + px(16), middle))

@@ -9,6 +9,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QBrush, QFontMetricsF, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QSlider, QWidget
 
+from gsapp.quantities import trace_color
 from ui.commands import key_text
 from ui.gap.marking import focus_frame, ink
 from ui.gap.phrases import symbol, times_floor_text
@@ -84,7 +85,7 @@ class ChannelBars(_Painted):
             painter.setFont(look.font("body"))
             painter.setPen(look.color("text"))
             painter.drawText(QRectF(0, top, names, 2 * thick + 2), _LEFT, symbol(one.channel))
-            values = ((one.before, "previous"), (one.after, "blue"))
+            values = ((one.before, "previous"), (one.after, trace_color(one.channel)))
             for place, (value, color) in enumerate(values):
                 y = top + place * (thick + 2)
                 wide = room * min(value, largest) / largest if math.isfinite(value) else 0.0
@@ -157,10 +158,11 @@ class Waterfall(_Painted):
             painter.fillRect(rest, ink(look, "previous"))
             if high > low:
                 fall = QRectF(room * low / largest, y, room * (high - low) / largest, thick)
-                gained = one.after <= one.before
-                color = ink(look, "blue" if gained else "rust")
-                painter.setPen(QPen(color, 1.5))
-                painter.setBrush(QBrush(color, Qt.BrushStyle.BDiagPattern))
+                pattern = Qt.BrushStyle.BDiagPattern
+                if one.after > one.before:
+                    pattern = Qt.BrushStyle.DiagCrossPattern
+                painter.setPen(QPen(look.color("text"), 1.5))
+                painter.setBrush(QBrush(look.color("text"), pattern))
                 painter.drawRect(fall)
             painter.setPen(look.color("text"))
             painter.setFont(look.font("label", strong=True))

@@ -45,7 +45,9 @@ class ShowView(ChapterView):
         pair.right.addWidget(self.closed)
         self.on = label("", "muted", wrap=True)
         pair.right.addWidget(self.on)
-        pair.right.addWidget(label("Gap per channel: gray before, blue after", "strong", wrap=True))
+        pair.right.addWidget(
+            label("Gap per channel: gray before, color after", "strong", wrap=True)
+        )
         self.bars = ChannelBars(look)
         pair.right.addWidget(self.bars)
         pair.right.addWidget(label("All channels, step by step", "strong"))

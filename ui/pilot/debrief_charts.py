@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QGridLayout, QWidget
 from gsapp.excitation.debrief_maneuver import JudgedManeuver
 from gsapp.flight.cards.card import SURFACES
 from gsapp.quantities import FloatArray, channel, from_si, trace_color
-from ui.gap.chart import Band, Chart, Curve
+from ui.gap.chart import FLIGHT_TIME, Band, Chart, Curve
 from ui.look import Look
 from ui.words import symbol_text, unit_text
 
@@ -17,7 +17,6 @@ _MOST: Final = 2
 """Surfaces that are drawn; no input moves more of them on purpose."""
 _RATES: Final = ("p", "q", "r")
 _HIGH: Final = 150
-_TIME: Final = "Time in maneuver, s"
 
 
 class ManeuverCharts(QWidget):
@@ -62,12 +61,12 @@ class ManeuverCharts(QWidget):
                 Band(low=-high, high=-low, wanted=True),
             ]
         title = SURFACES.get(name, name).capitalize()
-        curve = Curve(x=self._since(judged), y=moved, color=trace_color(name), name="moved")
+        curve = Curve(x=judged.curves.times, y=moved, color=trace_color(name), name="moved")
         chart.draw(
             [curve],
             [*bands, self._hands_off(judged)],
             title=title,
-            bottom=_TIME,
+            bottom=FLIGHT_TIME,
             left=f"From trim [{self._unit(name)}]",
             words=f"{title} of {judged.verdict.id}",
         )
@@ -76,7 +75,7 @@ class ManeuverCharts(QWidget):
         names = [name for name in _RATES if name in judged.curves.series]
         curves = [
             Curve(
-                x=self._since(judged),
+                x=judged.curves.times,
                 y=self._shown(name, judged.curves.series[name]),
                 color=trace_color(name),
                 name=symbol_text(channel(name).symbol),
@@ -88,19 +87,16 @@ class ManeuverCharts(QWidget):
             curves,
             [self._hands_off(judged)],
             title="Response" if curves else "Response not measured",
-            bottom=_TIME,
+            bottom=FLIGHT_TIME,
             left=f"Rate [{unit}]",
             words=f"Rates of {judged.verdict.id}",
         )
 
-    def _since(self, judged: JudgedManeuver) -> FloatArray:
-        return judged.curves.times - judged.verdict.t_input
-
     def _hands_off(self, judged: JudgedManeuver) -> Band:
         verdict = judged.verdict
         return Band(
-            low=verdict.t_input_end - verdict.t_input,
-            high=verdict.t_end - verdict.t_input,
+            low=verdict.t_input_end,
+            high=verdict.t_end,
             name="hands off",
             across=False,
         )

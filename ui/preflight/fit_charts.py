@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from calibration.fit import polynomial
 from calibration.points import DIRECTION_WORDS, Direction
-from gsapp.quantities import FloatArray
+from gsapp.quantities import FloatArray, trace_color
 from ui.gap.chart import Chart, Curve
 from ui.gap.marking import ink
 from ui.look import Look
@@ -20,10 +20,8 @@ if TYPE_CHECKING:
     from calibration.wizard import WizardView
 
 _PLACES = 120
-_WAYS: tuple[tuple[Direction, str, str], ...] = (
-    ("up", "blue", "t1"), ("down", "rust", "t"), ("single", "purple", "o"),
-)  # fmt: skip
-"""Directions with the color and the shape of their points; pyqtgraph calls a triangle up ``t1``."""
+_WAYS: tuple[tuple[Direction, str], ...] = (("up", "t1"), ("down", "t"), ("single", "o"))
+"""Directions with the shape of their points; pyqtgraph calls a triangle up ``t1``."""
 
 
 class FitCharts(QWidget):
@@ -67,13 +65,14 @@ class FitCharts(QWidget):
     def _draw(self, view: WizardView) -> None:
         instrument, calibration = view.instrument, view.calibration
         unit = unit_text(instrument.unit) if instrument is not None else ""
+        color = "ink" if instrument is None else trace_color(instrument.channel)
         points = _by_way([(p.volts, p.value, p.direction) for p in view.points])
         curves = [
             Curve(
                 x=x, y=y, color=color, points=True, symbol=symbol,
                 name=DIRECTION_WORDS[way] or "either way",
             )
-            for (x, y), (way, color, symbol) in zip(points, _WAYS, strict=True)
+            for (x, y), (way, symbol) in zip(points, _WAYS, strict=True)
             if x.size
         ]  # fmt: skip
         off: list[Curve] = []
@@ -83,7 +82,7 @@ class FitCharts(QWidget):
             if calibration is not None:
                 line = polynomial(calibration.fit.coefficients, places)
                 curves.insert(0, Curve(x=places, y=line, color="ink", name="curve"))
-            off = self._residuals(view, places)
+            off = self._residuals(view, places, color)
         words = f"{len(view.points)} points"
         self.curve.draw(
             curves, title="The curve", bottom="Volts", left=f"Angle [{unit}]", words=words
@@ -92,7 +91,7 @@ class FitCharts(QWidget):
             off, title="Points off the curve", bottom="Volts", left=f"Off [{unit}]", words=words
         )
 
-    def _residuals(self, view: WizardView, places: FloatArray) -> list[Curve]:
+    def _residuals(self, view: WizardView, places: FloatArray, color: str) -> list[Curve]:
         """Return each branch as a line through its points: their distance is the hysteresis."""
         calibration = view.calibration
         made = [Curve(x=places[[0, -1]], y=np.zeros(2), color="muted")]
@@ -109,7 +108,7 @@ class FitCharts(QWidget):
                 for point, residual in zip(view.points, view.off_curve, strict=True)
             ]
         )
-        for (x, y), (way, color, symbol) in zip(points, _WAYS, strict=True):
+        for (x, y), (way, symbol) in zip(points, _WAYS, strict=True):
             if not x.size:
                 continue
             order = np.argsort(x)
