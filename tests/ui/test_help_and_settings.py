@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import platform
+import re
 import sys
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -112,6 +115,25 @@ def test_every_page_of_the_guide_opens_without_a_network(window: MainWindow) -> 
         guide.pages.setCurrentRow(row)
         assert len(guide.browser.toPlainText()) > 500
     guide.close()
+
+
+def test_an_installed_guide_holds_what_its_pages_show_and_link_to() -> None:
+    """The wheel takes the documents folder by folder: a new one is easily forgotten."""
+    root = Path(__file__).parents[2]
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))
+    data: dict[str, list[str]] = project["tool"]["setuptools"]["data-files"]
+    installed = {
+        Path("docs", folder.removeprefix("share/doc/gsapp").lstrip("/"), path.name)
+        for folder, patterns in data.items()
+        for pattern in patterns
+        for path in root.glob(pattern)
+    }
+    for page in sorted(path for path in installed if path.suffix == ".md"):
+        text = (root / page).read_text(encoding="utf-8")
+        links = re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", text)
+        meant = {Path(os.path.normpath(page.parent / link)) for link in links}
+        assert {link for link in meant if link.parts[0] == "docs"} <= installed, page
+        assert not any(link.suffix == ".png" and link.parts[0] != "docs" for link in meant), page
 
 
 def test_flights_opened_last_are_offered_and_those_gone_can_be_removed(

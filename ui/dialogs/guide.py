@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QUrl
@@ -22,8 +21,13 @@ _FIRST = ("field-guide", "preflight", "pilot", "review", "virtual-aircraft")
 
 
 def guide_folder() -> Path | None:
-    """Return where the documents are: beside the source, or where an installation puts them."""
-    places = (Path(__file__).parents[2] / "docs", Path(sys.prefix) / "share/doc/gsapp")
+    """Return where the documents are: beside the source, or where an installation puts them.
+
+    ``pip install --target`` and ``--user`` put ``share`` elsewhere than into ``sys.prefix``, but
+    always beside or above the packages.
+    """
+    above = Path(__file__).parents[2:]
+    places = (above[0] / "docs", *(folder / "share/doc/gsapp" for folder in above))
     return next((place for place in places if (place / f"{_FIRST[0]}.md").is_file()), None)
 
 
