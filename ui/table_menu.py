@@ -1,84 +1,197 @@
-"""The menu of a table under the right button: what the table can do, and copying for a spreadsheet.
+"""The menu of a table under the right button: its commands, and copying and saving as CSV.
 
 Copied texts are what the table shows, separated by tabs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import csv
+import io
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 
-from PySide6.QtCore import QEvent, QObject, Qt
-from PySide6.QtGui import QAction, QGuiApplication, QMouseEvent
-from PySide6.QtWidgets import QTableView
+from PySide6.QtCore import QEvent, QModelIndex, QObject, Qt
+from PySide6.QtGui import (
+    QAction,
+    QContextMenuEvent,
+    QGuiApplication,
+    QKeyEvent,
+    QKeySequence,
+    QMouseEvent,
+)
+from PySide6.QtWidgets import QAbstractItemView, QTableView, QWidget
+
+from ui.dialogs.saving import save_file
+from ui.words import MINUS, file_name
+
+Rows = Sequence[Sequence[str]]
 
 
-class TableMenu(QObject):
-    """Puts "Copy value", "Copy row" and "Copy table" into the menu of a table, after its commands.
+def separated(rows: Rows, between: str) -> str:
+    """Return rows as lines of text: separated by commas for a file, by tabs for a clipboard."""
+    lines = io.StringIO()
+    csv.writer(lines, delimiter=between, lineterminator="\n").writerows(rows)
+    return lines.getvalue()
+
+
+def copy_rows(rows: Rows) -> None:
+    """Put rows on the clipboard, for a spreadsheet."""
+    lines = ("\t".join(cell.replace("\n", " ") for cell in row) for row in rows)
+    QGuiApplication.clipboard().setText("\n".join(lines))
+
+
+def csv_text(rows: Rows) -> str:
+    """Return rows as CSV, with the minus sign that other programs read."""
+    return separated([[cell.replace(MINUS, "-") for cell in row] for row in rows], ",")
+
+
+def table_actions(owner: QWidget, table: Callable[[], Rows]) -> tuple[QAction, ...]:
+    """Return what every table offers.
 
     Parameters
     ----------
-    view : QTableView
-    commands : sequence of QAction
-        What else the menu offers for the row under the mouse.
+    owner : QWidget
+        Its accessible name names the file.
+    table : callable
+        Returns headings and rows.
     """
 
-    def __init__(self, view: QTableView, commands: Sequence[QAction] = ()) -> None:
+    def save() -> None:
+        start = Path.home() / f"{file_name(owner.accessibleName()) or 'table'}.csv"
+        kinds = "Table (*.csv)"
+        save_file(owner, "Save as CSV", start, kinds, lambda _path: csv_text(table()).encode())
+
+    return (
+        _action(owner, "Copy table", lambda: copy_rows(table())),
+        _action(
+            owner, "Copy as CSV", lambda: QGuiApplication.clipboard().setText(csv_text(table()))
+        ),
+        _action(owner, "Save as CSV…", save),
+    )
+
+
+def _action(owner: QWidget, words: str, act: Callable[[], object]) -> QAction:
+    action = QAction(words, owner)
+    action.triggered.connect(lambda _checked=False: act())
+    return action
+
+
+class TableMenu(QObject):
+    """Puts copying and saving into the menu of a table or list, after its commands.
+
+    Ctrl+C copies the selected rows.
+
+    Parameters
+    ----------
+    view : QAbstractItemView
+        A table, or a flat list.
+    commands : sequence of QAction
+        What else the menu offers for the row under the mouse.
+    table : callable, optional
+        Returns headings and rows as texts, where the cells of the model are not texts.
+    """
+
+    def __init__(
+        self,
+        view: QAbstractItemView,
+        commands: Sequence[QAction] = (),
+        table: Callable[[], Rows] | None = None,
+    ) -> None:
         super().__init__(view)
         self._view = view
+        self._table = table
+        self._followed: list[tuple[QAction, QWidget]] = []
         view.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
-        for words, act in (
-            ("Copy value", lambda: _copy([[self._cell(view.currentIndex().column())]])),
-            ("Copy row", lambda: _copy([self._row(view.currentIndex().row())])),
-            ("Copy table", lambda: _copy(self.rows)),
-        ):
-            action = QAction(words, view)
-            action.triggered.connect(act)
-            view.addAction(action)
-        if commands:
-            rule = QAction(view)
-            rule.setSeparator(True)
-            view.insertActions(view.actions()[0], [*commands, rule])
+        self._of_row = [_action(view, "Copy row", lambda: copy_rows(self._selected()))]
+        if table is None:
+            self._of_row.insert(0, _action(view, "Copy value", lambda: copy_rows([[self._cell]])))
+        view.addActions([*self._of_row, *table_actions(view, lambda: self.rows)])
+        self._rule: QAction | None = None
+        for command in commands:
+            self._add(command)
         # Qt sends the menu to the viewport without choosing the row below the mouse.
         view.viewport().installEventFilter(self)
+        view.installEventFilter(self)
 
-    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Choose the cell under the right button before its menu opens."""
-        if event.type() == QEvent.Type.MouseButtonPress and isinstance(event, QMouseEvent):
-            index = self._view.indexAt(event.position().toPoint())
-            selection = self._view.selectionModel()
-            if event.button() == Qt.MouseButton.RightButton and index.isValid():
-                if selection.isSelected(index):
-                    selection.setCurrentIndex(index, selection.SelectionFlag.NoUpdate)
-                else:
-                    self._view.setCurrentIndex(index)
+    def _add(self, command: QAction) -> None:
+        if self._rule is None:
+            self._rule = QAction(self._view)
+            self._rule.setSeparator(True)
+            self._view.insertAction(self._of_row[0], self._rule)
+        self._view.insertAction(self._rule, command)
+
+    def add_command(
+        self, words: str, act: Callable[[], object], follows: QWidget | None = None
+    ) -> None:
+        """Offer something further for the row, for as long as its button `follows` is enabled."""
+        action = _action(self._view, words, act)
+        self._add(action)
+        if follows is None:
+            self._of_row.append(action)
+        else:
+            self._followed.append((action, follows))
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Choose the cell under the right button before its menu opens; copy with Ctrl+C."""
+        view = self._view
+        if isinstance(event, QContextMenuEvent):
+            self._enable()
+        elif event.type() == QEvent.Type.MouseButtonPress and isinstance(event, QMouseEvent):
+            index = view.indexAt(event.position().toPoint())
+            right = event.button() == Qt.MouseButton.RightButton
+            if watched is view.viewport() and right and index.isValid():
+                self._choose(index)
                 return True
+        elif (
+            watched is view
+            and event.type() == QEvent.Type.KeyPress
+            and isinstance(event, QKeyEvent)
+            and event.matches(QKeySequence.StandardKey.Copy)
+        ):
+            copy_rows(self._selected())
+            return True
         return False
 
+    def _choose(self, index: QModelIndex) -> None:
+        selection = self._view.selectionModel()
+        if selection.isSelected(index):
+            selection.setCurrentIndex(index, selection.SelectionFlag.NoUpdate)
+        else:
+            self._view.setCurrentIndex(index)
+
+    def _enable(self) -> None:
+        """Gray what is about a row where there is none."""
+        has_row = self._view.currentIndex().isValid()
+        for action in self._of_row:
+            action.setEnabled(has_row)
+        for action, button in self._followed:
+            action.setEnabled(button.isEnabled())
+
     @property
-    def rows(self) -> list[list[str]]:
+    def rows(self) -> Rows:
         """Return the table as texts: the headings, then the rows in their order on screen."""
-        model, header = self._view.model(), self._view.verticalHeader()
-        titles = [str(model.headerData(column, Qt.Orientation.Horizontal) or "")
-                  for column in self._columns()]  # fmt: skip
-        first = [] if header.isHidden() else [""]
-        return [[*first, *titles], *(self._row(row) for row in range(model.rowCount()))]
-
-    def _columns(self) -> list[int]:
         view = self._view
-        return [one for one in range(view.model().columnCount()) if not view.isColumnHidden(one)]
+        if self._table is not None or not isinstance(view, QTableView):
+            return () if self._table is None else self._table()
+        model, header = view.model(), view.verticalHeader()
+        sideways, down = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
+        columns = [at for at in range(model.columnCount()) if not view.isColumnHidden(at)]
+        named = not header.isHidden()
+        titles = [str(model.headerData(column, sideways) or "") for column in columns]
+        rows = [[*([""] if named else []), *titles]]
+        for row in range(model.rowCount()):
+            name = [str(model.headerData(row, down))] if named else []
+            rows.append([*name, *(str(model.index(row, at).data() or "") for at in columns)])
+        return rows
 
-    def _row(self, row: int) -> list[str]:
-        model, header = self._view.model(), self._view.verticalHeader()
-        if row < 0:
-            return []
-        name = [] if header.isHidden() else [str(model.headerData(row, Qt.Orientation.Vertical))]
-        return [*name, *(str(model.index(row, one).data() or "") for one in self._columns())]
+    def _selected(self) -> Rows:
+        """Return the rows that are selected, or else the one that the keyboard is on."""
+        index = self._view.currentIndex()
+        chosen: Iterable[QModelIndex] = self._view.selectionModel().selectedIndexes()
+        places = sorted({one.row() for one in chosen} or ({index.row()} - {-1}))
+        rows = self.rows
+        return [rows[place + 1] for place in places]
 
-    def _cell(self, column: int) -> str:
-        index = self._view.currentIndex().siblingAtColumn(column)
-        return str(index.data() or "") if index.isValid() else ""
-
-
-def _copy(rows: Sequence[Sequence[str]]) -> None:
-    lines = ("\t".join(cell.replace("\n", " ") for cell in row) for row in rows)
-    QGuiApplication.clipboard().setText("\n".join(lines))
+    @property
+    def _cell(self) -> str:
+        return str(self._view.currentIndex().data() or "")

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import csv
+from pathlib import Path
+
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QAction, QStandardItem, QStandardItemModel
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QTableView
+from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QTableView, QWidget
 from pytestqt.qtbot import QtBot
 
+from ui.flight.channel_panel import ChannelPanel
 from ui.look import Look
 from ui.pilot.text_table import TextTable
+from ui.preflight.big_list import BigLine, BigList
+from ui.strips import StripLayout
 from ui.table_menu import TableMenu
 
 
@@ -31,7 +37,7 @@ def table(qtbot: QtBot) -> QTableView:
     return view
 
 
-def trigger(view: QTableView | TextTable, words: str) -> list[list[str]]:
+def trigger(view: QWidget, words: str) -> list[list[str]]:
     """Choose an entry of the menu; return the clipboard as cells."""
     next(one for one in view.actions() if one.text() == words).trigger()
     return [line.split("\t") for line in QApplication.clipboard().text().split("\n")]
@@ -66,7 +72,10 @@ def test_commands_of_the_table_come_first(qtbot: QtBot) -> None:
     command = QAction("Zoom to the maneuver", view)
     TableMenu(view, [command])
     words = [one.text() for one in view.actions()]
-    assert words == ["Zoom to the maneuver", "", "Copy value", "Copy row", "Copy table"]
+    assert words == [
+        "Zoom to the maneuver", "", "Copy value", "Copy row", "Copy table", "Copy as CSV",
+        "Save as CSV…",
+    ]  # fmt: skip
 
 
 def test_tables_of_the_debrief_are_copied(qtbot: QtBot) -> None:
@@ -74,3 +83,58 @@ def test_tables_of_the_debrief_are_copied(qtbot: QtBot) -> None:
     qtbot.addWidget(table)
     table.show_rows([("C1", "3"), ("C2", "1")], "none")
     assert trigger(table, "Copy table") == [["Card", "Good"], ["C1", "3"], ["C2", "1"]]
+
+
+def test_a_table_is_saved_as_csv_with_a_minus_that_other_programs_read(
+    table: QTableView, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chosen = (str(tmp_path / "values"), "Table (*.csv)")
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: chosen)
+    trigger(table, "Save as CSV…")
+    with (tmp_path / "values.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.reader(file))
+    assert rows == [["Derivative", "Mean", "Bound"], ["Cmα", "-0.3", "0.01"], ["Cmq", "-9", "0.01"]]
+    assert trigger(table, "Copy as CSV")[:-1] == [[",".join(row)] for row in rows]
+    # A disk that refuses is told.
+    told: list[str] = []
+    monkeypatch.setattr(QMessageBox, "warning", lambda *said: told.append(said[2]))
+    monkeypatch.setattr(
+        QFileDialog, "getSaveFileName", lambda *_: (str(tmp_path / "values.csv" / "x.csv"), "")
+    )
+    trigger(table, "Save as CSV…")
+    assert len(told) == 1
+
+
+def test_a_list_of_painted_lines_is_copied_and_offers_its_commands(qtbot: QtBot) -> None:
+    command = QAction("Show in charts")
+    listed = BigList(Look(), "Maneuvers", [command])
+    qtbot.addWidget(listed)
+    listed.show_lines([
+        BigLine(key="M1", words="M1  elevator doublet", state_words="good"),
+        BigLine(key="M2", words="M2  rudder doublet", state_words="too small"),
+    ])  # fmt: skip
+    listed.resize(500, 300)
+    with qtbot.waitExposed(listed):
+        listed.show()
+    assert listed.actions()[0] is command
+    place = listed.visualRect(listed.listed.index(1)).center()
+    QTest.mouseClick(listed.viewport(), Qt.MouseButton.RightButton, pos=place)
+    assert listed.current_key == "M2"
+    assert trigger(listed, "Copy row") == [["M2  rudder doublet", "", "too small", ""]]
+    assert len(trigger(listed, "Copy table")) == 3
+
+
+def test_channels_and_charts_have_menus(qtbot: QtBot) -> None:
+    panel = ChannelPanel(Look())
+    qtbot.addWidget(panel)
+    asked: list[StripLayout] = []
+    panel.chosen.connect(asked.append)
+    panel.show_channels(("alpha", "q"), StripLayout(), {})
+    leaf = next(one for one in panel._leaves() if one.text(0).endswith("Pitch rate"))
+    panel.tree.setCurrentItem(leaf)
+    trigger(panel.tree, "Show or hide in the charts")
+    assert asked[-1].channels == ("q",)
+    assert [row[-1] for row in trigger(panel.tree, "Copy table")][1:] == ["no", "yes"]
+    panel.order.setCurrentRow(panel.order.count() - 1)
+    trigger(panel.order, "Remove")
+    assert asked[-1].channels == ()

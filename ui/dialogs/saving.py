@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtWidgets import QFileDialog, QWidget
+from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
+
+from gsapp.foundation import write_atomically
 
 
 def file_to_write(parent: QWidget | None, title: str, start: Path, kinds: str) -> Path | None:
@@ -42,3 +45,24 @@ def file_to_write(parent: QWidget | None, title: str, start: Path, kinds: str) -
         start = path.with_name(f"{path.name}{endings.get(kind, next(iter(endings.values())))}")
         if not start.exists():
             return start
+
+
+def save_file(
+    parent: QWidget, title: str, start: Path, kinds: str, content: Callable[[Path], bytes]
+) -> None:
+    """Ask for a file as `file_to_write` does and write it, or say why it cannot be written.
+
+    Parameters
+    ----------
+    parent, title, start, kinds
+        As of `file_to_write`.
+    content : callable
+        Returns what is written, from the path chosen.
+    """
+    path = file_to_write(parent, title, start, kinds)
+    if path is None:
+        return
+    try:
+        write_atomically(path, content(path))
+    except OSError as error:
+        QMessageBox.warning(parent, title, f"Not saved: {error}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from PySide6.QtCore import QModelIndex, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QResizeEvent
+from PySide6.QtGui import QAction, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -36,6 +36,7 @@ from ui.flight.choice import (
 from ui.look import Look
 from ui.pages import label
 from ui.strips.layout import StripLayout
+from ui.table_menu import TableMenu, table_actions
 from ui.words import count_text, symbol_text
 
 _ID = Qt.ItemDataRole.UserRole
@@ -135,12 +136,47 @@ class ChannelPanel(QWidget):
         self.order.moved.connect(self._move)
         self.order.removed.connect(self._remove)
         self.order.dropped.connect(self._dropped)
+        self._add_menus()
         below.addWidget(self.order, 1)
         split.addWidget(lower)
         split.setStretchFactor(0, 3)
         split.setStretchFactor(1, 2)
         column.addWidget(split, 1)
         look.changed.connect(self._restyle)
+
+    def _add_menus(self) -> None:
+        """Give tree and order their menus."""
+        show = QAction("Show or hide in the charts", self.tree)
+        show.triggered.connect(self._toggle_current)
+        self.tree.currentItemChanged.connect(
+            lambda leaf, _: show.setEnabled(leaf is not None and leaf.parent() is not None)
+        )
+        show.setEnabled(False)
+        self.tree.addActions([show, *table_actions(self.tree, self._channel_table)])
+        self.tree.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+        order = self.order
+        menu = TableMenu(order, table=lambda: [("Charts",), *((text,) for text in self._order())])
+        menu.add_command("Move up", lambda: self._move(order.currentRow(), -1))
+        menu.add_command("Move down", lambda: self._move(order.currentRow(), 1))
+        menu.add_command("Remove", lambda: self._remove(order.currentRow()))
+
+    def _order(self) -> list[str]:
+        return [self.order.item(row).text() for row in range(self.order.count())]
+
+    def _channel_table(self) -> list[tuple[str, ...]]:
+        specs = [channel(leaf.data(0, _ID)) for leaf in self._leaves()]
+        return [
+            ("Group", "Symbol", "Channel", "In the charts"),
+            *(
+                (one.group, symbol_text(one.symbol), one.title,
+                 "yes" if one.id in self._charts.channels else "no")
+                for one in specs
+            ),
+        ]  # fmt: skip
+
+    def _toggle_current(self) -> None:
+        name = self.tree.currentItem().data(0, _ID)
+        self._set(toggled(self._charts, name, name not in self._charts.channels))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Put tree and order side by side where the panel is wide and low."""
@@ -256,7 +292,7 @@ class ChannelPanel(QWidget):
     def _fill_order(self) -> None:
         order = rows(self._charts)
         texts = [row_text(row) for row in order]
-        if [self.order.item(row).text() for row in range(self.order.count())] != texts:
+        if self._order() != texts:
             kept = self.order.currentRow()
             self.order.clear()
             self.order.addItems(texts)

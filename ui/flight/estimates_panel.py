@@ -18,11 +18,8 @@ from PySide6.QtCore import (
 )
 from PySide6.QtGui import (
     QColor,
-    QContextMenuEvent,
     QFontMetricsF,
-    QGuiApplication,
     QKeyEvent,
-    QKeySequence,
     QPainter,
     QPaintEvent,
     QPen,
@@ -31,7 +28,6 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QListView,
-    QMenu,
     QStackedLayout,
     QStyle,
     QStyledItemDelegate,
@@ -43,6 +39,7 @@ from PySide6.QtWidgets import (
 from gsapp.quantities import trace_color
 from ui.look import Look
 from ui.pages import label
+from ui.table_menu import TableMenu
 from ui.words import DASH, number_text, symbol_text
 
 if TYPE_CHECKING:
@@ -272,6 +269,10 @@ def _runs(good: np.ndarray) -> list[slice]:
     return [slice(int(one), int(other)) for one, other in edges.reshape(-1, 2)]
 
 
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.4g}"
+
+
 class EstimatesList(QListView):
     """The rows; Enter goes to the last maneuver that gave the derivative.
 
@@ -288,48 +289,40 @@ class EstimatesList(QListView):
         self.rows = EstimatesModel()
         self._look = look
         self.setModel(self.rows)
+        self.menu = TableMenu(self, table=self._table)
+        self.menu.add_command("Go to the last maneuver", self._open)
         self.setItemDelegate(EstimateDelegate(look))
         self.setAccessibleName("Derivatives")
         self.setUniformItemSizes(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.doubleClicked.connect(lambda index: self.opened.emit(self.rows.rows[index.row()].name))
+        self.doubleClicked.connect(self._open)
         look.changed.connect(self._restyle)
 
     def _restyle(self) -> None:
         self.rows.layoutChanged.emit()
 
-    def copy_row(self) -> None:
-        """Put the current derivative on the clipboard, as a sentence."""
-        if self.currentIndex().isValid():
-            QGuiApplication.clipboard().setText(
-                spoken_row(self.rows.rows[self.currentIndex().row()])
+    def _table(self) -> list[tuple[str, ...]]:
+        """Return value and standard error of each derivative by FTR and by ML, per radian."""
+        rows = [
+            (
+                row.name, *map(_number, (row.value, row.std)),
+                *map(_number, (None, None) if row.mean is None else (row.mean.mean, row.mean.std)),
+                _number(row.known), row.why,
             )
+            for row in self.rows.rows
+        ]  # fmt: skip
+        return [("Derivative", "FTR", "FTR std", "ML", "ML std", "Prior", "Remark"), *rows]
 
-    def copy_table(self) -> None:
-        """Put all derivatives on the clipboard, one a line."""
-        QGuiApplication.clipboard().setText("\n".join(map(spoken_row, self.rows.rows)))
-
-    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Offer to copy, and to go to the maneuver."""
-        menu = QMenu(self)
-        index = self.currentIndex()
-        if index.isValid():
-            name = self.rows.rows[index.row()].name
-            menu.addAction("Go to the last maneuver", lambda: self.opened.emit(name))
-            menu.addAction("Copy value", self.copy_row)
-        menu.addAction("Copy table", self.copy_table)
-        menu.exec(event.globalPos())
-        menu.deleteLater()
+    def _open(self) -> None:
+        if self.currentIndex().isValid():
+            self.opened.emit(self.rows.rows[self.currentIndex().row()].name)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Open with Enter, copy with Ctrl+C."""
-        index = self.currentIndex()
-        if event.matches(QKeySequence.StandardKey.Copy):
-            self.copy_row()
-        elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and index.isValid():
-            self.opened.emit(self.rows.rows[index.row()].name)
+        """Open with Enter."""
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self._open()
         else:
             super().keyPressEvent(event)
 

@@ -13,6 +13,8 @@ from ui.layouts import FlowLayout
 from ui.look import Look
 from ui.pages import label
 
+_NO_MARK = "Choose a mark first"
+
 
 class ListPanel(QWidget):
     """A table with a sentence in its place while it is empty, and a row of buttons below.
@@ -48,16 +50,36 @@ class ListPanel(QWidget):
         column.addWidget(foot)
         self._foot_widget = foot
         foot.hide()
+        self._of_row: list[tuple[QPushButton, str, str]] = []
+        view.selectionModel().currentChanged.connect(lambda *_: self._enable())
+        view.model().modelReset.connect(self._enable)
 
-    def add_button(self, words: str, name: str) -> QPushButton:
-        """Add a button below the table."""
+    def add_button(self, words: str, name: str, why: str = "") -> QPushButton:
+        """Add a button below the table, also to the menu of its rows.
+
+        Parameters
+        ----------
+        words, name : str
+            On it, and what it does as a tool tip.
+        why : str
+            Why it is gray while no row is chosen; empty for a button that is about all rows.
+        """
         button = QPushButton(words)
         button.setAccessibleName(name)
         button.setToolTip(name)
         self._foot.addWidget(button)
         self._foot_widget.show()
-        self.view.further.append((words, button.click))
+        self.view.menu.add_command(words, button.click, button)
+        if why:
+            self._of_row.append((button, name, why))
+            self._enable()
         return button
+
+    def _enable(self) -> None:
+        chosen = self.view.current_key() is not None
+        for button, name, why in self._of_row:
+            button.setEnabled(chosen)
+            button.setToolTip(name if chosen else why)
 
     def show_lines(self, lines: Sequence[Line]) -> None:
         """Show the lines, or the sentence if there are none."""
@@ -133,12 +155,12 @@ class MarksPanel(ListPanel):
         model.edited.connect(self.edited)
         view.opened.connect(self.jumped)
         view.itemDelegate().closeEditor.connect(lambda *_: self.edit_ended.emit())
-        go = self.add_button("Go to", "Go to the chosen mark (Enter)")
+        go = self.add_button("Go to", "Go to the chosen mark (Enter)", _NO_MARK)
         go.clicked.connect(lambda: self._with_current(self.jumped.emit))
-        edit = self.add_button("Edit text", "Edit the text of the chosen mark")
+        edit = self.add_button("Edit text", "Edit the text of the chosen mark", _NO_MARK)
         edit.clicked.connect(lambda: self._with_current(self.begin_edit))
         tip = f"Delete the chosen mark (Delete); {key_text('Ctrl+Z')} brings it back"
-        delete = self.add_button("Delete", tip)
+        delete = self.add_button("Delete", tip, _NO_MARK)
         delete.clicked.connect(lambda: self._with_current(self.deleted.emit))
         view.deleted.connect(self.deleted)
 
@@ -175,7 +197,7 @@ class AlarmsPanel(ListPanel):
         view.opened.connect(self.jumped)
         button = self.add_button("Acknowledge (K)", "Acknowledge the alarms (K)")
         button.clicked.connect(self.acknowledged)
-        go = self.add_button("Go to", "Go to the chosen alarm (Enter)")
+        go = self.add_button("Go to", "Go to the chosen alarm (Enter)", "Choose an alarm first")
         go.clicked.connect(self._go)
 
     def _go(self) -> None:
@@ -194,4 +216,4 @@ class MessagesPanel(ListPanel):
         view = LinesView(model, look, "Messages of the aircraft", stretch=1, widths={0: LATE})
         super().__init__(view, look, "The aircraft has sent no messages.")
         view.opened.connect(self.jumped)
-        view.further.append(("Go to", lambda: self.jumped.emit(view.current_key())))
+        view.menu.add_command("Go to", lambda: self.jumped.emit(view.current_key()))

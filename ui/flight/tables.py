@@ -15,12 +15,9 @@ from PySide6.QtCore import (
 )
 from PySide6.QtGui import (
     QColor,
-    QContextMenuEvent,
     QFocusEvent,
     QFontMetrics,
-    QGuiApplication,
     QKeyEvent,
-    QKeySequence,
     QResizeEvent,
     QShowEvent,
 )
@@ -29,7 +26,6 @@ from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
     QLineEdit,
-    QMenu,
     QStyledItemDelegate,
     QStyleOptionViewItem,
     QTableView,
@@ -38,6 +34,7 @@ from PySide6.QtWidgets import (
 
 from ui.glyphs import State
 from ui.look import Look
+from ui.table_menu import TableMenu
 
 Index = QModelIndex | QPersistentModelIndex
 
@@ -258,8 +255,8 @@ class LinesView(QTableView):
         Key of the line the user pressed Enter on.
     deleted : Signal(object)
         Key of the line the user pressed Delete on.
-    further : list of (str, callable)
-        What the menu of a line offers beside copying.
+    menu : TableMenu
+        Under the right button.
     """
 
     opened = Signal(object)
@@ -279,11 +276,11 @@ class LinesView(QTableView):
     ) -> None:
         super().__init__()
         self.lines = model
-        self.further: list[tuple[str, Callable[[], object]]] = []
         self._stretch, self._least = stretch, least
         self._look = look
         self._widths = widths
         self.setModel(model)
+        self.menu = TableMenu(self)
         self.setItemDelegate(TypedText(self))
         self.setAccessibleName(name)
         self.setShowGrid(False)
@@ -403,59 +400,8 @@ class LinesView(QTableView):
         if index.isValid() and not self.selectionModel().hasSelection():
             self.selectRow(index.row())
 
-    # Copying
-
-    def copy_cell(self) -> None:
-        """Put the text of the current cell on the clipboard."""
-        index = self.currentIndex()
-        if index.isValid():
-            QGuiApplication.clipboard().setText(self.lines.lines[index.row()].cells[index.column()])
-
-    def copy_rows(self) -> None:
-        """Put the selected rows on the clipboard, columns apart by tabs."""
-        chosen = sorted({index.row() for index in self.selectionModel().selectedRows()})
-        if not chosen and self.currentIndex().isValid():
-            chosen = [self.currentIndex().row()]
-        self._copy([self.lines.lines[row] for row in chosen])
-
-    def copy_table(self) -> None:
-        """Put the whole table with its titles on the clipboard."""
-        self._copy(self.lines.lines, titled=True)
-
-    def _copy(self, lines: Sequence[Line], *, titled: bool = False) -> None:
-        shown = [
-            column for column in range(self.lines.columnCount()) if not self.isColumnHidden(column)
-        ]
-        rows = [line.cells for line in lines]
-        if titled:
-            rows.insert(0, self.lines.titles)
-        # A cell of two lines stays one cell where it is pasted.
-        texts = ["\t".join(row[column].replace("\n", " ") for column in shown) for row in rows]
-        QGuiApplication.clipboard().setText("\n".join(texts))
-
-    def context_menu(self) -> QMenu:
-        """Return the menu of the line that was pressed."""
-        menu = QMenu(self)
-        if self.currentIndex().isValid():
-            for words, act in self.further:
-                menu.addAction(words, act)
-            menu.addSeparator()
-            menu.addAction("Copy value", self.copy_cell)
-            menu.addAction("Copy row", self.copy_rows)
-        menu.addAction("Copy table", self.copy_table)
-        return menu
-
-    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Show the menu."""
-        menu = self.context_menu()
-        menu.exec(event.globalPos())
-        menu.deleteLater()
-
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Jump with Enter, delete with Delete, copy with Ctrl+C."""
-        if event.matches(QKeySequence.StandardKey.Copy):
-            self.copy_rows()
-            return
+        """Jump with Enter, delete with Delete."""
         key = self.current_key()
         acts: dict[int, Callable[[object], None]] = {
             int(Qt.Key.Key_Return): self.opened.emit,

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QBuffer, QMarginsF, QSizeF
 from PySide6.QtGui import QAction, QGuiApplication, QPageSize, QPdfWriter
 from PySide6.QtSvg import QSvgGenerator
-from PySide6.QtWidgets import QMessageBox
 
-from gsapp.foundation import write_atomically
-from ui.dialogs.saving import file_to_write
+from ui.dialogs.saving import save_file
+from ui.table_menu import separated
 from ui.words import file_name
 
 if TYPE_CHECKING:
@@ -58,34 +55,17 @@ class ChartFiles:
 
     def _numbers(self, between: str) -> str:
         columns, rows = self._chart.table
-        lines = io.StringIO()
-        writer = csv.writer(lines, delimiter=between, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(rows)
-        return lines.getvalue()
+        return separated([columns, *rows], between)
 
     def ask(self) -> None:
         """Ask for a file and save the chart there."""
         start = Path.home() / f"{file_name(self._chart.title.text()) or 'chart'}.png"
-        path = file_to_write(self._chart, "Save the chart", start, _KINDS)
-        if path is None:
-            return
-        try:
-            self.save(path)
-        except OSError as error:
-            QMessageBox.warning(self._chart, "Save the chart", f"Not saved: {error}")
+        save_file(self._chart, "Save the chart", start, _KINDS, self.content)
 
-    def save(self, path: Path) -> None:
-        """Save the chart, or its numbers, by the ending of the name.
-
-        Raises
-        ------
-        OSError
-            If the disk refuses.
-        """
+    def content(self, path: Path) -> bytes:
+        """Return the chart, or its numbers, as a file by the ending of its name."""
         ending = path.suffix.casefold()
-        content = self._numbers(",").encode() if ending == ".csv" else self._picture(ending)
-        write_atomically(path, content)
+        return self._numbers(",").encode() if ending == ".csv" else self._picture(ending)
 
     def _picture(self, ending: str) -> bytes:
         """Return the chart as it looks, as SVG or PDF (vectors), else as PNG."""

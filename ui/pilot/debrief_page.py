@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Final
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QKeyEvent, QResizeEvent
+from PySide6.QtGui import QAction, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QScrollArea, QVBoxLayout, QWidget
 
 from gsapp.excitation.debrief import Debrief
@@ -40,6 +40,8 @@ class DebriefPage(QWidget):
     ----------
     look : Look
         Colors, sizes, units.
+    commands : sequence of QAction
+        What the menu of the list offers for a maneuver.
 
     Attributes
     ----------
@@ -49,7 +51,7 @@ class DebriefPage(QWidget):
 
     changed = Signal()
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: Look, commands: Sequence[QAction] = ()) -> None:
         super().__init__()
         self.setObjectName("page")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
@@ -64,7 +66,7 @@ class DebriefPage(QWidget):
         self._row = QHBoxLayout()
         outer.addLayout(self._row, 1)
         self._outer = outer
-        self.list = BigList(look, "Maneuvers")
+        self.list = BigList(look, "Maneuvers", commands)
         self.list.chosen.connect(lambda _key: self._show_maneuver())
         self.list.pressed_key.connect(lambda _key: self.read())
         self._row.addWidget(self.list, 2)

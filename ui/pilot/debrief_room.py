@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
 from gsapp.foundation import GroundStationError
@@ -36,6 +38,8 @@ class DebriefRoom(QObject):
         The open flight.
     cues : FlightCues
         Its cues.
+    commands : sequence of QAction
+        What the menu of the list of maneuvers offers.
 
     Attributes
     ----------
@@ -55,6 +59,7 @@ class DebriefRoom(QObject):
         faults: FaultDesk,
         desk: Desk,
         cues: FlightCues,
+        commands: Sequence[QAction],
     ) -> None:
         super().__init__(place)
         self._look = look
@@ -62,6 +67,7 @@ class DebriefRoom(QObject):
         self._faults = faults
         self._desk = desk
         self._cues = cues
+        self._commands = tuple(commands)
         self.page: DebriefPage | None = None
         self._events: int | None = None
 
@@ -70,7 +76,7 @@ class DebriefRoom(QObject):
         if self.page is None:
             from ui.pilot.debrief_page import DebriefPage
 
-            self.page = DebriefPage(self._look)
+            self.page = DebriefPage(self._look, self._commands)
         return self.page
 
     def refresh(self, events: int | None = None) -> None:

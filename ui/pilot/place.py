@@ -90,7 +90,10 @@ class PilotPlace(QWidget):
         self.speech = FlightSpeech(voice)
         self.training = Training(desk)
         self.own_window = OwnWindow(self, actions, self._page_handlers, look, store)
-        self.debrief = DebriefRoom(self, look, store, faults, desk, self.cues)
+        self.debrief = DebriefRoom(
+            self, look, store, faults, desk, self.cues,
+            [actions["pilot_charts"], actions["pilot_keep"]],
+        )  # fmt: skip
         self._looked = 0.0
         self._was_opened = False
         self._units = look.units

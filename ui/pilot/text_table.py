@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction, QGuiApplication
 from PySide6.QtWidgets import QGridLayout, QVBoxLayout, QWidget
 
 from gsapp.quantities import in_units
 from ui.look import Look
 from ui.pages import label
+from ui.table_menu import table_actions
 
 
 class TextTable(QWidget):
@@ -41,15 +41,8 @@ class TextTable(QWidget):
         column.addWidget(self.none)
         self._holder = QWidget()
         column.addWidget(self._holder)
-        copying = QAction("Copy table", self)
-        copying.triggered.connect(self.copy)
-        self.addAction(copying)
+        self.addActions(table_actions(self, lambda: (self._heads, *(self._rows or ()))))
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
-
-    def copy(self) -> None:
-        """Put the table on the clipboard, for a spreadsheet."""
-        rows = (self._heads, *(self._rows or ()))
-        QGuiApplication.clipboard().setText("\n".join("\t".join(row) for row in rows))
 
     def show_rows(self, rows: Sequence[Sequence[str]], none: str) -> None:
         """Show other rows, or say why there are none."""

@@ -15,7 +15,7 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QFont, QFontMetrics, QKeyEvent, QPainter, QPen, QResizeEvent
+from PySide6.QtGui import QAction, QFont, QFontMetrics, QKeyEvent, QPainter, QPen, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QListView,
@@ -27,6 +27,7 @@ from PySide6.QtWidgets import (
 from gsapp.quantities import in_units
 from ui.glyphs import State, paint_state
 from ui.look import Look
+from ui.table_menu import TableMenu
 
 Index = QModelIndex | QPersistentModelIndex
 
@@ -178,6 +179,15 @@ class _Drawn(QStyledItemDelegate):
 class BigList(QListView):
     """The list; keys act on the line that the keyboard is on.
 
+    Parameters
+    ----------
+    look : Look
+        Colors and sizes.
+    name : str
+        For those who hear it.
+    commands : sequence of QAction
+        What the menu offers for the line under the mouse.
+
     Attributes
     ----------
     pressed_key : Signal(str)
@@ -195,11 +205,12 @@ class BigList(QListView):
     moved = Signal(int)
     deleted = Signal()
 
-    def __init__(self, look: Look, name: str) -> None:
+    def __init__(self, look: Look, name: str, commands: Sequence[QAction] = ()) -> None:
         super().__init__()
         self._look = look
         self.listed = _Lines()
         self.setModel(self.listed)
+        self.menu = TableMenu(self, commands, self._table)
         self.setItemDelegate(_Drawn(look, self))
         self.setAccessibleName(name)
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
@@ -215,6 +226,11 @@ class BigList(QListView):
     def _restyle(self) -> None:
         self.show_lines(self._given)
         self.scheduleDelayedItemsLayout()
+
+    def _table(self) -> list[tuple[str, ...]]:
+        lines = self.listed.lines
+        rows = [(one.words, one.more, one.state_words, one.note) for one in lines]
+        return [("Line", "Details", "State", "Note"), *rows]
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Wrap anew at another width."""

@@ -135,7 +135,9 @@ class ChecklistPage(StepPage):
         self._column.addWidget(self.red)
         self.said = Sentence()
         self._column.addWidget(self.said)
-        self.list = BigList(look, "Checklist")
+        self.list = BigList(
+            look, "Checklist", [actions["checklist_tick"], actions["checklist_edit"]]
+        )
         self.list.pressed_key.connect(self._tick)
         self._column.addWidget(self.list, 1)
         self._watcher = QFileSystemWatcher(self)
