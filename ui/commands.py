@@ -521,7 +521,8 @@ COMMANDS: tuple[Command, ...] = (
     _command("Help", "guide", "User guide", "Ctrl+F1"),
     _command("Help", "keys", "All keys", "?", "Shift+F1"),
     _command("Help", "copy_details", "Copy the details of the last error", "Ctrl+Shift+C"),
-    _command("Help", "dismiss", "Close the newest banner", "Ctrl+D"),
+    _command("Help", "messages", "Messages…", "Ctrl+Shift+D"),
+    _command("Help", "dismiss", "Close message", "Ctrl+D"),
     _command("Help", "about", "About", rule=True),
 )
 """All commands, in the order of the menus."""

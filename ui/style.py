@@ -152,6 +152,8 @@ QSplitter::handle:vertical {{ height: 1px; }}
 QProgressBar {{ background: {chosen}; border: 0; border-radius: {p4}px; }}
 QProgressBar::chunk {{ background: {text}; border-radius: {p4}px; }}
 
+QWidget#messages {{ border-top: 1px solid {line}; }}
+QWidget#messages QPushButton {{ padding: 1px {p8}px; min-height: {p16}px; }}
 QFrame#banner {{ background: {panel}; border: 1px solid {muted}; border-radius: {p4}px; }}
 QFrame#banner[level="caution"] {{ background: {caution_band}; }}
 QFrame#banner[level="warning"] {{ background: {warning_band}; }}

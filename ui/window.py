@@ -27,6 +27,7 @@ from ui.dialogs.about import AboutDialog, about_lines
 from ui.dialogs.guide import GuideWindow, guide_folder
 from ui.dialogs.keys import KeysDialog
 from ui.dialogs.link import LinkDialog
+from ui.dialogs.messages import MessagesDialog
 from ui.dialogs.small import ask_closing
 from ui.faults import Fault, FaultDesk
 from ui.flight.controls import ActionButton
@@ -155,9 +156,9 @@ class MainWindow(QMainWindow):
         column.setSpacing(0)
         column.addWidget(self.bar)
         column.addWidget(self.places, 1)
+        column.addWidget(self.banners)
         row.addLayout(column, 1)
         self.setCentralWidget(body)
-        self.banners.float_over(self.places)
         self.setMinimumSize(640, 400)
 
     def _bind(self) -> None:
@@ -176,6 +177,7 @@ class MainWindow(QMainWindow):
         start.flight_chosen.connect(lambda path: self.opening.open_path(Path(path)))
         start.flight_removed.connect(self._forget_flight)
         self.bar.pressed.connect(self._bar_pressed)
+        self.banners.listed.connect(actions["messages"].trigger)
         self.faults.raised.connect(self._show_fault)
         self.look.changed.connect(self._fit)
         self.appearance.announce(commands, self.banners)
@@ -213,6 +215,7 @@ class MainWindow(QMainWindow):
             "copy_details": self.copy_details,
             "undo": self.undo,
             "dismiss": self.banners.dismiss,
+            "messages": self.show_messages,
             "about": lambda: AboutDialog(self.look, about_lines(self.store), self).exec(),
             "guide": self.show_guide,
             "quit": self.close,
@@ -303,6 +306,12 @@ class MainWindow(QMainWindow):
             self.banners.show_banner("caution", "The user guide is not installed.")
             return
         GuideWindow(self.look, folder, self).show()
+
+    def show_messages(self) -> None:
+        """Open the list of messages in a window of its own."""
+        for former in self.findChildren(MessagesDialog):
+            former.close()
+        MessagesDialog(self.look, self.banners, self).show()
 
     # What happens
 
@@ -397,6 +406,7 @@ class MainWindow(QMainWindow):
     def _fit(self) -> None:
         self.rail.fit(self.width())
         self.bar.fit(self.height())
+        self.banners.fit(self.height())
 
     def end(self) -> None:
         """Close without a question, dialogs included; what is recorded goes on.

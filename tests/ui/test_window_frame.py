@@ -60,6 +60,7 @@ from ui.dialogs.connect import ConnectChoices, ConnectDialog
 from ui.dialogs.flights import FLIGHTS, LOGS
 from ui.dialogs.keys import KeysDialog
 from ui.dialogs.limits import LimitsDialog, judge
+from ui.dialogs.messages import MessagesDialog
 from ui.dialogs.small import RangeDialog, ask_closing
 from ui.dialogs.virtual import VirtualChoices, VirtualDialog
 from ui.faults import FaultDesk
@@ -1291,20 +1292,49 @@ def test_the_log_of_alarms_is_whole_sorted_copied_and_leads_into_the_replay(
     assert flight.desk.time == pytest.approx(max(onsets))
 
 
-def test_a_banner_moves_nothing_and_covers_no_button_of_the_charts(
-    flight: MainWindow, qtbot: QtBot
+@pytest.mark.parametrize("scale", [100, 200])
+def test_a_message_moves_nothing_and_covers_nothing(
+    flight: MainWindow, qtbot: QtBot, scale: int
 ) -> None:
-    controls = flight.view.controls
-    before = [in_window(part, flight) for part in (flight.places, controls, flight.view.charts)]
+    flight.look.set_scale(scale)
+    QApplication.processEvents()
+    before = [in_window(part, flight) for part in (flight.places, flight.view.charts)]
     banner = flight.banners.show_banner("caution", "The disk is nearly full. " * 12)
     until(qtbot, banner.isVisible)
     QApplication.processEvents()
-    after = [in_window(part, flight) for part in (flight.places, controls, flight.view.charts)]
-    assert after == before
-    place = in_window(flight.banners, flight)
-    assert in_window(flight.places, flight).contains(place)
-    assert not place.intersects(in_window(controls, flight))
-    assert banner.label.height() >= banner.label.heightForWidth(banner.label.width())
+    assert [in_window(part, flight) for part in (flight.places, flight.view.charts)] == before
+    assert not in_window(flight.banners, flight).intersects(before[0])
+    assert flight.rect().contains(in_window(flight.banners, flight))
+    # What does not fit the line is in the list.
+    qtbot.mouseClick(banner.label, Qt.MouseButton.LeftButton)
+    (listed,) = flight.findChildren(MessagesDialog)
+    assert listed.view.lines.lines[0].cells[2] == banner.label.text()
+    listed.close()
+
+
+def test_closed_messages_are_listed_and_shown_again(window: MainWindow, qtbot: QtBot) -> None:
+    copied: list[str] = []
+    banners = window.banners
+    banners.show_banner("warning", "Failed once.", ("Copy details", lambda: copied.append("x")))
+    withdrawn = banners.show_banner("note", "A recorder runs.", ("Attach", copied.clear))
+    qtbot.mouseClick(banners.next, Qt.MouseButton.LeftButton)
+    assert [one.isVisible() for one in banners.banners] == [False, True]
+    window.commands.actions["dismiss"].trigger()
+    banners.remove(withdrawn)
+    assert banners.texts() == ()
+    window.commands.actions["messages"].trigger()
+    (listed,) = window.findChildren(MessagesDialog)
+    assert [line.cells[1:] for line in listed.view.lines.lines] == [
+        ("Note", "A recorder runs."), ("Failed", "Failed once."),
+    ]  # fmt: skip
+    for row in (1, 1):
+        listed.view.selectRow(row)
+        qtbot.mouseClick(listed.again, Qt.MouseButton.LeftButton)
+    # An offer that was withdrawn is not made again.
+    assert [[it.text() for it in one.buttons] for one in banners.banners] == [[], ["Copy details"]]
+    banners.banners[1].buttons[0].click()
+    assert copied == ["x"]
+    listed.close()
 
 
 @pytest.mark.parametrize("scale", [100, 150])

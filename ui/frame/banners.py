@@ -1,12 +1,14 @@
-"""Banners: sentences across the top of the window that stay until they are closed or done."""
+"""The line of messages below the page: the newest is in sight, all of them are in a list."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
 from typing import Literal
 
-from PySide6.QtCore import QEvent, QObject, QRectF, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QPainter, QPaintEvent
+from PySide6.QtCore import QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QMouseEvent, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
@@ -14,26 +16,52 @@ from PySide6.QtWidgets import (
     QProgressBar,
     QPushButton,
     QSizePolicy,
-    QVBoxLayout,
+    QStackedLayout,
     QWidget,
 )
 
 from gsapp.quantities import in_units
 from ui.glyphs import State, paint_state
 from ui.look import Look
-from ui.pages import label
+from ui.pages import RemarkLabel
 
 Level = Literal["note", "caution", "warning", "work"]
+Choice = tuple[str, Callable[[], object]]
 _STATES: dict[Level, State] = {
     "note": "plain",
     "caution": "caution",
     "warning": "warning",
     "work": "plain",
 }
-_MOST = 3  # at a time; older ones stand in the log
-_WIDTH, _SIDE, _ABOVE = 720, 16, 72
-"""Points: of a banner at most, free beside it, and free below it for the buttons of the page."""
-_WORDS: dict[Level, str] = {"note": "Note", "caution": "Caution", "warning": "Failed", "work": ""}
+_MOST = 3  # open at a time; older ones stand in the list
+_HIGH, _FLAT = 34, 26
+"""Points of height, reserved whether there is a message or not: nothing moves or is covered."""
+_LOW = 440
+"""Points of height of a window below which the line is flat."""
+_KEPT = 200
+"""Messages in the list."""
+LEVELS: dict[Level, str] = {"note": "Note", "caution": "Caution", "warning": "Failed", "work": ""}
+
+
+@dataclass(slots=True, kw_only=True, eq=False)
+class Message:
+    """A message of this session, for the list.
+
+    Attributes
+    ----------
+    time : datetime
+        When it came, local time.
+    level : str
+        As of its banner.
+    text : str
+    choices : tuple of (str, callable)
+        What it offers; empty once that is out of date.
+    """
+
+    time: datetime
+    level: Level
+    text: str
+    choices: tuple[Choice, ...]
 
 
 class _Sign(QWidget):
@@ -50,6 +78,56 @@ class _Sign(QWidget):
             painter, _STATES[self._level], QRectF(self.rect()).adjusted(2, 2, -2, -2), color
         )
         painter.end()
+
+
+class _Sentence(RemarkLabel):
+    """A sentence in one line, cut with an ellipsis; the tool tip has it whole."""
+
+    pressed = Signal()
+
+    def __init__(self, look: Look, text: str) -> None:
+        super().__init__(look, text)
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+
+    @property
+    def is_cut(self) -> bool:
+        return self.fontMetrics().horizontalAdvance(self._line) > self.width()
+
+    @property
+    def _line(self) -> str:
+        return " ".join(self.text().split())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.setToolTip(self.text() if self.is_cut else "")
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        elide = Qt.TextElideMode.ElideRight
+        text = self.fontMetrics().elidedText(self._line, elide, self.width())
+        self.style().drawItemText(
+            painter, self.rect(), Qt.AlignmentFlag.AlignVCenter, self.palette(), True, text,
+            self.foregroundRole(),
+        )  # fmt: skip
+        painter.end()
+
+    def mousePressEvent(self, _event: QMouseEvent) -> None:
+        if self.is_cut:
+            self.pressed.emit()
+
+
+def _button(
+    row: QHBoxLayout, words: str, act: Callable[[], object], *, quiet: bool = False
+) -> QPushButton:
+    button = QPushButton(words)
+    button.setAccessibleName(words)
+    if quiet:
+        button.setProperty("role", "quiet")
+    # As high as the line.
+    button.setSizePolicy(QSizePolicy.Policy.Minimum, QSizePolicy.Policy.Expanding)
+    button.clicked.connect(lambda _checked=False: act())
+    row.addWidget(button)
+    return button
 
 
 class Banner(QFrame):
@@ -70,35 +148,37 @@ class Banner(QFrame):
     ----------
     closed : Signal
         The banner was closed.
+    unfolded : Signal
+        A sentence too long for the line was pressed.
     """
 
     closed = Signal()
+    unfolded = Signal()
 
     def __init__(
         self,
         level: Level,
         text: str,
         look: Look,
-        choices: tuple[tuple[str, Callable[[], object]], ...] = (),
+        choices: tuple[Choice, ...] = (),
     ) -> None:
         super().__init__()
         self.level = level
         self.setObjectName("banner")
         self.setProperty("level", level)
         row = QHBoxLayout(self)
-        row.setContentsMargins(look.px(16), look.px(4), look.px(8), look.px(4))
+        row.setContentsMargins(look.px(8), 0, 0, 0)
         row.setSpacing(look.px(8))
         if _STATES[level] != "plain":
             row.addWidget(_Sign(level, look))
-        if _WORDS[level]:
-            word = QLabel(_WORDS[level])
+        if LEVELS[level]:
+            word = QLabel(LEVELS[level])
             word.setProperty("role", "strong")
             row.addWidget(word)
-        self.label = label(text, wrap=True, remarks_in=look)
+        self.label = _Sentence(look, text)
+        self.label.pressed.connect(self.unfolded)
         look.changed.connect(self._name)
         self._name()
-        self.label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.label.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         row.addWidget(self.label, 1)
         self.meter: QProgressBar | None = None
         if level == "work":
@@ -110,17 +190,11 @@ class Banner(QFrame):
             row.addWidget(self.meter)
         self.buttons: list[QPushButton] = []
         for words, act in choices:
-            button = QPushButton(words)
-            button.setAccessibleName(words)
-            button.clicked.connect(lambda _checked=False, run=act: self._choose(run))
-            row.addWidget(button)
+            button = _button(row, words, lambda run=act: self._choose(run))
             self.buttons.append(button)
         if level != "work":
-            close = QPushButton("Close")
-            close.setProperty("role", "quiet")
-            close.setAccessibleName("Close this banner")
-            close.clicked.connect(self.close_banner)
-            row.addWidget(close)
+            close = _button(row, "Close", self.close_banner, quiet=True)
+            close.setAccessibleName("Close this message")
 
     def _choose(self, act: Callable[[], object]) -> None:
         if self.level != "work":
@@ -129,7 +203,7 @@ class Banner(QFrame):
 
     def _name(self) -> None:
         """Let the sentence be heard as it is read."""
-        text, word = self.label.text(), _WORDS[self.level]
+        text, word = self.label.text(), LEVELS[self.level]
         self.setAccessibleName(f"{word}: {text}" if word else text)
 
     def say(self, text: str) -> None:
@@ -153,10 +227,10 @@ class Banner(QFrame):
 
 
 class BannerStack(QWidget):
-    """The banners on screen, newest on top; equal sentences are shown once.
+    """The messages that are open, the newest in sight; equal sentences are shown once.
 
-    They float over the lower left of the page, so that nothing moves under the pointer, and clear
-    of the buttons along its lower edge.
+    They have a line of their own below the page, so that nothing moves under the pointer and
+    nothing is covered. What was closed stays in the list.
 
     Parameters
     ----------
@@ -166,92 +240,129 @@ class BannerStack(QWidget):
     Attributes
     ----------
     passing_ms : int
-        Milliseconds after which a note that offers nothing goes by itself.
+        Milliseconds after which a note that offers nothing closes.
+    messages : list of Message
+        All of this session, newest first.
+    changed : Signal
+        A message came, or was closed.
+    listed : Signal
+        The list is wanted.
     """
+
+    changed = Signal()
+    listed = Signal()
 
     def __init__(self, look: Look) -> None:
         super().__init__()
         self._look = look
-        self.passing_ms = 20_000
+        self.passing_ms = 10_000
         self.banners: list[Banner] = []
-        self._column = QVBoxLayout(self)
-        self._column.setContentsMargins(0, 0, 0, 0)
-        self._column.setSpacing(1)
-        self._page: QWidget | None = None
-        self.hide()
+        self.messages: list[Message] = []
+        self._shown: dict[Banner, Message] = {}
+        self._front: Banner | None = None
+        self._is_flat = False
+        self.setObjectName("messages")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setAccessibleName("Messages")
+        self._row = QHBoxLayout(self)
+        self._pile = QStackedLayout()
+        self._pile.addWidget(QWidget())
+        self._row.addLayout(self._pile, 1)
+        self.next = _button(self._row, "", self._show_next, quiet=True)
+        self.list = _button(self._row, "Messages", self.listed.emit, quiet=True)
+        look.changed.connect(self._restyle)
+        self._restyle()
+        self._refresh()
 
-    def float_over(self, page: QWidget) -> None:
-        """Stand over a page from now on, wherever it moves."""
-        self._page = page
-        self.setParent(page.parentWidget())
-        page.installEventFilter(self)
-        self._look.changed.connect(self._place)
+    def _restyle(self) -> None:
+        px = self._look.px
+        self._row.setContentsMargins(px(8), px(1), px(4), px(1))
+        self._row.setSpacing(px(4))
+        self.setFixedHeight(px(_FLAT if self._is_flat else _HIGH))
 
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Follow the page."""
-        if watched is self._page and event.type() in (QEvent.Type.Resize, QEvent.Type.Move):
-            self._place()
-        return False
+    def fit(self, window_height: int) -> None:
+        """Take less height where the window is low for its scale."""
+        is_flat = window_height < self._look.px(_LOW)
+        if is_flat != self._is_flat:
+            self._is_flat = is_flat
+            self._restyle()
 
-    def event(self, event: QEvent) -> bool:
-        """Take the height that the words need."""
-        if event.type() == QEvent.Type.LayoutRequest:
-            self._place()
-        return bool(super().event(event))
+    def _refresh(self) -> None:
+        """Put the message in front on screen, and say how many wait behind it."""
+        if self._front not in self.banners:
+            self._front = self.banners[0] if self.banners else None
+        count = len(self.banners)
+        if self._front is None:
+            self._pile.setCurrentIndex(0)
+        else:
+            self._pile.setCurrentWidget(self._front)
+            self.next.setText(f"{self.banners.index(self._front) + 1} of {count}")
+        self.next.setVisible(count > 1)
+        self.next.setAccessibleName(f"Next of {count} messages")
+        self.next.setToolTip("Next message")
+        self.list.setEnabled(bool(self.messages))
+        self.list.setToolTip("All messages since the start" if self.messages else "No message yet")
+        self.changed.emit()
 
-    def _place(self) -> None:
-        page, look = self._page, self._look
-        if page is None or not self.banners:
-            return
-        width = min(page.width() - 2 * look.px(_SIDE), look.px(_WIDTH))
-        height = max(self._column.totalHeightForWidth(width), self._column.minimumSize().height())
-        bottom = page.y() + page.height() - look.px(_ABOVE)
-        top = max(bottom - height, page.y())
-        self.setGeometry(page.x() + look.px(_SIDE), top, width, height)
-        self.raise_()
+    def _show_next(self) -> None:
+        if self._front is not None:
+            place = self.banners.index(self._front) + 1
+            self._front = self.banners[place % len(self.banners)]
+            self._refresh()
 
-    def show_banner(
-        self,
-        level: Level,
-        text: str,
-        *choices: tuple[str, Callable[[], object]],
-    ) -> Banner:
+    def show_banner(self, level: Level, text: str, *choices: Choice) -> Banner:
         """Show a sentence and return its banner."""
         for banner in list(self.banners):
             shown = in_units(text, self._look.units)
             if banner.label.text() == shown and banner.level == level:
                 self.remove(banner)
         banner = Banner(level, text, self._look, choices)
-        banner.closed.connect(lambda: self.remove(banner))
+        banner.closed.connect(lambda: self._close(banner))
+        banner.unfolded.connect(self.listed)
         if level == "note" and not choices:
-            # Nothing hangs on it, and the charts want their room back.
-            QTimer.singleShot(self.passing_ms, banner, lambda: self.remove(banner))
+            # Nothing hangs on it.
+            QTimer.singleShot(self.passing_ms, banner, banner.close_banner)
+        if level != "work":
+            message = Message(
+                time=datetime.now().astimezone(), level=level, text=text, choices=choices
+            )
+            self._shown[banner] = message
+            self.messages[:] = [message, *self.messages][:_KEPT]
         self.banners.insert(0, banner)
-        self._column.insertWidget(0, banner)
-        passing = [known for known in self.banners if known.level != "work"]
-        for old in passing[_MOST:]:
-            self.remove(old)
-        self._place()
-        self.show()
+        self._pile.addWidget(banner)
+        self._front = banner
+        for old in [known for known in self.banners if known.level != "work"][_MOST:]:
+            self._close(old)
+        self._refresh()
         return banner
 
+    def show_again(self, message: Message) -> None:
+        """Show a message of the list again, with what it offers."""
+        self.messages.remove(message)
+        self.show_banner(message.level, message.text, *message.choices)
+
     def remove(self, banner: Banner) -> None:
-        """Take a banner away; one already gone is let be."""
+        """Withdraw a banner whose matter has ended, with what it offers."""
+        if banner in self._shown:
+            self._shown[banner].choices = ()
+        self._close(banner)
+
+    def _close(self, banner: Banner) -> None:
+        """Close a banner; one already gone is let be."""
         if banner in self.banners:
             self.banners.remove(banner)
-            self._column.removeWidget(banner)
+            self._shown.pop(banner, None)
+            self._pile.removeWidget(banner)
             banner.hide()
             banner.deleteLater()
-        if not self.banners:
-            self.hide()
+            self._refresh()
 
     def dismiss(self) -> None:
-        """Close the newest banner that is not a running work."""
-        for banner in self.banners:
-            if banner.level != "work":
-                self.remove(banner)
-                return
+        """Close the message in sight, or else the newest that is not a running work."""
+        ended = [banner for banner in self.banners if banner.level != "work"]
+        if ended:
+            self._close(self._front if self._front in ended else ended[0])
 
     def texts(self) -> tuple[str, ...]:
-        """Return the sentences on screen, newest first."""
+        """Return the sentences of the open messages, newest first."""
         return tuple(banner.label.text() for banner in self.banners)

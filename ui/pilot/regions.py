@@ -20,7 +20,7 @@ _TITLE: Final = 15
 """Pixels of the letters of titles, at least; times the scale of the window."""
 _LINE: Final = 1.25
 """Room for a line of letters, times their height."""
-_MOST_TITLE: Final = 0.32
+_MOST_TITLE: Final = 0.36
 """Share of its box that a title takes at most."""
 _FIRST_HINT: Final = 0.6
 """Share of their row that the first of two hints takes."""

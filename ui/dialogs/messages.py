@@ -1,0 +1,77 @@
+"""All messages of this session: those that were closed can be read, copied and shown again."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QDialog, QDialogButtonBox, QVBoxLayout, QWidget
+
+from gsapp.quantities import in_units
+from ui.flight.panels import ListPanel
+from ui.flight.tables import Line, LinesModel, LinesView
+from ui.frame.banners import LEVELS, BannerStack, Message
+from ui.glyphs import State
+from ui.look import Look
+
+_STATES: dict[str, State] = {"caution": "caution", "warning": "warning"}
+
+
+class MessagesDialog(QDialog):
+    """The list, newest first. Stays open beside the window.
+
+    Parameters
+    ----------
+    look : Look
+        Colors and sizes.
+    banners : BannerStack
+        Whose messages are listed.
+    """
+
+    def __init__(self, look: Look, banners: BannerStack, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._look, self._banners = look, banners
+        self.setWindowTitle("Messages")
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.resize(look.px(720), look.px(440))
+        column = QVBoxLayout(self)
+        column.setContentsMargins(look.px(16), look.px(16), look.px(16), look.px(16))
+        column.setSpacing(look.px(8))
+        model = LinesModel(look, ("Time", "Kind", "Message"))
+        widths = {0: "00:00:00", 1: max(LEVELS.values(), key=len)}
+        self.view = LinesView(model, look, "Messages", stretch=2, widths=widths)
+        self.panel = ListPanel(self.view, look, "No message yet.")
+        self.again = self.panel.add_button(
+            "Show again", "Show the message again below the page", "Choose a message first"
+        )
+        self.again.clicked.connect(self._show_again)
+        self.view.opened.connect(lambda _key: self._show_again())
+        column.addWidget(self.panel, 1)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        buttons.rejected.connect(self.reject)
+        column.addWidget(buttons)
+        banners.changed.connect(self.refresh)
+        look.changed.connect(self.refresh)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """List what came meanwhile."""
+        self.panel.show_lines(
+            [_line(message, self._look.units) for message in self._banners.messages]
+        )
+
+    def _show_again(self) -> None:
+        message = self.view.current_key()
+        if isinstance(message, Message):
+            self._banners.show_again(message)
+
+
+def _line(message: Message, units: str) -> Line:
+    return Line(
+        key=message,
+        cells=(
+            message.time.strftime("%H:%M:%S"),
+            LEVELS[message.level],
+            in_units(message.text, units),
+        ),
+        state=_STATES.get(message.level, "plain"),
+        colored=frozenset({1}),
+    )
