@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QApplication, QWidget
 
 from ui.choices import connect_choices
@@ -31,7 +31,14 @@ class Appearance(QObject):
         Remembers.
     parent : QWidget, optional
         The window, for the dialog of settings.
+
+    Attributes
+    ----------
+    saved : Signal
+        Settings were saved in the dialog.
     """
+
+    saved = Signal()
 
     def __init__(self, look: Look, store: SettingsStore, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -90,6 +97,7 @@ class Appearance(QObject):
         self._look.set_scale(int(str(values.pop("scale"))))
         self._look.set_units(str(values.pop("units")))
         self._store.change(**values)
+        self.saved.emit()
 
     def apply(self) -> None:
         """Put style sheet and font in force, and remember."""

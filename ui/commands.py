@@ -26,9 +26,12 @@ Need = Literal[
     "gap_effect",
     "gap_future",
     "charts",
+    "marks",
+    "alarms",
     "preflight",
     "preflight_future",
     "checklist",
+    "checklist_ticked",
     "cards",
     "card",
     "pilot",
@@ -151,7 +154,7 @@ _PREFLIGHT_COMMANDS = (
     ),
     _command(
         "Preflight", "checklist_reset", "Begin the checklist anew", "Ctrl+Shift+Backspace",
-        needs="checklist",
+        needs="checklist_ticked",
     ),
     _command(
         "Preflight", "preflight_start", "Start the flight, green or not", "Ctrl+Return",
@@ -442,11 +445,9 @@ COMMANDS: tuple[Command, ...] = (
     _command("Flight", "mark", "Mark this moment", "M", needs="flight", rule=True),
     _command("Flight", "note", "Mark and write a note", "N", needs="flight"),
     _command("Flight", "undo", "Take back the last change", "Ctrl+Z", needs="change"),
-    _command(
-        "Flight", "previous_mark", "Previous mark", "Shift+Left", needs="flight", repeats=True
-    ),
-    _command("Flight", "next_mark", "Next mark", "Shift+Right", needs="flight", repeats=True),
-    _command("Flight", "acknowledge", "Acknowledge the alarms", "K", needs="flight", rule=True),
+    _command("Flight", "previous_mark", "Previous mark", "Shift+Left", needs="marks", repeats=True),
+    _command("Flight", "next_mark", "Next mark", "Shift+Right", needs="marks", repeats=True),
+    _command("Flight", "acknowledge", "Acknowledge the alarms", "K", needs="alarms", rule=True),
     # The second key serves while letters are sticks.
     _command("Flight", "mute", "Sound on or off", "S", "Ctrl+M"),
     _command("Replay", "slower", "Slower", "[", needs="replay"),
@@ -543,6 +544,19 @@ _REASONS: Mapping[str, str] = {
     "preflight_future": "Nothing to redo",
     "review_future": "Nothing to redo",
     "gap_future": "Nothing to redo",
+    "marks": "No marks yet",
+    "alarms": "No alarm to acknowledge",
+    "checklist": "A replay: connect an aircraft to use the checklist",
+    "checklist_ticked": "Nothing is ticked yet",
+    "pilot_verdict": "No verdict on screen",
+    "pilot_flown": "No maneuver yet",
+    "review_flight": "Choose a flight first",
+    "review_maneuver": "Choose a maneuver first",
+    "review_ready": "Add a flight with maneuvers first",
+    "review_figure": "Run an estimate first",
+    "review_results": "Run an estimate first",
+    "review_point": "Choose a point in the figure first",
+    "review_run": "Choose a kept run first",
     "search": "No search is running",
     "review_busy": "No estimate is running",
 }
@@ -552,6 +566,14 @@ _REASONS: Mapping[str, str] = {
 def key_text(keys: str) -> str:
     """Return a shortcut as this system writes it."""
     return QKeySequence(keys).toString(QKeySequence.SequenceFormat.NativeText)
+
+
+def action_hint(action: QAction) -> str:
+    """Return ``Mark this moment (M)`` for the tool tip of a button; of a gray one, why it is so."""
+    if not action.isEnabled():
+        return action.toolTip()
+    keys, text = key_text(action.shortcut().toString()), action.text().rstrip("…")
+    return f"{text} ({keys})" if keys else text
 
 
 class CommandSet:

@@ -175,6 +175,10 @@ class Desk(QObject):
             found.append("replay")
         if self.records_here:
             found.append("recorder")
+        if self.mark_times():
+            found.append("marks")
+        if self.waiting():
+            found.append("alarms")
         return tuple(found)
 
     @property

@@ -181,6 +181,7 @@ class MainWindow(QMainWindow):
         self.faults.raised.connect(self._show_fault)
         self.look.changed.connect(self._fit)
         self.appearance.announce(commands, self.banners)
+        self.appearance.saved.connect(self.pilot.refresh)
         self.desk.changed.connect(self._flight_changed)
         self.desk.leaving.connect(self.view.marks.view.finish_edit)
         self.view.wanted.connect(lambda: self.show_place("flight"))

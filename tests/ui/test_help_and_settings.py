@@ -46,7 +46,10 @@ def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
 def test_settings_are_put_in_force_and_kept(window: MainWindow, tmp_path: Path) -> None:
     def answer(dialog: SettingsDialog) -> None:
         assert dialog.flights.path == tmp_path / "flights"
-        for box, value in ((dialog.theme, "dark"), (dialog.scale, 125), (dialog.units, "SI")):
+        for box, value in (
+            (dialog.theme, "dark"), (dialog.scale, 125), (dialog.units, "SI"),
+            (dialog.speech, "always"),
+        ):  # fmt: skip
             box.setCurrentIndex(box.findData(value))
         dialog.sound.setChecked(True)
         dialog.flights.edit.setText(str(tmp_path / "other"))
@@ -58,6 +61,8 @@ def test_settings_are_put_in_force_and_kept(window: MainWindow, tmp_path: Path) 
     kept = SettingsStore(window.store.path).current
     assert (kept.theme, kept.scale, kept.units, kept.muted) == ("dark", 125, "SI", False)
     assert kept.flights == str(tmp_path / "other")
+    assert kept.flight_speech == "always"
+    assert window.commands.actions["pilot_speak"].isChecked()
     assert window.commands.actions["theme_dark"].isChecked()
 
 
@@ -73,7 +78,8 @@ def test_defaults_come_back_once_saved(window: MainWindow) -> None:
     answer_dialog(SettingsDialog, answer)
     window.commands.actions["settings"].trigger()
     usual, kept = Settings(), window.store.current
-    for name in ("theme", "scale", "units", "muted", "flights", "aircraft", "calibration"):
+    for name in ("theme", "scale", "units", "muted", "flights", "aircraft", "calibration",
+                 "flight_speech"):  # fmt: skip
         assert getattr(kept, name) == getattr(usual, name), name
     assert kept.links == ("udpin:127.0.0.1:14550",)
 

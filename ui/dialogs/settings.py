@@ -13,6 +13,9 @@ from ui.look import SCALES, Look
 from ui.settings import Settings, recording_folder, why_not_writable
 from ui.theme import THEMES, theme_title
 
+_SPEECH = (
+    ("page", "While the pilot's page is in use"), ("always", "Always"), ("never", "Never"),
+)  # fmt: skip
 _UNITS = (("US", "US customary (ft, lb, °F)"), ("SI", "SI (m, kg, °C)"))
 
 
@@ -39,6 +42,8 @@ class SettingsDialog(FormDialog):
         self.add_row("Units", self.units)
         self.sound = QCheckBox("Play alarms and callouts")
         self.add_row("Sound", self.sound)
+        self.speech = self._choice(_SPEECH)
+        self.add_row("Spoken cues", self.speech)
         self.flights = PathField("Flights folder", look)
         self.sentence = Sentence()
         self.add_row("Flights folder", self.flights, self.sentence)
@@ -70,6 +75,7 @@ class SettingsDialog(FormDialog):
             (self.theme, settings.theme),
             (self.scale, settings.scale),
             (self.units, settings.units),
+            (self.speech, settings.flight_speech),
         ):
             box.setCurrentIndex(max(box.findData(value), 0))
         self.sound.setChecked(not settings.muted)
@@ -98,6 +104,7 @@ class SettingsDialog(FormDialog):
             "scale": self.scale.currentData(),
             "units": self.units.currentData(),
             "muted": not self.sound.isChecked(),
+            "flight_speech": self.speech.currentData(),
             "flights": "" if flights == usual else flights,
             "aircraft": self.aircraft.value,
             "channel_map": self.channel_map.value,

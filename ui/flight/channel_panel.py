@@ -217,6 +217,7 @@ class ChannelPanel(QWidget):
         self.layouts.setCurrentIndex(self.layouts.findText(current) if current else -1)
         self.layouts.setPlaceholderText("Own choice")
         self.delete.setEnabled(current in saved)
+        self.delete.setToolTip("" if current in saved else "Only saved layouts can be deleted")
 
     def show_channels(
         self, available: Sequence[str], charts: StripLayout, notes: Mapping[str, str]

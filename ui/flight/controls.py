@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ui.commands import key_text
+from ui.commands import action_hint, key_text
 from ui.glyphs import glyph_icon, paint_state
 from ui.layouts import FlowLayout
 from ui.look import Look
@@ -73,7 +73,7 @@ class ActionButton(QPushButton):
     def _follow(self) -> None:
         keys = key_text(self._action.shortcut().toString())
         text = self._action.text().rstrip("…")
-        self.setToolTip(f"{text} ({keys})" if keys else text)
+        self.setToolTip(action_hint(self._action))
         self.setAccessibleName(f"{text}, {keys}" if keys else text)
         self.setEnabled(self._action.isEnabled())
 

@@ -266,6 +266,10 @@ class SetupPage(CenteredPage):
         self.remove.setEnabled(bool(paths) and self.flights.currentRow() >= 0)
         self.search.setEnabled(bool(paths) and not self._busy)
         self.trial.setEnabled(not self._busy)
+        busy = "A search is running" if self._busy else ""
+        self.remove.setToolTip("" if self.remove.isEnabled() else "Choose a flight first")
+        self.search.setToolTip("" if self.search.isEnabled() else busy or "Add a flight first")
+        self.trial.setToolTip(busy)
         gone = [path.name for path in paths if path_kind(path) == "missing"]
         if gone:
             self.sentence.say(f"{gone[0]} is not there any more; take it out.", "warning")

@@ -63,6 +63,7 @@ def offers(
                 actions[name].shortcuts()[-1 if sticks and name == "mute" else 0].toString()
             ),
             first=name == "pilot_fly_card" and looking,
+            why="" if actions[name].isEnabled() else actions[name].toolTip(),
         )
         for name in shown
     )

@@ -169,7 +169,7 @@ class PilotPlace(QWidget):
             return ()
         found: list[Need] = ["pilot"]
         if self.debriefing:
-            if self.cues.is_open:
+            if self.debrief.page is not None and self.debrief.page.maneuver is not None:
                 found.append("pilot_flown")
             return tuple(found)
         if self.cues.cards is not None:

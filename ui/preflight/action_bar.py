@@ -28,12 +28,15 @@ class Offer:
         That does it; empty for none.
     first : bool
         Whether it is the one thing that is wanted now.
+    why : str
+        Why it cannot be done now; empty if it can.
     """
 
     id: str
     text: str
     key: str = ""
     first: bool = False
+    why: str = ""
 
     @property
     def words(self) -> str:
@@ -102,6 +105,8 @@ class ActionBar(QWidget):
                 continue
             button.setText(offer.words)
             button.setAccessibleName(offer.words)
+            button.setEnabled(not offer.why)
+            button.setToolTip(offer.why)
             role = "primary" if offer.first else ""
             if button.property("role") != role:
                 button.setProperty("role", role)
@@ -138,7 +143,8 @@ class ActionBar(QWidget):
             button.setVisible(place < shown)
         self._menu.clear()
         for offer in self.offers[shown:]:
-            self._menu.addAction(offer.words, lambda name=offer.id: self.pressed.emit(name))
+            entry = self._menu.addAction(offer.words, lambda name=offer.id: self.pressed.emit(name))
+            entry.setEnabled(not offer.why)
         self.more.setVisible(shown < len(self.offers))
         # At once: until the next round of events the new words would stand in the old widths.
         self._row.activate()

@@ -170,7 +170,9 @@ class ChecklistPage(StepPage):
     @property
     def present(self) -> tuple[Need, ...]:
         """Return what commands may act on."""
-        return ("checklist",) if self.book is not None and self.book.live else ()
+        if self.book is None or not self.book.live:
+            return ()
+        return ("checklist", "checklist_ticked") if self.book.ticks else ("checklist",)
 
     def follow(self, books: Books) -> None:
         """Show the checklist of another flight."""

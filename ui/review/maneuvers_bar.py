@@ -38,7 +38,7 @@ class EditBar(QWidget):
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         self.use = QCheckBox("Use in the estimate")
-        self.use.setToolTip(actions["review_in_use"].text())
+        self._in_use = actions["review_in_use"]
         self.use.clicked.connect(actions["review_in_use"].trigger)
         self.buttons = {}
         for name, words in _BUTTONS:
@@ -58,4 +58,6 @@ class EditBar(QWidget):
     def show_use(self, used: bool | None) -> None:
         """Show whether the maneuver takes part; None where there is none."""
         self.use.setEnabled(used is not None)
+        known = used is not None
+        self.use.setToolTip(self._in_use.text() if known else "Choose a maneuver first")
         self.use.setChecked(bool(used))

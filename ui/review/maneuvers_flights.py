@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPushButton, QVBoxLa
 
 from gsapp.session.review.flight import ReviewedFlight
 from gsapp.session.review.review import Review
-from ui.commands import key_text
+from ui.commands import action_hint
 from ui.gap.parts import button_row
 from ui.look import Look
 from ui.pages import label
@@ -150,11 +150,14 @@ def command_button(action: QAction, *, quiet: bool = False) -> QPushButton:
     words = action.text()
     button = QPushButton(words)
     button.setAccessibleName(words.rstrip("…"))
-    keys = key_text(action.shortcut().toString())
-    button.setToolTip(f"{words.rstrip('…')} ({keys})" if keys else words.rstrip("…"))
     if quiet:
         button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
     button.clicked.connect(action.trigger)
-    button.setEnabled(action.isEnabled())
-    action.changed.connect(lambda: button.setEnabled(action.isEnabled()))
+
+    def follow() -> None:
+        button.setEnabled(action.isEnabled())
+        button.setToolTip(action_hint(action))
+
+    action.changed.connect(follow)
+    follow()
     return button

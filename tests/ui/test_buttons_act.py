@@ -1,0 +1,185 @@
+"""Every button and command that looks enabled does something; every gray button says why."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+import shiboken6
+from PySide6.QtGui import QAction, QDesktopServices, QGuiApplication
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QDialog,
+    QFileDialog,
+    QInputDialog,
+    QMenu,
+    QMessageBox,
+    QWidget,
+)
+from pytestqt.qtbot import QtBot
+
+import ui.window
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from window_kit import open_window, until, write_flight
+
+from ui.window import MainWindow
+
+PAGES = {
+    "preflight": ("card", "calibration", "checklist", "cards"),
+    "flight": (),
+    "pilot": ("page", "debrief"),
+    "review": ("maneuvers", "estimate", "figures", "summary"),
+    "gap": ("find", "name", "add", "show"),
+}
+"""The places with their parts, as the ids of commands name them."""
+
+
+FLIES = ("virtual", "Train", "hidden effect")
+"""Words on buttons that start processes; other tests press these."""
+
+
+class Watcher:
+    """Notices whether anything happened: on screen, on the clipboard, in the settings, asked."""
+
+    def __init__(self, window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.window = window
+        self.asked = 0
+
+        def asks(answer: object) -> Callable[..., object]:
+            def ask(*_: object, **__: object) -> object:
+                self.asked += 1
+                return answer
+
+            return ask
+
+        for owner, name, answer in (
+            (QDialog, "exec", 0), (QDialog, "open", None), (QMenu, "exec", None),
+            (QMenu, "popup", None), (QMessageBox, "exec", 0),
+            (QFileDialog, "getOpenFileName", ("", "")), (QFileDialog, "getOpenFileNames", ([], "")),
+            (QFileDialog, "getSaveFileName", ("", "")), (QFileDialog, "getExistingDirectory", ""),
+            (QFileDialog, "exec", 0), (QInputDialog, "getText", ("", False)),
+            (QDesktopServices, "openUrl", True),
+        ):  # fmt: skip
+            monkeypatch.setattr(owner, name, asks(answer))
+
+    def state(self) -> tuple[object, ...]:
+        window, desk = self.window, self.window.desk
+        image = window.grab().toImage()
+        tops = [one for one in QApplication.topLevelWidgets() if one.isVisible()]
+        focus = QApplication.focusWidget()
+        return (
+            hashlib.sha1(bytes(image.constBits()), usedforsecurity=False).hexdigest(),
+            QGuiApplication.clipboard().text(), len(tops), self.asked, window.store.current,
+            id(desk.session), window.windowState(), None if focus is None else id(focus),
+        )  # fmt: skip
+
+    def acts(self, act: Callable[[], object]) -> bool:
+        """Return whether something had an effect."""
+        QApplication.processEvents()
+        before = self.state()
+        act()
+        # Some pictures are drawn in a thread.
+        deadline = time.monotonic() + 0.5
+        while self.state() == before:
+            if time.monotonic() > deadline:
+                return False
+            QTest.qWait(20)
+        return True
+
+
+@pytest.fixture
+def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[MainWindow]:
+    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
+    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+    QApplication.setCursorFlashTime(0)
+    made = open_window(tmp_path)
+    qtbot.addWidget(made)
+    made.activateWindow()
+    until(qtbot, lambda: QApplication.activeWindow() is made)
+    yield made
+    made.desk.close()
+
+
+def parts(window: MainWindow) -> Iterator[tuple[str, str]]:
+    for page, names in PAGES.items():
+        for part in names or ("",):
+            yield page, f"{page}_{part}" if part else ""
+
+
+def go(window: MainWindow, page: str, command: str) -> None:
+    window.commands.actions[f"place_{page}"].trigger()
+    if command and window.commands.actions[command].isEnabled():
+        window.commands.actions[command].trigger()
+    for _ in range(3):
+        QApplication.processEvents()
+
+
+def buttons(window: MainWindow, *, enabled: bool) -> list[QAbstractButton]:
+    return [
+        one for one in window.findChildren(QAbstractButton)
+        if one.isVisible() and one.isEnabled() == enabled and not one.visibleRegion().isEmpty()
+    ]  # fmt: skip
+
+
+def name_of(widget: QWidget | QAction) -> str:
+    named = widget.accessibleName() if isinstance(widget, QWidget) else ""
+    return named or widget.text()
+
+
+def walk(window: MainWindow, watcher: Watcher) -> tuple[list[str], list[str]]:
+    """Press every button of every page; return those without effect, and gray ones unexplained."""
+    dead: list[str] = []
+    unexplained: list[str] = []
+    for page, command in parts(window):
+        go(window, page, command)
+        hints = {name_of(one) for one in window.commands.actions.values()}
+        unexplained += [
+            f"{command or page}: {name_of(one)}"
+            for one in buttons(window, enabled=False)
+            if one.toolTip() in {"", one.text(), name_of(one)} | hints
+        ]
+        for one in buttons(window, enabled=True):
+            if not shiboken6.isValid(one) or not one.isVisible() or not one.isEnabled():
+                continue
+            if one.isChecked():
+                continue
+            name = name_of(one)
+            if any(word in name for word in FLIES):
+                continue
+            if not watcher.acts(one.click):
+                dead.append(f"{command or page}: {name}")
+            go(window, page, command)
+    return dead, unexplained
+
+
+def test_no_button_is_dead_and_gray_ones_say_why(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without a flight, then with a replay, on every page and its parts."""
+    watcher = Watcher(window, monkeypatch)
+    assert walk(window, watcher) == ([], [])
+    window.desk.starter.open_flight(write_flight(tmp_path, 90.0), playing=False)
+    until(qtbot, lambda: window.desk.is_loaded)
+    assert walk(window, watcher) == ([], [])
+
+
+def test_keys_about_marks_and_alarms_wait_for_them(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.desk.is_loaded)
+    actions = window.commands.actions
+    until(qtbot, actions["mark"].isEnabled)
+    for name in ("previous_mark", "next_mark", "acknowledge"):
+        assert not actions[name].isEnabled(), name
+        assert actions[name].toolTip().startswith("No ")
+    actions["mark"].trigger()
+    until(qtbot, actions["previous_mark"].isEnabled)
