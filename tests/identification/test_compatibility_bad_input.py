@@ -15,6 +15,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from virtual_instruments import with_channels, with_errors, without
 from virtual_maneuvers import fly
 
+from gsapp.foundation import FlightError
 from gsapp.identification.compatibility import CompatibilitySettings, check
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block
@@ -157,7 +158,24 @@ def test_quiet_stretches_in_gusts_give_a_result(
     assert found.maneuvers == (flown.id,)
     assert found.histories
     assert not found.converged
+    assert not found.consistent
     assert found.warnings
+
+
+@pytest.mark.parametrize(
+    "missing", [("r", "p", "phi"), ("p", "q", "r", "ax", "an", "alpha", "theta")]
+)
+def test_where_nothing_moves_units_are_not_blamed(missing: tuple[str, ...]) -> None:
+    """No input, no gust: the check does not converge, and says that the aircraft hardly moves."""
+    still = fly(105, "lon", duration=5.0, still=("de", "da", "dr")).maneuver
+    try:
+        found = check([without(still, *missing)], settings=CompatibilitySettings(try_signs=False))
+        said = found.summary
+        assert not found.consistent
+    except FlightError as error:
+        said = str(error)
+    assert "hardly moves" in said
+    assert "unit" not in said
 
 
 def test_a_channel_with_a_few_samples_counts_as_absent(good: Maneuver) -> None:

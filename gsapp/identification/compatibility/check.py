@@ -14,6 +14,7 @@ from gsapp.identification.compatibility.fitting import (
     StretchFit,
     fit,
     free_errors,
+    moves,
     nominal,
 )
 from gsapp.identification.compatibility.hypotheses import (
@@ -21,7 +22,7 @@ from gsapp.identification.compatibility.hypotheses import (
     look_for_remedies,
     signs_of,
 )
-from gsapp.identification.compatibility.preparing import Preparation, prepare
+from gsapp.identification.compatibility.preparing import Preparation, Stretch, prepare
 from gsapp.identification.compatibility.redundancy import compare_redundant
 from gsapp.identification.compatibility.results import (
     CompatibilityResult,
@@ -29,7 +30,10 @@ from gsapp.identification.compatibility.results import (
     InstrumentVerdict,
 )
 from gsapp.identification.compatibility.settings import (
+    ACCELERATIONS,
+    DRIVING,
     OBSERVED,
+    RATES,
     SHOWN,
     CompatibilitySettings,
 )
@@ -95,6 +99,7 @@ def check(
             maneuvers=(),
             verdicts=stuck,
             comparisons=comparisons,
+            converged=False,
             warnings=tuple(prepared.warnings),
             summary="the instruments cannot be compared: " + "; ".join(prepared.warnings),
         )
@@ -106,8 +111,8 @@ def check(
         found = look_for_remedies(prepared.stretches, first, chosen, channels)
     if not found.fit.stretches:
         raise FlightError(
-            "rates and accelerations make no flight at all of these maneuvers: look whether they "
-            "are in the units that the channel map says"
+            "the instruments cannot be compared: no motion that rates and accelerations make fits "
+            f"the rest; {_failure_cause(prepared.stretches, chosen)}"
         )
     noises = [one.noise for one in found.fit.stretches]
     begin = found.fit if found.fit.converged else None
@@ -127,9 +132,8 @@ def check(
     warnings = [*prepared.warnings, *_gusts(final)]
     if not final.converged:
         warnings.append(
-            "the fit of instrument errors did not settle; take its values as a hint only"
+            "the fit of instrument errors did not converge; take its values as a hint only"
         )
-    adrift = final.step > _ADRIFT
     return CompatibilityResult(
         maneuvers=tuple(dict.fromkeys(one.maneuver for one in prepared.stretches)),
         parameters=parameters,
@@ -144,9 +148,8 @@ def check(
         remedies=tuple(one.name for one in found.remedies),
         iterations=final.iterations,
         converged=final.converged,
-        adrift=adrift,
         warnings=tuple(warnings),
-        summary=_summary(verdicts, channels, adrift=adrift),
+        summary=_summary(verdicts, channels, final, chosen),
     )
 
 
@@ -314,18 +317,45 @@ def _noise(prepared: Preparation) -> dict[str, float]:
 
 
 def _summary(
-    verdicts: Sequence[InstrumentVerdict], channels: Sequence[str], *, adrift: bool
+    verdicts: Sequence[InstrumentVerdict],
+    channels: Sequence[str],
+    found: Fit,
+    settings: CompatibilitySettings,
 ) -> str:
     if verdicts:
         return "; ".join(one.sentence for one in verdicts)
     names = listed([title(name) for name in channels])
-    if adrift:
-        return (
-            f"no contradiction is found between {names}, and none is ruled out, since the fit was "
-            "far from settled when it ended; look whether all are in the units that the channel "
-            "map says"
-        )
-    return f"{names} are consistent with one another: what a model misses is in the model"
+    if found.converged:
+        return f"{names} are consistent with one another: what a model misses is in the model"
+    stretches = [one.stretch for one in found.stretches]
+    cause = ""
+    if found.step > _ADRIFT or _is_quiet(stretches, settings):
+        cause = f"; {_failure_cause(stretches, settings)}"
+    return (
+        f"no contradiction is found between {names}, and none is ruled out, since the fit did not "
+        f"converge{cause}"
+    )
+
+
+def _is_quiet(stretches: Sequence[Stretch], settings: CompatibilitySettings) -> bool:
+    """Return whether no gyro, or without gyros no accelerometer, shows more than noise."""
+    return not any(
+        moves(one, name, settings.rate)
+        for one in stretches
+        for name in next((g for g in (RATES, ACCELERATIONS) if not one.absent.issuperset(g)), ())
+        if name not in one.absent
+    )
+
+
+def _failure_cause(stretches: Sequence[Stretch], settings: CompatibilitySettings) -> str:
+    """Return the likeliest reason why the fit of these stretches has no outcome."""
+    if _is_quiet(stretches, settings):
+        return "the aircraft hardly moves in these maneuvers: choose windows with inputs"
+    absent = set[str]().union(*(one.absent for one in stretches))
+    if absent:
+        names = listed([title(name) for name in DRIVING if name in absent])
+        return f"{names} {'is' if len(absent) == 1 else 'are'} missing"
+    return "look whether all channels are in the units that the channel map says"
 
 
 # --- histories ----------------------------------------------------------------------------------

@@ -23,6 +23,7 @@ from gsapp.identification.compatibility.whitening import (
     Noise,
     Predictor,
     averaged,
+    averaging_width,
     both_gains,
     likeliest_noise,
     predictor_for,
@@ -198,6 +199,7 @@ def fit(
     parts: list[StretchFit] = []
     seen: list[frozenset[str] | None] = [None] * len(stretches)
     least, halved = np.inf, 0
+    full, share = np.zeros(size), 1.0
     look, step, before = False, np.zeros(size), (errors, starts, origin)
     while True:
         latest = [
@@ -230,7 +232,10 @@ def fit(
         if look:
             phase, calm = phase + 1, 0
         converged = phase >= _LOOKS and not look and size_of_step < _SETTLED
-        step = _limited(step, free, errors)
+        # Where delays change which noise counts, full steps may go to and fro for ever.
+        full, last = step, full
+        share = 0.5 * share if phase >= _LOOKS and _reverses(full, last, covariance) else share
+        step = _limited(share * full, free, errors)
         before = (errors, starts, origin)
         errors, starts, origin = _moved(free, before, step)
     likely = sum(
@@ -256,6 +261,12 @@ def fit(
         converged=converged,
         step=size_of_step,
     )
+
+
+def _reverses(step: FloatArray, last: FloatArray, covariance: FloatArray) -> bool:
+    """Return whether a step leads back by most of the last one, in its bounds."""
+    variance = covariance.diagonal()
+    return bool((step * last / variance).sum() < -0.5 * (last**2 / variance).sum())
 
 
 _State = tuple[dict[str, float], list[Start], FloatArray]
@@ -467,14 +478,22 @@ def _levels(
     return late, np.asarray(np.einsum("ri,ij,rj->r", H, Q, H), dtype=np.float64)
 
 
-def _moves(one: StretchFit, channel: str) -> bool:
-    """Return whether what a gyro or accelerometer shows is motion rather than noise."""
-    samples = one.stretch.driving.get(channel)
-    if samples is None or channel in one.stretch.absent:
+def moves(stretch: Stretch, channel: str, rate: float) -> bool:
+    """Return whether what a gyro or accelerometer shows is motion rather than noise.
+
+    Parameters
+    ----------
+    stretch : Stretch
+    channel : str
+    rate : float
+        Averages per second that are compared.
+    """
+    samples = stretch.driving.get(channel)
+    if samples is None or channel in stretch.absent:
         return samples is None
-    width = one.predictor.width
+    width = averaging_width(stretch, rate)
     means = averaged(samples[:, None], np.ones((samples.size, 1), dtype=bool), width)
-    noise = one.stretch.noise[channel] ** 2 / width
+    noise = stretch.noise[channel] ** 2 / width
     return float(np.var(means)) > _MOTION_OVER_NOISE[1] * noise
 
 
@@ -501,7 +520,7 @@ def scale_bounds(
         columns = _columns(place, len(free))
         S = _counted(part.S, part.left)
         for name, label in zip(channels, names, strict=True):
-            if not _moves(one, name):
+            if not moves(one.stretch, name, settings.rate):
                 S[:, :, free.index(label)] = 0.0
         flat = S.reshape(-1, S.shape[2])
         H[np.ix_(columns, columns)] += flat.T @ (part.gain.weight @ S).reshape(flat.shape)

@@ -136,8 +136,7 @@ class CompatibilityResult:
         Signs turned and channels exchanged, in words of `verdicts`: ``-ay``, ``p<>r``.
     iterations : int
     converged : bool
-    adrift : bool
-        Whether the fit was far from settled when it ended, and so proves nothing.
+        False where the instruments could not be compared.
     warnings : tuple of str
         Sentences for the crew.
     summary : str
@@ -157,11 +156,10 @@ class CompatibilityResult:
     remedies: tuple[str, ...] = ()
     iterations: int = 0
     converged: bool = True
-    adrift: bool = False
     warnings: tuple[str, ...] = ()
     summary: str = ""
 
     @property
     def consistent(self) -> bool:
-        """Return whether no instrument is found fault with, by a fit that can tell."""
-        return not self.verdicts and not self.adrift
+        """Return whether a fit that converged finds fault with no instrument."""
+        return self.converged and not self.verdicts

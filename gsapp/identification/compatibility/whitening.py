@@ -94,6 +94,11 @@ class Gain:
     weight: FloatArray
 
 
+def averaging_width(stretch: Stretch, rate: float) -> int:
+    """Return how many samples of a stretch make one of `rate` averages per second."""
+    return max(1, round(1.0 / (rate * stretch.dt)))
+
+
 def averaged(values: FloatArray, counted: BoolArray, width: int) -> FloatArray:
     """Average over `width` samples those that count; NaN where none does.
 
@@ -128,7 +133,7 @@ def predictor_for(
 ) -> Predictor:
     """Set up the error equations along a path."""
     path = found.path
-    width = max(1, round(1.0 / (rate * stretch.dt)))
+    width = averaging_width(stretch, rate)
     count = len(path.times) // width
 
     def mean(values: FloatArray) -> FloatArray:
