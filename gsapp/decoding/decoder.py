@@ -28,6 +28,7 @@ from gsapp.decoding.health import (
     LinkHealth,
     is_vehicle,
 )
+from gsapp.decoding.landed_state import STATE_MESSAGES, LandedState
 from gsapp.decoding.messages import (
     Stamp,
     decode_columns,
@@ -165,6 +166,8 @@ class Decoder:
         What was noticed: restarts, outliers, other aircraft, unknown messages.
     clock : FlightClock
         Flight time and host time.
+    landed_state : LandedState
+        What the autopilot reports of flight and ground.
     unknown : Counter of int
         Frames of each message id that the dialect does not have.
     data_stamp : int or None
@@ -233,6 +236,7 @@ class Decoder:
         self._components: dict[int, int] = {}
         self._left_out: set[tuple[str, int, int]] = set()
         self._texts = TextJoiner()
+        self.landed_state = LandedState()
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -349,6 +353,9 @@ class Decoder:
             routes = self._find_routes(head, host, payload, data)
         if routes:
             self.data_stamp = host
+        if head[2:] in STATE_MESSAGES and head[0] == self._system:
+            number = int.from_bytes(head[2:], "little")
+            self.landed_state.take(number, head[1], payload, self._time_of(host))
         clock = self.clock
         for stream, _, select_at, selected, stamp_at, stamp_scale, stamp_period in routes:
             # Zero bytes at the end are not always sent.

@@ -1,9 +1,10 @@
-"""Recognizing that a flight has landed, from speed, height and motion."""
+"""Recognizing that a flight has landed, from speed, height, motion and the autopilot's report."""
 
 from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -28,6 +29,8 @@ _LOW: Final = 20.0
 """Greatest height above the place of take-off, m, where no ground speed tells."""
 _FLOWN_FRAMES: Final = 10
 _STANDING_FRAMES: Final = 6
+_REPORTED_FRAMES: Final = 2
+"""Slow frames for which the autopilot must report ground, or have disarmed."""
 _STANDING_FRAMES_ALONE: Final = 40
 """Frames where neither height nor ground speed confirms an airspeed that a fault can zero."""
 
@@ -37,7 +40,8 @@ class LandingMonitor:
 
     Slow, still and level for three seconds, after five seconds of flight. A low pass and a touch
     and go are too fast, a stall is too short, and a blocked pitot is contradicted by height or
-    ground speed. A take-off begins another flight.
+    ground speed. Where the autopilot reports ground, or disarms after the flight, a second of being
+    slow is enough. A take-off begins another flight.
 
     Parameters
     ----------
@@ -45,6 +49,8 @@ class LandingMonitor:
         Tells how fast it must be to fly.
     rate : float
         Of the grid, Hz.
+    on_ground : callable
+        Whether the autopilot reports ground at a flight time (s); None where it reports nothing.
 
     Attributes
     ----------
@@ -52,8 +58,14 @@ class LandingMonitor:
         Flight time since which it stands, s; None before, and while it flies again.
     """
 
-    def __init__(self, aircraft: Aircraft | None, rate: float) -> None:
+    def __init__(
+        self,
+        aircraft: Aircraft | None,
+        rate: float,
+        on_ground: Callable[[float], bool | None] = lambda _: None,
+    ) -> None:
         self._aircraft = aircraft
+        self._on_ground = on_ground
         self._speed = _FLYING_SPEED if aircraft is None else flying_speed(aircraft)
         self._count = max(round(FRAME * rate), 1)
         self.reset()
@@ -100,7 +112,9 @@ class LandingMonitor:
         else:
             self._watch.add(time, means[:-1])
             flies = self._watch.airborne
-        if flies:
+        # A vehicle without air data may seem to fly for ever; one that is fast has not landed.
+        reported = bool(self._on_ground(time)) and self._is_slow(speed, over_ground)
+        if flies and not reported:
             self._flown += 1
             self._standing = 0
             self._altitudes.clear()
@@ -112,24 +126,32 @@ class LandingMonitor:
             self._altitudes.append(altitude)
             if self._flown < _FLOWN_FRAMES and not speed > _SLOW * self._speed:
                 self._ground = altitude
-        if not self._stands(speed, over_ground, means):
+        if not reported and not self._stands(speed, over_ground, means):
             self._standing = 0
             return
         if not self._standing:
             self._since = time
         self._standing += 1
-        if self._flown >= _FLOWN_FRAMES and self._standing >= self._patience(altitude, over_ground):
+        patience = _REPORTED_FRAMES if reported else self._patience(altitude, over_ground)
+        if self._flown >= _FLOWN_FRAMES and self._standing >= patience:
             self.landed_at = self._since
             self._flown = 0
 
     def _stands(self, speed: float, over_ground: float, means: FloatArray) -> bool:
         """Return whether nothing of a frame contradicts an aircraft that stands."""
         rates = np.abs(means[[COLUMN["p"], COLUMN["q"]]])
-        slow = not max(_or_zero(speed), _or_zero(over_ground)) > _SLOW * self._speed
         level = not self._altitudes or max(self._altitudes) - min(self._altitudes) < _LEVEL
         altitude = float(means[COLUMN["altitude"]])
         high = math.isnan(over_ground) and altitude - self._ground > _LOW
-        return slow and level and not high and not bool((rates > _QUIET).any())
+        return (
+            self._is_slow(speed, over_ground)
+            and level
+            and not high
+            and not bool((rates > _QUIET).any())
+        )
+
+    def _is_slow(self, speed: float, over_ground: float) -> bool:
+        return not max(_or_zero(speed), _or_zero(over_ground)) > _SLOW * self._speed
 
     def _patience(self, altitude: float, over_ground: float) -> int:
         confirmed = math.isfinite(over_ground) or math.isfinite(altitude - self._ground)

@@ -158,7 +158,7 @@ class Session:
         workers = options.get("workers")
         if workers is not None and self.aircraft is not None:
             self.estimates = self._make_estimates(self.aircraft, workers)
-        self.landing = LandingMonitor(self.aircraft, self.history.rate)
+        self.landing = LandingMonitor(self.aircraft, self.history.rate, self._reported_on_ground)
         everyone = self._everyone(options.get("consumers", ()))
         # Who looks for what the crew is told at once.
         self._urgent = everyone[: 1 if self.cue_watch is None else 2]
@@ -689,6 +689,10 @@ class Session:
     def _heard_until(self) -> float | None:
         """Return up to which flight time the crew has heard the vehicle; None for all."""
         return self.now if self.replaying is not None else None
+
+    def _reported_on_ground(self, time: float) -> bool | None:
+        """Return whether the autopilot reports ground at a flight time; None if it does not say."""
+        return None if self.decoder is None else self.decoder.landed_state.on_ground(time)
 
     def _present(self) -> float | None:
         """Return the flight time at this moment, from which ages count."""

@@ -9,11 +9,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pymavlink.dialects.v20 import all as mavlink
 
 from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.decoding.channel_map import load_channel_map
+from gsapp.decoding.decoder import Decoder
 from gsapp.dynamics.pilot.flight import VirtualFlight
 from gsapp.flight import Flight, load_flight
 from gsapp.flight.maneuvers.signals import COLUMN, signals_of
+from gsapp.flight.raw.reading import read_tlog
+from gsapp.flight.records import RawRecord
 from gsapp.quantities import Block, FloatArray
 from gsapp.session.landing import LandingMonitor
 
@@ -21,9 +26,14 @@ RATE = 50.0
 GROUND = 380.0
 
 
-def landings(block: Block, aircraft: Aircraft | None, rate: float) -> list[float | None]:
+def landings(
+    block: Block,
+    aircraft: Aircraft | None,
+    rate: float,
+    on_ground: Callable[[float], bool | None] = lambda _: None,
+) -> list[float | None]:
     """Return what the monitor says, whenever that changes, fed a second at a time."""
-    monitor, said, step = LandingMonitor(aircraft, rate), [], round(rate)
+    monitor, said, step = LandingMonitor(aircraft, rate, on_ground), [], round(rate)
     for first in range(0, len(block), step):
         part = slice(first, first + step)
         monitor.feed(
@@ -78,6 +88,64 @@ def test_another_take_off_takes_the_landing_back() -> None:
     assert said == [pytest.approx(35.0, abs=3.0), None, pytest.approx(70.0, abs=3.0)]
 
 
+def reports(*messages: tuple[float, mavlink.MAVLink_message]) -> Callable[[float], bool | None]:
+    """Return what a decoder makes of frames of an autopilot, by time of arrival (s)."""
+    wire = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+    decoder = Decoder(load_channel_map("ardupilot-plane"), certificates={})
+    for time, message in messages:
+        attitude = mavlink.MAVLink_attitude_message(round(1000 * time), 0, 0, 0, 0, 0, 0)
+        decoder.feed(
+            [
+                RawRecord(round(1e6 * (1e9 + time)), "frame", bytes(one.pack(wire)))
+                for one in (attitude, message)
+            ]
+        )
+    return decoder.landed_state.on_ground
+
+
+def heartbeat(*, armed: bool) -> mavlink.MAVLink_message:
+    mode = mavlink.MAV_MODE_FLAG_SAFETY_ARMED if armed else 0
+    return mavlink.MAVLink_heartbeat_message(1, 3, mode, 0, 4, 3)
+
+
+def landed_state(name: str) -> mavlink.MAVLink_message:
+    state = getattr(mavlink, f"MAV_LANDED_STATE_{name}")
+    return mavlink.MAVLink_extended_sys_state_message(0, state)
+
+
+@pytest.mark.parametrize(
+    "messages",
+    [
+        [(0.0, heartbeat(armed=False)), (2.0, heartbeat(armed=True)),
+         (41.0, heartbeat(armed=False))],
+        [(0.0, landed_state("ON_GROUND")), (12.0, landed_state("IN_AIR")),
+         (41.0, landed_state("ON_GROUND"))],
+    ],
+    ids=["disarmed", "landed_state"],
+)  # fmt: skip
+def test_the_autopilot_reports_the_landing(
+    messages: list[tuple[float, mavlink.MAVLink_message]],
+) -> None:
+    """A taxi with wild rates hides the landing, until the autopilot reports it at 41 s."""
+    block = flown((10.0, 0.0, 0.0), (30.0, 30.0, 50.0), (20.0, 5.0, 0.0))
+    values = block.values.copy()
+    values[:, 2] = 0.3
+    block = replace(block, values=values)
+    aircraft = load_aircraft("b777")
+    assert landings(block, aircraft, RATE) == []
+    assert landings(block, aircraft, RATE, reports(*messages)) == [pytest.approx(41.0, abs=1.1)]
+    blind = replace(block, values=np.full_like(block.values, np.nan))
+    assert landings(blind, None, RATE, reports(*messages)) == []
+
+
+def test_an_autopilot_that_disarms_at_flying_speed_has_not_landed() -> None:
+    block = flown((10.0, 0.0, 0.0), (60.0, 30.0, 50.0))
+    said = reports((0.0, heartbeat(armed=True)), (30.0, heartbeat(armed=False)),
+                   (40.0, landed_state("ON_GROUND")))  # fmt: skip
+    assert said(50.0)
+    assert landings(block, load_aircraft("b777"), RATE, said) == []
+
+
 def test_standing_before_the_flight_is_no_landing() -> None:
     assert landings(flown((60.0, 0.5, 0.0)), load_aircraft("b777"), RATE) == []
 
@@ -97,7 +165,10 @@ def test_a_real_flight_whose_record_ends_in_the_air_does_not_land() -> None:
 
 def test_a_real_flight_lands_when_it_is_put_down_at_its_end() -> None:
     flight = real_flight("alfa_carbonz_engine_failure.tlog", "ardupilot-plane")
-    assert landings(flight.block, None, flight.rate) == []
+    decoder = Decoder(load_channel_map("ardupilot-plane"), certificates={})
+    decoder.feed(list(read_tlog(flight.path)))
+    assert decoder.landed_state.on_ground(flight.block.times[-1]) is False
+    assert landings(flight.block, None, flight.rate, decoder.landed_state.on_ground) == []
     block, count = flight.block, round(20 * flight.rate)
     times = block.times[-1] + np.arange(1, count + 1) / flight.rate
     last = np.tile(block.values[-1], (count, 1))
