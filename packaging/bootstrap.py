@@ -202,9 +202,14 @@ def state_of(locks: list[Path]) -> str:
 
 
 def pip(*arguments: str, megabytes: int = 0) -> None:
-    """Run pip inside the environment; say from time to time how much of a download has come."""
+    """Run pip inside the environment; say from time to time how much of a download has come.
+
+    pip installs from the folder of its downloads and removes them from it: once there are fewer
+    bytes than before, it installs.
+    """
     command = [str(venv_python()), "-P", "-m", "pip", "--disable-pip-version-check", "-q"]
     started = time.monotonic()
+    most, installs = 0.0, not megabytes
     with tempfile.TemporaryDirectory(prefix="pip-", dir=VENV) as folder:
         variables = {**environment(), "TMPDIR": folder}
         with subprocess.Popen([*command, *arguments], env=variables) as process:
@@ -214,7 +219,9 @@ def pip(*arguments: str, megabytes: int = 0) -> None:
                     break
                 except subprocess.TimeoutExpired:
                     came, passed = size(Path(folder)) / 1e6, time.monotonic() - started
-                    say(f"  {passed:.0f} s: {came:.0f} of about {megabytes} MB downloaded")
+                    installs, most = installs or came < most, max(came, most)
+                    loaded = f"{came:.0f} of about {megabytes} MB downloaded"
+                    say(f"  {passed:.0f} s: {'installing' if installs else loaded}")
     if code != 0:
         raise SetupError(
             "pip failed; see its message above. Check the network and run this again: what is "

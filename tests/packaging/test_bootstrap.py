@@ -175,6 +175,35 @@ def test_a_slow_download_shows_how_far_it_is(
     assert not list(tmp_path.glob("pip-*"))
 
 
+PIP = """
+import os, pathlib, time
+wheel = pathlib.Path(os.environ["TMPDIR"]) / "a.whl"
+for size in (1, 2, 3):
+    wheel.write_bytes(bytes(size * 1_000_000))
+    time.sleep(0.5)
+wheel.unlink()
+time.sleep(1)
+"""
+
+
+def test_what_follows_the_download_is_the_installation(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The downloads go while they are installed: the figure never falls."""
+    bootstrap = load_bootstrap(tmp_path, monkeypatch)
+    (tmp_path / "pip.py").write_text(PIP)
+    (tmp_path / "python").write_text(f"#!/bin/sh\nexec {sys.executable} {tmp_path}/pip.py\n")
+    (tmp_path / "python").chmod(0o755)
+    monkeypatch.setattr(bootstrap, "venv_python", lambda: tmp_path / "python")
+    monkeypatch.setattr(bootstrap, "REPORT_INTERVAL", 0.2)
+    bootstrap.pip("install", megabytes=3)
+    lines = capsys.readouterr().out.splitlines()
+    shown = [int(found[1]) for line in lines if (found := re.search(r": (\d+) of", line))]
+    assert shown
+    assert shown == sorted(shown)
+    assert "installing" in lines[-1]
+
+
 def test_a_stuck_test_stands_in_the_summary_with_the_reasons_of_skips(
     bootstrap: ModuleType, tmp_path: Path
 ) -> None:
