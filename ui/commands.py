@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from PySide6.QtCore import QEvent
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
 
@@ -576,6 +577,26 @@ def action_hint(action: QAction) -> str:
     return f"{text} ({keys})" if keys else text
 
 
+class CommandAction(QAction):
+    """An action that knows whether a key triggers it.
+
+    Attributes
+    ----------
+    by_key : bool
+        True while a shortcut is being handled.
+    """
+
+    by_key = False
+
+    def event(self, event: QEvent) -> bool:
+        """Mark a shortcut while it is handled."""
+        self.by_key = event.type() == QEvent.Type.Shortcut
+        try:
+            return super().event(event)
+        finally:
+            self.by_key = False
+
+
 class CommandSet:
     """The actions of a window, one for each command.
 
@@ -589,9 +610,9 @@ class CommandSet:
 
     def __init__(self, parent: QWidget, commands: Iterable[Command] = COMMANDS) -> None:
         self.commands = tuple(commands)
-        self.actions: dict[str, QAction] = {}
+        self.actions: dict[str, CommandAction] = {}
         for command in self.commands:
-            action = QAction(command.text, parent)
+            action = CommandAction(command.text, parent)
             action.setShortcuts([QKeySequence(keys) for keys in command.keys])
             action.setCheckable(command.id in CHECKED)
             action.setAutoRepeat(command.repeats)

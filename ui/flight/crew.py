@@ -92,7 +92,7 @@ class Crew(QObject):
             "note": self.note,
             "previous_mark": lambda: self.step_mark(-1),
             "next_mark": lambda: self.step_mark(1),
-            "acknowledge": lambda: self._desk.acknowledge("crew, key K"),
+            "acknowledge": self.acknowledge,
             "mute": self.mute,
             "slower": lambda: self._desk.set_speed(next_speed(self._desk.speed, -1)),
             "faster": lambda: self._desk.set_speed(next_speed(self._desk.speed, 1)),
@@ -102,6 +102,11 @@ class Crew(QObject):
             "type_range": self.type_range,
             "type_limits": self.type_limits,
         }
+
+    def acknowledge(self) -> None:
+        """Acknowledge the alarms, by the key or from the menu."""
+        by_key = self._view.is_by_key("acknowledge")
+        self._desk.acknowledge("crew, key K" if by_key else "crew, menu")
 
     def pause(self) -> None:
         """Hold the display while live; in a replay hold the replay itself."""

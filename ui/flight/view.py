@@ -115,6 +115,10 @@ class FlightView(QWidget):
         self._restyle()
         self._size_panel()
 
+    def is_by_key(self, command: str) -> bool:
+        """Return whether a key triggers a command at this moment."""
+        return bool(getattr(self._actions[command], "by_key", False))
+
     def _make_panels(self) -> QTabWidget:
         tabs = QTabWidget()
         tabs.setDocumentMode(True)
