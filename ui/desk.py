@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from pathlib import Path
+from threading import Thread
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
@@ -23,7 +24,7 @@ from ui.frame.bar_model import BarFacts, bar_parts
 from ui.frame.bar_part import BarPart
 from ui.loading import load_what_maneuvers_need
 from ui.pace import LOOK_MS, SOONEST_LIVE, SOONEST_REPLAY, Pace
-from ui.recording import Begun, RecorderMonitor, RunningRecorder, running_recorders
+from ui.recording import Begun, RecorderMonitor, RunningRecorder
 from ui.settings import SettingsStore
 from ui.starter import FlightStarter
 from ui.words import sentences
@@ -40,6 +41,8 @@ _GRACE = 1.0
 """Seconds without a sample after which the charts move on without one."""
 _AGAIN_MS = 1000
 """After a fault until the flight is gone on with: two milliseconds later it would be the same."""
+_STOPS_SECONDS = 11.0
+"""For a recorder to end as the window closes; it is given 10 s to write what came."""
 _SETTLING_MS = 500
 """From the opening of a flight until its charts stand."""
 
@@ -72,6 +75,8 @@ class Desk(QObject):
         Level and sentence of a banner.
     remarked : Signal(str, str)
         The same of the open flight alone, void once another is open.
+    problem_changed : Signal(str)
+        Why the open flight cannot be followed; empty once it can again.
     map_wanted : Signal(object, str)
         A file needs a channel map: path, and why.
     landed : Signal(object)
@@ -87,6 +92,7 @@ class Desk(QObject):
     working = Signal(object, str)
     said = Signal(str, str)
     remarked = Signal(str, str)
+    problem_changed = Signal(str)
     map_wanted = Signal(object, str)
     landed = Signal(object)
     ended = Signal(object)
@@ -162,8 +168,8 @@ class Desk(QObject):
     @property
     def recording_elsewhere(self) -> tuple[RecorderHandle, ...]:
         """Return the recorders of flights that were open here, are not now, and still record."""
-        here = self.session.path.absolute() if self.session is not None else None
-        return tuple(left for left in self._left if left.folder != here and left.alive())
+        running = [found.handle for found in self.running_recorders()]
+        return tuple(left for left in self._left if left in running)
 
     @property
     def present(self) -> tuple[Need, ...]:
@@ -315,16 +321,24 @@ class Desk(QObject):
 
     def stop_now(self) -> None:
         """End the recording and wait for it, as the window closes."""
-        recorder = self.session.recorder if self.session is not None else None
         if self._aircraft is not None:
             self._aircraft.stop()
-        if recorder is not None:
-            recorder.stop()
+        if self.session is not None and self.session.recorder is not None:
+            self.stop_recorders(self.session.recorder)
+
+    @staticmethod
+    def stop_recorders(*recorders: RecorderHandle) -> None:
+        """End recorders and wait for them, though not for a disk that hangs."""
+        threads = [Thread(target=one.stop, name="stopping", daemon=True) for one in recorders]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(_STOPS_SECONDS)
 
     def running_recorders(self) -> tuple[RunningRecorder, ...]:
         """Return recorders that run, the newest first; not that of the open flight."""
         here = self.session.path.absolute() if self.session is not None else None
-        return tuple(found for found in running_recorders() if found.handle.folder != here)
+        return tuple(found for found in self._recorders.look() if found.handle.folder != here)
 
     @property
     def others(self) -> tuple[RunningRecorder, ...]:
@@ -443,10 +457,8 @@ class Desk(QObject):
             session.finish(wait=False)  # the event loop waits for nothing
             self.ended.emit(session.path)
         if snapshot.problem != self._problem:
-            # What heals and fails again is told again.
             self._problem = snapshot.problem
-            if snapshot.problem:
-                self.remarked.emit("caution", snapshot.problem)
+            self.problem_changed.emit(snapshot.problem)
         if not self._remarked and self.is_loaded:
             self._remarked = True
             if self._back_to is not None:

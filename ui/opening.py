@@ -80,11 +80,13 @@ class Opening(QObject):
         self._of_flight: list[Banner] = []
         self._making: list[Work] = []
         self._landed: Banner | None = None
+        self._problem: Banner | None = None
         self._review_when_ended = False
         self._unproven: ConnectRequest | None = None  # over its link nothing has come yet
         desk.working.connect(self.run)
         desk.said.connect(banners.show_banner)
         desk.remarked.connect(lambda *said: self.until_next(banners.show_banner(*said)))
+        desk.problem_changed.connect(self._show_problem)
         desk.changed.connect(self._forget_former)
         desk.map_wanted.connect(self.offer_map)
         desk.landed.connect(self.offer_end)
@@ -113,6 +115,15 @@ class Opening(QObject):
     @property
     def _flights(self) -> Path:
         return recording_folder(self._store.current)
+
+    def _show_problem(self, problem: str) -> None:
+        """Say why the flight cannot be followed, for as long as that is so."""
+        if self._problem is not None:
+            self._banners.remove(self._problem)
+            self._problem = None
+        if problem:
+            self._problem = self._banners.show_banner("caution", problem)
+            self.until_next(self._problem)
 
     def until_next(self, banner: Banner) -> None:
         """Take a banner away when another flight opens, of which it says nothing."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import threading
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +18,8 @@ from gsapp.telemetry.virtual.process import AircraftProcess
 from ui.dialogs.requests import ConnectRequest, VirtualRequest
 
 _LOOK_SECONDS = 1.0
+_PATIENCE = 0.2
+"""Seconds that the window waits for the disks of recorders."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,18 +113,33 @@ class RecorderMonitor(QObject):
         super().__init__(parent)
         self.running: tuple[RunningRecorder, ...] = ()
         self._over = threading.Event()
+        self._asking: threading.Thread | None = None
+        self._newest: tuple[RunningRecorder, ...] = ()
         self._seen.connect(self._take)
         self.destroyed.connect(self._over.set)
         threading.Thread(target=self._watch, name="recorders", daemon=True).start()
 
+    def look(self) -> tuple[RunningRecorder, ...]:
+        """Return the recorders that run now; those of the last look where a disk hangs."""
+        if self._asking is None or not self._asking.is_alive():
+            self._asking = threading.Thread(target=self._look, name="recorders now", daemon=True)
+            self._asking.start()
+        self._asking.join(_PATIENCE)
+        if not self._asking.is_alive():
+            self._take(self._newest)
+        return self.running
+
+    def _look(self) -> None:
+        with suppress(OSError):  # the runtime folder cannot be read
+            self._newest = running_recorders()
+
     def _watch(self) -> None:
         while not self._over.wait(_LOOK_SECONDS):
+            self._look()
             try:
-                self._seen.emit(running_recorders())
+                self._seen.emit(self._newest)
             except RuntimeError:
                 return  # the window is closed
-            except OSError:
-                continue  # the runtime folder cannot be read
 
     def _take(self, running: tuple[RunningRecorder, ...]) -> None:
         if running != self.running:

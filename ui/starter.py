@@ -177,7 +177,12 @@ class FlightStarter(QObject):
 
     def _options(self) -> Options:
         """Return how every flight is watched in a window."""
-        return {"cues": True, "system": self._store.current.units, "workers": OtherProcess()}
+        return {
+            "cues": True,
+            "system": self._store.current.units,
+            "workers": OtherProcess(),
+            "in_background": True,
+        }
 
     def _record(
         self, request: ConnectRequest, begun: Begun, progress: Progress, *, trial: bool = False

@@ -441,8 +441,7 @@ class MainWindow(QMainWindow):
         if for_trial or answer == "stop":
             self.desk.stop_now()
         if answer == "stop":
-            for recorder in elsewhere:
-                recorder.stop()
+            self.desk.stop_recorders(*elsewhere)
         geometry = self.saveGeometry().toHex().data().decode("ascii")
         self.store.change(geometry=geometry)
         self.opening.give_up()

@@ -208,14 +208,25 @@ class EventLog:
                 data=event.data,
             )
         try:
-            line = json.dumps(event.to_json(), ensure_ascii=False, allow_nan=False) + "\n"
+            line = json.dumps(event.to_json(), ensure_ascii=False, allow_nan=False)
         except (TypeError, ValueError) as error:
             raise FlightError(
                 f"the event '{event.text or event.kind}' holds what JSON cannot ({error}); "
                 "put numbers, texts, lists and tables in its data, and null for NaN"
             ) from error
+        self.write_line(event, line)
+        return event
+
+    def write_line(self, event: Event, line: str) -> None:
+        """Write the line of an event.
+
+        Raises
+        ------
+        FlightError
+            If the disk refuses.
+        """
         try:
-            _append_line(self.path, line.encode("utf-8"))
+            _append_line(self.path, f"{line}\n".encode())
         except OSError as error:
             raise FlightError(
                 refusal(
@@ -224,7 +235,9 @@ class EventLog:
                     "check the permissions",
                 )
             ) from error
-        return event
+
+    def refresh(self) -> None:
+        """See to it that `poll` returns what others wrote until now."""
 
     def poll(self) -> list[Event]:
         """Return the events that were appended since the last call.

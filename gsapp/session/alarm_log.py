@@ -117,8 +117,16 @@ class AlarmLog:
             )
         )
 
-    def read(self) -> None:
-        """Take in what this and other windows wrote."""
+    def read(self, *, refreshed: bool = False) -> None:
+        """Take in what this and other windows wrote.
+
+        Parameters
+        ----------
+        refreshed : bool
+            Whether what others wrote in this moment counts, too.
+        """
+        if refreshed:
+            self._book.refresh()
         self._book.poll()
         # From the book's own list: whoever makes a mark takes in events, too.
         fresh, self._read = self._book.others[self._read :], len(self._book.others)
@@ -163,7 +171,7 @@ class AlarmLog:
         if not fresh and not over:
             return
         with contextlib.suppress(FlightError):
-            self.read()
+            self.read(refreshed=True)
         for onset in fresh:
             data = {"alarm": onset.key, "severity": onset.severity.name.lower()}
             self._write_once(Event(kind=ALARM, text=onset.words, time=onset.time, data=data))

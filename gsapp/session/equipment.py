@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -28,6 +29,7 @@ _MUCH_LOSS = 0.1
 _FEW_FRAMES = 50
 _LITTLE_TIME, _LITTLE_ROOM = 1800.0, 500e6
 _NO_TIME, _NO_ROOM = 600.0, 50e6
+STUCK_WORDS = "the disk does not respond: what is recorded is not shown until it does"
 _SET_BACK_US = 1_000_000
 """By how much the computer's clock must be set back for the crew to be told."""
 
@@ -130,6 +132,61 @@ class DiskView:
     severity: Severity = Severity.NORMAL
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecorderFacts:
+    """What the disk tells of a recorder.
+
+    Attributes
+    ----------
+    handle : RecorderHandle or None
+        The recorder that runs.
+    status : RecorderStatus or None
+        What it told of itself at the latest.
+    sees_folder : bool
+        Whether the flight folder is where it was.
+    free_bytes : int or None
+        On the disk of the flight, where the recorder does not say so.
+    """
+
+    handle: RecorderHandle | None = None
+    status: RecorderStatus | None = None
+    sees_folder: bool = True
+    free_bytes: int | None = None
+
+
+class RecorderProbe:
+    """Reads from the disk how the recorder of a flight folder fares.
+
+    Parameters
+    ----------
+    folder : Path
+        The flight folder.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = self._recorded_in = folder.absolute()
+        self._status: RecorderStatus | None = None
+
+    def read(self) -> RecorderFacts:
+        """Return what there is now."""
+        handle = find_recorder(self._folder)
+        status = handle.status() if handle is not None else None
+        # Where nothing can be read any more, what was there last must not pass for nothing.
+        if handle is not None:
+            self._recorded_in = handle.folder
+        self._status = status or last_status(self._recorded_in) or self._status
+        free = None if handle is None or self._status is None else self._status.disk_free_bytes
+        if free is None:
+            with suppress(OSError):
+                free = shutil.disk_usage(self._folder).free
+        return RecorderFacts(
+            handle=handle,
+            status=self._status,
+            sees_folder=handle is None or handle.sees_folder(),
+            free_bytes=free,
+        )
+
+
 class EquipmentMonitor:
     """Looks after the equipment of a live flight, and raises its alarms.
 
@@ -143,6 +200,8 @@ class EquipmentMonitor:
         Seconds that never go back.
     wall_us : callable
         Host time, microseconds since 1970.
+    facts : callable, optional
+        Returns what the disk tells of the recorder; by default that is read with every look.
 
     Attributes
     ----------
@@ -158,14 +217,15 @@ class EquipmentMonitor:
         board: AlarmBoard,
         clock: Callable[[], float],
         wall_us: Callable[[], int],
+        facts: Callable[[], RecorderFacts] | None = None,
     ) -> None:
-        self._folder = self._recorded_in = folder.absolute()
+        self._folder = folder.absolute()
+        self._read_facts = facts or RecorderProbe(folder).read
+        self._facts = RecorderFacts()
         self._board = board
         self._clock = clock
         self._wall_us = wall_us
         self._next_look = -1.0
-        self._handle: RecorderHandle | None = None
-        self._status: RecorderStatus | None = None
         self._written: int | None = None
         self._updated_us: int | None = None
         self._spoke = 0.0  # by the clock that never goes back
@@ -180,17 +240,21 @@ class EquipmentMonitor:
     @property
     def handle(self) -> RecorderHandle | None:
         """Return the recorder that runs, for stopping it."""
-        return self._handle
+        return self._facts.handle
+
+    @property
+    def _status(self) -> RecorderStatus | None:
+        return self._facts.status
 
     @property
     def ended(self) -> bool:
         """Return whether the record is complete: its recorder was told to stop, and did."""
-        return self._handle is None and self._status is not None and self._status.state == "stopped"
+        return self.handle is None and self._status is not None and self._status.state == "stopped"
 
     @property
     def moved_to(self) -> Path | None:
         """Return the folder in which the record continues once this one is gone; else None."""
-        handle = self._handle
+        handle = self.handle
         return None if handle is None or handle.folder == self._folder else handle.folder
 
     def host_us(self) -> int:
@@ -207,6 +271,7 @@ class EquipmentMonitor:
         *,
         caught_up: bool = True,
         unread: bool = False,
+        stuck: bool = False,
     ) -> bool:
         """Look at everything, if it is time; return whether it was.
 
@@ -221,17 +286,17 @@ class EquipmentMonitor:
             is being read its age says nothing of the link.
         unread : bool
             Whether the record cannot be read. What the recorder says of the link counts then.
+        stuck : bool
+            Whether the disk does not respond: nothing is known of link and recorder.
         """
         time = self._clock()
         if time < self._next_look:
             return False
         self._next_look = time + _LOOK
-        self._handle = find_recorder(self._folder)
-        status = self._handle.status() if self._handle is not None else None
-        # Where nothing can be read any more, what was there last must not pass for nothing.
-        if self._handle is not None:
-            self._recorded_in = self._handle.folder
-        self._status = status or last_status(self._recorded_in) or self._status
+        self._facts = self._read_facts()
+        if stuck:
+            self._note_stuck_disk(now)
+            return True
         self._hear(self._status, time)
         self._look_at_clock(now)
         self._check_folder(now)
@@ -239,11 +304,17 @@ class EquipmentMonitor:
         self.disk = self._look_at_disk(now)
         if unread:
             self.link = self._look_at_unread_link(now)
-        elif caught_up or self._handle is None:
+        elif caught_up or self.handle is None:
             self.link = self._look_at_link(health, time, now)
         else:
             self.link = replace(self.link, words="catching up", age=None)
         return True
+
+    def _note_stuck_disk(self, now: float | None) -> None:
+        self._say("disk", Severity.WARNING, now, STUCK_WORDS, self.disk.severity)
+        self.disk = replace(self.disk, severity=Severity.WARNING)
+        # An alarm of the link stays until it is known to be well again.
+        self.link = replace(self.link, words="not read", age=None)
 
     def _hear(self, status: RecorderStatus | None, time: float) -> None:
         """Note when the recorder last spoke.
@@ -297,7 +368,7 @@ class EquipmentMonitor:
         self._say("recorder", severity, now, sentence, former.severity)
         if status is None:
             return RecorderView(words=words, severity=severity)
-        running = self._handle is not None
+        running = self.handle is not None
         growing = self._written is not None and status.received_bytes > self._written
         self._written = status.received_bytes
         ahead = (_set_back(status.ahead_us),) if status.ahead_us >= _SET_BACK_US else ()
@@ -317,7 +388,7 @@ class EquipmentMonitor:
     def _state_of_recorder(self, time: float) -> tuple[str, Severity, str]:
         """Return the state in one word, whether it is well, and the sentence of the alarm."""
         status = self._status
-        if self._handle is None:
+        if self.handle is None:
             if status is None:
                 return "none", Severity.NORMAL, ""
             if status.state == "stopped":
@@ -328,7 +399,7 @@ class EquipmentMonitor:
                 "the recorder has died: nothing is recorded; start it again, it goes on in this "
                 "flight",
             )
-        if not self._handle.sees_folder():
+        if not self._facts.sees_folder:
             return (
                 "without folder",
                 Severity.WARNING,
@@ -351,19 +422,15 @@ class EquipmentMonitor:
 
     def _look_at_disk(self, now: float | None) -> DiskView:
         former = self.disk
-        status = self._status if self._handle is not None else None
+        status = self._status if self.handle is not None else None
         if status is not None and status.disk_free_bytes is not None:
             free: int | None = status.disk_free_bytes
             left = status.seconds_until_full
         else:
-            left = None
-            try:
-                free = shutil.disk_usage(self._folder).free
-            except OSError:
-                free = None
+            free, left = self._facts.free_bytes, None
         severity = Severity.NORMAL
         lasts = float("inf") if left is None else left
-        if free is not None and self._handle is not None:
+        if free is not None and self.handle is not None:
             if free < _NO_ROOM or lasts < _NO_TIME:
                 severity = Severity.WARNING
             elif free < _LITTLE_ROOM or lasts < _LITTLE_TIME:
@@ -393,7 +460,7 @@ class EquipmentMonitor:
             self._board.dismiss("link")
         remarks = () if report is None else report.sentences
         others = [said for said in remarks if said != unreadable]
-        if others and self._handle is not None:
+        if others and self.handle is not None:
             self._board.raise_("aircraft", Severity.CAUTION, now, " ".join(others))
         else:
             self._board.clear("aircraft", now)
@@ -414,7 +481,7 @@ class EquipmentMonitor:
         self, report: LinkReport | None, age: float | None, loss: float, unreadable: str
     ) -> tuple[str, Severity, str]:
         status = self._status
-        if self._handle is None or status is None:
+        if self.handle is None or status is None:
             return ("ended" if self.ended else "none"), Severity.NORMAL, ""
         if not status.connected:
             state = status.source_state or "the port cannot be opened"

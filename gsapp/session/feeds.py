@@ -61,10 +61,11 @@ def parse_speed(text: str | float) -> float:
 
 
 class Step(NamedTuple):
-    """What one reading gave."""
+    """What one reading gave: blocks, whether more is to come, and whether the disk has it still."""
 
     blocks: Sequence[Block]
     more: bool
+    waits: bool = False
 
 
 class Reader(Protocol):
@@ -185,7 +186,7 @@ class LiveFeed:
             step = self._reader.read(self._pace.piece(deadline - now))
             self._take(step.blocks)
             self.present = not step.more
-            if self.present:
+            if self.present or step.waits:
                 return
             after = self._clock()
             self._pace.took(after - now)
@@ -431,19 +432,20 @@ class ReplayFeed:
     def _read(self, deadline: float) -> None:
         while not self._complete:
             now = self._clock()
-            if now >= deadline:
+            if now >= deadline or not self._read_piece(deadline - now):
                 return
-            self._read_piece(deadline - now)
             self._pace.took(self._clock() - now)
 
-    def _read_piece(self, seconds: float = 0.0) -> None:
+    def _read_piece(self, seconds: float = 0.0) -> bool:
+        """Read a piece; return whether there was one, and not a disk that is waited for."""
         if self._complete:
-            return
+            return False
         step = self._reader.read(self._pace.piece(seconds))
         self._store(step.blocks)
         if not step.more:
             self._store(self._reader.finish())
             self._complete = True
+        return not step.waits
 
     def _store(self, blocks: Sequence[Block]) -> None:
         for block in blocks:

@@ -92,6 +92,10 @@ class MarkBook:
         """Return the number of lines of the file that could not be read."""
         return self._log.damaged
 
+    def refresh(self) -> None:
+        """See to it that `poll` takes in what other windows wrote until now."""
+        self._log.refresh()
+
     def poll(self) -> list[Event]:
         """Take in what this and other windows wrote; return the events of other kinds."""
         others = []

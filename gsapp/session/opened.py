@@ -11,6 +11,7 @@ from gsapp.flight.flight import Flight
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.loading import load_flight
 from gsapp.flight.raw import RawDamage
+from gsapp.session.file_worker import FileWorker
 from gsapp.session.readers import FlightReader, RecordReader, folder_reader, tlog_reader
 from gsapp.session.setting import Options, SessionSetting, setting_for
 
@@ -35,6 +36,8 @@ class Opened:
         Returns what was lost of the record.
     has_grown : callable
         Returns whether the record may hold something new.
+    worker : FileWorker or None
+        In whose thread its files are read and written; None where that is done at once.
     """
 
     path: Path
@@ -44,12 +47,13 @@ class Opened:
     whole: Flight | None = None
     damage: Callable[[], Sequence[RawDamage]] = tuple
     has_grown: Callable[[], bool] = lambda: True
+    worker: FileWorker | None = None
 
 
 def open_growing(folder: Path | str, options: Options) -> Opened:
     """Open a flight that is being recorded; see `gsapp.session.Session.follow`."""
     path = FlightFolder.open(folder).path
-    return _open_record(path, setting_for(path, options), grows=True)
+    return _open_record(path, setting_for(path, options), _worker(options), grows=True)
 
 
 def open_recorded(path: Path, options: Options) -> Opened:
@@ -57,10 +61,12 @@ def open_recorded(path: Path, options: Options) -> Opened:
     folder = FlightFolder.open(path) if path.is_dir() else None
     setting = setting_for(path, options)
     if folder is not None and folder.records:
-        return _open_record(path, setting, grows=False)
+        return _open_record(path, setting, _worker(options), grows=False)
     if path.is_file() and path.suffix.casefold() == ".tlog":
-        reader, stepped_over = tlog_reader(path, setting)
+        worker = _worker(options)
+        reader, stepped_over = tlog_reader(path, setting, worker)
         return Opened(
+            worker=worker,
             path=path,
             reader=reader,
             setting=setting,
@@ -70,15 +76,22 @@ def open_recorded(path: Path, options: Options) -> Opened:
     return _open_whole(path, setting, options)
 
 
-def _open_record(path: Path, setting: SessionSetting, *, grows: bool) -> Opened:
-    reader, tail = folder_reader(path, setting, grows=grows)
+def _worker(options: Options) -> FileWorker | None:
+    return FileWorker() if options.get("in_background", False) else None
+
+
+def _open_record(
+    path: Path, setting: SessionSetting, worker: FileWorker | None, *, grows: bool
+) -> Opened:
+    reader, tail, has_grown = folder_reader(path, setting, grows=grows, worker=worker)
     return Opened(
+        worker=worker,
         path=path,
         reader=reader,
         setting=setting,
         rate=setting.grid_rate,
         damage=lambda: tail.lost,
-        has_grown=tail.has_grown if grows else lambda: True,
+        has_grown=has_grown if grows else lambda: True,
     )
 
 
@@ -91,6 +104,7 @@ def _open_whole(path: Path, setting: SessionSetting, options: Options) -> Opened
         aircraft=setting.aircraft,
     )
     return Opened(
+        worker=_worker(options),
         path=path,
         reader=FlightReader(whole),
         setting=setting,

@@ -18,6 +18,7 @@ from gsapp.flight.setting import Setting
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 from gsapp.session.feeds import Step
+from gsapp.session.file_worker import FileWorker, RecordBuffer
 
 _GUESS_US = 3_000_000
 _GUESS_RECORDS = 20_000
@@ -41,6 +42,8 @@ class RecordReader:
         For messages.
     grows : bool
         Whether further records may come.
+    waits : callable
+        Returns whether the last poll gave fewer than there are, since the disk has them still.
 
     Attributes
     ----------
@@ -60,7 +63,9 @@ class RecordReader:
         path: Path,
         *,
         grows: bool,
+        waits: Callable[[], bool] = lambda: False,
     ) -> None:
+        self._waits = waits
         self._poll = poll
         self._progress = progress
         self._setting = setting
@@ -87,12 +92,13 @@ class RecordReader:
     def read(self, limit: int) -> Step:
         """Decode the next records."""
         records = self._poll(limit)
-        more = len(records) >= limit
+        waits = self._waits()
+        more = waits or len(records) >= limit
         if self.decoder is None:
             records = self._hold(records, more)
         if self.decoder is None or not records:
-            return Step((), more)
-        return Step(self.decoder.feed(records), more)
+            return Step((), more, waits)
+        return Step(self.decoder.feed(records), more, waits)
 
     def finish(self) -> Sequence[Block]:
         """Give what the decoder held back; nothing more will come."""
@@ -139,19 +145,38 @@ class RecordReader:
             self.decoder = found.decoder(setting.channel_map)
 
 
-def folder_reader(folder: Path, setting: Setting, *, grows: bool) -> tuple[RecordReader, RawTail]:
-    """Return a reader of a flight folder's raw files, and the tail it reads with."""
+def folder_reader(
+    folder: Path, setting: Setting, *, grows: bool, worker: FileWorker | None = None
+) -> tuple[RecordReader, RawTail, Callable[[], bool]]:
+    """Return a reader of a flight folder's raw files, the tail it reads with, and what tells news.
+
+    With a worker the files are read in its thread.
+    """
     tail = RawTail(folder)
 
     def progress() -> float:
         whole = sum(path.stat().st_size for name in RAW_FILES if (path := folder / name).is_file())
         return min(sum(tail.position) / whole, 1.0) if whole else 0.0
 
-    return RecordReader(tail.poll, progress, setting, folder, grows=grows), tail
+    if worker is None:
+        return RecordReader(tail.poll, progress, setting, folder, grows=grows), tail, tail.has_grown
+    buffer = RecordBuffer(worker, tail.poll, tail.has_grown if grows else None, progress)
+    return _buffered(buffer, setting, folder, grows=grows), tail, buffer.has_grown
 
 
-def tlog_reader(path: Path, setting: Setting) -> tuple[RecordReader, RawDamage]:
+def _buffered(buffer: RecordBuffer, setting: Setting, path: Path, *, grows: bool) -> RecordReader:
+    return RecordReader(
+        buffer.poll, lambda: buffer.progress, setting, path, grows=grows,
+        waits=lambda: buffer.waits,
+    )  # fmt: skip
+
+
+def tlog_reader(
+    path: Path, setting: Setting, worker: FileWorker | None = None
+) -> tuple[RecordReader, RawDamage]:
     """Return a reader of a ``.tlog`` of any ground station, and what it had to step over.
+
+    With a worker the file is read in its thread.
 
     Raises
     ------
@@ -171,8 +196,13 @@ def tlog_reader(path: Path, setting: Setting) -> tuple[RecordReader, RawDamage]:
         read += sum(len(record.data) + 8 for record in taken)
         return taken
 
-    reader = RecordReader(poll, lambda: min(read / whole, 1.0), setting, path, grows=False)
-    return reader, damage
+    def progress() -> float:
+        return min(read / whole, 1.0)
+
+    if worker is None:
+        return RecordReader(poll, progress, setting, path, grows=False), damage
+    buffer = RecordBuffer(worker, poll, None, progress)
+    return _buffered(buffer, setting, path, grows=False), damage
 
 
 class FlightReader:

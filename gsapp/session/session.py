@@ -1,8 +1,8 @@
 """One flight being watched, live or in a replay: everything a window or a command needs of it.
 
 `Session.update` is called by a timer, does what fits into a few milliseconds, and goes on in the
-next call. No threads, no Qt: what the session holds changes in `update` and in the user's own
-actions only.
+next call. No Qt: what the session holds changes in `update` and in the user's own actions only. Its
+files may be read and written in a thread (`gsapp.session.file_worker`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, TypeVar, Unpack
 
 from calibration import Certificate
 from calibration.validity import CalibrationInForce
@@ -35,13 +35,16 @@ from gsapp.session.alarm_watch import AlarmWatch
 from gsapp.session.alarms import AlarmBoard
 from gsapp.session.cue_watch import CueWatch
 from gsapp.session.equipment import (
+    STUCK_WORDS,
     DiskView,
     EquipmentMonitor,
     LinkView,
+    RecorderProbe,
     RecorderView,
     link_view,
 )
 from gsapp.session.feeds import LiveFeed, ReplayFeed
+from gsapp.session.file_worker import BackgroundEventLog
 from gsapp.session.guarding import Guard, Guarded
 from gsapp.session.history import History
 from gsapp.session.landing import LandingMonitor
@@ -71,12 +74,18 @@ if TYPE_CHECKING:
 
 _EVENTS_EVERY = 0.25
 _RELAX_EVERY = 10.0
+_INFO_EVERY = 1.0
+_RECORDER_EVERY = 0.25
+_STUCK_SECONDS = 2.0
+"""After which a disk that does not respond is told."""
 _AGAIN = 1.0
 """Seconds after which what failed in a live flight is tried again."""
 _LIMITS = "limits and missing messages are watched no more"
 _ESTIMATES = "there are no estimates any more"
 _LANDING = "the landing is not recognized"
 _FURTHER = "not everything that watches the samples works"
+
+T = TypeVar("T")
 
 log = logging.getLogger(__name__)
 
@@ -135,12 +144,17 @@ class Session:
         self.limits = LimitSet(setting.aircraft, setting.limits)
         self.board = AlarmBoard()
         self.history = History((), opened.rate)
-        self.book = MarkBook(EventLog(events_path(path)), wall_us)
+        self._worker = worker = opened.worker
+        events = events_path(path)
+        self.book = MarkBook(
+            EventLog(events) if worker is None else BackgroundEventLog(events, worker), wall_us
+        )
         self._account = Account(opened, self.name, self.history, self.book)
         self._reader = opened.reader
         self._setting = setting
         self._system_chosen = setting.system
         self._flight = opened.whole
+        self._read_info = self._watched_or_read(self._info_on_disk, _INFO_EVERY)
         info = self._info() if mode == "replay" else None
         self._date = None if info is None else info.date
         self._has_grown = opened.has_grown
@@ -168,7 +182,8 @@ class Session:
         self.equipment: EquipmentMonitor | None = None
         self.feed: LiveFeed | ReplayFeed
         if mode == "live":
-            self.equipment = EquipmentMonitor(path, self.board, clock, wall_us)
+            facts = self._watched_or_read(RecorderProbe(path).read, _RECORDER_EVERY)
+            self.equipment = EquipmentMonitor(path, self.board, clock, wall_us, facts)
             self.feed = LiveFeed(opened.reader, self.history, everyone, clock)
         else:
             self.feed = ReplayFeed(
@@ -178,6 +193,8 @@ class Session:
 
         # What the crew chose in an earlier window counts from when it was chosen.
         self._alarm_log.read()
+        if worker is not None:
+            worker.start()
 
     # Making one
 
@@ -285,13 +302,21 @@ class Session:
         decoder = self.decoder
         health = None if decoder is None else decoder.health
         unread = "record" in self._failures
+        stuck = self.disk_stuck
         equipment.landed = self.landing.landed_at is not None
-        if equipment.look(health, self.now, caught_up=self.feed.present, unread=unread):
+        if equipment.look(
+            health, self.now, caught_up=self.feed.present, unread=unread, stuck=stuck
+        ):
             self._alarm_log.write_equipment(self.now)
             if self.cue_watch is not None:
                 self.cue_watch.look_at_equipment()
             if equipment.ended and self.feed.caught_up:
                 self.board.end(self.now)
+
+    @property
+    def disk_stuck(self) -> bool:
+        """Return whether the disk of the flight has not responded for a while."""
+        return self._worker is not None and self._worker.waiting > _STUCK_SECONDS
 
     @property
     def has_news(self) -> bool:
@@ -322,6 +347,8 @@ class Session:
         if self.estimates is not None:
             self.estimates.close()
         self.history.close()
+        if self._worker is not None:
+            self._worker.close()
 
     # What it shows
 
@@ -462,8 +489,13 @@ class Session:
             alarms=standing,
             waiting=sum(not alarm.acknowledged for alarm in standing),
             playhead=self._playhead(),
-            problem=next(iter(self._failures.values()), self._account.problem),
+            problem=self._problem(),
         )
+
+    def _problem(self) -> str:
+        if self.disk_stuck:
+            return f"{self.name}: {STUCK_WORDS}"
+        return next(iter(self._failures.values()), self._account.problem)
 
     def states(self, channel_ids: Sequence[str] | None = None) -> dict[str, ChannelState]:
         """Return what can be said of each channel now; by default of all that there can be."""
@@ -586,8 +618,15 @@ class Session:
             return
         self.cue_watch.cueing.use_cards(cards)
         folder = FlightFolder(path=self.path)
-        if self.mode == "live" and not folder.cards_file.exists():
-            folder.keep_cards(cards)
+
+        def keep() -> None:
+            if not folder.cards_file.exists():
+                folder.keep_cards(cards)
+
+        if self.mode == "live" and self._worker is None:
+            keep()
+        elif self.mode == "live" and self._worker is not None:
+            self._worker.do(keep)
 
     def acknowledge(self, key: str | None = None, by: str = "crew") -> bool:
         """Take note of an alarm, by default of the newest that waits; return whether there was one.
@@ -629,7 +668,9 @@ class Session:
             system=system,
         )
         live = self.mode == "live"
-        return CueWatch(cueing, self.board, self.book, self._alarm_log.read, live=live)
+        return CueWatch(
+            cueing, self.board, self.book, lambda: self._alarm_log.read(refreshed=True), live=live
+        )
 
     def _everyone(self, further: Sequence[Consumer]) -> Sequence[Consumer]:
         """Return who watches the samples; in a live flight none of them may hold up the others."""
@@ -665,12 +706,17 @@ class Session:
 
     def _info(self) -> FlightInfo | None:
         """Return the flight card as it is now; None without one, or if it holds mistakes."""
-        if self._flight is not None:
-            return self._flight.info
+        return self._read_info() if self._flight is None else self._flight.info
+
+    def _info_on_disk(self) -> FlightInfo | None:
         try:
             return FlightFolder(path=self.path).info() if self.path.is_dir() else None
         except FileProblemsError:
             return None
+
+    def _watched_or_read(self, read: Callable[[], T], every: float) -> Callable[[], T]:
+        """Return what gives the newest of something on the disk, without waiting for it."""
+        return read if self._worker is None else self._worker.watch(read, every)
 
     def _verdicts(self) -> Sequence[Verdict]:
         return () if self.cue_watch is None else self.cue_watch.cueing.verdicts

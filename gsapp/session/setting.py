@@ -66,6 +66,9 @@ class Options(Chosen, total=False):
         Units of what is said.
     workers : Workers
         Where maneuvers are fitted as they end; without it no derivatives are estimated.
+    in_background : bool
+        Whether files are read and written in a thread, so that `Session.update` waits for no disk.
+        What is taken in follows a moment later.
     """
 
     consumers: Sequence[Consumer]
@@ -74,6 +77,7 @@ class Options(Chosen, total=False):
     cues: bool
     system: str
     workers: Workers
+    in_background: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

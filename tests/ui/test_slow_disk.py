@@ -17,14 +17,18 @@ from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from window_kit import until
+from fuse_disk import FuseDisk
+from window_kit import Aircraft, free_port, until
 
 import ui.window
+from gsapp.flight.events import read_events
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.writers import write_flight_csv
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
+from gsapp.session.limits import Severity
+from ui.dialogs.requests import ConnectRequest
 from ui.disk_checks import path_kind
 from ui.faults import FaultDesk
 from ui.settings import SettingsStore
@@ -236,3 +240,81 @@ def test_a_folder_of_its_own_says_what_is_wrong(tmp_path: Path) -> None:
     os.mkfifo(folder.info_file)
     with pytest.raises(FlightError, match=r"flight\.toml"):
         FlightFolder.open(folder.path)
+
+
+@pytest.fixture
+def disk(tmp_path: Path) -> Iterator[FuseDisk]:
+    try:
+        made = FuseDisk(tmp_path / "disk")
+    except OSError:
+        pytest.skip("only root may mount a file system")
+    yield made
+    made.go_on()
+    made.end()
+
+
+def _record_on(window: MainWindow, folder: Path, port: int) -> None:
+    window.desk.starter.connect_aircraft(
+        ConnectRequest(
+            link=f"udpin:127.0.0.1:{port}", folder=folder, channel_map="b777", aircraft="b777",
+            calibration="b777", append=False,
+        )
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("mode", ["live", "replay"])
+def test_an_open_flight_survives_a_disk_that_stops_and_goes_on(
+    make: Callable[..., MainWindow], qtbot: QtBot, disk: FuseDisk, mode: str
+) -> None:
+    window, folder, port = make(), disk.place / "flight", free_port()
+    desk = window.desk
+    with Aircraft(port):
+        _record_on(window, folder, port)
+        until(qtbot, lambda: (desk.time or 0.0) > 3.0, 20_000)
+        if mode == "replay":
+            desk.stop_now()
+            desk.close_flight()
+            desk.starter.open_flight(folder)
+            until(qtbot, lambda: desk.is_loaded)
+        qtbot.wait(1000)
+        disk.stop()
+        gap = longest_gap(qtbot, lambda: desk.mark(1.0, "stuck"), 3000)
+        assert gap < _LONGEST
+        # Nobody has to wait to see the mark, and the window says why nothing moves.
+        assert [mark.text for mark in desk.session.marks] == ["stuck"]
+        assert any("does not respond" in text for text in window.banners.texts())
+        before = desk.time
+        if mode == "live":
+            assert desk.session.equipment.disk.severity is Severity.WARNING
+            assert desk.session.equipment.link.words == "not read"
+        disk.go_on()
+        until(qtbot, lambda: not any("does not respond" in t for t in window.banners.texts()))
+        if mode == "live":
+            until(qtbot, lambda: desk.time > before + 3.0 and desk.session.feed.caught_up)
+            until(qtbot, lambda: desk.session.equipment.disk.severity is Severity.NORMAL)
+            assert desk.session.equipment.link.words == "ok"
+        qtbot.wait(300)
+        assert [mark.text for mark in desk.session.marks] == ["stuck"]
+        written = [one for one in read_events(folder / "events.jsonl").events if one.kind == "mark"]
+        assert [one.text for one in written] == ["stuck"]
+        desk.stop_now()
+
+
+def test_looking_for_recorders_does_not_wait_for_the_disk_of_one(
+    make: Callable[..., MainWindow], qtbot: QtBot, disk: FuseDisk
+) -> None:
+    window, port = make(), free_port()
+    _record_on(window, disk.place / "flight", port)
+    until(qtbot, lambda: window.desk.records_here, 20_000)
+    window.desk.close_flight()
+    until(qtbot, lambda: len(window.desk.others) == 1)
+    disk.stop()
+    assert longest_gap(qtbot, window.opening.look_for_recorders) < _LONGEST
+    # Known from the last look.
+    assert [found.name for found in window.desk.recording_elsewhere and window.desk.others] == [
+        "flight"
+    ]
+    assert longest_gap(qtbot, window.close) < _LONGEST
+    disk.go_on()
+    for found in window.desk.others:
+        found.handle.stop()

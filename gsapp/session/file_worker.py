@@ -1,0 +1,295 @@
+"""The files of an open flight, read and written in a thread: a disk that hangs stops nobody else.
+
+Results are handed over whole, and no lock is held while the thread waits for the disk.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import time
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future
+from contextlib import suppress
+from pathlib import Path
+from threading import Event as Flag
+from threading import Thread
+from typing import TypeVar
+
+from gsapp.flight.events import Event, EventLog
+from gsapp.flight.records import RawRecord
+from gsapp.foundation import FlightError
+
+T = TypeVar("T")
+
+_PERIOD = 0.002
+"""Seconds between two looks at the record: three sizes of files."""
+_PATIENCE = 0.2
+"""Seconds that who asks for something waits for the disk."""
+_PIECE, _MOST_AHEAD = 1024, 8192
+"""Records read at a time, and at most before somebody takes them."""
+_EVENTS_EVERY = _REREAD_EVERY = 0.1
+_RETRY_SECONDS = 1.0
+
+log = logging.getLogger(__name__)
+
+
+class FileWorker:
+    """Does what waits for the disk of one flight, one thing after the other, in a thread.
+
+    Attributes
+    ----------
+    is_closed : bool
+        Whether it was told to end.
+    """
+
+    def __init__(self) -> None:
+        self._jobs: deque[tuple[Callable[[], object], Future[object]]] = deque()
+        self._tasks: list[_Task] = []
+        self._wake = Flag()
+        self._round_ended: float | None = None
+        self.is_closed = False
+
+    @property
+    def waiting(self) -> float:
+        """Return the seconds since everything was read last: large where the disk hangs."""
+        return 0.0 if self._round_ended is None else time.monotonic() - self._round_ended
+
+    def repeat(self, task: Callable[[], object], every: float = 0.0) -> None:
+        """Let something be done every so many seconds, from the start on."""
+        self._tasks.append(_Task(task, every))
+
+    def watch(self, read: Callable[[], T], every: float) -> Callable[[], T]:
+        """Read something now and every so many seconds; return what gives the newest result."""
+        newest = read()
+
+        def renew() -> None:
+            nonlocal newest
+            newest = read()
+
+        self.repeat(renew, every)
+        return lambda: newest
+
+    def start(self) -> None:
+        """Begin."""
+        self._round_ended = time.monotonic()
+        Thread(target=self._run, name="flight files", daemon=True).start()
+
+    def submit(self, job: Callable[[], object]) -> Future[object]:
+        """Let something be done next, and wait a moment for it, but not for a disk that hangs.
+
+        Returns
+        -------
+        Future
+            Done or not; it never raises that it is late.
+        """
+        future: Future[object] = Future()
+        self._jobs.append((job, future))
+        self._wake.set()
+        with suppress(TimeoutError):
+            future.exception(_PATIENCE if self.waiting < _PATIENCE else 0.0)
+        return future
+
+    def do(self, job: Callable[[], object]) -> None:
+        """Let something be done next; raise what fails at once, and log what fails late."""
+        future = self.submit(job)
+        if future.done():
+            future.result()
+        else:
+            future.add_done_callback(_log_failure)
+
+    def close(self) -> None:
+        """End once everything that was asked for is done."""
+        self.is_closed = True
+        self._wake.set()
+
+    def _run(self) -> None:
+        while True:
+            self._wake.clear()
+            is_last = self.is_closed
+            while self._jobs:
+                job, future = self._jobs.popleft()
+                try:
+                    future.set_result(job())
+                except Exception as error:
+                    future.set_exception(error)
+            if is_last:
+                return
+            for task in self._tasks:
+                task.run()
+            self._round_ended = time.monotonic()
+            self._wake.wait(_PERIOD)
+
+
+def _log_failure(future: Future[object]) -> None:
+    if (error := future.exception()) is not None:
+        log.error("a file of the flight was not written", exc_info=error)
+
+
+class _Task:
+    def __init__(self, function: Callable[[], object], every: float) -> None:
+        self._function = function
+        self._every = every
+        self._due = 0.0
+
+    def run(self) -> None:
+        now = time.monotonic()
+        if now < self._due:
+            return
+        self._due = now + self._every
+        try:
+            self._function()
+        except Exception:
+            self._due = now + _RETRY_SECONDS
+            log.exception("a file of the flight cannot be read")
+
+
+class RecordBuffer:
+    """Records read ahead in a thread.
+
+    Parameters
+    ----------
+    worker : FileWorker
+    poll : callable
+        Gives at most so many of the next records.
+    has_grown : callable or None
+        Returns whether that would find anything after the end was reached; called by the thread.
+        None for a record that does not grow.
+    progress : callable
+        Gives the share of the records read, 0 to 1; called by the thread.
+
+    Attributes
+    ----------
+    waits : bool
+        Whether the last `poll` gave fewer than it was asked for, and more is being read.
+    """
+
+    def __init__(
+        self,
+        worker: FileWorker,
+        poll: Callable[[int], list[RawRecord]],
+        has_grown: Callable[[], bool] | None,
+        progress: Callable[[], float],
+    ) -> None:
+        self._poll = poll
+        self._grew = has_grown
+        self._progress = progress
+        self._records: deque[RawRecord] = deque()
+        self._at_end = False
+        self._share = 0.0
+        self._error: Exception | None = None
+        self.waits = False
+        worker.repeat(self._read_news)
+        if has_grown is not None:
+            # A file may fail without a change of its size.
+            worker.repeat(self._read, _REREAD_EVERY)
+
+    def _read_news(self) -> None:
+        if not self._at_end or (self._grew is not None and self._grew()):
+            self._read()
+
+    def _read(self) -> None:
+        """Read what came, as far as there is room for it."""
+        try:
+            while self._error is None and len(self._records) < _MOST_AHEAD:
+                records = self._poll(_PIECE)
+                self._records.extend(records)
+                self._share = self._progress()
+                self._at_end = len(records) < _PIECE
+                if self._at_end:
+                    return
+        except Exception as error:
+            self._error = error  # whoever takes the records is told
+
+    def poll(self, limit: int) -> list[RawRecord]:
+        """Take at most so many of the records that were read.
+
+        Raises
+        ------
+        FlightError
+            If a file cannot be read.
+        """
+        error, self._error = self._error, None
+        if error is not None:
+            raise error
+        at_end = self._at_end  # before: what comes meanwhile is still there the next time
+        taken = [self._records.popleft() for _ in range(min(limit, len(self._records)))]
+        self.waits = len(taken) < limit and not at_end
+        return taken
+
+    def has_grown(self) -> bool:
+        """Return whether there is something to take."""
+        return bool(self._records) or self._error is not None
+
+    @property
+    def progress(self) -> float:
+        """Return the share of the records read, 0 to 1."""
+        return self._share
+
+
+class BackgroundEventLog(EventLog):
+    """An events file that is read and written in a thread.
+
+    What a disk that hangs does not take is written when it answers. Until then `poll` gives it
+    back to this window alone.
+    """
+
+    def __init__(self, path: Path, worker: FileWorker) -> None:
+        super().__init__(path)
+        self._worker = worker
+        self._arrived: deque[Event] = deque()
+        self._late: list[tuple[Event, Future[object]]] = []
+        self._own: list[Event] = []  # late, and still to be given back
+        self._error: FlightError | None = None
+        self._read()
+        worker.repeat(self._read, _EVENTS_EVERY)
+
+    def _read(self) -> None:
+        try:
+            self._arrived.extend(super().poll())
+        except FlightError as error:
+            self._error = error
+
+    def write_line(self, event: Event, line: str) -> None:
+        """Write a line as soon as the disk takes it; see `EventLog.write_line`."""
+
+        def write() -> None:
+            super(BackgroundEventLog, self).write_line(event, line)
+            self._read()
+
+        future = self._worker.submit(write)
+        if not future.done():
+            own = Event.from_json(json.loads(line))
+            self._own.append(own)
+            self._late.append((own, future))
+        elif (error := future.exception()) is not None:
+            raise error
+
+    def refresh(self) -> None:
+        """Read what other windows wrote, if the disk answers."""
+        self._worker.submit(self._read)
+
+    def poll(self) -> list[Event]:
+        """Return the events that were read since the last call, and those still to be written.
+
+        Raises
+        ------
+        FlightError
+            If the file cannot be read, or refused what was written late.
+        """
+        error, self._error = self._error, None
+        if error is not None:
+            raise error
+        found, self._own = self._own, []
+        for event in [self._arrived.popleft() for _ in range(len(self._arrived))]:
+            late = next((one for one in self._late if one[0] == event), None)
+            if late is None:
+                found.append(event)
+            else:
+                self._late.remove(late)  # given back before
+        for late in [one for one in self._late if one[1].done()]:
+            if isinstance(failure := late[1].exception(), FlightError):
+                self._late.remove(late)
+                self._error = failure
+        return found
