@@ -20,6 +20,8 @@ from gsapp.foundation.numbers import number_in
 from gsapp.quantities import FloatArray
 
 _ROWS_AT_ONCE = 4096
+_BYTES_AT_ONCE = 1 << 20
+_LINES_LOOKED_AT = 20
 _MOST_PROBLEMS = 20
 _SEPARATORS = {";": "semicolons", "\t": "tabs"}
 _MOMENT = re.compile(r"\d+[-/.]\d+[-/.]\d+|\d+:\d\d")
@@ -180,8 +182,8 @@ def read_text_table(path: Path | str) -> TextTable:
         than commas.
     """
     file = Path(path)
-    text = _text(file)
-    lines = text.split("\n")
+    data = _content(file)
+    lines = _lines(data)
     header = next(
         (
             place
@@ -197,9 +199,10 @@ def read_text_table(path: Path | str) -> TextTable:
             "is empty",
             "a flight needs a header such as 'time [s],q [deg/s]' and rows",
         )
-    quoted = '"' in text
+    quoted = b'"' in data
     names = tuple(name.strip() for name in next(csv.reader([lines[header]])))
-    _must_be_separated_by_commas(file, header + 1, lines[header], lines[header + 1 :])
+    body = lines[header + 1 : header + 1 + _LINES_LOOKED_AT]
+    _must_be_separated_by_commas(file, header + 1, lines[header], body)
     remarks: tuple[str, ...] = ()
     if lines[-1] and not quoted and len(lines) - 1 > header:
         cells = lines[-1].count(",") + 1
@@ -223,7 +226,7 @@ def _one_problem(path: Path, where: str, what: str, remedy: str) -> FileProblems
     return FileProblemsError(path, [FileProblem(where=where, what=what, remedy=remedy)])
 
 
-def _text(path: Path) -> str:
+def _content(path: Path) -> bytes:
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -244,18 +247,33 @@ def _text(path: Path) -> str:
             "is a zero byte, so the file is not text",
             "name a CSV file, or use the right ending for another format",
         )
-    data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    return data
+
+
+def _lines(data: bytes) -> list[str]:
     try:
-        return data.decode("utf-8")
+        return _decoded_lines(data, "utf-8")
     except UnicodeDecodeError:
         # Every byte is a character of Latin-1; in practice it is a degree sign in the header.
-        return data.decode("latin-1")
+        return _decoded_lines(data, "latin-1")
+
+
+def _decoded_lines(data: bytes, encoding: str) -> list[str]:
+    """Return the lines of a file, split in pieces: one call would hold up all other threads."""
+    lines: list[str] = []
+    start = 0
+    while start < len(data):
+        end = data.find(b"\n", start + _BYTES_AT_ONCE) + 1 or len(data)
+        piece = data[start:end].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+        lines[-1:] = piece.decode(encoding).split("\n")  # the last one is empty until here
+        start = end
+    return lines or [""]
 
 
 def _must_be_separated_by_commas(path: Path, line: int, header: str, body: Sequence[str]) -> None:
     for separator, name in _SEPARATORS.items():
         if separator in header and header.count(separator) > header.count(","):
-            sample = "".join(body[:20])
+            sample = "".join(body)
             decimal = " and the numbers have decimal commas" if "," in sample else ""
             remedy = "separate the cells by commas"
             if decimal:
