@@ -95,13 +95,17 @@ def files_of(folder: Path, pattern: str = "*") -> tuple[Path, ...]:
     ------
     GroundStationError
         If something stands there whose content cannot be told: what is kept in it would silently
-        be replaced by what counts without it.
+        be replaced by what counts without it. A pipe or a device is no file: its reader would wait.
     """
     with contextlib.suppress(OSError):  # which is told below
         if not stands(folder):
             return ()
     names = fnmatch.filter(names_in(folder), pattern)
-    return tuple(sorted(folder / name for name in names if not is_litter(name)))
+    found = tuple(sorted(folder / name for name in names if not is_litter(name)))
+    for path in found:
+        if _takes_a_stream(path):
+            raise GroundStationError(f"{path} is a pipe or a device, not a file; remove it")
+    return found
 
 
 def flush_to_disk(descriptor: int) -> None:

@@ -21,6 +21,7 @@ from fuse_disk import FuseDisk
 from window_kit import Aircraft, free_port, until
 
 import ui.window
+from gsapp.flight.card_file import CardFile
 from gsapp.flight.events import read_events
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
@@ -31,6 +32,7 @@ from gsapp.session.limits import Severity
 from ui.dialogs.requests import ConnectRequest
 from ui.disk_checks import path_kind
 from ui.faults import FaultDesk
+from ui.preflight.form_editor import FormEditor
 from ui.settings import SettingsStore
 from ui.window import MainWindow
 
@@ -230,6 +232,31 @@ def test_a_folder_of_many_files_and_a_long_table_leave_the_window_alive(
     until(qtbot, lambda: window.faults.last is not None)
     assert isinstance(window.faults.last.details, str)
     assert gap < _LONGEST
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes")
+def test_a_pipe_among_the_certificates_is_refused(
+    make: Callable[..., MainWindow], qtbot: QtBot, tmp_path: Path
+) -> None:
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    os.mkfifo(folder / "alpha.toml")
+    make().commands.actions["place_preflight"].trigger()  # loads what is imported
+    window = make(calibration=str(folder))
+    assert longest_gap(qtbot, window.commands.actions["place_preflight"].trigger) < _LONGEST
+    state = window.preflight.books.states()["calibration"]
+    assert (state.words, "alpha.toml" in state.detail) == ("cannot be read", True)
+
+
+def test_the_card_of_a_flight_on_a_disk_that_stops_does_not_hold_up_preflight(
+    make: Callable[..., MainWindow], qtbot: QtBot, disk: FuseDisk
+) -> None:
+    folder = FlightFolder.create(disk.place / "flight", FlightInfo(name="x"))
+    editor = FormEditor(CardFile(folder))
+    disk.stop()
+    assert longest_gap(qtbot, editor.look_again) < _LONGEST
+    with pytest.raises(FlightError, match="respond"):
+        editor.save()
 
 
 def test_a_folder_of_its_own_says_what_is_wrong(tmp_path: Path) -> None:

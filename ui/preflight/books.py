@@ -140,7 +140,11 @@ class Books:
                 "choose other certificates when connecting"
             )
             return
-        shelf = Shelf(calibrations_path(self._store.path), aircraft_at_hand(session, settings))
+        kept = calibrations_path(self._store.path)
+        if may_block(kept):
+            self._calibration_problem = f"{kept} does not respond"
+            return
+        shelf = Shelf(kept, aircraft_at_hand(session, settings))
         self._planned, self._calibration_begun = None, unfinished(shelf.journal)
         self._calibration_problem = ""
         try:

@@ -8,7 +8,8 @@ from typing import Any, Generic, TypeVar
 from pydantic import BaseModel
 
 from gsapp.flight.edited_file import Content, EditedFile, Key
-from gsapp.foundation import FileProblemsError, UnitError
+from gsapp.foundation import FileProblemsError, FlightError, UnitError
+from ui.disk_checks import may_block
 from ui.preflight.card_form import CardValue, read, shown
 from ui.preflight.changes import Changes
 
@@ -55,7 +56,7 @@ class FormEditor(Generic[Model]):
         FileProblemsError
             If it holds mistakes now.
         """
-        if not self.file.is_saved or not self.file.read():
+        if not self.file.is_saved or may_block(self.file.path) or not self.file.read():
             return False
         self.problems.clear()
         self._pending.clear()
@@ -160,6 +161,8 @@ class FormEditor(Generic[Model]):
         Raises
         ------
         FlightError
-            If the disk refuses.
+            If the disk refuses, or does not respond.
         """
+        if may_block(self.file.path):
+            raise FlightError(f"{self.file.path} does not respond; it is not saved yet")
         self.file.save()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ui.desk import Desk
+from ui.disk_checks import path_kind
 from ui.preflight.practice import Practice
 from ui.preflight.shelf import Shelf, aircraft_at_hand, practice_path
 from ui.settings import SettingsStore, calibrations_path
@@ -53,7 +54,7 @@ class InForce:
         if (
             session is not None
             and session.replaying is None
-            and session.path.is_dir()
+            and path_kind(session.path) == "folder"
             and shelf is self.shelf
             and shelf.keep_with(session.path)
         ):
