@@ -53,6 +53,20 @@ def _look(place: Path) -> PathKind:
     return "file" if stat.S_ISREG(mode) else "special"
 
 
+def nearest_folder(path: Path) -> Path:
+    """Return the nearest folder to a path that is there, for a file dialog to begin in.
+
+    Home where the disk does not respond: a dialog that begins there waits for it.
+    """
+    for place in (path, *path.parents):
+        kind = path_kind(place)
+        if kind == "folder":
+            return place
+        if kind == "stuck":
+            break
+    return Path.home()
+
+
 def may_block(path: Path | str) -> bool:
     """Return whether reading a path could hold up the window; not so for names of shipped files."""
     return path_kind(path) in ("special", "stuck")

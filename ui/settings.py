@@ -15,7 +15,7 @@ import platformdirs
 from pydantic import Field, ValidationError
 
 from gsapp.foundation import StrictModel, write_toml
-from ui.disk_checks import path_kind
+from ui.disk_checks import nearest_folder, path_kind
 from ui.review.estimate_wishes import Wishes
 
 _APPLICATION = "gsapp"
@@ -215,14 +215,7 @@ def first_folder(settings: Settings, remembered: str = "") -> Path:
     Path
         The nearest that is there: a dialog would take one that is not for the name of a file.
     """
-    wanted = Path(remembered or settings.folder or recording_folder(settings))
-    for place in (wanted, *wanted.parents):
-        kind = path_kind(place)
-        if kind == "folder":
-            return place
-        if kind == "stuck":
-            break
-    return Path.home()
+    return nearest_folder(Path(remembered or settings.folder or recording_folder(settings)))
 
 
 def writable_folder(wanted: Path) -> tuple[Path, str]:

@@ -8,11 +8,12 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from threading import Timer
 
 import numpy as np
 import pytest
 from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QFileDialog, QPushButton
 from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -29,7 +30,9 @@ from gsapp.flight.writers import write_flight_csv
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 from gsapp.session.limits import Severity
+from ui.dialogs.form import PathField
 from ui.dialogs.requests import ConnectRequest
+from ui.dialogs.saving import file_to_write
 from ui.disk_checks import path_kind
 from ui.faults import FaultDesk
 from ui.preflight.form_editor import FormEditor
@@ -246,6 +249,25 @@ def test_a_pipe_among_the_certificates_is_refused(
     assert longest_gap(qtbot, window.commands.actions["place_preflight"].trigger) < _LONGEST
     state = window.preflight.books.states()["calibration"]
     assert (state.words, "alpha.toml" in state.detail) == ("cannot be read", True)
+
+
+@pytest.mark.parametrize("kind", ["save", "folder", "file"])
+def test_a_file_dialog_does_not_begin_on_a_disk_that_stops(
+    qtbot: QtBot, disk: FuseDisk, make: Callable[..., MainWindow], kind: str
+) -> None:
+    window, there = make(), disk.place / "flights"
+    there.mkdir()
+    field = PathField("Flights", window.look, folder=kind == "folder")
+    field.edit.setText(str(there / "new.csv"))
+    acts: dict[str, Callable[[], object]] = {
+        "save": lambda: file_to_write(window, "Export", there / "new.csv", "Table (*.csv)"),
+        "folder": field.findChild(QPushButton).click,
+        "file": field.findChild(QPushButton).click,
+    }
+    longest_gap(qtbot, lambda: QFileDialog.getExistingDirectory(window))  # the first takes longer
+    disk.stop()
+    Timer(3.0, disk.go_on).start()
+    assert longest_gap(qtbot, acts[kind], 1000) < _LONGEST
 
 
 def test_the_card_of_a_flight_on_a_disk_that_stops_does_not_hold_up_preflight(

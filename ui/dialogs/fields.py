@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QComboBox, QFileDialog, QLineEdit, QSizePolicy, QV
 
 from ui.dialogs.form import PathField, Sentence
 from ui.dialogs.requests import Verdict, check_folder, next_flight_name
-from ui.disk_checks import path_kind
+from ui.disk_checks import nearest_folder, path_kind
 from ui.look import Look
 from ui.settings import writable_folder
 
@@ -62,10 +62,12 @@ class ShippedField(QComboBox):
         if self.itemData(index) is not None:
             self._kept = index
             return
+        # Where Qt was last may be a disk that does not respond.
+        start = str(nearest_folder(Path(str(self.itemData(self._kept) or "~")).expanduser()))
         if self._folder:
-            path = QFileDialog.getExistingDirectory(self, self._name)
+            path = QFileDialog.getExistingDirectory(self, self._name, start)
         else:
-            path, _kind = QFileDialog.getOpenFileName(self, self._name, "", "TOML (*.toml)")
+            path, _kind = QFileDialog.getOpenFileName(self, self._name, start, "TOML (*.toml)")
         if path:
             self.insertItem(index, path, path)
             self._kept = index

@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from ui.disk_checks import nearest_folder
 from ui.look import Look
 from ui.pages import label
 
@@ -113,10 +114,12 @@ class PathField(QWidget):
         return Path(self.edit.text().strip()).expanduser()
 
     def _choose(self) -> None:
-        start = self.edit.text() or str(Path.home())
+        wanted = self.path if self.edit.text().strip() else Path.home()
         if self._folder:
+            start = str(nearest_folder(wanted))
             chosen = QFileDialog.getExistingDirectory(self, self._name, start)
         else:
+            start = str(nearest_folder(wanted.parent) / wanted.name)
             chosen, _kind = QFileDialog.getSaveFileName(self, self._name, start)
         if chosen:
             self.edit.setText(chosen)

@@ -10,6 +10,8 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from gsapp.foundation import write_atomically
 
+from ui.disk_checks import nearest_folder
+
 
 def file_to_write(parent: QWidget | None, title: str, start: Path, kinds: str) -> Path | None:
     """Ask for a file to be written, and give it the ending of its kind if it has none.
@@ -35,6 +37,7 @@ def file_to_write(parent: QWidget | None, title: str, start: Path, kinds: str) -
         The file; None where none was chosen.
     """
     endings = dict(re.findall(r"([^;]+\(\*(\.\w+)\))", kinds))
+    start = nearest_folder(start.parent) / start.name
     while True:
         text, kind = QFileDialog.getSaveFileName(parent, title, str(start), kinds)
         if not text:

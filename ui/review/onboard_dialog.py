@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 from ui.dialogs.connect import LinkField
 from ui.dialogs.flights import LOGS
 from ui.dialogs.form import FormDialog, Sentence
-from ui.disk_checks import path_kind
+from ui.disk_checks import nearest_folder, path_kind
 from ui.look import Look
 from ui.review.onboard_job import LogJob
 
@@ -77,7 +77,8 @@ class OpenFileField(QWidget):
         self.setFocusProxy(self.edit)
 
     def _choose(self) -> None:
-        start = self.edit.text() or str(Path.home())
+        text = self.edit.text().strip()
+        start = str(nearest_folder(Path(text).expanduser() if text else Path.home()))
         path, _kind = QFileDialog.getOpenFileName(self, self._name, start, LOGS)
         if path:
             self.edit.setText(path)
