@@ -9,7 +9,6 @@ from pathlib import Path
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from gsapp.foundation import write_atomically
-
 from ui.disk_checks import nearest_folder
 
 
