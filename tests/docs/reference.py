@@ -1,0 +1,122 @@
+"""Writes the reference pages that follow from the code: ``python -m tests.docs.reference``.
+
+The tests compare the pages with what this module makes, so none of them can be out of date.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from gsapp.cli.main import app
+from gsapp.discrepancy.catalog import catalog
+from gsapp.quantities.channels import CHANNELS
+
+FOLDER = Path(__file__).parents[2] / "docs" / "reference"
+_MADE = "<!-- Made from the code by tests/docs/reference.py: change the code, not this page. -->"
+
+
+def _row(cells: Iterable[str]) -> str:
+    return "| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |"
+
+
+def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> Iterator[str]:
+    yield _row(head)
+    yield _row("---" for _ in head)
+    yield from (_row(row) for row in rows)
+    yield ""
+
+
+def _page(title: str, *lines: str) -> str:
+    return "\n".join([f"# {title}", "", _MADE, "", *lines]).rstrip() + "\n"
+
+
+def channels() -> str:
+    """Return the page of all channels."""
+    groups: dict[str, list[tuple[str, ...]]] = {}
+    for spec in CHANNELS.values():
+        low, high = spec.limits
+        groups.setdefault(spec.group, []).append(
+            (f"`{spec.id}`", spec.symbol, spec.title, spec.unit or "1", spec.si_display or "1",
+             spec.us_display or "1", f"{low:g} to {high:g}", spec.description)
+        )  # fmt: skip
+    head = ("id", "symbol", "title", "unit in files", "SI", "US", "plausible", "meaning")
+    lines: list[str] = [
+        "Files hold SI units and radians; the window shows the units chosen. A second sensor of a "
+        "channel is `q.2`, and the volts of an instrument are `q_volts`.",
+        "",
+    ]
+    for group, rows in groups.items():
+        lines += [f"## {group[:1].upper()}{group[1:]}", "", *_table(head, rows)]
+    return _page("Channels", *lines)
+
+
+def _arguments(command: Any) -> Iterator[tuple[str, ...]]:
+    for parameter in command.params:
+        if parameter.hidden or parameter.name in ("install_completion", "show_completion"):
+            continue
+        text = parameter.help or ""
+        if parameter.param_type_name == "argument":
+            yield f"`{parameter.metavar or parameter.name.upper()}`", "", text
+            continue
+        names = ", ".join(f"`{name}`" for name in (*parameter.opts, *parameter.secondary_opts))
+        value = f" `{parameter.metavar}`" if parameter.metavar and not parameter.is_flag else ""
+        default = parameter.default
+        is_shown = isinstance(default, (str, int, float)) and not isinstance(default, bool)
+        yield names + value, f"`{default}`" if is_shown and default != "" else "", text
+
+
+def _command(command: Any, path: str) -> Iterator[str]:
+    yield f"## {path}"
+    yield ""
+    text = (command.help or "").replace("\b\n", "").replace("\f", "").strip()
+    yield re.sub(r"\n{3,}", "\n\n", text)
+    yield ""
+    rows = list(_arguments(command))
+    if rows:
+        yield from _table(("argument or option", "default", "meaning"), rows)
+    for name, part in getattr(command, "commands", {}).items():
+        if not part.hidden:
+            yield from _command(part, f"{path} {name}")
+
+
+def commands() -> str:
+    """Return the page of all commands."""
+    group: Any = typer.main.get_command(app)
+    lines: list[str] = []
+    for name, command in group.commands.items():
+        if not command.hidden:
+            lines += _command(command, f"gsapp {name}")
+    return _page("Commands", *lines)
+
+
+def effects() -> str:
+    """Return the page of all effects that a model may lack."""
+    rows: dict[str, list[tuple[str, ...]]] = {}
+    for record in catalog():
+        rows.setdefault(record.entry, []).append(
+            (f"`{record.id}`", record.title, f"`{record.equation}`",
+             ", ".join(f"`{one}`" for one in record.mistaken_for), record.separated_by)
+        )  # fmt: skip
+    head = ("id", "effect", "equation", "mistaken for", "separated by")
+    lines: list[str] = []
+    for entry, found in rows.items():
+        lines += [f"## {entry[:1].upper()}{entry[1:]}", "", *_table(head, found)]
+    return _page("Effects", *lines)
+
+
+PAGES: dict[str, Callable[[], str]] = {
+    "channels.md": channels,
+    "commands.md": commands,
+    "effects.md": effects,
+}
+
+
+if __name__ == "__main__":
+    FOLDER.mkdir(exist_ok=True)
+    for page, make in PAGES.items():
+        (FOLDER / page).write_text(make(), encoding="utf-8")
