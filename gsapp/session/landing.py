@@ -10,12 +10,13 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft
+from gsapp.excitation.rows import FlightRows, RowStream
 from gsapp.flight.maneuvers.airborne import FRAME, AirborneWatch, flying_speed
-from gsapp.flight.maneuvers.signals import COLUMN, signals_of
+from gsapp.flight.maneuvers.signals import COLUMN, SIGNALS
 from gsapp.quantities import Block, FloatArray
 from gsapp.quantities.constants import DEGREE
 
-GROUND_SPEED: Final = "ground_speed"
+_READ: Final = (*SIGNALS, "ground_speed")
 
 _FLYING_SPEED: Final = 12.0
 """Airspeed below which no aircraft of this kind flies, m/s, where no aircraft file tells."""
@@ -68,13 +69,15 @@ class LandingMonitor:
         self._on_ground = on_ground
         self._speed = _FLYING_SPEED if aircraft is None else flying_speed(aircraft)
         self._count = max(round(FRAME * rate), 1)
+        self._stream = RowStream(rate)
         self.reset()
 
     def reset(self) -> None:
         """Forget everything; the flight begins anew."""
         self._watch = None if self._aircraft is None else AirborneWatch(self._aircraft)
-        self._times: list[float] = []
-        self._rows: list[FloatArray] = []
+        self._stream.restart()
+        self._rows: list[FlightRows] = []
+        self._left = np.empty((0, len(_READ) + 1))  # of a frame that is not complete
         self._flown = 0
         self._ground = math.nan
         self._altitudes: deque[float] = deque(maxlen=_STANDING_FRAMES)
@@ -83,26 +86,25 @@ class LandingMonitor:
         self.landed_at: float | None = None
 
     def feed(self, block: Block) -> None:
-        """Take in the next samples of all channels."""
-        rows = signals_of(block)
-        known = GROUND_SPEED in block
-        over_ground = block[GROUND_SPEED] if known else np.full(len(block), np.nan)
-        self._times += block.times.tolist()
-        self._rows.append(np.column_stack([rows, over_ground]))
+        """Take in the next samples of some channels."""
+        self._rows += self._stream.feed(block)
 
     def settle(self) -> None:
         """Go through the frames that are complete."""
-        whole = len(self._times) // self._count * self._count
-        if not whole:
-            return
-        rows = np.concatenate(self._rows)
-        shaped = rows[:whole].reshape(-1, self._count, rows.shape[1])
-        present = np.isfinite(shaped).sum(axis=1)
-        sums = np.where(np.isfinite(shaped), shaped, 0.0).sum(axis=1)
+        self._rows += self._stream.complete()
+        rows = np.concatenate(
+            [self._left] + [np.column_stack([one.together(_READ), one.times]) for one in self._rows]
+        )
+        self._rows.clear()
+        whole = len(rows) // self._count * self._count
+        self._left = rows[whole:]
+        frames = rows[:whole].reshape(-1, self._count, rows.shape[1])
+        present = np.isfinite(frames).sum(axis=1)
+        sums = np.where(np.isfinite(frames), frames, 0.0).sum(axis=1)
         means = sums / np.where(present > 0, present, np.nan)
-        for place, frame in enumerate(means):
-            self._frame(self._times[place * self._count], frame)
-        self._times, self._rows = self._times[whole:], [rows[whole:]]
+        for frame, mean in zip(frames, means[:, :-1], strict=True):
+            if np.isfinite(mean).any():  # else the link was silent
+                self._frame(float(frame[0, -1]), mean)
 
     def _frame(self, time: float, means: FloatArray) -> None:
         speed, altitude = float(means[COLUMN["V"]]), float(means[COLUMN["altitude"]])

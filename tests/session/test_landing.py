@@ -77,6 +77,23 @@ def test_a_low_pass_a_touch_and_go_and_a_stall_are_no_landing() -> None:
     assert landings(block, load_aircraft("b777"), RATE) == []
 
 
+def test_a_link_that_brings_channels_apart_lands_once() -> None:
+    """Live, every message is a block of its own, and several seconds of one may come at once."""
+    whole = flown((10.0, 0.0, 0.0), (20.0, 30.0, 50.0), (12.0, 0.0, 0.0))
+    aircraft = load_aircraft("b777")
+    monitor, said, step = LandingMonitor(aircraft, RATE), [], round(4.0 * RATE)
+    for first in range(0, len(whole), step):
+        part = slice(first, first + step)
+        for names in (("V", "p", "q"), ("altitude",), ("throttle",), ("battery",)):
+            slow = slice(part.start, part.stop, 1 if "V" in names else 10)
+            values = np.column_stack([whole[n] if n in whole else whole["p"] for n in names])
+            monitor.feed(Block(channels=names, times=whole.times[slow], values=values[slow]))
+        monitor.settle()
+        if monitor.landed_at != (said[-1] if said else None):
+            said.append(monitor.landed_at)
+    assert said == [pytest.approx(30.0, abs=1.0)]
+
+
 def test_a_blocked_pitot_lands_nowhere() -> None:
     block = flown((10.0, 0.0, 0.0), (90.0, 30.0, 50.0), dropped=(30.0, 90.0))
     assert landings(block, load_aircraft("b777"), RATE) == []
