@@ -1,5 +1,47 @@
-"""Window tests run without a screen."""
+"""Windows for the tests, which run without a screen."""
 
 import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+sys.path.insert(0, str(Path(__file__).parent))
+
+from window_kit import activate, open_window, opened_window
+
+import ui.window
+from gsapp.telemetry.recorder_control import find_recorders
+from gsapp.telemetry.status import RUNTIME_VARIABLE
+from ui.window import MainWindow
+
+
+@pytest.fixture
+def alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """See no recorder of others, be asked nothing on closing, and leave no recorder behind."""
+    monkeypatch.setenv(RUNTIME_VARIABLE, str(tmp_path / "run"))
+    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+    yield
+    for recorder in find_recorders():
+        recorder.stop()
+
+
+@pytest.fixture
+def window(qtbot: QtBot, tmp_path: Path, alone: None) -> Iterator[MainWindow]:
+    """Return a new window that has the keyboard."""
+    made = open_window(tmp_path)
+    qtbot.addWidget(made)
+    activate(qtbot, made)
+    yield made
+    made.desk.close()
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterator[MainWindow]:
+    """Return one window for all tests of a module: styling a window takes a second."""
+    with opened_window(tmp_path_factory.mktemp("window")) as window:
+        yield window

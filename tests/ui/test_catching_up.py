@@ -12,8 +12,7 @@ from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from test_pilot_speech import Loudspeaker, Mouth
-from window_kit import open_window, until, write_flight
+from window_kit import Loudspeaker, Mouth, open_window, until, write_flight
 
 from gsapp.excitation.speaking import Spoken
 from gsapp.session import Alarm, Session, Severity

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -14,27 +13,14 @@ from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from window_kit import answer_dialog, open_window, until, write_flight
+from window_kit import answer_dialog, until, write_flight
 
-import ui.window
 from ui.dialogs.connect import ConnectDialog
 from ui.dialogs.form import FormDialog
 from ui.dialogs.small import ExportDialog
 from ui.window import MainWindow
 
 KEYS = {"Enter": Qt.Key.Key_Return, "keypad Enter": Qt.Key.Key_Enter, "Space": Qt.Key.Key_Space}
-
-
-@pytest.fixture
-def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[MainWindow]:
-    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
-    made = open_window(tmp_path)
-    qtbot.addWidget(made)
-    made.activateWindow()
-    until(qtbot, lambda: QApplication.activeWindow() is made)
-    yield made
-    made.desk.close()
 
 
 @pytest.fixture

@@ -4,36 +4,21 @@ from __future__ import annotations
 
 import socket
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
 from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from window_kit import Aircraft, answer_dialog, free_port, open_window, until
+from window_kit import Aircraft, answer_dialog, free_port, until
 
-import ui.window
 from gsapp.decoding.dialect import dialect
 from ui.choices import connect_choices
 from ui.dialogs.connect import ConnectDialog
 from ui.look import Look
 from ui.settings import Settings
 from ui.window import MainWindow
-
-
-@pytest.fixture
-def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[MainWindow]:
-    """Return a window that sees no recorder of others and asks nothing as it closes."""
-    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
-    made = open_window(tmp_path)
-    qtbot.addWidget(made)
-    made.activateWindow()
-    yield made
-    made.desk.close()
 
 
 def test_a_failed_connection_leaves_all_that_was_typed_and_no_recent_link(

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
 from PySide6.QtCore import QMimeData, QPoint, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QWidget
@@ -14,21 +12,13 @@ from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from window_kit import open_window, until, write_flight
+from window_kit import until, write_flight
 
 from ui.window import MainWindow
 
 _HERE = QPoint(20, 20)
 _ALL = Qt.DropAction.CopyAction | Qt.DropAction.MoveAction
 _LEFT, _NO_KEY = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
-
-
-@pytest.fixture
-def window(qtbot: QtBot, tmp_path: Path) -> Iterator[MainWindow]:
-    made = open_window(tmp_path)
-    qtbot.addWidget(made)
-    yield made
-    made.desk.close_flight()
 
 
 def drop(target: QWidget, data: QMimeData) -> Qt.DropAction | None:

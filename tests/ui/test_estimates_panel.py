@@ -4,22 +4,19 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from window_kit import KILL, open_window, until
+from window_kit import KILL, pixels, until
 
-import ui.window
 from gsapp.aircraft.reading import SHIPPED
 from gsapp.dynamics.pilot.flight import VirtualFlight
 from gsapp.flight.folder import FlightFolder
@@ -50,12 +47,6 @@ UNKNOWN = replace(
     KNOWN, name="Cl_da", value=None, std=None, progress=0.4, points=(), mean=None, changed="",
     values=np.full(TIMES.size, np.nan), why="the aileron hardly moved",
 )  # fmt: skip
-
-
-def pixels(panel: EstimatesPanel) -> np.ndarray:
-    image = panel.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
-    flat = np.frombuffer(image.constBits(), dtype=np.uint32)
-    return (flat.reshape(image.height(), -1)[:, : image.width()] & 0xFFFFFF).copy()
 
 
 def test_rows_in_words() -> None:
@@ -110,16 +101,6 @@ def test_history_points_and_excitation_are_drawn(qtbot: QtBot) -> None:
     assert chosen == ["Cm_alpha"]
     panel.show_rows((replace(KNOWN, value=-0.31), UNKNOWN), "")
     assert panel.list.currentIndex().row() == 0
-
-
-@pytest.fixture
-def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[MainWindow]:
-    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
-    made = open_window(tmp_path)
-    qtbot.addWidget(made)
-    yield made
-    made.close()
 
 
 def test_derivatives_form_while_a_flight_is_watched(

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
-from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
@@ -27,7 +26,16 @@ from pytestqt.qtbot import QtBot
 sys.path.insert(0, str(Path(__file__).parent))
 
 from gap_kit import ALPHA2, BACKLASH, THROTTLE, TITLES, FakeEngine
-from window_kit import answer_dialog, open_window, until, write_flight
+from window_kit import (
+    activate,
+    answer_dialog,
+    count,
+    opened_window,
+    pixels,
+    press,
+    until,
+    write_flight,
+)
 
 import ui.gap.place
 import ui.window
@@ -47,15 +55,10 @@ SHIFT = Qt.KeyboardModifier.ShiftModifier
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterator[MainWindow]:
     """Return one window for all tests of the module: styling a window takes a second."""
-    folder = tmp_path_factory.mktemp("window")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("GSAPP_RUNTIME_FOLDER", str(folder / "run"))
-        patch.setattr(ui.window, "ask_closing", lambda *_: "leave")
         patch.setattr(ui.gap.place, "search_engine", FakeEngine)
-        made = open_window(folder)
-        yield made
-        made.close()
-        made.deleteLater()
+        with opened_window(tmp_path_factory.mktemp("window")) as window:
+            yield window
 
 
 @pytest.fixture
@@ -79,8 +82,7 @@ def window(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
     for banner in list(made.banners.banners):
         made.banners.remove(banner)
     made.show_place("flight")
-    made.activateWindow()
-    until(qtbot, lambda: QGuiApplication.focusWindow() is made.windowHandle())
+    activate(qtbot, made)
     yield made
     gap.search._engine.hold.set()
     gap.cancel()
@@ -102,32 +104,6 @@ def story(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> MainWindow:
     until(qtbot, lambda: window.gap.shown and len(window.gap.story.chapters) == 4)
     QApplication.processEvents()
     return window
-
-
-def press(
-    qtbot: QtBot,
-    key: Qt.Key,
-    modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier,
-    times: int = 1,
-) -> None:
-    """Press a key where the keyboard is."""
-    for _ in range(times):
-        focus = QApplication.focusWidget()
-        assert focus is not None
-        qtbot.keyClick(focus, key, modifier)
-
-
-def pixels(widget: QWidget) -> np.ndarray:
-    """Return what a widget shows, shape (height, width), each 0xRRGGBB."""
-    QApplication.processEvents()
-    image = widget.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
-    flat = np.frombuffer(image.constBits(), dtype=np.uint32)
-    return (flat.reshape(image.height(), -1)[:, : image.width()] & 0xFFFFFF).copy()
-
-
-def count(widget: QWidget, color: str) -> int:
-    """Return the number of pixels of a color."""
-    return int((pixels(widget) == int(color[1:], 16)).sum())
 
 
 def filled(plot: QWidget, color: str) -> float:

@@ -7,7 +7,6 @@ import platform
 import re
 import sys
 import tomllib
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -18,9 +17,8 @@ from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from window_kit import answer_dialog, open_window, until, write_flight
+from window_kit import answer_dialog, until, write_flight
 
-import ui.window
 from ui.dialogs.about import AboutDialog
 from ui.dialogs.guide import GuideWindow, guide_folder, guide_pages
 from ui.dialogs.settings import SettingsDialog
@@ -29,18 +27,6 @@ from ui.look import Look
 from ui.settings import Settings, SettingsStore
 from ui.theme import THEMES, contrast
 from ui.window import MainWindow
-
-
-@pytest.fixture
-def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[MainWindow]:
-    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
-    made = open_window(tmp_path)
-    qtbot.addWidget(made)
-    made.activateWindow()
-    until(qtbot, lambda: QApplication.activeWindow() is made)
-    yield made
-    made.desk.close()
 
 
 def test_settings_are_put_in_force_and_kept(window: MainWindow, tmp_path: Path) -> None:

@@ -3,33 +3,17 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
-from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from window_kit import answer_dialog, free_port, open_window, until
+from window_kit import answer_dialog, free_port, until
 
-import ui.window
 from gsapp.flight.folder import FlightFolder
 from ui.dialogs.connect import ConnectDialog
 from ui.window import MainWindow
-
-
-@pytest.fixture
-def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[MainWindow]:
-    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "stop")
-    made = open_window(tmp_path)
-    qtbot.addWidget(made)
-    made.activateWindow()
-    until(qtbot, lambda: QApplication.activeWindow() is made)
-    yield made
-    made.desk.close()
 
 
 def connect(window: MainWindow, qtbot: QtBot, title: str = "", parent: Path | None = None) -> Path:

@@ -18,8 +18,6 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
 from box_kit import box_tlog
 from window_kit import open_window, until
 
-import ui.opening
-import ui.window
 from calibration import certificate_files, load_certificates, write_certificate
 from gsapp.aircraft.reading import SHIPPED
 from gsapp.decoding.channel_map import SHIPPED as MAPS
@@ -66,11 +64,7 @@ def other(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def window(
-    qtbot: QtBot, tmp_path: Path, flight: Path, monkeypatch: pytest.MonkeyPatch
-) -> Iterator[MainWindow]:
-    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+def window(qtbot: QtBot, tmp_path: Path, flight: Path, alone: None) -> Iterator[MainWindow]:
     made = open_window(tmp_path)
     qtbot.addWidget(made)
     made.desk.starter.open_flight(flight, playing=False)

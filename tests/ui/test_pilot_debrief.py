@@ -16,8 +16,8 @@ from pytestqt.qtbot import QtBot
 sys.path.insert(0, str(Path(__file__).parent))
 
 from pilot_kit import BASE, debrief, flights, judged
-from preflight_kit import as_opened, dress, in_window, opened_window, pixels, press
-from window_kit import until, write_flight
+from preflight_kit import as_opened, dress
+from window_kit import in_window, pixels, press, until, write_flight
 
 from gsapp.excitation.debrief import Debrief
 from ui.pilot.debrief_page import DebriefPage
@@ -28,11 +28,6 @@ from ui.settings import catalog_path
 from ui.window import MainWindow
 
 ALT, CONTROL = Qt.KeyboardModifier.AltModifier, Qt.KeyboardModifier.ControlModifier
-
-
-@pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterator[MainWindow]:
-    yield from opened_window(tmp_path_factory)
 
 
 @pytest.fixture

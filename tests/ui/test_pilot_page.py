@@ -18,8 +18,8 @@ from pytestqt.qtbot import QtBot
 sys.path.insert(0, str(Path(__file__).parent))
 
 from pilot_kit import BASE, CARDS, STATES, VERDICT, cue
-from preflight_kit import as_opened, count, dress, opened_window, pixels, press
-from window_kit import open_window
+from preflight_kit import as_opened, dress
+from window_kit import count, open_window, pixels, press
 
 import ui.pilot.canvas
 import ui.pilot.gauge_drawing
@@ -39,11 +39,6 @@ from ui.window import MainWindow
 ALT, SHIFT = Qt.KeyboardModifier.AltModifier, Qt.KeyboardModifier.ShiftModifier
 LAPTOP_MM = 286.5
 """Width of the screen of a laptop of 13.3 inches, 16:10."""
-
-
-@pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterator[MainWindow]:
-    yield from opened_window(tmp_path_factory)
 
 
 @pytest.fixture
@@ -475,9 +470,8 @@ def test_the_page_has_a_window_of_its_own_that_obeys_its_keys(
 
 
 def test_the_second_window_closes_with_the_first_and_comes_back(
-    qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    qtbot: QtBot, tmp_path: Path, alone: None
 ) -> None:
-    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
     first = open_window(tmp_path, pilot_window=True)
     try:
         qtbot.waitUntil(lambda: first.pilot.own_window.window is not None)

@@ -14,46 +14,12 @@ from PySide6.QtWidgets import QApplication
 sys.path.insert(0, str(Path(__file__).parent))
 
 from pilot_kit import BASE, moving
+from window_kit import Loudspeaker, Mouth
 
 from gsapp.excitation.speaking import Spoken
 from ui.pilot.speech import LATE, FlightSpeech
-from ui.voice.queue import Priority, Utterance
-from ui.voice.speaker import Speaker
+from ui.voice.queue import Priority
 from ui.voice.voice import Voice
-
-
-class Mouth(Speaker):
-    """Speaks until it is told that it has done so."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.spoken: list[str] = []
-        self.now: Utterance | None = None
-
-    def speak(self, utterance: Utterance) -> None:
-        self.now = utterance
-        self.spoken.append(utterance.words)
-
-    def stop(self) -> None:
-        self.now = None
-
-    def end(self) -> None:
-        spoken, self.now = self.now, None
-        if spoken is not None:
-            self.done.emit(spoken)
-
-
-class Loudspeaker:
-    """Remembers the tones."""
-
-    def __init__(self) -> None:
-        self.tones: list[str] = []
-
-    def play(self, name: str) -> None:
-        self.tones.append(name)
-
-    def stop(self) -> None:
-        """Fall silent."""
 
 
 class Flight:
@@ -158,7 +124,7 @@ def test_mute_is_one_for_words_and_tones(flight: Flight) -> None:
     flight.voice.mute(False)
     flight.hear()
     assert flight.mouth.spoken == ["three feet a second slow"]
-    assert flight.loudspeaker.tones == ["note"]
+    assert flight.loudspeaker.tones == ["note", "stop"]
 
 
 def test_a_replay_that_goes_back_says_it_again(flight: Flight) -> None:

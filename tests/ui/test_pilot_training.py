@@ -18,8 +18,8 @@ from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from preflight_kit import as_opened, opened_window
-from window_kit import until
+from preflight_kit import as_opened
+from window_kit import opened_window, until
 
 from gsapp.quantities.constants import DEGREE
 from gsapp.telemetry.recorder_control import find_recorders
@@ -83,7 +83,8 @@ def test_released_sticks_are_centered_whatever_was_pressed(
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterator[MainWindow]:
-    yield from opened_window(tmp_path_factory)
+    with opened_window(tmp_path_factory.mktemp("window")) as window:
+        yield window
     for recorder in find_recorders():
         recorder.stop()
 

@@ -21,21 +21,8 @@ from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from preflight_kit import (
-    ALT,
-    CONTROL,
-    SHIFT,
-    as_opened,
-    count,
-    dress,
-    go,
-    in_window,
-    opened_window,
-    press,
-    type_into,
-    waiting,
-)
-from window_kit import Aircraft, free_port, until, write_flight
+from preflight_kit import ALT, CONTROL, SHIFT, as_opened, dress, go, waiting
+from window_kit import Aircraft, count, free_port, in_window, press, type_into, until, write_flight
 
 from calibration import load_certificates, write_certificate
 from calibration.checked import Checked
@@ -69,11 +56,6 @@ from ui.words import MINUS
 
 _PATIENCE_MS = 30_000
 """A recorder is a process of its own, which may take a while to start."""
-
-
-@pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterator[MainWindow]:
-    yield from opened_window(tmp_path_factory)
 
 
 @pytest.fixture

@@ -12,9 +12,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QLabel, QMenu, QPushButton, QWidget
+from PySide6.QtWidgets import QApplication, QLabel, QMenu, QPushButton
 from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -22,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "calibration" / "wizard"))
 
 from bench_kit import BenchWindow, leave_only, try_out, work_through
 from bench_truth import within
-from window_kit import open_window, until
+from window_kit import activate, count, open_window, pixels, until
 
 import ui.preflight.wizard_run
 import ui.window
@@ -57,17 +56,6 @@ def at_bench(tmp_path: Path, qapp: QApplication) -> Iterator[Open]:
     yield make
     for window in made:
         window.leave()
-
-
-def pixels(widget: QWidget) -> np.ndarray:
-    """Return what a widget shows, shape (height, width), each 0xRRGGBB."""
-    image = widget.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
-    flat = np.frombuffer(image.constBits(), dtype=np.uint32)
-    return (flat.reshape(image.height(), -1)[:, : image.width()] & 0xFFFFFF).copy()
-
-
-def count(widget: QWidget, color: str) -> int:
-    return int((pixels(widget) == int(color[1:], 16)).sum())
 
 
 def begin(window: BenchWindow, key: Qt.Key = KEY.Key_Space) -> None:
@@ -602,8 +590,7 @@ def test_practice_runs_over_a_real_link_and_comes_in_force_live(
     monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
     monkeypatch.setattr(ui.window, "ask_closing", lambda *names: asked.extend(names[1:]) or "stop")
     window = open_window(tmp_path)
-    window.activateWindow()
-    until(qtbot, lambda: QGuiApplication.focusWindow() is window.windowHandle())
+    activate(qtbot, window)
     desk = window.desk
 
     def press(key: Qt.Key, modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier) -> None:
@@ -651,8 +638,7 @@ def test_practice_does_not_take_the_place_of_a_flight_that_is_recorded(
 ) -> None:
     """A slip of the hand must not take a flight off the screen."""
     window = open_window(tmp_path)
-    window.activateWindow()
-    until(qtbot, lambda: QGuiApplication.focusWindow() is window.windowHandle())
+    activate(qtbot, window)
     try:
         qtbot.keyClick(window, KEY.Key_F1)
         there = window.commands.actions["preflight_calibration"]

@@ -10,14 +10,13 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 from review_kit import ThreadEngine, write_flights
-from window_kit import open_window, until
+from window_kit import activate, opened_window, press, until
 
 import ui.review.place
 import ui.window
@@ -46,22 +45,16 @@ def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterat
     (folder / "flights").mkdir()
     flights = write_flights(folder / "flights")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("GSAPP_RUNTIME_FOLDER", str(folder / "run"))
-        patch.setattr(ui.window, "ask_closing", lambda *_: "leave")
         patch.setattr(ui.review.place, "review_engine", ThreadEngine)
-        made = open_window(
-            folder, review_flights=tuple(str(path) for path in flights), review_chapter="estimate"
-        )
-        yield made
-        made.close()
-        made.deleteLater()
+        chosen = tuple(str(path) for path in flights)
+        with opened_window(folder, review_flights=chosen, review_chapter="estimate") as window:
+            yield window
 
 
 @pytest.fixture
 def page(made: MainWindow, qtbot: QtBot) -> Iterator[EstimatePage]:
     """Return the page as it is when the place is opened by its key."""
-    made.activateWindow()
-    until(qtbot, lambda: QGuiApplication.focusWindow() is made.windowHandle())
+    activate(qtbot, made)
     made.show_place("flight")
     press(qtbot, Qt.Key.Key_F4)
     press(qtbot, Qt.Key.Key_2, ALT)
@@ -74,13 +67,6 @@ def page(made: MainWindow, qtbot: QtBot) -> Iterator[EstimatePage]:
     made.review.work._engine.hold.set()
     made.review.work.cancel()
     until(qtbot, lambda: not made.review.work.running)
-
-
-def press(qtbot: QtBot, key: Qt.Key, modifier: Qt.KeyboardModifier = PLAIN) -> None:
-    """Press a key where the keyboard is."""
-    focus = QApplication.focusWidget()
-    assert focus is not None
-    qtbot.keyClick(focus, key, modifier)
 
 
 def run(page: EstimatePage, qtbot: QtBot) -> None:

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QGuiApplication, QImage, QPainter
+from PySide6.QtGui import QColor, QImage, QPainter
 from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -21,9 +21,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
 
 from maneuver_kit import EVERYTHING, make_flight
-from window_kit import answer_dialog, open_window, until
+from window_kit import activate, answer_dialog, pixels, press, until
 
-import ui.window
 from gsapp.cli.maneuvers import run
 from gsapp.flight.catalog import Catalog, search_maneuvers
 from gsapp.flight.maneuvers.found import PROGRAM
@@ -54,27 +53,13 @@ def record(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_block(path, make_flight(EVERYTHING, seconds=125.0, rate=50.0).block, "csv", "us")
 
 
-@pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterator[MainWindow]:
-    """Return one window for all tests of the module: styling a window takes a second."""
-    folder = tmp_path_factory.mktemp("window")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("GSAPP_RUNTIME_FOLDER", str(folder / "run"))
-        patch.setattr(ui.window, "ask_closing", lambda *_: "leave")
-        made = open_window(folder)
-        yield made
-        made.close()
-        made.deleteLater()
-
-
 @pytest.fixture
 def window(made: MainWindow, qtbot: QtBot, record: Path, tmp_path: Path) -> Iterator[MainWindow]:
     """Return the window at the review of one flight of its own, as it was opened by keys."""
     made.look.set_theme("daylight")
     made.look.set_scale(100)
     made.resize(1280, 800)
-    made.activateWindow()
-    until(qtbot, lambda: QGuiApplication.focusWindow() is made.windowHandle())
+    activate(qtbot, made)
     made.show_place("flight")
     qtbot.keyClick(made, Qt.Key.Key_F4)
     qtbot.keyClick(made, Qt.Key.Key_1, ALT)
@@ -93,23 +78,6 @@ def page_of(window: MainWindow) -> ManeuversPage:
     page = window.review.page
     assert isinstance(page, ManeuversPage)
     return page
-
-
-def press(qtbot: QtBot, key: Qt.Key, modifier: Qt.KeyboardModifier = PLAIN, times: int = 1) -> None:
-    """Press a key where the keyboard is."""
-    for _ in range(times):
-        focus = QApplication.focusWidget()
-        assert focus is not None
-        qtbot.keyClick(focus, key, modifier)
-    QApplication.processEvents()
-
-
-def pixels(widget: QWidget) -> np.ndarray:
-    """Return what a widget shows, shape (height, width), each 0xRRGGBB."""
-    QApplication.processEvents()
-    image = widget.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
-    flat = np.frombuffer(image.constBits(), dtype=np.uint32)
-    return (flat.reshape(image.height(), -1)[:, : image.width()] & 0xFFFFFF).copy()
 
 
 def chosen_columns(page: ManeuversPage) -> tuple[float, float]:

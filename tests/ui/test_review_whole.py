@@ -15,16 +15,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QGuiApplication, QImage
-from PySide6.QtWidgets import QApplication, QFileDialog
+from PySide6.QtGui import QImage
+from PySide6.QtWidgets import QFileDialog
 from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 from review_kit import write_flights
-from window_kit import KILL, open_window, until
+from window_kit import KILL, activate, open_window, press, until
 
-import ui.window
 from gsapp.flight.catalog import Catalog
 from gsapp.identification.runs.keeping import kept_runs
 from ui.review.estimate_page import EstimatePage
@@ -36,31 +35,15 @@ SHIFT = Qt.KeyboardModifier.ShiftModifier
 
 
 @pytest.fixture
-def window(tmp_path: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> Iterator[MainWindow]:
+def window(tmp_path: Path, qtbot: QtBot, alone: None) -> Iterator[MainWindow]:
     """Return a window with a short flight of its own, not yet under review."""
-    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
     (tmp_path / "flights").mkdir()
     shutil.move(write_flights(tmp_path)[0], tmp_path / "flights" / "a.csv")
     made = open_window(tmp_path, review_estimate=Wishes(axis="lon").model_dump())
-    made.activateWindow()
-    until(qtbot, lambda: QGuiApplication.focusWindow() is made.windowHandle())
+    activate(qtbot, made)
     yield made
     made.close()
     made.deleteLater()
-
-
-def press(
-    qtbot: QtBot,
-    key: Qt.Key,
-    modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier,
-    times: int = 1,
-) -> None:
-    """Press a key where the keyboard is."""
-    for _ in range(times):
-        focus = QApplication.focusWidget()
-        assert focus is not None
-        qtbot.keyClick(focus, key, modifier)
 
 
 def test_a_whole_review_by_keys(

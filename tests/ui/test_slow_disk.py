@@ -21,7 +21,6 @@ sys.path.insert(0, str(Path(__file__).parent))
 from fuse_disk import FuseDisk
 from window_kit import Aircraft, free_port, until
 
-import ui.window
 from gsapp.flight.card_file import CardFile
 from gsapp.flight.events import read_events
 from gsapp.flight.folder import FlightFolder
@@ -89,11 +88,7 @@ class Ticks:
 
 
 @pytest.fixture
-def make(
-    qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Iterator[Callable[..., MainWindow]]:
-    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+def make(qtbot: QtBot, tmp_path: Path, alone: None) -> Iterator[Callable[..., MainWindow]]:
     made: list[MainWindow] = []
 
     def window(**settings: object) -> MainWindow:

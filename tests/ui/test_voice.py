@@ -14,18 +14,18 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-import ui.window
 from gsapp.session import Alarm, Severity
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from window_kit import open_window, until
+from window_kit import Loudspeaker, Mouth, until
 
 from ui.voice.player import Beeper, ProgramPlayer, WindowsPlayer, find_player
-from ui.voice.queue import Priority, Utterance
-from ui.voice.speaker import ProgramSpeaker, Speaker, ToneSpeaker, find_speaker
+from ui.voice.queue import Priority
+from ui.voice.speaker import ProgramSpeaker, ToneSpeaker, find_speaker
 from ui.voice.tones import RATE, TONES, tone_samples, tone_wave
 from ui.voice.voice import Voice
+from ui.window import MainWindow
 
 # A program that speaks: it writes what it reads to a file, and takes its time over "long" words.
 _SPEAKING = (
@@ -36,39 +36,6 @@ _SPEAKING = (
     "time.sleep(30 if 'long' in words else 0)\n"
     "print('ends', words, file=out, flush=True)\n"
 )
-
-
-class Loudspeaker:
-    """Remembers what was to be heard."""
-
-    def __init__(self) -> None:
-        self.tones: list[str] = []
-
-    def play(self, name: str) -> None:
-        self.tones.append(name)
-
-    def stop(self) -> None:
-        self.tones.append("stop")
-
-
-class Mouth(Speaker):
-    """Speaks until it is told that it has done so."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.spoken: list[str] = []
-        self.now: Utterance | None = None
-
-    def speak(self, utterance: Utterance) -> None:
-        self.now = utterance
-        self.spoken.append(utterance.words)
-
-    def stop(self) -> None:
-        self.now = None
-
-    def end(self) -> None:
-        spoken, self.now = self.now, None
-        self.done.emit(spoken)
 
 
 @pytest.fixture
@@ -212,13 +179,9 @@ def test_a_computer_without_any_sound_still_works(
 
 
 def test_alarms_of_the_window_are_heard_in_words_and_muted_with_one_key(
-    qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    window: MainWindow, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A new warning: tone and words; one that nobody sees: the tone again; S: silence."""
-    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
-    window = open_window(tmp_path)
-    qtbot.addWidget(window)
     loud, mouth = Loudspeaker(), Mouth()
     window.voice._player = loud
     window.voice._take(mouth)

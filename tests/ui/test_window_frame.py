@@ -7,7 +7,7 @@ import math
 import re
 import sys
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from fnmatch import fnmatchcase
 from itertools import pairwise
 from pathlib import Path
@@ -44,7 +44,7 @@ from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from window_kit import answer_dialog, open_window, until, write_flight
+from window_kit import activate, answer_dialog, in_window, open_window, until, write_flight
 
 import ui.window
 from calibration.validity import CalibrationStatus
@@ -81,25 +81,7 @@ from ui.window import MainWindow
 from ui.words import value_text
 from ui.work import Progress, Work
 
-
-@pytest.fixture(autouse=True)
-def _alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
-
-
-@pytest.fixture
-def window(qtbot: QtBot, tmp_path: Path) -> Iterator[MainWindow]:
-    made = open_window(tmp_path)
-    qtbot.addWidget(made)
-    activate(qtbot, made)
-    yield made
-    made.desk.close()
-
-
-def activate(qtbot: QtBot, window: QWidget) -> None:
-    window.activateWindow()
-    until(qtbot, lambda: QGuiApplication.focusWindow() is window.windowHandle())
+pytestmark = pytest.mark.usefixtures("alone")
 
 
 @pytest.fixture
@@ -111,10 +93,6 @@ def flight(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> MainWindow:
     until(qtbot, lambda: window.desk.is_settled)
     window.desk.tick()
     return window
-
-
-def in_window(widget: QWidget, window: QWidget) -> QRect:
-    return QRect(widget.mapTo(window, QPoint(0, 0)), widget.size())
 
 
 # Keys

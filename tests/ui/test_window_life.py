@@ -8,7 +8,7 @@ import socket
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QGuiApplication, QImage
+from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QMenu
 from pytestqt.qtbot import QtBot
 
@@ -25,6 +25,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from window_kit import (
     KILL,
     Aircraft,
+    activate,
     alpha_sent,
     answer_dialog,
     free_port,
@@ -47,23 +48,7 @@ from ui.settings import next_flight_path
 from ui.window import MainWindow
 from ui.work import Progress, Work
 
-
-@pytest.fixture(autouse=True)
-def _alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Neither see recorders of others, nor be asked questions, nor leave a recorder behind."""
-    monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
-    yield
-    for recorder in find_recorders():
-        recorder.stop()
-
-
-@pytest.fixture
-def window(qtbot: QtBot, tmp_path: Path) -> Iterator[MainWindow]:
-    made = open_window(tmp_path)
-    qtbot.addWidget(made)
-    yield made
-    made.desk.close()
+pytestmark = pytest.mark.usefixtures("alone")
 
 
 def press(qtbot: QtBot, window: MainWindow, key: Qt.Key, *modifiers: Qt.KeyboardModifier) -> None:
@@ -244,8 +229,7 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
         again = open_window(tmp_path)
         qtbot.addWidget(again)
         assert any("Ctrl+R" in text for text in again.banners.texts())
-        again.activateWindow()
-        until(qtbot, lambda: QGuiApplication.focusWindow() is again.windowHandle())
+        activate(qtbot, again)
         qtbot.wait(50)
         qtbot.keyClick(again, Qt.Key.Key_R, Qt.KeyboardModifier.ControlModifier)
         until(qtbot, lambda: again.desk.is_open and (again.desk.time or 0.0) > 1.0)

@@ -1,4 +1,4 @@
-"""What the window tests share: a window of its own, small flights, an aircraft that sends."""
+"""What the window tests share: windows, small flights, an aircraft that sends, keys, pixels."""
 
 from __future__ import annotations
 
@@ -6,20 +6,28 @@ import signal
 import socket
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Self, TypeVar
 
 import numpy as np
-from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QApplication, QDialog
+import pytest
+from PySide6.QtCore import QPoint, QRect, Qt, QTimer
+from PySide6.QtGui import QGuiApplication, QImage
+from PySide6.QtWidgets import QApplication, QDialog, QWidget
+from pytestqt.qtbot import QtBot
 
+import ui.window
 from calibration import load_certificates
 from gsapp.decoding.dialect import dialect
 from gsapp.flight.writers import write_flight_csv
 from gsapp.quantities import Block, FloatArray
+from gsapp.telemetry.status import RUNTIME_VARIABLE
 from ui.faults import FaultDesk
 from ui.settings import SettingsStore
+from ui.voice.queue import Utterance
+from ui.voice.speaker import Speaker
 from ui.window import MainWindow
 
 # Places of the box's array that the tests look at.
@@ -50,6 +58,24 @@ def open_window(folder: Path, **settings: object) -> MainWindow:
     window.resize(1280, 800)
     window.show()
     return window
+
+
+@contextmanager
+def opened_window(folder: Path, **settings: object) -> Iterator[MainWindow]:
+    """Hold a window open that sees no recorder of others and asks nothing as it closes."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(RUNTIME_VARIABLE, str(folder / "run"))
+        patch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+        made = open_window(folder, **settings)
+        yield made
+        made.close()
+        made.deleteLater()
+
+
+def activate(qtbot: QtBot, window: QWidget) -> None:
+    """Give a window the keyboard."""
+    window.activateWindow()
+    until(qtbot, lambda: QGuiApplication.focusWindow() is window.windowHandle())
 
 
 def write_flight(folder: Path, seconds: float = 20.0) -> Path:
@@ -121,6 +147,40 @@ class Aircraft:
         return frame
 
 
+class Loudspeaker:
+    """Remembers what was to be heard."""
+
+    def __init__(self) -> None:
+        self.tones: list[str] = []
+
+    def play(self, name: str) -> None:
+        self.tones.append(name)
+
+    def stop(self) -> None:
+        self.tones.append("stop")
+
+
+class Mouth(Speaker):
+    """Speaks until it is told that it has done so."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.spoken: list[str] = []
+        self.now: Utterance | None = None
+
+    def speak(self, utterance: Utterance) -> None:
+        self.now = utterance
+        self.spoken.append(utterance.words)
+
+    def stop(self) -> None:
+        self.now = None
+
+    def end(self) -> None:
+        spoken, self.now = self.now, None
+        if spoken is not None:
+            self.done.emit(spoken)
+
+
 def answer_dialog(kind: type[Dialog], answer: Callable[[Dialog], object]) -> None:
     """Answer the next dialog of a kind once it has the keys; to be said before it opens.
 
@@ -143,6 +203,48 @@ def answer_dialog(kind: type[Dialog], answer: Callable[[Dialog], object]) -> Non
     QTimer.singleShot(0, look)
 
 
-def until(qtbot: object, condition: Callable[[], bool], milliseconds: int = 30_000) -> None:
+def until(qtbot: QtBot, condition: Callable[[], bool], milliseconds: int = 30_000) -> None:
     """Let the window work until something holds."""
-    qtbot.waitUntil(condition, timeout=milliseconds)  # type: ignore[attr-defined]
+    qtbot.waitUntil(condition, timeout=milliseconds)
+
+
+def press(
+    qtbot: QtBot,
+    key: Qt.Key,
+    modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier,
+    times: int = 1,
+) -> None:
+    """Press a key where the keyboard is."""
+    for _ in range(times):
+        focus = QApplication.focusWidget()
+        assert focus is not None
+        qtbot.keyClick(focus, key, modifier)
+
+
+def type_into(qtbot: QtBot, field: QWidget, text: str) -> None:
+    """Put the keyboard into a field and type in place of what stands there."""
+    field.setFocus()
+    edit = QApplication.focusWidget()
+    assert edit is not None
+    qtbot.keyClick(edit, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
+    qtbot.keyClick(edit, Qt.Key.Key_Delete)
+    qtbot.keyClicks(edit, text)
+
+
+def pixels(widget: QWidget, box: QRect | None = None) -> np.ndarray:
+    """Return what a widget shows, shape (height, width), each 0xRRGGBB."""
+    QApplication.processEvents()
+    image = widget.grab(box or widget.rect()).toImage()
+    image = image.convertToFormat(QImage.Format.Format_RGB32)
+    flat = np.frombuffer(image.constBits(), dtype=np.uint32)
+    return (flat.reshape(image.height(), -1)[:, : image.width()] & 0xFFFFFF).copy()
+
+
+def count(widget: QWidget, color: str, box: QRect | None = None) -> int:
+    """Return the number of pixels of a color, ``#rrggbb``."""
+    return int((pixels(widget, box) == int(color[1:], 16)).sum())
+
+
+def in_window(widget: QWidget, window: QWidget) -> QRect:
+    """Return where a widget stands in the window."""
+    return QRect(widget.mapTo(window, QPoint(0, 0)), widget.size())
