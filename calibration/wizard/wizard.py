@@ -388,7 +388,7 @@ class Wizard:
 
 
 _PLACE: Mapping[str, Mapping[str, str]] = {
-    "begin": {"prompt": "Waiting for the volts of the aircraft.", "spoken": "Waiting"},
+    "begin": {"prompt": "Waiting for sensor voltages.", "spoken": "Waiting"},
     "done": {"prompt": "All instruments are done.", "spoken": "Done"},
     "aborted": {
         "prompt": "Broken off: the certificates in force stay in force.",

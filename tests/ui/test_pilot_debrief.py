@@ -156,7 +156,7 @@ def test_a_flight_without_inputs_says_so(
 ) -> None:
     monkeypatch.setattr(FlightCues, "debrief", lambda _self: Debrief(flight="x", maneuvers=()))
     window.pilot.refresh()
-    assert "No maneuver yet" in page.title.text()
+    assert "once it is flown" in page.title.text()
     assert not page.charts.isVisible()
     assert "No test cards" in page.cards.none.text()
 

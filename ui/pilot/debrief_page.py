@@ -141,7 +141,7 @@ class DebriefPage(QWidget):
         self.charts.setVisible(judged is not None)
         self.why.setVisible(judged is not None)
         if judged is None:
-            self.title.setText("No maneuver yet: every input flown is listed here")
+            self.title.setText("Every input is listed here once it is flown")
             return
         line = maneuver_line(judged, self._look.units)
         self.title.setText(f"{line.words}: {line.state_words}")

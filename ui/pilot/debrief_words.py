@@ -32,7 +32,8 @@ def headline(debrief: Debrief | None) -> str:
     if debrief is None:
         return "No flight with cues is open"
     flown = len(debrief.maneuvers)
-    words = f"{debrief.flight}: {debrief.good} of {count_text(flown, 'input')} good"
+    good = f"{debrief.good} of {count_text(flown, 'input')} good" if flown else "no inputs yet"
+    words = f"{debrief.flight}: {good}"
     if debrief.score is not None:
         words += f" · {percent_text(debrief.score)} of what the cards ask for"
     return words

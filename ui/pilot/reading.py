@@ -287,7 +287,9 @@ def _card_lines(cues: CueSnapshot, browsed: TestCard | None) -> CardLines:
         return CardLines(
             lead="CARDS",
             words="all cards flown: land" if done else "no test cards for this flight",
-            gain="" if done else f"choose them at Preflight, {keys_text('Alt+4')}",
+            gain=""
+            if done
+            else f"choose them at Preflight: {keys_text('F1')}, {keys_text('Alt+4')}",
             time=time,
             room=room,
         )

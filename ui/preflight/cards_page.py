@@ -89,7 +89,7 @@ class CardsPage(StepPage):
                 ("cards_remove", "Remove"),
                 ("cards_up", "Up"),
                 ("cards_down", "Down"),
-                ("cards_open", "Take others…"),
+                ("cards_open", "Open…"),
                 ("cards_save", "Save as…"),
             )
         ]

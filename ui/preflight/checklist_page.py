@@ -90,7 +90,7 @@ def _line(item: ItemState) -> BigLine:
         more=item.why,
         state=state,
         state_words=words,
-        note="by hand" if item.by == "hand" or item.can_tick else "by itself",
+        note="manual" if item.by == "hand" or item.can_tick else "automatic",
         box=item.can_tick and item.state != "green",
         settled=item.state == "green",
     )
@@ -124,7 +124,7 @@ class ChecklistPage(StepPage):
         self._top.addWidget(self.summary, 1)
         self.start = ActionButton(actions["preflight_start"], "Start the flight", look)
         self.start.setProperty("role", "primary")
-        self.anew = ActionButton(actions["checklist_reset"], "Begin anew", look)
+        self.anew = ActionButton(actions["checklist_reset"], "Reset", look)
         self.change = ActionButton(actions["checklist_edit"], "Edit the list…", look)
         for button in (self.start, self.anew, self.change):
             tall(button)

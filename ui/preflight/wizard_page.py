@@ -270,8 +270,8 @@ class WizardPage(QWidget):
             self.start.sentence.say(words, "caution")
         else:
             self.start.sentence.say(
-                "Put the protractor on the surface that is called, bring it to each angle and "
-                "hold: points are taken by themselves."
+                "Put the protractor on the surface shown, move it to each angle and hold it: "
+                "points are recorded automatically."
             )
 
     def _show_start_offers(self) -> None:

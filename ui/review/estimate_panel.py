@@ -175,7 +175,7 @@ class EstimatePanel(QWidget):
         self.six_degrees = self._check(grid, "six_degrees")
         self.joint = self._check(grid, "joint")
         self.label = QLineEdit()
-        self.label.setPlaceholderText("if it should have one")
+        self.label.setPlaceholderText("optional")
         self.label.returnPressed.connect(self._enter)
         self._row(grid, "label", self.label)
 

@@ -130,8 +130,8 @@ EXPLAINED: Mapping[str, Explained] = {
     ),
     "run": Explained(
         title="Estimate",
-        does="Runs with the settings as they stand; what is left alone has sensible values. The "
-        "run is kept with its settings and can be repeated exactly.",
+        does="Uses the settings shown; the defaults suit most flights. Every run is kept with its "
+        "settings and can be repeated exactly.",
     ),
     "runs": Explained(
         title="Kept runs",

@@ -162,6 +162,6 @@ def _finding(name: str) -> Finding:
     return Finding(
         key=f"clip.{name}",
         urgency=Urgency.CAUTION,
-        words=f"The {title} is at the end of its range and cuts off: fly the next input smaller",
+        words=f"{title[0].upper()}{title[1:]} saturated: use a smaller input",
         spoken=f"{title} clips",
     )

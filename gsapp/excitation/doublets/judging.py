@@ -82,7 +82,7 @@ def unjudged(case: Case) -> tuple[str, ...]:
         found.append("linear range: angle of attack is not measured")
     if {"da", "dr"} & set(measured.surfaces) and "beta" not in measured.flow:
         found.append("linear range: sideslip is not measured")
-    found += [f"{channel(name).title} stands at the end of its range" for name in measured.stuck]
+    found += [f"{channel(name).title} saturated" for name in measured.stuck]
     if measured.gusts is None:
         found.append("gusts during the input: no model tells what it explains")
     elif measured.gusts > GUST_SHARE >= _ROUGH_BEFORE * case.unrest:

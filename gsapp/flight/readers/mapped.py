@@ -127,7 +127,7 @@ def map_log(
 def clipped_remarks(clipped: Mapping[str, int]) -> tuple[str, ...]:
     """Return in words how many samples lay outside calibration or instrument range."""
     return tuple(
-        f"{count} samples of {name} lie outside what its calibration or its instrument covers"
+        f"{name} outside its calibrated range ({count} sample{'s' if count != 1 else ''})"
         for name, count in sorted(clipped.items())
     )
 

@@ -114,7 +114,7 @@ class Checklist:
                 words=item.words,
                 by="hand",
                 state="open" if tick is None else "green",
-                why="to be ticked by hand" if tick is None else said,
+                why="tick when done" if tick is None else said,
                 can_tick=True,
             )
         judgment = self._judges[item.id].judge(facts)
