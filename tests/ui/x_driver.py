@@ -1,4 +1,4 @@
-"""Drive a window in a real X server with the mouse and keys of xdotool.
+"""Drive the program in a real X server with the mouse and keys of xdotool.
 
 The script runs in a thread of its own. It asks the window for facts and positions through the
 event loop, and acts only as a person could: by pointer and keys.
@@ -6,23 +6,30 @@ event loop, and acts only as a person could: by pointer and keys.
 
 from __future__ import annotations
 
+import os
+import shutil
 import subprocess
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
-from PySide6.QtCore import QObject, QPoint, QRect, Qt, Signal
+from PySide6.QtCore import QObject, QPoint, QRect, Qt, QTimer, Signal
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
     QApplication,
+    QLineEdit,
     QMenu,
     QMenuBar,
     QTabBar,
     QWidget,
 )
+
+from ui.app import make_application, run_window
+from ui.window import MainWindow
 
 Result = TypeVar("Result")
 
@@ -86,14 +93,11 @@ class XDriver:
                 raise TimeoutError(f"not within {seconds:g} s: {what}")
             time.sleep(0.05)
 
-    def holds(self, condition: Callable[[], object], seconds: float) -> bool:
-        """Return whether a condition comes true within some seconds."""
-        deadline = time.monotonic() + seconds
-        while not self.ask(condition):
-            if time.monotonic() > deadline:
-                return False
+    def changes(self, value: Callable[[], object], seconds: float) -> None:
+        """Wait until a value changes, at most some seconds."""
+        before, deadline = self.ask(value), time.monotonic() + seconds
+        while self.ask(value) == before and time.monotonic() < deadline:
             time.sleep(0.05)
-        return True
 
     # Pointer and keys
 
@@ -108,15 +112,20 @@ class XDriver:
                 return None
             return widget.mapToGlobal(inside.center() if at is None else at)
 
-        self.until(lambda: place() is not None, f"{_name(widget)} can be clicked")
-        point = self.ask(place)
+        seen: list[QPoint | None] = [None]
+
+        def is_still() -> bool:
+            seen.append(place())
+            return seen[-1] is not None and seen[-1] == seen[-2]
+
+        self.until(is_still, f"{_name(widget)} can be clicked")
+        point = seen[-1]
         assert point is not None
         self._point(point, button)
 
     def _point(self, point: QPoint, button: int = 1) -> None:
         _xdotool("mousemove", "--sync", str(point.x()), str(point.y()))
         _xdotool("click", str(button))
-        time.sleep(0.08)
 
     def press(self, text: str, within: QWidget | None = None) -> None:
         """Click the button that reads so."""
@@ -156,15 +165,29 @@ class XDriver:
         self.click(view.viewport(), button, self.ask(middle))
 
     def keys(self, *names: str) -> None:
-        """Press keys, by their X names."""
+        """Press keys, by their X names, once a window of the program has the keyboard."""
+        self.until(lambda: QApplication.focusWindow() is not None, "a window has the keyboard")
         for name in names:
             _xdotool("key", "--clearmodifiers", name)
-            time.sleep(0.03)
 
-    def type(self, text: str) -> None:
-        """Type into what has the keyboard."""
+    def fill(self, field: QLineEdit, text: str) -> None:
+        """Type a text in place of what stands in a field."""
+        self.click(field)
+        self.until(field.hasFocus, f"{_name(field)} has the keyboard")
+        self.keys("ctrl+a")
+        self.until(lambda: field.selectedText() == field.text(), "the former text is selected")
         _xdotool("type", "--delay", "8", text)
-        time.sleep(0.05)
+        self.until(lambda: field.text() == text, f"{text} is typed")
+
+    def close(self, window: QWidget) -> None:
+        """Close the window of the program, as its frame does; return when the program ends."""
+        ends = threading.Event()
+        self.ask(lambda: QApplication.instance().aboutToQuit.connect(ends.set))  # type: ignore[union-attr]
+        self.until(window.isActiveWindow, "the window has the keyboard")
+        self.keys("alt+F4")
+        if not ends.wait(_WAIT):
+            self.picture("failed")
+            raise TimeoutError(f"the window did not close within {_WAIT:g} s")
 
     # What is on screen
 
@@ -198,7 +221,6 @@ class XDriver:
 
     def picture(self, name: str) -> None:
         """Keep a picture of the whole screen."""
-        time.sleep(0.15)
 
         def grab() -> None:
             screen = QApplication.primaryScreen()
@@ -211,27 +233,108 @@ class XDriver:
         self.facts.update(facts)
 
 
-def run_script(window: QWidget, script: Callable[[XDriver], None], driver: XDriver) -> None:
-    """Run a script beside the event loop; return when it and the window have ended.
+def run_program(
+    settings: Path, script: Callable[[XDriver, MainWindow], None], driver: XDriver
+) -> None:
+    """Run the program with a person at its window, until that has closed it.
 
-    Raises whatever the script raises.
+    Parameters
+    ----------
+    settings : Path
+        Settings file of the program.
+    script : callable
+        What the person does; the window is closed after it.
+    driver : XDriver
+
+    Raises
+    ------
+    Exception
+        Whatever the script raises.
     """
     failed: list[BaseException] = []
 
-    def work() -> None:
+    def work(window: MainWindow) -> None:
         try:
             driver.until(window.isVisible, "the window")
-            script(driver)
+            script(driver, window)
+            driver.close(window)
         except BaseException as error:
             failed.append(error)
-        driver.ask(lambda: QApplication.exit(0))
+            driver.ask(lambda: QApplication.exit(1))
 
-    thread = threading.Thread(target=work, daemon=True)
-    thread.start()
-    QApplication.instance().exec()  # type: ignore[union-attr]
-    thread.join(_WAIT)
+    def begin() -> None:
+        (window,) = (one for one in QApplication.topLevelWidgets() if isinstance(one, MainWindow))
+        threading.Thread(target=work, args=(window,), daemon=True).start()
+
+    application = make_application()
+    QTimer.singleShot(0, application, begin)
+    run_window(settings=settings)
     if failed:
         raise failed[0]
+
+
+def missing_programs() -> list[str]:
+    """Return what is not installed of what `x_server` and `XDriver` need."""
+    return [name for name in ("Xvfb", "openbox", "xdotool") if shutil.which(name) is None]
+
+
+@contextmanager
+def x_server(folder: Path) -> Iterator[dict[str, str]]:
+    """Hold an X server with a window manager.
+
+    Parameters
+    ----------
+    folder : Path
+        Home of the programs in it.
+
+    Yields
+    ------
+    dict of str to str
+        The environment of these programs.
+    """
+    reader, writer = os.pipe()
+    command = ["Xvfb", "-displayfd", str(writer), "-screen", "0", "1440x900x24", "-nolisten", "tcp"]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    running = [subprocess.Popen(command, pass_fds=(writer,), **quiet)]
+    os.close(writer)
+    try:
+        with os.fdopen(reader) as lines:
+            display = f":{lines.readline().strip()}"
+        where = {
+            **os.environ, "DISPLAY": display, "QT_QPA_PLATFORM": "xcb", "HOME": str(folder),
+            "GSAPP_RUNTIME_FOLDER": str(folder / "run"),
+        }  # fmt: skip
+        for name in ("CONFIG", "DATA", "STATE", "CACHE"):
+            where[f"XDG_{name}_HOME"] = str(folder / "home" / name.lower())
+        running.append(subprocess.Popen(["openbox"], env=where, **quiet))  # noqa: S607
+        yield where
+    finally:
+        for process in reversed(running):
+            process.terminate()
+            process.wait()
+
+
+def left_running(folder: Path, seconds: float = 10.0) -> list[str]:
+    """Return the commands of processes of a home that do not end within some seconds."""
+    mark = f"GSAPP_RUNTIME_FOLDER={folder / 'run'}".encode()
+    deadline = time.monotonic() + seconds
+    while found := _processes_with(mark):
+        if time.monotonic() > deadline:
+            break
+        time.sleep(0.1)
+    return found
+
+
+def _processes_with(mark: bytes) -> list[str]:
+    """Return the commands of all processes with a variable in their environment."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            if mark in (process / "environ").read_bytes().split(b"\0"):
+                found.append((process / "cmdline").read_text().replace("\0", " "))
+        except OSError:
+            continue  # it has ended, or is another user's
+    return [command for command in found if command and "openbox" not in command]
 
 
 def _windows_on_top() -> list[QWidget]:
@@ -251,6 +354,6 @@ def _name(widget: QWidget) -> str:
 
 def _xdotool(*arguments: str) -> None:
     command = ["xdotool", *arguments]
-    ran = subprocess.run(command, check=False, capture_output=True, text=True)
+    ran = subprocess.run(command, check=False, capture_output=True, text=True, timeout=_WAIT)
     if ran.returncode:
         raise RuntimeError(f"xdotool {arguments[0]}: {ran.stderr.strip()}")

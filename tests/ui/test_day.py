@@ -1,0 +1,42 @@
+"""A short day by mouse and keys in a real X server; the whole day is a benchmark."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from x_driver import left_running, missing_programs, x_server
+
+WALK = Path(__file__).with_name("day_walk.py")
+
+
+def walk(name: str, folder: Path, where: dict[str, str]) -> dict[str, object]:
+    command = [sys.executable, "-P", str(WALK), name, str(folder)]
+    done = subprocess.run(
+        command, env=where, capture_output=True, text=True, timeout=300.0, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads((folder / f"{name}.json").read_text())
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="X servers are for Linux")
+def test_a_day_by_mouse_and_keys(tmp_path: Path) -> None:
+    """Wrong port, connect, loss, alarm, end, review, close; the next start offers the flight."""
+    if missing := missing_programs():
+        pytest.skip(f"not installed: {', '.join(missing)}")
+    with x_server(tmp_path) as where:
+        seen = walk("quick", tmp_path, where)
+        assert left_running(tmp_path) == []
+        assert seen["port"] in seen["wrong_port"]
+        assert any("silent" in words for words in seen["alarms"])
+        assert not seen["recording"]
+        assert seen["waiting"] == seen["recorders"] == []
+        (flight,) = (tmp_path / "flights").iterdir()
+        assert (flight / "raw.tlog").stat().st_size > 10_000
+        assert flight.name in walk("again", tmp_path, where)["listed"]
