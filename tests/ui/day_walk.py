@@ -183,9 +183,10 @@ class Day:
     def quick_flight(self, person: XDriver) -> None:
         """Hear an aircraft, lose it, acknowledge the alarm, and stop the recording."""
         desk = self.window.desk
-        with Aircraft(self.port):
+        with Aircraft(self.port) as aircraft:
             person.until(lambda: desk.history is not None and desk.history.has("alpha"), "samples")
             person.picture("06-flying")
+        person.note(sent=aircraft.sent + aircraft.texts)
         person.until(lambda: desk.session.snapshot().link.words == "silent", "the loss is seen")
         self.acknowledge(person)
         person.press("Stop")

@@ -13,6 +13,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from x_driver import left_running, missing_programs, x_server
 
+from gsapp.flight.raw import RawTail
+
 WALK = Path(__file__).with_name("day_walk.py")
 
 
@@ -38,5 +40,5 @@ def test_a_day_by_mouse_and_keys(tmp_path: Path) -> None:
         assert not seen["recording"]
         assert seen["waiting"] == seen["recorders"] == []
         (flight,) = (tmp_path / "flights").iterdir()
-        assert (flight / "raw.tlog").stat().st_size > 10_000
+        assert len(RawTail(flight).poll()) == seen["sent"]
         assert flight.name in walk("again", tmp_path, where)["listed"]

@@ -108,7 +108,7 @@ class Aircraft:
         self._certificates = load_certificates("b777")
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._send, daemon=True)
-        self.sent = 0
+        self.sent = self.texts = 0
 
     def __enter__(self) -> Self:
         self._thread.start()
@@ -127,6 +127,7 @@ class Aircraft:
                 link.sendto(self._frame(self.sent), self._address)
                 if self.sent % 100 == 0:
                     link.sendto(self._text("Engines running"), self._address)
+                    self.texts += 1
                 self.sent += 1
 
     def _frame(self, count: int) -> bytes:
