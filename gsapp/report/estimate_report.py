@@ -178,7 +178,7 @@ def _results_section(reported: Reported) -> Section:
         parts.append(
             Table(caption="Not earned", columns=("derivative", "status", "why"), rows=unknown)
         )
-    return Section(title="What came out", parts=tuple(parts))
+    return Section(title="Results", parts=tuple(parts))
 
 
 def _trust_section(reported: Reported, units: Units) -> Section:
@@ -211,7 +211,7 @@ def _trust_section(reported: Reported, units: Units) -> Section:
     unheard = (f"{one.flight}: FTR did not listen: {one.why}" for one in reported.heard if one.why)
     said = dict.fromkeys((*reported.outcome.remarks, *unheard, *reported.result.remarks))
     parts += [Paragraph(text=text, kind="note") for text in said]
-    return Section(title="Can it be believed?", parts=tuple(parts))
+    return Section(title="Validity", parts=tuple(parts))
 
 
 def _values_section(reported: Reported, units: Units) -> Section:
@@ -249,7 +249,7 @@ def _online_section(reported: Reported) -> Section:
         ]
         if histories:
             parts.append(online_picture(histories, result, summary, one.flight, number))
-    return Section(title="As it formed in the air", parts=tuple(parts))
+    return Section(title="Estimates in flight", parts=tuple(parts))
 
 
 def _modes_section(reported: Reported, units: Units) -> Section:
@@ -261,7 +261,7 @@ def _modes_section(reported: Reported, units: Units) -> Section:
             # Said among the remarks by whatever made the models.
             continue
     parts: tuple[Part, ...] = (modes_table(modes, units), modes_picture(modes)) if modes else ()
-    return Section(title="How the aircraft moves by itself", parts=parts)
+    return Section(title="Dynamic modes", parts=parts)
 
 
 def _maneuvers_section(result: CampaignResult, units: Units) -> Section:

@@ -313,7 +313,7 @@ def test_a_report_is_complete_and_a_button_writes_the_same_page(
     dated = [line for line in lines if line.startswith('<p class="written">')]
     assert len(dated) == 1
     assert [line for line in lines if line not in dated] == page.splitlines()
-    for words in ("Can it be believed?", "As it formed in the air", "short period", "flight5",
+    for words in ("Validity", "Estimates in flight", "short period", "flight5",
                   "judged on 1 maneuver of flight6 that none of them saw"):  # fmt: skip
         assert words in page
     assert "http" not in re.sub(r"data:[^\"]*", "", page)

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from gsapp.identification.summary.linear_comparison import LinearComparison
 
 _NO_COMPARISON = (
-    "How well linear models follow maneuvers that they were not made from: three of them, as in "
-    "section 7.4 of the source."
+    "Predicts maneuvers with three linear models fitted to other maneuvers (Seanor, WVU "
+    "dissertation, section 7.4)."
 )
 
 

@@ -132,7 +132,7 @@ class SummaryPage(ReviewPage):
         self._add(self._pair.right, self.detail)
 
     def _attention(self) -> None:
-        self.attention_heading = label("To look at", "strong")
+        self.attention_heading = label("Needs attention", "strong")
         self.attention = Lines(
             self.look, "What to look at", ATTENTION_TITLES, stretch=2, widths={0: 72, 1: 120},
             least=2, most=12,
@@ -157,7 +157,7 @@ class SummaryPage(ReviewPage):
         }
         self.buttons["review_report"].setProperty("role", "primary")
         right = self._pair.right
-        self._add(right, label("Write it down", "strong"))
+        self._add(right, label("Export", "strong"))
         first = ("review_report", "review_everything", "review_copy")
         self._add(right, button_row(look, *(self.buttons[name] for name in first)))
         self._add(right, button_row(look, self.file, self.buttons["review_file"]))
@@ -271,7 +271,7 @@ class SummaryPage(ReviewPage):
             lines = attention_lines(outcome)
             self.attention.show_lines(lines)
         self.attention.setVisible(bool(lines))
-        self.attention_heading.setText("To look at" if lines else "Nothing stands out to look at")
+        self.attention_heading.setText("Needs attention" if lines else "Nothing needs attention")
         self.linear.show_outcome(outcome)
         names = [name for name in file_names(outcome) if name in FILE_TITLES]
         self.file.show_choices([(name, FILE_TITLES[name]) for name in names], self.file.value)
