@@ -33,7 +33,8 @@ def guide_folder() -> Path | None:
 
 def guide_pages(folder: Path) -> tuple[tuple[str, Path], ...]:
     """Return title and file of each page, what is read at the field first."""
-    files = {path.stem: path for path in sorted(folder.glob("*.md"))}
+    found = (*sorted(folder.glob("*.md")), *sorted(folder.glob("reference/*.md")))
+    files = {path.stem: path for path in found}
     ordered = [*(name for name in _FIRST if name in files), *(n for n in files if n not in _FIRST)]
     return tuple((_title(files[name]), files[name]) for name in ordered)
 
