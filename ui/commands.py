@@ -55,6 +55,7 @@ Need = Literal[
     "review_ready",
     "review_run",
     "review_figure",
+    "review_picture",
     "review_point",
 ]
 
@@ -392,13 +393,13 @@ _REVIEW_FIGURE_COMMANDS = (
         needs="review_point",
     ),
     _command(
-        "Review", "review_figure_copy", "Copy the figure and its numbers", "Ctrl+C",
-        needs="review_figure", rule=True,
+        "Review", "review_figure_copy", "Copy picture", "Ctrl+C", needs="review_picture", rule=True
     ),
     _command(
-        "Review", "review_figure_save", "Save the figure or its numbers…", "Ctrl+S",
-        needs="review_figure",
+        "Review", "review_figure_copy_numbers", "Copy numbers", "Ctrl+Alt+C",
+        needs="review_picture",
     ),
+    _command("Review", "review_figure_save", "Save as…", "Ctrl+S", needs="review_picture"),
 )  # fmt: skip
 
 COMMANDS: tuple[Command, ...] = (
@@ -555,6 +556,7 @@ _REASONS: Mapping[str, str] = {
     "review_maneuver": "Choose a maneuver first",
     "review_ready": "Add a flight with maneuvers first",
     "review_figure": "Run an estimate first",
+    "review_picture": "No figure is drawn",
     "review_results": "Run an estimate first",
     "review_point": "Choose a point in the figure first",
     "review_run": "Choose a kept run first",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,10 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from window_kit import FIGURE_MENU
 
 from ui.gap.chart import FLIGHT_TIME, Chart, Curve
 from ui.look import Look
@@ -119,20 +124,27 @@ def test_the_wheel_zooms_time_about_the_pointer(history: Chart) -> None:
     assert 103.0 - low == pytest.approx(0.8 * (103.0 - before[0][0]), abs=0.05)
 
 
-def test_the_menu_saves_the_chart_and_its_numbers(history: Chart, tmp_path: Path) -> None:
-    assert [one.text() for one in history.plot.actions()] == [
-        "Reset zoom", "Copy picture", "Copy numbers", "Save picture or numbers…",
-    ]  # fmt: skip
-    for ending, begin in (("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")):
+def test_the_menu_saves_the_chart_and_its_numbers(
+    history: Chart, tmp_path: Path, qtbot: QtBot
+) -> None:
+    copy_picture, copy_numbers, save_as, reset = history.plot.actions()
+    assert [one.text() for one in (copy_picture, copy_numbers, save_as, reset)] == FIGURE_MENU
+    for ending, begin in (("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF"), ("csv", b"")):
         path = tmp_path / f"chart.{ending}"
-        path.write_bytes(history.files.content(path))
+        with qtbot.waitSignal(history.menu.reported):
+            history.menu.save(path)
         assert path.read_bytes().startswith(begin)
         assert path.stat().st_size > 2000
-    (tmp_path / "chart.csv").write_bytes(history.files.content(tmp_path / "chart.csv"))
     rows = list(csv.reader((tmp_path / "chart.csv").open(encoding="utf-8")))
     assert rows[0] == ["curve", FLIGHT_TIME, "q, °/s"]
     assert [float(cell) for cell in rows[1][1:]] == [100.0, 10.0 * np.sin(100.0)]
-    history.plot.actions()[2].trigger()
+    with qtbot.waitSignal(history.menu.reported):
+        copy_picture.trigger()
+    assert QApplication.clipboard().mimeData().hasImage()
+    with qtbot.waitSignal(history.menu.reported):
+        copy_numbers.trigger()
     lines = QApplication.clipboard().text().splitlines()
     assert lines[0].split("\t") == rows[0]
     assert len(lines) == len(rows)
+    history.draw([], title="q", bottom=FLIGHT_TIME, left="q, °/s")
+    assert not any(one.isEnabled() for one in history.plot.actions())

@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
 
 from campaign_kit import WILD, gusty, outcome
-from window_kit import until
+from window_kit import FIGURE_MENU, until
 
 from gsapp.identification import equation_error
 from gsapp.identification.ftr import EstimateHistory
@@ -42,7 +42,6 @@ from ui.review.figures_kinds import KINDS
 from ui.review.figures_material import Material, result_of
 from ui.review.figures_options import beside_of
 from ui.review.figures_page import FiguresPage
-from ui.review.figures_saving import FigureSaver
 from ui.review.jobs import HearJob, Job
 from ui.review.selection import Selection
 from ui.settings import SettingsStore
@@ -234,7 +233,7 @@ def test_a_choice_made_elsewhere_is_ringed_without_drawing_anew(bench: Bench) ->
         shown.pixelColor(round((at.x() + r) * ratio), round(at.y() * ratio)) for r in range(-9, -4)
     ]
     assert any(near(color, THEMES["daylight"].selection) for color in ring)
-    assert bench.page.present == ("review_figure", "review_point")
+    assert bench.page.present == ("review_figure", "review_picture", "review_point")
 
 
 def test_a_maneuver_is_left_out_by_a_key_grayed_and_taken_back(bench: Bench) -> None:
@@ -625,18 +624,17 @@ def test_histories_are_those_of_the_flight_that_was_looked_at_before_the_run(ben
 
 
 def test_copy_and_save_give_the_figure_and_its_numbers(bench: Bench, tmp_path: Path) -> None:
-    """The clipboard holds a picture and a table; the CSV has a row for each point."""
-    bench.commands.actions["review_figure_copy"].trigger()
+    """The menu of all figures; the CSV has a row for each point."""
+    assert [one.text() for one in bench.page.view.canvas.actions()][:4] == FIGURE_MENU
     clipboard = QGuiApplication.clipboard()
-    until(bench.qtbot, lambda: "clipboard" in bench.page.frame.detail.text())
-    content = clipboard.mimeData()
-    assert content.hasImage()
+    with bench.qtbot.waitSignal(bench.page.menu.reported):
+        bench.commands.actions["review_figure_copy"].trigger()
+    assert clipboard.mimeData().hasImage()
+    with bench.qtbot.waitSignal(bench.page.menu.reported):
+        bench.commands.actions["review_figure_copy_numbers"].trigger()
     assert clipboard.text().splitlines()[0].startswith("derivative\tmaneuver")
-    saver: FigureSaver = bench.page._saver
-    make = bench.page._on_paper()
-    assert make is not None
-    saver.save(make, tmp_path / "figure.csv")
-    until(bench.qtbot, (tmp_path / "figure.csv").exists)
+    with bench.qtbot.waitSignal(bench.page.menu.reported):
+        bench.page.menu.save(tmp_path / "figure.csv")
     rows = (tmp_path / "figure.csv").read_text(encoding="utf-8").splitlines()
     names = ("Cm_alpha", "Cm_q", "Cm_de")
     assert len(rows) == 1 + sum(len(outcome().summary.derivatives[n].points) for n in names)

@@ -125,7 +125,7 @@ _REVIEW_PAGES = {
         ("review_flights", "review_flight", "review_maneuver", "review_open"), "maneuvers"
     ),
     **dict.fromkeys(("review_panel", "review_ready", "review_run"), "estimate"),
-    **dict.fromkeys(("review_figure", "review_point"), "figures"),
+    **dict.fromkeys(("review_figure", "review_picture", "review_point"), "figures"),
     **dict.fromkeys(("review_results", "review_written"), "summary"),
 }
 """Page of the review whose commands need this; the others serve on all of its pages."""
@@ -138,7 +138,7 @@ def _place(needs: str) -> str:
         return f"running {needs}"
     if needs.startswith("review"):
         return f"review {_REVIEW_PAGES.get(needs, '')}"
-    if needs in ("preflight", "preflight_future", "checklist", "cards", "card"):
+    if needs in ("preflight", "preflight_future", "checklist", "checklist_ticked", "cards", "card"):
         return "preflight"
     if needs.startswith(("gap", "pilot")):
         return needs.partition("_")[0]

@@ -42,6 +42,9 @@ _OPENS = 10.0
 KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
 """Ends a process at once; Windows has no SIGKILL, and there SIGTERM does."""
 
+FIGURE_MENU = ["Copy picture", "Copy numbers", "Save as…", "Reset zoom"]
+"""Of every figure."""
+
 Dialog = TypeVar("Dialog", bound=QDialog)
 
 

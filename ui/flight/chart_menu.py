@@ -78,7 +78,7 @@ def chart_menu(
     menu.addAction(actions["chart_clear"])
     menu.addSeparator()
     menu.addAction("Copy picture", lambda: QGuiApplication.clipboard().setPixmap(charts.grab()))
-    menu.addAction("Export picture…", lambda: export_picture(charts))
+    menu.addAction("Save as…", lambda: export_picture(charts))
     return menu
 
 
@@ -97,6 +97,6 @@ def export_picture(charts: StripChart) -> None:
         If it cannot be written.
     """
     picture = charts.grab()  # before the dialog stands over it
-    path = file_to_write(charts, "Export picture", Path.home() / "charts.png", "Picture (*.png)")
+    path = file_to_write(charts, "Save the charts", Path.home() / "charts.png", "Picture (*.png)")
     if path is not None and not picture.save(str(path)):
         raise FlightError(f"{path} cannot be written; choose another folder")

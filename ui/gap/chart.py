@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pyqtgraph
 from pyqtgraph.graphicsItems.ScatterPlotItem import Symbols
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import (
-    QAction,
     QColor,
     QFontMetrics,
     QKeyEvent,
@@ -24,14 +24,15 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QApplication, QFrame, QSizePolicy, QVBoxLayout, QWidget
 
 from gsapp.quantities import FloatArray
-from ui.gap.chart_files import ChartFiles
+from ui.figure_menu import Content, FigureMenu, widget_picture
 from ui.gap.marking import focus_frame, ink, paint_readout
 from ui.keyboard import ArrowKeys
 from ui.layouts import FlowLayout
 from ui.look import Look
 from ui.pages import label
 from ui.strips.ticks import step_decimals, time_step
-from ui.words import MINUS, clock_text
+from ui.table_menu import separated
+from ui.words import MINUS, clock_text, file_name
 
 _HIGH = 168
 """Points of height below which a plot says too little."""
@@ -213,8 +214,7 @@ class Chart(QFrame):
         self.plot = _Plot(look, name)
         column.addWidget(self.plot, 1)
         self.setFocusProxy(self.plot)
-        self.files = ChartFiles(self)
-        self.plot.addActions([self.plot.reset, *self.files.actions])
+        self.menu = FigureMenu(self.plot, self._file, self._content, self.plot.fit)
         look.changed.connect(self._restyle)
         self._restyle()
 
@@ -239,22 +239,33 @@ class Chart(QFrame):
             The picture in a sentence, for those who hear it.
         """
         self._drawn = (tuple(curves), tuple(bands))
+        self.menu.enable(bool(curves))
         self._labels = (bottom, left)
         self.title.setText(title)
         self.plot.setAccessibleDescription(words or title)
         self._redraw()
         self.plot.fit()
 
-    @property
-    def table(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-        """Return what is drawn as headings and rows: curve, x, y."""
-        bottom, left = self._labels
-        rows = [
-            (curve.name, repr(float(x)), repr(float(y)))
-            for curve in self._drawn[0]
-            for x, y in zip(curve.x, curve.y, strict=True)
-        ]
-        return ("curve", plain_text(bottom), plain_text(left)), rows
+    def _file(self) -> Path:
+        return Path.home() / f"{file_name(self.title.text()) or 'chart'}.png"
+
+    def _content(self, ending: str) -> Content:
+        """Return the content of a file: the chart as it looks, or its curves as rows of x, y."""
+        if ending not in (".csv", ".tsv"):
+            picture = widget_picture(self, ending)  # the thread must not touch a widget
+            return lambda: picture
+        curves, titles = self._drawn[0], (plain_text(title) for title in self._labels)
+        heading = ("curve", *titles)
+
+        def rows() -> bytes:
+            points = (
+                (curve.name, repr(float(x)), repr(float(y)))
+                for curve in curves
+                for x, y in zip(curve.x, curve.y, strict=True)
+            )
+            return separated([heading, *points], "," if ending == ".csv" else "\t").encode()
+
+        return rows
 
     def _redraw(self) -> None:
         curves, bands = self._drawn
@@ -309,15 +320,10 @@ class _Plot(ArrowKeys, pyqtgraph.PlotWidget):
         super().__init__(axisItems={side: _Axis(orientation=side) for side in ("left", "bottom")})
         self._look = look
         self.setAccessibleName(f"Chart: {name}")
-        self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
         self.setMouseTracking(True)
         self.pointer: QPointF | None = None
         self._curves: tuple[Curve, ...] = ()
         self._titles = ("", "")
-        self.reset = QAction("Reset zoom", self)
-        self.reset.setShortcut("Home")
-        self.reset.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
-        self.reset.triggered.connect(self.fit)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setFrameShape(QFrame.Shape.NoFrame)
         item = self.getPlotItem()

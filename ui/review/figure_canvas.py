@@ -100,7 +100,6 @@ class FigureCanvas(ArrowKeys, FigurePaper):
         self.pointer: QPointF | None = None
         self._pressed: _Press | None = None
         self.setMouseTracking(True)
-        self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
     # Choosing
 

@@ -76,16 +76,11 @@ class FiguresFrame(QWidget):
             look,
             ActionButton(actions["review_exclude"], "Leave out or take in", look),
             ActionButton(actions["review_open_fit"], "Its fit", look),
-            ActionButton(actions["review_figure_copy"], "Copy", look),
-            ActionButton(actions["review_figure_save"], "Save…", look),
+            ActionButton(actions["review_figure_copy"], "Copy picture", look),
+            ActionButton(actions["review_figure_copy_numbers"], "Copy numbers", look),
+            ActionButton(actions["review_figure_save"], "Save as…", look),
         )
         self._column.addWidget(self.buttons)
-        reset = QAction("Reset zoom", self)
-        reset.setShortcut("Home")
-        reset.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
-        reset.triggered.connect(self.view.canvas.show_all)
-        names = ("review_figure_copy", "review_figure_save", "review_open_fit", "review_exclude")
-        self.view.canvas.addActions([reset, *(actions[name] for name in names)])
         look.changed.connect(self._restyle)
         self._restyle()
 

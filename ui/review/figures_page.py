@@ -5,32 +5,34 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QVBoxLayout
 
+from gsapp.foundation import FlightError
 from gsapp.quantities import typeset
 from ui.commands import Need
+from ui.figure_menu import Content, FigureMenu
 from ui.frame.steps import StepState
 from ui.look import Look
-from ui.review.figure_drawing import Drawing
+from ui.review.figure_drawing import Drawing, Room
 from ui.review.figures_frame import FiguresFrame
 from ui.review.figures_history import Exclusions
 from ui.review.figures_kinds import KINDS, FigureKind
 from ui.review.figures_material import Material, point_words, result_of, run_name
 from ui.review.figures_needs import FigureNeeds
 from ui.review.figures_options import JOINT, Option, chosen, group_of, names_in
-from ui.review.figures_saving import FigureSaver, on_paper
 from ui.review.jobs import BeginJob
 from ui.review.page import FORMER_RUNS, NO_RUN, ReviewPage
 from ui.review.selection import Selection
-from ui.settings import SettingsStore
+from ui.settings import SettingsStore, first_folder
+from ui.words import file_name
 
 if TYPE_CHECKING:
     from gsapp.identification.runs.outcome import Outcome
-    from gsapp.report.document import Picture
 
 log = logging.getLogger(__name__)
 
@@ -75,7 +77,7 @@ class FiguresPage(ReviewPage):
         self._chosen: dict[str, str] = {}
         self._exclusions = Exclusions()
         self._needs = FigureNeeds(begin_job, self)
-        self._saver = FigureSaver(store, self)
+        self._store = store
         self.kind: FigureKind = KINDS[0]
         column = QVBoxLayout(self)
         self.frame = FiguresFrame(actions, look, self._describe)
@@ -85,11 +87,14 @@ class FiguresPage(ReviewPage):
         self.view = self.frame.view
         self.view.drawn.connect(self._drawn)
         self.view.failed.connect(_log_failure)
+        canvas = self.view.canvas
+        self.menu = FigureMenu(canvas, self._file, self._content, canvas.show_all)
+        self.menu.reported.connect(self.frame.tell)
+        canvas.addActions([actions["review_open_fit"], actions["review_exclude"]])
         self.view.canvas.spot_chosen.connect(self._spot_chosen)
         self.view.canvas.opened.connect(self.open_fit)
         self.view.canvas.pane_opened.connect(self._open_pane)
         self._needs.changed.connect(self._needed)
-        self._saver.told.connect(self.frame.tell)
         selection.maneuver_changed.connect(self._maneuver_chosen)
         selection.derivative_changed.connect(self._derivative_chosen)
         look.changed.connect(self._restyle)
@@ -108,8 +113,9 @@ class FiguresPage(ReviewPage):
             "review_figure_next_maneuver": lambda: self._next_maneuver(1),
             "review_open_fit": lambda: self.open_fit(self._selection.maneuver),
             "review_exclude": self.exclude,
-            "review_figure_copy": lambda: self._saver.copy(self._on_paper()),
-            "review_figure_save": lambda: self._saver.ask(self._on_paper()),
+            "review_figure_copy": self.menu.copy_picture,
+            "review_figure_copy_numbers": self.menu.copy_numbers,
+            "review_figure_save": self.menu.ask,
         }
 
     @property
@@ -117,8 +123,18 @@ class FiguresPage(ReviewPage):
         """Return what commands may act on here."""
         if self._material is None:
             return ()
-        there = result_of(self._material.outcome, self._selection.maneuver) is not None
-        return ("review_figure", "review_point") if there else ("review_figure",)
+        needs: list[Need] = ["review_figure"]
+        if self._is_drawn:
+            needs.append("review_picture")
+        if result_of(self._material.outcome, self._selection.maneuver) is not None:
+            needs.append("review_point")
+        return tuple(needs)
+
+    @property
+    def _is_drawn(self) -> bool:
+        """Return whether a figure is on screen, not a sentence why there is none."""
+        drawing = self.view.drawing
+        return drawing is not None and drawing.picture is not None
 
     @property
     def state(self) -> StepState:
@@ -221,15 +237,29 @@ class FiguresPage(ReviewPage):
             self._selection.choose_maneuver(value)
         self._take(replace(self._material, chosen=dict(self._chosen)))
 
-    def _on_paper(self) -> Callable[[], Picture | str] | None:
-        """Return how the figure on screen is made for paper; None where there is none."""
-        kind, material, drawing = self.kind, self._material, self.view.drawing
-        if material is None or drawing is None or drawing.picture is None:
-            return None
-        return lambda: on_paper(kind, material)
+    def _file(self) -> Path:
+        return first_folder(self._store.current) / f"{file_name(self.kind.title)}.png"
+
+    def _content(self, ending: str) -> Content:
+        """Return the figure as the report prints it, or its numbers, as the content of a file."""
+        kind, material = self.kind, self._material
+
+        def content() -> bytes:
+            from gsapp.report.document import WIDTH
+            from gsapp.report.palette import PAPER
+            from gsapp.report.picture_files import picture_content
+
+            picture = kind.make(material, PAPER, Room(width=WIDTH, height=0.0))
+            if isinstance(picture, str):
+                raise FlightError(picture)
+            return picture_content(picture, ending)
+
+        return content
 
     def _drawn(self, drawing: Drawing) -> None:
         picture, table = drawing.picture, self.kind.table
+        self.menu.enable(picture is not None)
+        self.changed.emit()
         self.frame.show_caption("" if picture is None else typeset(picture.caption))
         there = picture is not None and table is not None and self._material is not None
         self.frame.table.show_table(table(self._material) if there else None)

@@ -1,0 +1,139 @@
+"""The menu of a figure: copies and saves its picture and its numbers, and shows all of it again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QBuffer, QMarginsF, QObject, QSizeF, Qt, Signal
+from PySide6.QtGui import QAction, QGuiApplication, QImage, QPageSize, QPdfWriter
+from PySide6.QtSvg import QSvgGenerator
+from PySide6.QtWidgets import QMessageBox, QWidget
+
+from gsapp.foundation import write_atomically
+from ui.dialogs.saving import file_to_write
+from ui.work import Work
+
+_KINDS = "Picture (*.png);;PDF (*.pdf);;Drawing (*.svg);;Numbers (*.csv)"
+_EXACT = QPageSize.SizeMatchPolicy.ExactMatch
+_POINTS_PER_INCH, _PIXELS_PER_INCH = 72.0, 96
+
+Content = Callable[[], bytes]
+"""Makes the content of a file, in a thread."""
+
+
+class FigureMenu(QObject):
+    """Adds the menu to the widget that shows a figure, whatever draws it.
+
+    Parameters
+    ----------
+    widget : QWidget
+        Shows the figure.
+    file : callable
+        Returns the file that is proposed.
+    content : callable
+        Returns the `Content` for an ending: ``.png``, ``.pdf``, ``.svg``, or for the numbers
+        ``.csv`` and ``.tsv``. Called only while the menu is enabled.
+    reset : callable
+        Shows all of the figure again.
+
+    Attributes
+    ----------
+    reported : Signal(str)
+        What was copied or saved.
+    """
+
+    reported = Signal(str)
+
+    def __init__(
+        self,
+        widget: QWidget,
+        file: Callable[[], Path],
+        content: Callable[[str], Content],
+        reset: Callable[[], object],
+    ) -> None:
+        super().__init__(widget)
+        self._widget = widget
+        self._file = file
+        self._content = content
+        entries = (
+            ("Copy picture", self.copy_picture),
+            ("Copy numbers", self.copy_numbers),
+            ("Save as…", self.ask),
+            ("Reset zoom", reset),
+        )
+        self._actions = [QAction(words, widget) for words, _ in entries]
+        for action, (_, act) in zip(self._actions, entries, strict=True):
+            action.triggered.connect(lambda _checked=False, act=act: act())
+        self._actions[-1].setShortcut("Home")
+        self._actions[-1].setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+        widget.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+        widget.addActions(self._actions)
+        self.enable(False)
+
+    def enable(self, is_drawn: bool) -> None:
+        """Gray the menu where no figure is drawn."""
+        for action in self._actions:
+            action.setEnabled(is_drawn)
+
+    def copy_picture(self) -> None:
+        """Put the picture on the clipboard."""
+        self._begin("Copying the picture", self._content(".png"), self._copied_picture)
+
+    def _copied_picture(self, png: bytes) -> None:
+        QGuiApplication.clipboard().setImage(QImage.fromData(png, "PNG"))
+        self.reported.emit("Picture copied.")
+
+    def copy_numbers(self) -> None:
+        """Put the numbers on the clipboard, for a spreadsheet."""
+        self._begin("Copying the numbers", self._content(".tsv"), self._copied_numbers)
+
+    def _copied_numbers(self, rows: bytes) -> None:
+        QGuiApplication.clipboard().setText(rows.decode())
+        self.reported.emit("Numbers copied.")
+
+    def ask(self) -> None:
+        """Ask for a file and save the figure there."""
+        path = file_to_write(self._widget, "Save the figure", self._file(), _KINDS)
+        if path is not None:
+            self.save(path)
+
+    def save(self, path: Path) -> None:
+        """Save the picture, or the numbers, by the ending of the name."""
+        content = self._content(path.suffix.casefold())
+        self._begin(
+            "Saving the figure",
+            lambda: write_atomically(path, content()),
+            lambda written: self.reported.emit(f"Saved as {written}."),
+        )
+
+    def _begin(self, title: str, run: Callable[[], Any], done: Callable[[Any], None]) -> None:
+        work = Work(title, lambda _progress: run(), self)
+        work.done.connect(done)
+        work.failed.connect(
+            lambda error: QMessageBox.warning(self._widget, title, f"{title} failed: {error}")
+        )
+        work.start()
+
+
+def widget_picture(widget: QWidget, ending: str) -> bytes:
+    """Return a widget as it looks, as SVG or PDF (vectors), else as PNG."""
+    buffer = QBuffer()
+    buffer.open(QBuffer.OpenModeFlag.WriteOnly)
+    if ending == ".svg":
+        drawing = QSvgGenerator()
+        drawing.setOutputDevice(buffer)
+        drawing.setSize(widget.size())
+        drawing.setViewBox(widget.rect())
+        widget.render(drawing)
+    elif ending == ".pdf":
+        page = QPdfWriter(buffer)
+        page.setResolution(_PIXELS_PER_INCH)
+        points = QSizeF(widget.size()) * _POINTS_PER_INCH / _PIXELS_PER_INCH
+        page.setPageSize(QPageSize(points, QPageSize.Unit.Point, "", _EXACT))
+        page.setPageMargins(QMarginsF())
+        widget.render(page)
+    else:
+        widget.grab().save(buffer, "PNG")
+    return buffer.data().data()
