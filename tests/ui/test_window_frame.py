@@ -967,6 +967,31 @@ def test_times_are_whole_after_an_hour(
     assert view.sizeHintForColumn(0) <= view.columnWidth(0)
 
 
+@pytest.mark.parametrize("size", [(1440, 900), (1280, 800)])
+def test_all_columns_of_the_alarms_are_in_sight(
+    flight: MainWindow, qtbot: QtBot, size: tuple[int, int]
+) -> None:
+    """The panel grows for them and shrinks again; its button is gray where nothing waits."""
+    panel, board = flight.view.alarms, flight.desk.session.board
+    flight.resize(*size)
+    flight.view.show_panel(2)
+    before = flight.view.tabs.width()
+    flight.view.show_panel(3)
+    board.raise_("x", Severity.CAUTION, 1.0, "pitch gyro saturated")
+    acknowledge = next(one for one in panel.findChildren(QPushButton) if "(K)" in one.text())
+    until(qtbot, acknowledge.isEnabled)
+    view = panel.view
+    last = view.columnViewportPosition(4) + view.columnWidth(4)
+    until(qtbot, lambda: view.viewport().width() >= last)
+    assert view.horizontalScrollBar().maximum() == 0
+    assert flight.view.charts.width() > 0.45 * size[0]
+    flight.desk.acknowledge("crew")
+    until(qtbot, lambda: not acknowledge.isEnabled())
+    assert acknowledge.toolTip()
+    flight.view.show_panel(2)
+    assert flight.view.tabs.width() == before
+
+
 def test_an_alarm_is_in_sight_at_every_scale(flight: MainWindow, qtbot: QtBot) -> None:
     """The sentence wants a row of its own where the scale is large, and gets it."""
     flight.desk.session.board.raise_("x", Severity.WARNING, 1.0, "angle of sideslip too large " * 3)
@@ -1253,7 +1278,7 @@ def test_the_log_of_alarms_is_whole_sorted_copied_and_leads_into_the_replay(
     flight.commands.actions["acknowledge"].trigger()
     until(qtbot, lambda: "menu" in panel.view.lines.lines[-1].cells[-1])
     flight.desk.seek(5.0)
-    until(qtbot, lambda: bool(flight.desk.waiting()))
+    until(qtbot, flight.commands.actions["acknowledge"].isEnabled)
     flight.activateWindow()
     qtbot.keyClick(flight, Qt.Key.Key_K)
     until(qtbot, lambda: "key K" in panel.view.lines.lines[-2].cells[-1])

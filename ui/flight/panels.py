@@ -189,16 +189,24 @@ class AlarmsPanel(ListPanel):
     jumped = Signal(object)
 
     def __init__(self, look: Look) -> None:
-        titles = ("Start", "Alarm", "Value / limit", "Duration", "Acknowledged")
+        titles = ("Start", "Alarm", "Value", "Duration", "Ack.")
         model = LinesModel(look, titles, right=frozenset({2, 3}))
-        widths = {0: LATE, 2: "< 100.0 °", 3: "00:00.0", 4: "Acknowledged"}
+        widths = {0: LATE, 2: "< 100.0 °", 3: "Duration", 4: "crew, Alarms"}
         view = LinesView(model, look, "Alarms", stretch=1, widths=widths, least=140, sortable=True)
         super().__init__(view, look, "No alarms.")
         view.opened.connect(self.jumped)
-        button = self.add_button("Acknowledge (K)", "Acknowledge the alarms (K)")
-        button.clicked.connect(self.acknowledged)
+        self._acknowledge = self.add_button("Acknowledge (K)", "")
+        self._acknowledge.clicked.connect(self.acknowledged)
+        self.show_waiting(0)
         go = self.add_button("Go to", "Go to the chosen alarm (Enter)", "Choose an alarm first")
         go.clicked.connect(self._go)
+
+    def show_waiting(self, count: int) -> None:
+        """Gray the button where no alarm waits to be acknowledged."""
+        self._acknowledge.setEnabled(count > 0)
+        self._acknowledge.setToolTip(
+            "Acknowledge the alarms (K)" if count else "No alarm to acknowledge"
+        )
 
     def _go(self) -> None:
         key = self.view.current_key()

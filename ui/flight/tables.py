@@ -337,12 +337,18 @@ class LinesView(QTableView):
             return
         # With room for the scroll bar whether it is there or not: else rows that grow higher show
         # it, which makes them grow again.
-        room = self.width() - self.verticalScrollBar().sizeHint().width() - 2 * self.frameWidth()
-        rest = room - sum(map(self._pixels, self._widths.values()))
-        width = max(rest, self._look.px(self._least))
+        least = self._look.px(self._least)
+        width = max(self.width() - self.full_width + least, least)
         if width != self.columnWidth(self._stretch):
             self.setColumnWidth(self._stretch, width)
             QTimer.singleShot(0, self, self.resizeRowsToContents)
+
+    @property
+    def full_width(self) -> int:
+        """Return the width (pixels) at which no column is out of sight."""
+        beside = self.verticalScrollBar().sizeHint().width() + 2 * self.frameWidth()
+        fixed = sum(map(self._pixels, self._widths.values()))
+        return beside + fixed + self._look.px(self._least)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Share the width anew."""

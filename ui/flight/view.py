@@ -152,6 +152,7 @@ class FlightView(QWidget):
         self.channels.layout_saved.connect(self._save_layout)
         self.channels.layout_deleted.connect(self._delete_layout)
         self.tabs.currentChanged.connect(lambda _index: self._show_values())
+        self.tabs.currentChanged.connect(lambda _index: self._size_panel())
         self._look.changed.connect(self._restyle)
         self._actions["side_panel"].setChecked(store.current.side_panel)
 
@@ -238,7 +239,8 @@ class FlightView(QWidget):
                 least = most = max(self.width(), 1)
             self.tabs.setMinimumWidth(least)
             self.tabs.setMaximumWidth(most)
-            side = min(max(self._look.px(self._panel_width), least), most)
+            wide = self.alarms.view.full_width if self.tabs.currentWidget() is self.alarms else 0
+            side = min(max(self._look.px(self._panel_width), least, wide), most)
             # Else the splitter would keep the shares of a time when it was hidden, or room for
             # words that are wider than the panel.
             self._split.setSizes([self.width() - side, side])
@@ -372,6 +374,7 @@ class FlightView(QWidget):
         self.marks.show_lines(picture.mark_lines)
         self.alarms.say_empty(_no_alarms(picture.watched))
         self.alarms.show_lines(picture.alarm_lines)
+        self.alarms.show_waiting(picture.waiting)
         self.messages.show_lines(picture.message_lines)
         if picture.estimates is not former.estimates:
             self.estimates.show_rows(picture.estimates, picture.estimates_state)
