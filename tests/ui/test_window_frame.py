@@ -992,6 +992,19 @@ def test_all_columns_of_the_alarms_are_in_sight(
     assert flight.view.tabs.width() == before
 
 
+def test_the_alarms_of_a_replay_say_that_cues_are_missing_until_it_was_played(
+    flight: MainWindow, qtbot: QtBot
+) -> None:
+    note = flight.view.alarms.cues_note
+    flight.view.show_panel(3)
+    flight.desk.seek(0.5)
+    until(qtbot, note.isVisible)
+    flight.desk.seek(math.inf)
+    until(qtbot, note.isHidden)
+    flight.desk.seek(0.5)
+    until(qtbot, note.isVisible)
+
+
 def test_an_alarm_is_in_sight_at_every_scale(flight: MainWindow, qtbot: QtBot) -> None:
     """The sentence wants a row of its own where the scale is large, and gets it."""
     flight.desk.session.board.raise_("x", Severity.WARNING, 1.0, "angle of sideslip too large " * 3)

@@ -194,6 +194,11 @@ class AlarmsPanel(ListPanel):
         widths = {0: LATE, 2: "< 100.0 °", 3: "Duration", 4: "crew, Alarms"}
         view = LinesView(model, look, "Alarms", stretch=1, widths=widths, least=140, sortable=True)
         super().__init__(view, look, "No alarms.")
+        # To find them ahead takes a whole pass through the cues, minutes for a flight of an hour.
+        self.cues_note = label("Cue alarms appear as they are played.", "hint", wrap=True)
+        self.cues_note.setContentsMargins(8, 8, 8, 4)
+        self.cues_note.hide()
+        self.head.addWidget(self.cues_note)
         view.opened.connect(self.jumped)
         self._acknowledge = self.add_button("Acknowledge (K)", "")
         self._acknowledge.clicked.connect(self.acknowledged)

@@ -375,6 +375,9 @@ class FlightView(QWidget):
         self.alarms.say_empty(_no_alarms(picture.watched))
         self.alarms.show_lines(picture.alarm_lines)
         self.alarms.show_waiting(picture.waiting)
+        replay = picture.replay
+        played = replay is None or (replay.time == replay.last and picture.watched == 1.0)
+        self.alarms.cues_note.setHidden(played)
         self.messages.show_lines(picture.message_lines)
         if picture.estimates is not former.estimates:
             self.estimates.show_rows(picture.estimates, picture.estimates_state)
