@@ -36,9 +36,12 @@ class Appearance(QObject):
     ----------
     saved : Signal
         Settings were saved in the dialog.
+    layout_reset : Signal
+        Those of layout and panel are as at first.
     """
 
     saved = Signal()
+    layout_reset = Signal()
 
     def __init__(self, look: Look, store: SettingsStore, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -98,6 +101,8 @@ class Appearance(QObject):
         self._look.set_units(str(values.pop("units")))
         self._store.change(**values)
         self.saved.emit()
+        if dialog.reset_layout.isChecked():
+            self.layout_reset.emit()
 
     def apply(self) -> None:
         """Put style sheet and font in force, and remember."""

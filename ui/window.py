@@ -182,6 +182,7 @@ class MainWindow(QMainWindow):
         self.look.changed.connect(self._fit)
         self.appearance.announce(commands, self.banners)
         self.appearance.saved.connect(self.pilot.refresh)
+        self.appearance.layout_reset.connect(self.view.follow_settings)
         self.desk.changed.connect(self._flight_changed)
         self.desk.leaving.connect(self.view.marks.view.finish_edit)
         self.view.wanted.connect(lambda: self.show_place("flight"))

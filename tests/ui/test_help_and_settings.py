@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 import platform
 import re
+import shutil
 import sys
 import tomllib
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QEvent, QPoint
+from PySide6.QtCore import QEvent, QPoint, QUrl
 from PySide6.QtGui import QGuiApplication, QHelpEvent, QImage
 from PySide6.QtWidgets import QApplication, QPushButton
 from pytestqt.qtbot import QtBot
@@ -70,6 +71,39 @@ def test_defaults_come_back_once_saved(window: MainWindow) -> None:
     assert kept.links == ("udpin:127.0.0.1:14550",)
 
 
+def test_the_layout_is_reset_once_asked_for(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
+) -> None:
+    """Also the width of the side panel, and that it is open."""
+    window.resize(1440, 900)
+    window.appearance.layout_reset.emit()  # without a flight, too
+    window.desk.starter.open_flight(write_flight(tmp_path / "flights"), playing=False)
+    until(qtbot, lambda: window.desk.is_loaded and window.desk.is_settled)
+    view = window.view
+    view.show_panel(0)
+    before = view.tabs.width()
+    view.show_layout("Lateral")
+    view._split.moveSplitter(view._split.width() - before - 150, 1)
+    assert view.tabs.width() >= before + 100
+    view.toggle_panel()
+    for reset in (False, True):
+
+        def answer(dialog: SettingsDialog, reset: bool = reset) -> None:
+            dialog.reset_layout.setChecked(reset)
+            dialog.accept()
+
+        answer_dialog(SettingsDialog, answer)
+        window.commands.actions["settings"].trigger()
+        kept = window.store.current
+        assert (kept.layout, kept.side_panel) == (
+            ("Overview", True) if reset else ("Lateral", False)
+        )
+        assert view.panel_shown[0] == reset
+    qtbot.wait(400)  # a width drawn before must not be written down now
+    assert window.store.current.panel_width == 0
+    assert view.tabs.width() == before
+
+
 def test_a_theme_is_named_and_checked(window: MainWindow) -> None:
     actions = window.commands.actions
     for name in (*list(THEMES)[1:], "daylight"):
@@ -110,6 +144,24 @@ def test_every_page_of_the_guide_opens_without_a_network(window: MainWindow) -> 
     guide.close()
 
 
+@pytest.mark.parametrize("installed", [False, True])
+def test_the_license_opens_from_its_page(qtbot: QtBot, tmp_path: Path, installed: bool) -> None:
+    """Beside the source it lies above the pages, in an installation among them."""
+    folder = guide_folder()
+    assert folder is not None
+    if installed:
+        pages = [folder / "licenses.md", folder / "field-guide.md", folder.parent / "LICENSE"]
+        folder = tmp_path / "gsapp"
+        folder.mkdir()
+        for page in pages:
+            shutil.copy(page, folder)
+    guide = GuideWindow(Look(), folder)
+    qtbot.addWidget(guide)
+    guide.show_page(folder / "licenses.md")
+    guide.browser.anchorClicked.emit(QUrl("../LICENSE"))
+    assert "Redistribution and use in source and binary forms" in guide.browser.toPlainText()
+
+
 def test_an_installed_guide_holds_what_its_pages_show_and_link_to() -> None:
     """The wheel takes the documents folder by folder: a new one is easily forgotten."""
     root = Path(__file__).parents[2]
@@ -121,6 +173,7 @@ def test_an_installed_guide_holds_what_its_pages_show_and_link_to() -> None:
         for pattern in patterns
         for path in root.glob(pattern)
     }
+    assert Path("docs", "LICENSE") in installed
     for page in sorted(path for path in installed if path.suffix == ".md"):
         text = (root / page).read_text(encoding="utf-8")
         links = re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", text)

@@ -99,5 +99,10 @@ class GuideWindow(QDialog):
                 return
         if target.toLocalFile() == self.browser.source().toLocalFile():
             self.browser.scrollToAnchor(target.fragment())
-        elif target.path().endswith(".md"):
-            self.show_page(Path(target.toLocalFile()))
+            return
+        path = Path(target.toLocalFile())
+        if not path.exists():
+            # An installation has the license beside the pages, not above them.
+            path = Path(self.browser.source().toLocalFile()).with_name(path.name)
+        if path.suffix in ("", ".md") and path.is_file():
+            self.show_page(path)

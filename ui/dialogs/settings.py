@@ -58,6 +58,8 @@ class SettingsDialog(FormDialog):
         self.add_row("Calibration", self.calibration)
         restore = self.buttons.addButton("Restore defaults", QDialogButtonBox.ButtonRole.ResetRole)
         restore.clicked.connect(lambda: self.show_values(Settings()))
+        self.reset_layout = QCheckBox("Reset layout and panel width")
+        self.add_row("Flight page", self.reset_layout)
         self.flights.edit.textChanged.connect(self._judge)
         self.show_values(settings)
         self.fit(560)
@@ -97,9 +99,12 @@ class SettingsDialog(FormDialog):
     @property
     def values(self) -> dict[str, object]:
         """Return the settings asked for, by name."""
-        usual = str(recording_folder(Settings()))
+        defaults = Settings()
+        usual = str(recording_folder(defaults))
         flights = str(self.flights.path)
+        names = ("layout", "panel_width", "side_panel") if self.reset_layout.isChecked() else ()
         return {
+            **{name: getattr(defaults, name) for name in names},
             "theme": self.theme.currentData(),
             "scale": self.scale.currentData(),
             "units": self.units.currentData(),

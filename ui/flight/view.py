@@ -245,6 +245,14 @@ class FlightView(QWidget):
             # words that are wider than the panel.
             self._split.setSizes([self.width() - side, side])
 
+    def follow_settings(self) -> None:
+        """Show layout and side panel as the settings have them."""
+        self._panel_wish = None
+        self._drawn.stop()
+        self._panel_width = self._store.current.panel_width
+        self.show_layout(self._store.current.layout)
+        self._size_panel()
+
     def _panel_drawn(self) -> None:
         """Remember how wide the panel was drawn."""
         self._panel_width = round(self.tabs.width() / self._look.sizes.scale)
