@@ -151,9 +151,10 @@ _PREFLIGHT_COMMANDS = (
         "Preflight", "preflight_redo", "Make the change again", "Ctrl+Y", "Ctrl+Shift+Z",
         needs="preflight_future", rule=True,
     ),
-    _command(
-        "Preflight", "checklist_tick", "Tick the item", "Space", needs="checklist", rule=True
-    ),
+)  # fmt: skip
+
+_CHECKLIST_COMMANDS = (
+    _command("Preflight", "checklist_tick", "Tick the item", "Space", needs="checklist"),
     _command(
         "Preflight", "checklist_reset", "Begin the checklist anew", "Ctrl+Shift+Backspace",
         needs="checklist_ticked",
@@ -165,7 +166,10 @@ _PREFLIGHT_COMMANDS = (
     _command(
         "Preflight", "checklist_edit", "Edit the checklist…", "Ctrl+Shift+E", needs="checklist"
     ),
-    _command("Preflight", "cards_add", "Add a test card", "Ctrl+N", needs="cards", rule=True),
+)  # fmt: skip
+
+_TEST_CARD_COMMANDS = (
+    _command("Preflight", "cards_add", "Add a test card", "Ctrl+N", needs="cards"),
     _command("Preflight", "cards_up", "Test card up", "Alt+Up", needs="card", repeats=True),
     _command("Preflight", "cards_down", "Test card down", "Alt+Down", needs="card", repeats=True),
     _command("Preflight", "cards_remove", "Remove the test card", "Ctrl+Backspace", needs="card"),
@@ -178,9 +182,12 @@ _PILOT_COMMANDS = (
     _command("Pilot", "pilot_debrief", "2 Debrief", "Alt+2", needs="pilot"),
     _command("Pilot", "pilot_window", "The page in a window of its own", "Shift+F3", rule=True),
     _command("Pilot", "pilot_speak", "Speak the cues in flight", "Ctrl+Shift+S"),
+)  # fmt: skip
+
+_PILOT_CARD_COMMANDS = (
     _command(
         "Pilot", "pilot_previous_card", "Look at the card before", "PgUp", needs="pilot_cards",
-        rule=True, repeats=True,
+        repeats=True,
     ),
     _command(
         "Pilot", "pilot_next_card", "Look at the next card", "PgDown", needs="pilot_cards",
@@ -192,6 +199,9 @@ _PILOT_COMMANDS = (
         "Pilot", "pilot_any_card", "Let the program choose the card", "Backspace",
         needs="pilot_cards",
     ),
+)  # fmt: skip
+
+_PILOT_VERDICT_COMMANDS = (
     _command(
         "Pilot", "pilot_dismiss", "Put the verdict away", "Space", needs="pilot_verdict", rule=True
     ),
@@ -246,17 +256,6 @@ _REVIEW_COMMANDS = (
         needs="review_future", rule=True,
     ),
     _command("Review", "review_cancel", "Stop the work", "Ctrl+.", needs="review_busy"),
-    _command(
-        "Review", "review_trial", "Try a flight of the virtual aircraft", needs="review"
-    ),
-    _command(
-        "Review", "review_onboard", "On-board log…", "Ctrl+Shift+L", needs="review_folder",
-        rule=True,
-    ),
-    _command(
-        "Review", "review_onboard_stop", "Stop fetching the on-board log", "Ctrl+Shift+.",
-        needs="review_log",
-    ),
 )  # fmt: skip
 
 _REVIEW_FLIGHT_COMMANDS = (
@@ -272,6 +271,17 @@ _REVIEW_FLIGHT_COMMANDS = (
         "Review", "review_add_files", "Add flight files…", "Ctrl+Alt+F", needs="review_flights"
     ),
     _command("Review", "review_take_out", "Remove flight", needs="review_flight"),
+    _command(
+        "Review", "review_trial", "Try a flight of the virtual aircraft", needs="review"
+    ),
+    _command(
+        "Review", "review_onboard", "On-board log…", "Ctrl+Shift+L", needs="review_folder",
+        rule=True,
+    ),
+    _command(
+        "Review", "review_onboard_stop", "Stop fetching the on-board log", "Ctrl+Shift+.",
+        needs="review_log",
+    ),
 )  # fmt: skip
 
 _REVIEW_MANEUVER_COMMANDS = (
@@ -437,12 +447,15 @@ COMMANDS: tuple[Command, ...] = (
         _command("Charts", "type_range", "Set y range…", "Shift+Y", needs="charts"),
         _command("Charts", "type_limits", "Set limits…", "Shift+L", needs="charts"),
     ),
-    _command("Flight", "panel_channels", "Choose channels", "Ctrl+1", needs="flight"),
-    _command("Flight", "panel_values", "Values at the cursors", "Ctrl+2", needs="flight"),
-    _command("Flight", "panel_marks", "Marks and notes", "Ctrl+3", needs="flight"),
-    _command("Flight", "panel_alarms", "Alarms", "Ctrl+4", needs="flight"),
-    _command("Flight", "panel_messages", "Messages of the aircraft", "Ctrl+5", needs="flight"),
-    _command("Flight", "panel_estimates", "Derivatives as they form", "Ctrl+6", needs="flight"),
+    *_within(
+        "Side panel",
+        _command("Flight", "panel_channels", "Choose channels", "Ctrl+1", needs="flight"),
+        _command("Flight", "panel_values", "Values at the cursors", "Ctrl+2", needs="flight"),
+        _command("Flight", "panel_marks", "Marks and notes", "Ctrl+3", needs="flight"),
+        _command("Flight", "panel_alarms", "Alarms", "Ctrl+4", needs="flight"),
+        _command("Flight", "panel_messages", "Messages of the aircraft", "Ctrl+5", needs="flight"),
+        _command("Flight", "panel_estimates", "Derivatives as they form", "Ctrl+6", needs="flight"),
+    ),
     _command("Flight", "link", "MAVLink inspector…", "Ctrl+I", needs="flight"),
     _command("Flight", "mark", "Mark this moment", "M", needs="flight", rule=True),
     _command("Flight", "note", "Mark and write a note", "N", needs="flight"),
@@ -466,7 +479,11 @@ COMMANDS: tuple[Command, ...] = (
         rule=True,
     ),
     *_PREFLIGHT_COMMANDS,
+    *_within("Checklist", *_CHECKLIST_COMMANDS),
+    *_within("Test cards", *_TEST_CARD_COMMANDS),
     *_PILOT_COMMANDS,
+    *_within("Cards", *_PILOT_CARD_COMMANDS),
+    *_PILOT_VERDICT_COMMANDS,
     *_REVIEW_COMMANDS,
     *_within("Flights", *_REVIEW_FLIGHT_COMMANDS),
     *_within("Maneuvers", *_REVIEW_MANEUVER_COMMANDS),
@@ -480,44 +497,57 @@ COMMANDS: tuple[Command, ...] = (
     _command("Model gap", "gap_name", "2 Name the effect", "Alt+2", needs="gap"),
     _command("Model gap", "gap_add", "3 Add it to the model", "Alt+3", needs="gap"),
     _command("Model gap", "gap_show", "4 Show the gap shrink", "Alt+4", needs="gap"),
-    _command(
-        "Model gap",
-        "gap_step_back",
-        "Model before",
-        "Alt+Left",
-        needs="gap",
-        rule=True,
-        repeats=True,
+    *_within(
+        "Models and maneuvers",
+        _command(
+            "Model gap",
+            "gap_step_back",
+            "Model before",
+            "Alt+Left",
+            needs="gap",
+            repeats=True,
+        ),
+        _command("Model gap", "gap_step_on", "Model after", "Alt+Right", needs="gap", repeats=True),
+        _command(
+            "Model gap",
+            "gap_previous_maneuver",
+            "Previous maneuver",
+            "Alt+PgUp",
+            needs="gap",
+            repeats=True,
+        ),
+        _command(
+            "Model gap",
+            "gap_next_maneuver",
+            "Next maneuver",
+            "Alt+PgDown",
+            needs="gap",
+            repeats=True,
+        ),
     ),
-    _command("Model gap", "gap_step_on", "Model after", "Alt+Right", needs="gap", repeats=True),
-    _command(
-        "Model gap",
-        "gap_previous_maneuver",
-        "Previous maneuver",
-        "Alt+PgUp",
-        needs="gap",
-        repeats=True,
-    ),
-    _command(
-        "Model gap", "gap_next_maneuver", "Next maneuver", "Alt+PgDown", needs="gap", repeats=True
-    ),
-    _command(
-        "Model gap",
-        "gap_accept",
-        "Accept the next effect",
-        "Ctrl+Return",
-        needs="gap_next",
-        rule=True,
-    ),
-    _command("Model gap", "gap_refuse", "Refuse this effect", "Ctrl+Backspace", needs="gap_effect"),
-    _command("Model gap", "gap_force", "Force another effect…", "Ctrl+Shift+F", needs="gap_idle"),
-    _command(
-        "Model gap",
-        "gap_redo",
-        "Take the decision again",
-        "Ctrl+Y",
-        "Ctrl+Shift+Z",
-        needs="gap_future",
+    *_within(
+        "Effect",
+        _command(
+            "Model gap",
+            "gap_accept",
+            "Accept the next effect",
+            "Ctrl+Return",
+            needs="gap_next",
+        ),
+        _command(
+            "Model gap", "gap_refuse", "Refuse this effect", "Ctrl+Backspace", needs="gap_effect"
+        ),
+        _command(
+            "Model gap", "gap_force", "Force another effect…", "Ctrl+Shift+F", needs="gap_idle"
+        ),
+        _command(
+            "Model gap",
+            "gap_redo",
+            "Take the decision again",
+            "Ctrl+Y",
+            "Ctrl+Shift+Z",
+            needs="gap_future",
+        ),
     ),
     _command("Model gap", "gap_save", "Save the revised model…", "Ctrl+S", needs="gap", rule=True),
     _command("Model gap", "gap_report", "Write the report…", "Ctrl+P", needs="gap_idle"),

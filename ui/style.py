@@ -33,7 +33,8 @@ QMenuBar::item {{ background: transparent; padding: {p4}px {p8}px; }}
 QMenuBar::item:selected, QMenuBar::item:pressed {{ background: {chosen}; }}
 QToolButton#qt_menubar_ext_button {{ background: {chosen}; border: 0; border-radius: 0; padding: 0;
   qproperty-iconSize: 0px 0px; image: url("{arrow_right}"); }}
-QMenu {{ background: {panel}; border: 1px solid {line}; padding: {p4}px 0; }}
+QMenu {{ background: {panel}; border: 1px solid {line}; padding: {p4}px 0;
+  menu-scrollable: 1; }}
 QMenu::item {{ padding: {p6}px {p24}px {p6}px {p32}px; }}
 QMenu::item:selected {{ background: {chosen}; }}
 QMenu::item:disabled {{ color: {faint}; }}

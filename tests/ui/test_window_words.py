@@ -418,3 +418,13 @@ def test_sentences_name_keys_as_the_system_does() -> None:
             and " " in node.value
         ]
     assert written == []
+
+
+def test_every_menu_has_room_below_the_bar_of_a_small_screen_at_200_percent() -> None:
+    """54 px for each of 12 rows and 17 for each of 5 lines: 733 of the 734 px below the bar."""
+    rows: dict[tuple[str, str], set[str]] = {}
+    for command in COMMANDS:
+        rows.setdefault((command.menu, ""), set()).add(command.submenu or command.id)
+        if command.submenu:
+            rows.setdefault((command.menu, command.submenu), set()).add(command.id)
+    assert {place: len(found) for place, found in rows.items() if len(found) > 12} == {}
