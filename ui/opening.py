@@ -20,7 +20,7 @@ from ui.commands import key_text
 from ui.desk import Desk
 from ui.dialogs.certificates import CertificatesDialog
 from ui.dialogs.connect import ConnectDialog
-from ui.dialogs.fields import FlightPlace
+from ui.dialogs.fields import FlightPlace, RecordingDialog
 from ui.dialogs.flights import file_to_open, flight_folder
 from ui.dialogs.requests import ConnectRequest
 from ui.dialogs.small import ExportDialog, MapDialog, ask_append, ask_stop
@@ -144,14 +144,8 @@ class Opening(QObject):
             self._store.current, self._look, connect_choices(), self._flights,
             self._window,
         )  # fmt: skip
-        starter = self._desk.starter
-        dialog.submitted.connect(lambda request: self._connect(dialog, request))
-        begun = starter.begun.connect(lambda: dialog.accept() if dialog.connecting else None)
-        done = dialog.exec()
-        starter.disconnect(begun)
-        if not done:
-            if dialog.connecting:
-                starter.cancel()
+        dialog.submitted.connect(lambda: self._connect(dialog))
+        if not self._ask(dialog):
             return
         request = dialog.request
         self._store.change(
@@ -160,15 +154,21 @@ class Opening(QObject):
             calibration=request.calibration,
         )
 
-    def _connect(self, dialog: ConnectDialog, request: ConnectRequest) -> None:
+    def _ask(self, dialog: RecordingDialog) -> bool:
+        """Show a dialog until its recording has begun; return whether it has."""
+        starter = self._desk.starter
+        begun = starter.begun.connect(lambda: dialog.accept() if dialog.connecting else None)
+        done = dialog.exec()
+        starter.disconnect(begun)
+        if not done and dialog.connecting:
+            starter.cancel()
+        return bool(done)
+
+    def _connect(self, dialog: ConnectDialog) -> None:
         """Record what the dialog asks for; the dialog stays where that is refused."""
-        place = self._where_to_record(request.folder, dialog)
-        if place is None:
-            dialog.withdraw()
-            return
-        self._unproven = replace(request, folder=place[0], append=place[1])
-        self._remember_folder(place[0], dialog.place)
-        self._desk.starter.connect_aircraft(self._unproven, refused=dialog.show_refusal)
+        if (place := self._where_to_record(dialog)) is not None:
+            self._unproven = replace(dialog.request, folder=place[0], append=place[1])
+            self._desk.starter.connect_aircraft(self._unproven, refused=dialog.show_refusal)
 
     def _remember_link(self) -> None:
         """Keep a link among the recent ones once something came over it."""
@@ -179,25 +179,30 @@ class Opening(QObject):
             self._unproven = None
             self._store.replace(self._store.current.with_link(request.link))
 
-    def _where_to_record(
-        self, folder: Path, parent: QWidget | None = None
-    ) -> tuple[Path, bool] | None:
+    def _where_to_record(self, dialog: RecordingDialog) -> tuple[Path, bool] | None:
         """Return the folder, and whether to append to its flight; None if neither is wanted."""
-        if record_state(folder) != "finished":
-            return folder, False
-        new = free_name(folder)
-        append = ask_append(parent or self._window, folder.name, new.name)
-        return None if append is None else (folder if append else new, append)
+        folder, append = dialog.place.folder, False
+        if record_state(folder) == "finished":
+            new = free_name(folder)
+            answer = ask_append(dialog, folder.name, new.name)
+            if answer is None:
+                dialog.withdraw()
+                return None
+            folder, append = (folder if answer else new), answer
+        self._remember_folder(folder, dialog.place)
+        return folder, append
 
     def fly_virtual(self) -> None:
         """Ask how, and let the virtual aircraft fly."""
         dialog = VirtualDialog(self._look, virtual_choices(), self._flights, self._window)
-        if dialog.exec():
-            request = dialog.request
-            if (place := self._where_to_record(request.folder)) is not None:
-                request = replace(request, folder=place[0], append=place[1])
-                self._remember_folder(request.folder, dialog.place)
-                self._desk.starter.fly_virtual(request)
+        dialog.submitted.connect(lambda: self._fly(dialog))
+        self._ask(dialog)
+
+    def _fly(self, dialog: VirtualDialog) -> None:
+        """Fly what the dialog asks for; the dialog stays where that is refused."""
+        if (place := self._where_to_record(dialog)) is not None:
+            request = replace(dialog.request, folder=place[0], append=place[1])
+            self._desk.starter.fly_virtual(request, refused=dialog.show_refusal)
 
     def _remember_folder(self, flight: Path, place: FlightPlace) -> None:
         """Record into the folder that was chosen from now on, once a recording began there."""

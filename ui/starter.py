@@ -242,8 +242,13 @@ class FlightStarter(QObject):
             self.said.emit("caution", why_other)
         return parent / next_flight_name(parent, datetime.now().astimezone().date(), kind)
 
-    def fly_virtual(self, request: VirtualRequest) -> None:
-        """Let the virtual aircraft fly over a link of this machine, record and follow it."""
+    def fly_virtual(
+        self, request: VirtualRequest, *, refused: Callable[[Exception], None] | None = None
+    ) -> None:
+        """Let the virtual aircraft fly over a link of this machine, record and follow it.
+
+        Errors go to `refused`, or else to a banner.
+        """
         port = free_port()
         connect = ConnectRequest(
             link=f"udpin:127.0.0.1:{port}",
@@ -259,7 +264,7 @@ class FlightStarter(QObject):
             begun.session = self._followed(connect.folder)
             begun.aircraft = launch(request, port)
 
-        self._open(begin, request.folder.name, records=request.folder)
+        self._open(begin, request.folder.name, records=request.folder, refused=refused)
 
     def _open_session(
         self,

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
+import pytest
+from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -13,6 +16,7 @@ from window_kit import answer_dialog, free_port, until
 
 from gsapp.flight.folder import FlightFolder
 from ui.dialogs.connect import ConnectDialog
+from ui.dialogs.virtual import VirtualDialog
 from ui.window import MainWindow
 
 
@@ -76,3 +80,46 @@ def connect_and_block(window: MainWindow, qtbot: QtBot, parent: Path) -> Path:
     answer_dialog(ConnectDialog, answer)
     window.commands.actions["connect"].trigger()
     return folders[0]
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() == 0, reason="root writes everywhere")
+@pytest.mark.parametrize(("command", "kind"), [("connect", ConnectDialog),
+                                               ("virtual", VirtualDialog)])  # fmt: skip
+def test_a_folder_without_permission_is_refused_beside_its_field(
+    window: MainWindow,
+    qtbot: QtBot,
+    tmp_path: Path,
+    command: str,
+    kind: type[ConnectDialog | VirtualDialog],
+) -> None:
+    """Typed, of an existing flight, or locked while the dialog is open."""
+    locked, late = tmp_path / "locked", tmp_path / "late"
+    (tmp_path / "flights" / "old").mkdir(parents=True, mode=0o555)
+    locked.mkdir(mode=0o555)
+    late.mkdir()
+    before = window.store.current.flights
+
+    def answer(dialog: ConnectDialog | VirtualDialog) -> None:
+        place = dialog.place
+        if isinstance(dialog, ConnectDialog):
+            dialog.link.text.setEditText(f"udpin:127.0.0.1:{free_port()}")
+        for parent, name in ((locked / "below", "new"), (tmp_path / "flights", "old")):
+            place.parent_folder.edit.selectAll()
+            qtbot.keyClicks(place.parent_folder.edit, str(parent))
+            place.name.setText(name)
+            assert (place.verdict.state, dialog.button.isEnabled()) == ("warning", False)
+        place.parent_folder.edit.setText(str(late))
+        place.title.setText("Maiden flight")
+        late.chmod(0o555)
+        assert place.verdict.usable
+        qtbot.mouseClick(dialog.button, Qt.MouseButton.LeftButton)
+        until(qtbot, lambda: not dialog.connecting)
+        assert dialog.isVisible()
+        assert str(late) in place.sentence.text()
+        assert place.sentence.property("state") == "warning"
+        assert (place.folder, place.title.text()) == (late / "old", "Maiden flight")
+
+    answer_dialog(kind, answer)
+    window.commands.actions[command].trigger()
+    assert window.store.current.flights == before
+    assert (window.desk.is_open, window.banners.texts()) == (False, ())

@@ -8,16 +8,18 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QMessageBox
 from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from window_kit import Aircraft, free_port, open_window, until
+from window_kit import Aircraft, answer_dialog, free_port, open_window, until
 
-import ui.opening
 from gsapp.flight.raw import RawTail
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders, start_recorder
+from gsapp.telemetry.recorder_folder import record_state
 from gsapp.telemetry.status import RUNTIME_VARIABLE
+from ui.dialogs.connect import ConnectDialog
 from ui.dialogs.requests import ConnectRequest
 from ui.window import MainWindow
 
@@ -64,7 +66,7 @@ def fly(window: MainWindow, qtbot: QtBot, port: int, folder: Path, *, append: bo
 
 
 def test_a_finished_flight_is_not_appended_to_without_asking(
-    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     port, folder = free_port(), tmp_path / "flights" / "first"
     count = fly(window, qtbot, port, folder)
@@ -72,19 +74,49 @@ def test_a_finished_flight_is_not_appended_to_without_asking(
     connect(window, port, folder)
     until(qtbot, lambda: any("finished flight" in text for text in window.banners.texts()))
     assert find_recorder(folder) is None
-    # The dialog asks, and offers the next free name.
-    asked: list[tuple[str, str]] = []
-
-    def answer(_parent: object, name: str, new: str) -> bool | None:
-        asked.append((name, new))
-        return answers.pop(0)
-
-    monkeypatch.setattr(ui.opening, "ask_append", answer)
-    answers: list[bool | None] = [None, False, True]
-    places = [window.opening._where_to_record(folder) for _ in range(3)]
-    assert asked == [("first", "first-2")] * 3
-    assert places == [None, (folder.with_name("first-2"), False), (folder, True)]
     assert fly(window, qtbot, port, folder, append=True) > count
+
+
+@pytest.mark.parametrize(
+    ("answer", "recorded"),
+    [
+        ("New flight", "first-2"),
+        ("Append", "first"),
+        ("Cancel", None),
+        (Qt.Key.Key_Return, "first-2"),
+        (Qt.Key.Key_Escape, None),
+    ],
+)
+def test_a_name_of_a_finished_flight_asks_for_a_new_flight_or_appends(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, answer: str | Qt.Key, recorded: str | None
+) -> None:
+    """By mouse or key; the dialog stays, with all that was typed, where neither is wanted."""
+    folder = tmp_path / "flights" / "first"
+    folder.mkdir(parents=True)
+    (folder / "raw.tlog").write_bytes(b"flown")
+    assert record_state(folder) == "finished"
+
+    def reply(box: QMessageBox) -> None:
+        if isinstance(answer, Qt.Key):
+            qtbot.keyClick(box, answer)
+        else:
+            (button,) = [one for one in box.buttons() if one.text() == answer]
+            qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+
+    def fill(dialog: ConnectDialog) -> None:
+        dialog.link.text.setEditText(f"udpin:127.0.0.1:{free_port()}")
+        dialog.place.name.setText("first")
+        answer_dialog(QMessageBox, reply)
+        qtbot.mouseClick(dialog.button, Qt.MouseButton.LeftButton)
+        until(qtbot, lambda: not dialog.connecting or not dialog.isVisible())
+        stays = (dialog.isVisible(), dialog.button.isEnabled(), dialog.place.name.text())
+        assert stays == (recorded is None, recorded is None, "first")
+
+    answer_dialog(ConnectDialog, fill)
+    window.commands.actions["connect"].trigger()
+    running = [found.folder for found in find_recorders()]
+    assert running == ([] if recorded is None else [folder.with_name(recorded)])
+    assert window.desk.is_open == (recorded is not None)
 
 
 def test_the_bar_shows_a_recorder_of_a_closed_flight_and_attaches_with_a_click(

@@ -22,8 +22,8 @@ from PySide6.QtWidgets import (
 from gsapp.foundation import LinkError
 from gsapp.telemetry.link_test import LinkTest
 from gsapp.telemetry.sources.serial_port import same_port
-from ui.dialogs.fields import FlightPlace, ShippedField
-from ui.dialogs.form import FormDialog, NumberField, Sentence, restyle
+from ui.dialogs.fields import RecordingDialog, ShippedField
+from ui.dialogs.form import NumberField, Sentence, restyle
 from ui.dialogs.requests import (
     BAUD_RATES,
     LINK_KINDS,
@@ -365,19 +365,8 @@ class LinkTestField(QWidget):
             self.stop()
 
 
-class ConnectDialog(FormDialog):
-    """Asks for everything needed to record and show an aircraft.
-
-    Attributes
-    ----------
-    submitted : Signal(object)
-        The user wants this `ConnectRequest`. The dialog stays until it is accepted once more, or
-        told of a refusal.
-    connecting : bool
-        Whether it waits for that.
-    """
-
-    submitted = Signal(object)
+class ConnectDialog(RecordingDialog):
+    """Asks for everything needed to record and show an aircraft."""
 
     def __init__(
         self,
@@ -410,14 +399,9 @@ class ConnectDialog(FormDialog):
             folder=True,
         )
         self.add_row("Calibration", self.calibration)
-        self.place = FlightPlace(flights, look)
-        self.add_row("Flight", self.place)
-        self.error = Sentence()
-        self.add_row("", self.error)
-        self.connecting = False
+        self.add_place(flights)
         self.finished.connect(self.test.stop)
         self.link.changed.connect(self._link_changed)
-        self.place.changed.connect(self._judge)
         self._link_changed()
         self.fit()
 
@@ -425,32 +409,20 @@ class ConnectDialog(FormDialog):
         self.test.offer(self.link.value if self.link.verdict.usable else "")
         self._judge()
 
-    def _judge(self) -> None:
-        self.error.say("")
-        usable = self.link.verdict.usable and self.place.verdict.usable
-        self.button.setEnabled(usable and not self.connecting)
+    @property
+    def usable(self) -> bool:
+        """Return whether link and place will do."""
+        return self.link.verdict.usable and super().usable
 
     def accept(self) -> None:
-        """Ask for the connection, and close once it is there."""
-        if self.connecting:
-            super().accept()
-            return
-        self.test.stop()  # the recorder needs the port
-        self.connecting = True
-        self._judge()
-        self.error.say(f"Opening {self.link.value}…")
-        self.submitted.emit(self.request)
+        """Give the port to the recorder."""
+        self.test.stop()
+        super().accept()
 
-    def withdraw(self) -> None:
-        """Take back what was submitted; all that was typed stays."""
-        self.connecting = False
-        self._judge()
-
-    def show_refusal(self, error: Exception) -> None:
-        """Say beside the field at fault why there is no connection; all that was typed stays."""
-        self.withdraw()
-        at_link = isinstance(error, LinkError) and str(self.place.folder) not in str(error)
-        (self.link.sentence if at_link else self.error).say(str(error), "warning")
+    def _sentence_of(self, error: Exception) -> Sentence:
+        found = super()._sentence_of(error)
+        at_link = isinstance(error, LinkError) and found is not self.place.sentence
+        return self.link.sentence if at_link else found
 
     @property
     def request(self) -> ConnectRequest:

@@ -1,4 +1,4 @@
-"""Fields that several dialogs use: a shipped file or a file of one's own; where to record."""
+"""What several dialogs share: a shipped file or a file of one's own; where to record."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from pathlib import Path
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QComboBox, QFileDialog, QLineEdit, QSizePolicy, QVBoxLayout, QWidget
 
-from ui.dialogs.form import PathField, Sentence
+from gsapp.foundation import FlightError
+from ui.dialogs.form import FormDialog, PathField, Sentence
 from ui.dialogs.requests import Verdict, check_folder, next_flight_name
 from ui.disk_checks import nearest_folder, path_kind
 from ui.look import Look
@@ -153,3 +154,63 @@ class FlightPlace(QWidget):
     def folder(self) -> Path:
         """Return the flight folder."""
         return Path(self.parent_folder.edit.text()).expanduser() / self.name.text().strip()
+
+
+class RecordingDialog(FormDialog):
+    """Asks for a flight to be recorded, and stays open until its recording has begun.
+
+    Attributes
+    ----------
+    submitted : Signal
+        The user wants the flight. The dialog stays until it is accepted once more, or told of a
+        refusal.
+    place : FlightPlace
+        Title and folder of the flight.
+    connecting : bool
+        Whether the recording is about to begin.
+    """
+
+    submitted = Signal()
+
+    def add_place(self, flights: Path) -> None:
+        """Add the last rows: title and folder of the flight, and what went wrong."""
+        self.connecting = False
+        self.place = FlightPlace(flights, self.look)
+        self.add_row("Flight", self.place)
+        self.error = Sentence()
+        self.add_row("", self.error)
+        self.place.changed.connect(self._judge)
+        self._judge()
+
+    @property
+    def usable(self) -> bool:
+        """Return whether what is typed will do."""
+        return self.place.verdict.usable
+
+    def _judge(self) -> None:
+        self.error.say("")
+        self.button.setEnabled(self.usable and not self.connecting)
+
+    def accept(self) -> None:
+        """Ask for the recording, and close once it has begun."""
+        if self.connecting:
+            super().accept()
+            return
+        self.connecting = True
+        self._judge()
+        self.error.say("Starting the recording…")
+        self.submitted.emit()
+
+    def withdraw(self) -> None:
+        """Take back what was submitted; all that was typed stays."""
+        self.connecting = False
+        self._judge()
+
+    def show_refusal(self, error: Exception) -> None:
+        """Say beside the field at fault why nothing is recorded; all that was typed stays."""
+        self.withdraw()
+        self._sentence_of(error).say(str(error), "warning")
+
+    def _sentence_of(self, error: Exception) -> Sentence:
+        at_place = isinstance(error, FlightError) or str(self.place.folder) in str(error)
+        return self.place.sentence if at_place else self.error

@@ -211,6 +211,8 @@ def check_folder(parent: str, name: str) -> Verdict:
         )
     target = place / name.strip()
     if target.exists():
+        if why := why_not_writable(target):
+            return Verdict(sentence=f"{why} Choose another name.", state="warning")
         return Verdict(
             sentence="This flight exists. Continuing it keeps its channel map, aircraft and "
             f"calibration. {room}.",

@@ -17,8 +17,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ui.dialogs.fields import FlightPlace, ShippedField
-from ui.dialogs.form import FormDialog, NumberField, Sentence
+from ui.dialogs.fields import RecordingDialog, ShippedField
+from ui.dialogs.form import NumberField, Sentence
 from ui.dialogs.requests import VirtualRequest
 from ui.look import Look
 from ui.work import Work
@@ -43,7 +43,7 @@ class VirtualChoices:
     effects: Callable[[], Sequence[tuple[str, str]]]
 
 
-class VirtualDialog(FormDialog):
+class VirtualDialog(RecordingDialog):
     """Asks how the virtual aircraft shall fly."""
 
     def __init__(
@@ -94,10 +94,7 @@ class VirtualDialog(FormDialog):
         column.addWidget(self.effects)
         holder.setFocusProxy(self.search)
         self.add_row("Hidden effects", holder, self.note)
-        self.place = FlightPlace(flights, look)
-        self.add_row("Flight", self.place)
-        self.place.changed.connect(lambda: self.button.setEnabled(self.place.verdict.usable))
-        self.button.setEnabled(self.place.verdict.usable)
+        self.add_place(flights)
         self.fit()
 
     def _offer(self, effects: Sequence[tuple[str, str]]) -> None:
