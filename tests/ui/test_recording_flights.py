@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtWidgets import QApplication, QMenu, QMessageBox
 from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -117,6 +117,45 @@ def test_a_name_of_a_finished_flight_asks_for_a_new_flight_or_appends(
     running = [found.folder for found in find_recorders()]
     assert running == ([] if recorded is None else [folder.with_name(recorded)])
     assert window.desk.is_open == (recorded is not None)
+
+
+@pytest.mark.parametrize("by_key", [False, True])
+def test_several_recorders_are_chosen_from_a_menu_on_the_record_tile(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, by_key: bool
+) -> None:
+    """Esc attaches to none; a line attaches to its recorder, and is not listed beside it."""
+    rec = window.bar.views["record"]
+    links = {
+        start_recorder(f"udpin:127.0.0.1:{free_port()}", tmp_path / name).folder: name
+        for name in ("one", "two", "three")
+    }
+    until(qtbot, lambda: len(window.desk.others) == 3)
+
+    def menu() -> QMenu:
+        qtbot.mouseClick(rec, Qt.MouseButton.LeftButton)
+        until(qtbot, lambda: isinstance(QApplication.activePopupWidget(), QMenu))
+        return QApplication.activePopupWidget()
+
+    opened = menu()
+    assert len(opened.actions()) == 3
+    qtbot.keyClick(opened, Qt.Key.Key_Escape)
+    assert (opened.isVisible(), window.desk.is_open) == (False, False)
+    for others in (3, 2):
+        opened = menu()
+        assert len(opened.actions()) == others
+        row = others - 2
+        wanted = window.desk.others[row].handle.folder
+        assert links[wanted] in opened.actions()[row].text()
+        if by_key:
+            for _ in range(row + 1):
+                qtbot.keyClick(opened, Qt.Key.Key_Down)
+            qtbot.keyClick(opened, Qt.Key.Key_Return)
+        else:
+            place = opened.actionGeometry(opened.actions()[row]).center()
+            qtbot.mouseClick(opened, Qt.MouseButton.LeftButton, pos=place)
+        until(qtbot, lambda wanted=wanted: window.desk.is_open
+              and window.desk.session.path == wanted)  # fmt: skip
+    assert len(find_recorders()) == 3
 
 
 def test_the_bar_shows_a_recorder_of_a_closed_flight_and_attaches_with_a_click(
