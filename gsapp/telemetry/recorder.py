@@ -23,6 +23,7 @@ from gsapp.decoding.framing import Framer, Line, LineFramer
 from gsapp.flight.names import FRAMES_FILE, LINES_FILE, STATUS_FILE, STOP_FILE
 from gsapp.flight.raw import RawWriter
 from gsapp.foundation import FlightError
+from gsapp.foundation.refusals import refusal
 from gsapp.telemetry.clock import Clock
 from gsapp.telemetry.diagnosis import ContentSample
 from gsapp.telemetry.heartbeat import GroundHeartbeat
@@ -321,7 +322,12 @@ class Recorder:
                 written.error or "The disk was full for long.",
                 f"{written.dropped_records} of the oldest records could not be kept.",
             ]
-        if written.waiting_bytes and self._ended.is_set():
+        if self._ended.is_set() and self._folder_error:
+            sentences.append(
+                "The record has ended, and waits for a folder; asked to end now, the recorder "
+                "gives up what it holds."
+            )
+        elif self._ended.is_set() and written.waiting_bytes:
             sentences.append(
                 f"The record has ended, and {written.waiting_bytes / 1e3:.0f} kB wait for room; "
                 "asked to end now, the recorder gives them up."
@@ -357,7 +363,13 @@ class Recorder:
         try:
             whole = self._relocate()
         except (OSError, FlightError) as error:
-            self._folder_error = f"{gone} No folder can be made beside it ({error})."
+            cause = error.__cause__ if isinstance(error, FlightError) else error
+            why = str(error)
+            if isinstance(cause, OSError):
+                why = refusal(
+                    "A folder beside it", cause, "correct the permissions there", verb="made"
+                )
+            self._folder_error = f"{gone} {why}."
             return False
         here = self.writer.folder
         kept = "everything recorded so far" if whole else "what is received from now on"

@@ -12,6 +12,7 @@ from gsapp.flight.folder import FlightFolder
 from gsapp.flight.names import CALIBRATION_FOLDER, LOCK_FILE, STATUS_FILE
 from gsapp.foundation import FlightError, GroundStationError
 from gsapp.foundation.locking import FileLock, holder
+from gsapp.foundation.refusals import refusal
 from gsapp.telemetry.status import RecorderStatus, read_status, runtime_folder, write_status
 
 RecordState = Literal["none", "recording", "interrupted", "finished"]
@@ -130,8 +131,12 @@ def _lock(place: Path) -> FileLock:
         held = lock.acquire()
     except OSError as error:
         raise FlightError(
-            f"{place} cannot be written to ({error.strerror or error}); choose another folder or "
-            "correct its permissions"
+            refusal(
+                place,
+                error,
+                "choose another folder or correct its permissions",
+                verb="written to",
+            )
         ) from error
     if not held:
         status = read_status(place / STATUS_FILE)

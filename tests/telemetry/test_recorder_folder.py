@@ -158,10 +158,12 @@ def test_a_folder_made_read_only_is_left(recording: Recording, patience) -> None
     recording.folder.chmod(0o755)
 
 
+@pytest.mark.parametrize("room_beside", [True, False])
 def test_the_command_fails_and_counts_what_reached_the_disk(
-    tmp_path: Path, frames, port, patience
+    tmp_path: Path, frames, port, patience, room_beside: bool
 ) -> None:
-    number, folder = port(socket.SOCK_DGRAM), tmp_path / "flight"
+    """Without room beside the folder it waits, says so, and gives up when asked again."""
+    number, folder = port(socket.SOCK_DGRAM), tmp_path / "day" / "flight"
     process = subprocess.Popen(
         [sys.executable, "-P", "-m", "gsapp.cli", "record", f"udpin:127.0.0.1:{number}",
          "--out", str(folder)],
@@ -174,15 +176,30 @@ def test_the_command_fails_and_counts_what_reached_the_disk(
                 link.sendto(frame, ("127.0.0.1", number))
                 time.sleep(0.001)
         patience(lambda: len(frames_in(folder)) == 60)
-        shutil.rmtree(folder)
-        patience(lambda: folder.with_name("flight-2").is_dir())
+        if room_beside:
+            shutil.rmtree(folder)
+            patience(lambda: folder.with_name("flight-2").is_dir())
+        else:
+            shutil.rmtree(folder.parent)
+            folder.parent.touch()
         process.send_signal(signal.SIGINT)
-        words, _ = process.communicate(timeout=20)
+        words = ""
+        if not room_beside:
+            for line in process.stdout:
+                words += line
+                if "The record has ended" in line:
+                    break
+            assert "A folder beside it cannot be made" in words
+            assert process.poll() is None
+            process.send_signal(signal.SIGINT)
+        words += process.communicate(timeout=20)[0]
     finally:
         process.kill()
     assert process.returncode == 1
     assert "60 of 60 frames" in " ".join(words.split())
-    assert len(frames_in(folder.with_name("flight-2"))) == 60
+    assert f"Recorded {60 if room_beside else 0} frames" in words
+    if room_beside:
+        assert len(frames_in(folder.with_name("flight-2"))) == 60
 
 
 def test_a_folder_tells_whether_its_flight_is_finished(

@@ -22,7 +22,7 @@ from gsapp.flight.raw.files import (
 )
 from gsapp.foundation import FlightError
 from gsapp.foundation.files import flush_to_disk
-from gsapp.foundation.refusals import NO_ROOM
+from gsapp.foundation.refusals import NO_ROOM, refusal
 
 _FLAGS: Final = os.O_RDWR | os.O_APPEND | getattr(os, "O_BINARY", 0)
 _READ_ONLY: Final = frozenset((errno.EACCES, errno.EPERM, errno.EROFS))
@@ -144,8 +144,12 @@ class RawWriter:
                     self._made.add(name)
         except OSError as error:
             raise FlightError(
-                f"{self.folder} cannot be written to ({error.strerror or error}); "
-                "choose another folder or correct its permissions"
+                refusal(
+                    self.folder,
+                    error,
+                    "choose another folder or correct its permissions",
+                    verb="written to",
+                )
             ) from error
 
     def append(self, stamp_us: int, items: Sequence[Frame | Residue | Line]) -> None:
