@@ -193,6 +193,10 @@ def test_a_flight_ends_with_its_alarms_and_goes_to_review(
     # Switched off: silent, with an alarm.
     until(qtbot, lambda: window.desk.session.board.get("link") is not None)
     assert window.bar.views["link"].part.state == "warning"
+    # Words that the tile cuts off are in its tool tip, also under a pointer that rests on it.
+    alarms = window.bar.views["alarms"]
+    until(qtbot, lambda: alarms.part.state == "warning")
+    assert alarms.part.value in alarms.toolTip()
     # Were it known to have landed, the silence would be none.
     window.desk.session.landing.landed_at = 1.2
     until(qtbot, lambda: window.bar.views["link"].part.state != "warning")

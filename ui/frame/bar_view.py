@@ -8,7 +8,6 @@ from collections.abc import Iterable, Mapping
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QBrush,
-    QEnterEvent,
     QFont,
     QFontMetricsF,
     QMouseEvent,
@@ -66,6 +65,7 @@ class BarPartView(QWidget):
         text = f"{part.word} {part.value} {part.note}".strip()
         self.setAccessibleName(text if part.state in ("plain", "good") else f"{text}, {part.state}")
         self.setAccessibleDescription(part.detail)
+        self.setToolTip(part.detail)
 
     def sizeHint(self) -> QSize:
         """Return the reserved size."""
@@ -187,10 +187,6 @@ class BarPartView(QWidget):
         self.pressed.emit(self.part.id)
         if self.part.detail and QApplication.activePopupWidget() is None:
             QToolTip.showText(event.globalPosition().toPoint(), self.part.detail, self)
-
-    def enterEvent(self, _event: QEnterEvent) -> None:
-        """Keep the tool tip as new as the part."""
-        self.setToolTip(self.part.detail)
 
 
 class Bar(QWidget):
