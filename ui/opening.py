@@ -138,12 +138,30 @@ class Opening(QObject):
 
     # A flight to come
 
-    def connect_aircraft(self) -> None:
-        """Ask for link and files, and record."""
+    def connect_link(self, link: str) -> None:
+        """Record a link used before; where that fails, say why in the dialog that asks for it."""
+        self._desk.starter.connect_link(
+            link,
+            refused=lambda error: QTimer.singleShot(
+                0, self, lambda: self.connect_aircraft((link, error))
+            ),
+        )
+
+    def connect_aircraft(self, failed: tuple[str, Exception] | None = None) -> None:
+        """Ask for link and files, and record.
+
+        Parameters
+        ----------
+        failed : tuple of str and Exception, optional
+            A link that was tried, and why it failed: what the dialog begins with.
+        """
         dialog = ConnectDialog(
             self._store.current, self._look, connect_choices(), self._flights,
             self._window,
         )  # fmt: skip
+        if failed is not None:
+            dialog.link.text.setEditText(failed[0])
+            dialog.show_refusal(failed[1])
         dialog.submitted.connect(lambda: self._connect(dialog))
         if not self._ask(dialog):
             return

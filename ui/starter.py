@@ -213,9 +213,17 @@ class FlightStarter(QObject):
         begun.recorder = start_recorder(request.link, request.folder)
 
     def connect_link(
-        self, link: str, *, channel_map: str | None = None, aircraft: str | None = None
+        self,
+        link: str,
+        *,
+        channel_map: str | None = None,
+        aircraft: str | None = None,
+        refused: Callable[[Exception], None] | None = None,
     ) -> None:
-        """Record a LINK with the files used last, into the next flight of the day."""
+        """Record a LINK with the files used last, into the next flight of the day.
+
+        Errors go to `refused`, or else to a banner.
+        """
         address = parse_link(link)
         if address.kind == "flight":
             self.open_flight(Path(address.path), channel_map=channel_map)
@@ -228,7 +236,8 @@ class FlightStarter(QObject):
                 channel_map=channel_map or settings.channel_map,
                 aircraft=aircraft or settings.aircraft,
                 calibration=settings.calibration,
-            )
+            ),
+            refused=refused,
         )
 
     def next_folder(self, kind: str = "") -> Path:

@@ -173,7 +173,7 @@ class MainWindow(QMainWindow):
         self.rail.chosen.connect(lambda name: actions[f"place_{name}"].trigger())
         self.flight_place.start.chosen.connect(lambda name: actions[name].trigger())
         start = self.flight_place.start
-        start.link_chosen.connect(self.desk.starter.connect_link)
+        start.link_chosen.connect(self.opening.connect_link)
         start.flight_chosen.connect(lambda path: self.opening.open_path(Path(path)))
         start.flight_removed.connect(self._forget_flight)
         self.bar.pressed.connect(self._bar_pressed)

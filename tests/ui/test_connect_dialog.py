@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QAbstractButton
 from pytestqt.qtbot import QtBot
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -56,6 +57,32 @@ def test_a_failed_connection_leaves_all_that_was_typed_and_no_recent_link(
     with Aircraft(good):
         until(qtbot, lambda: window.store.current.links == (f"udpin:127.0.0.1:{good}",))
     window.desk.stop_now()
+
+
+def test_a_recent_link_that_fails_opens_the_dialog_with_its_reason(
+    window: MainWindow, qtbot: QtBot
+) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        link = f"udpin:127.0.0.1:{other.getsockname()[1]}"
+        window.store.change(links=(link,))
+        window.flight_place.start.show_links((link,))
+        seen: list[tuple[str, bool, bool]] = []
+
+        def read(dialog: ConnectDialog) -> None:
+            reason = "in use" in dialog.link.sentence.text()
+            seen.append((dialog.link.value, reason, dialog.button.isEnabled()))
+
+        answer_dialog(ConnectDialog, read)
+        (button,) = [
+            one
+            for one in window.flight_place.start.findChildren(QAbstractButton)
+            if link in one.text()
+        ]
+        qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+        until(qtbot, lambda: bool(seen))
+    assert seen == [(link, True, True)]
+    assert (window.banners.texts(), window.store.current.links) == ((), (link,))
 
 
 def test_a_link_is_tested_in_the_dialog_and_the_flown_system_chosen_among_those_heard(
