@@ -355,7 +355,7 @@ class Decoder:
             self.data_stamp = host
         if head[2:] in STATE_MESSAGES and head[0] == self._system:
             number = int.from_bytes(head[2:], "little")
-            self.landed_state.take(number, head[1], payload, self._time_of(host))
+            self.landed_state.take(number, head[1], payload, self.flight_time_at(host))
         clock = self.clock
         for stream, _, select_at, selected, stamp_at, stamp_scale, stamp_period in routes:
             # Zero bytes at the end are not always sent.
@@ -521,7 +521,7 @@ class Decoder:
         self.messages.extend(
             Notice(
                 kind="statustext",
-                time=self._time_of(text.stamp_us),
+                time=self.flight_time_at(text.stamp_us),
                 stamp_us=text.stamp_us,
                 text=text.text,
                 severity=text.severity,
@@ -531,7 +531,8 @@ class Decoder:
             for text in texts
         )
 
-    def _time_of(self, host: int) -> float | None:
+    def flight_time_at(self, host: int) -> float | None:
+        """Return the flight time (s) at a host stamp (us); None before the first is known."""
         return None if self.clock.first is None else self.clock.flight_time(host) / 1e6
 
     def _notice_once(
@@ -549,7 +550,7 @@ class Decoder:
         self.notices.append(
             Notice(
                 kind=key[0],
-                time=self._time_of(host),
+                time=self.flight_time_at(host),
                 stamp_us=host,
                 text=text,
                 system=system,

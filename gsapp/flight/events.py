@@ -11,8 +11,8 @@ import json
 import math
 import os
 import time
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
@@ -29,6 +29,14 @@ if TYPE_CHECKING:
 
 VEHICLE: Final = "vehicle"
 """Kind of the event that chooses the flown system, in ``data["system"]``."""
+
+CLOCK: Final = "clock"
+"""Kind of the event that tells the flight time of the system chosen, see `clock_event`."""
+
+_TIMES: Final = frozenset({"end", "time", "raised", "t_input"})
+"""Flight times among the data of an event."""
+_SAME_CLOCK: Final = 0.1
+"""Seconds within which two readings of one clock agree, however late their messages came."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,9 +124,20 @@ def event_of(notice: Notice) -> Event:
     )
 
 
-def vehicle_event(system: int) -> Event:
-    """Return the event by which the crew chooses the flown system of the whole flight."""
-    return Event(kind=VEHICLE, text=f"Flown system: {system}", data={"system": system})
+def vehicle_event(system: int, *, time: float | None = None, stamp_us: int = 0) -> Event:
+    """Return the event by which the crew chooses the flown system of the whole flight.
+
+    Parameters
+    ----------
+    system : int
+    time : float, optional
+        Flight time (s) by the clock of the system flown so far, at `stamp_us`; relates the events
+        before to the clock of the system chosen, see `in_flown_time`.
+    stamp_us : int
+        Host stamp of a record, us.
+    """
+    data = {"system": system} if time is None else {"system": system, "stamp_us": stamp_us}
+    return Event(kind=VEHICLE, text=f"Flown system: {system}", time=time, data=data)
 
 
 def system_in(event: Event) -> int | None:
@@ -141,6 +160,60 @@ def chosen_system(path: Path) -> int | None:
     except FlightError:
         return None  # whoever reads marks and notes reports it
     return next((found for event in reversed(events) if (found := system_in(event))), None)
+
+
+def choice_stamp(event: Event) -> int | None:
+    """Return the host stamp (us) at which another system was chosen; None for other events."""
+    stamp = event.data.get("stamp_us")
+    is_choice = system_in(event) is not None and event.time is not None
+    return stamp if is_choice and isinstance(stamp, int) else None
+
+
+def clock_event(stamp_us: int, time: float) -> Event:
+    """Return the event that tells the flight time (s) of the system chosen at a host stamp (us)."""
+    return Event(kind=CLOCK, time=time, data={"stamp_us": stamp_us})
+
+
+def clocks_told(events: Iterable[Event]) -> dict[int, float]:
+    """Return the flight times (s) of the systems chosen, by the host stamp (us) of the choice."""
+    told: dict[int, float] = {}
+    for event in events:
+        stamp = event.data.get("stamp_us")
+        if event.kind == CLOCK and event.time is not None and isinstance(stamp, int):
+            told.setdefault(stamp, event.time)
+    return told
+
+
+def in_flown_time(events: Sequence[Event]) -> tuple[Event, ...]:
+    """Return events with their times by the clock of the system flown now.
+
+    Flight time is the clock of the flown system: what was written before another was chosen
+    carries the clock of the former one, and is moved where both are known at the choice.
+
+    Parameters
+    ----------
+    events : sequence of Event
+        In the order in which they were written.
+    """
+    told = clocks_told(events)
+    shift = 0.0
+    moved: list[Event] = []
+    for event in reversed(events):
+        stamp = choice_stamp(event)
+        if stamp in told and event.time is not None:
+            shift += told[stamp] - event.time
+        moved.append(event if abs(shift) < _SAME_CLOCK else _moved(event, shift))
+    return tuple(reversed(moved))
+
+
+def _moved(event: Event, shift: float) -> Event:
+    times = {
+        key: value + shift
+        for key, value in event.data.items()
+        if key in _TIMES and isinstance(value, (int, float)) and not isinstance(value, bool)
+    }
+    time = None if event.time is None else event.time + shift
+    return replace(event, time=time, data={**event.data, **times})
 
 
 def in_order(events: Iterable[Event]) -> tuple[Event, ...]:

@@ -16,7 +16,7 @@ from gsapp.decoding.channel_map import ChannelMap, load_channel_map, shipped_cha
 from gsapp.decoding.decoder import ChannelSource
 from gsapp.flight.cache import Decoded, cache_key, load_cached, store_cached
 from gsapp.flight.certificates import calibration_remarks, uncalibrated_columns
-from gsapp.flight.events import event_of, in_order, read_events
+from gsapp.flight.events import event_of, in_flown_time, in_order, read_events
 from gsapp.flight.flight import Flight, FrameCounts
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.names import EVENTS_FILE
@@ -177,7 +177,7 @@ def _load_folder(folder: FlightFolder, setting: Setting, log: Path | None = None
         sources=decoded.sources,
         info=folder.info(),
         frames=decoded.frames,
-        events=in_order((*record.events, *decoded.said)),
+        events=in_order((*in_flown_time(record.events), *decoded.said)),
         remarks=(
             *remarks,
             *calibration_remarks(used, decoded.sources, decoded.block),

@@ -7,12 +7,22 @@ file, so all of them show the same marks.
 
 from __future__ import annotations
 
+import contextlib
+import math
 import uuid
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any, Final, Literal
 
-from gsapp.flight.events import Event, EventLog
+from gsapp.flight.events import (
+    Event,
+    EventLog,
+    choice_stamp,
+    clock_event,
+    clocks_told,
+    in_flown_time,
+)
+from gsapp.foundation import FlightError
 
 MARK: Final = "mark"
 NOTE: Final = "note"
@@ -60,6 +70,10 @@ class MarkBook:
         The events file.
     clock_us : callable
         Host time in microseconds since 1970, for new events; None takes the system's.
+    clock_at : callable
+        Returns the flight time (s) of the system that a choice chose, at the host stamp (us) of
+        that: what was written before waits for it. None as long as the record is not read so far;
+        NaN where nobody knows.
 
     Attributes
     ----------
@@ -67,9 +81,16 @@ class MarkBook:
         Events of other kinds, in the order in which they were written.
     """
 
-    def __init__(self, log: EventLog, clock_us: Callable[[], int] | None = None) -> None:
+    def __init__(
+        self,
+        log: EventLog,
+        clock_us: Callable[[], int] | None = None,
+        clock_at: Callable[[Event, int], float | None] = lambda _choice, _stamp: math.nan,
+    ) -> None:
         self._log = log
         self._clock_us = clock_us
+        self._clock_at = clock_at
+        self._waiting: list[Event] = []
         self.others: list[Event] = []
         self._all: list[Event] = []
         self._events: list[tuple[str, Event]] = []
@@ -98,9 +119,14 @@ class MarkBook:
 
     def poll(self) -> list[Event]:
         """Take in what this and other windows wrote; return the events of other kinds."""
-        others = []
+        others: list[Event] = []
         fresh = False
-        for event in self._log.poll():
+        self._waiting += self._log.poll()
+        if not self._tell_clocks():
+            return others
+        placed = in_flown_time(self._waiting)
+        self._waiting.clear()
+        for event in placed:
             self._all.append(event)
             if event.kind in (MARK, NOTE, EDIT, DELETE, UNDO):
                 self._events.append((self._id_of(event), event))
@@ -129,7 +155,8 @@ class MarkBook:
         """
         data = {} if end is None else {"end": end}
         mark_id = self._write(kind, text, time, data)
-        return next(mark for mark in self._marks if mark.id == mark_id)
+        made = Mark(id=mark_id, kind=kind, time=time, end=end, text=text, host_time_us=self._now())
+        return next((mark for mark in self._marks if mark.id == mark_id), made)
 
     def edit(
         self,
@@ -165,6 +192,26 @@ class MarkBook:
     def write(self, event: Event) -> None:
         """Append an event of another kind, for all windows to see."""
         self._log.append(replace(event, host_time_us=event.host_time_us or self._now()))
+
+    def _tell_clocks(self) -> bool:
+        """Write which time it was, by its own clock, as a system was chosen.
+
+        False while nobody knows yet.
+        """
+        told = clocks_told(self._waiting)
+        for event in tuple(self._waiting):
+            stamp = choice_stamp(event)
+            if stamp is None or stamp in told:
+                continue
+            time = self._clock_at(event, stamp)
+            if time is None:
+                return False
+            if math.isfinite(time):
+                clock = clock_event(stamp, time)
+                self._waiting.append(clock)
+                with contextlib.suppress(FlightError):  # a full disk: its own alarm says so
+                    self.write(clock)
+        return True
 
     def _now(self) -> int:
         return 0 if self._clock_us is None else self._clock_us()

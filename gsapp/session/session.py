@@ -147,7 +147,9 @@ class Session:
         self._worker = worker = opened.worker
         events = events_path(path)
         self.book = MarkBook(
-            EventLog(events) if worker is None else BackgroundEventLog(events, worker), wall_us
+            EventLog(events) if worker is None else BackgroundEventLog(events, worker),
+            wall_us,
+            self._clock_at,
         )
         self._account = Account(opened, self.name, self.history, self.book)
         self._reader = opened.reader
@@ -548,6 +550,14 @@ class Session:
         decoded = self._setting.system if decoder is None else decoder.system
         return None if chosen == decoded else chosen
 
+    def _clock_at(self, choice: Event, stamp_us: int) -> float | None:
+        """Return the time by the clock of the system chosen; see `MarkBook`."""
+        decoder = self.decoder
+        if decoder is None or (decoder.health.last_stamp or 0) < stamp_us:
+            return None
+        time = decoder.flight_time_at(stamp_us)
+        return time if decoder.system == system_in(choice) and time is not None else math.nan
+
     # What the user does
 
     def choose_system(self, system: int) -> None:
@@ -558,7 +568,11 @@ class Session:
         FlightError
             If it cannot be written.
         """
-        self.book.write(vehicle_event(system))
+        decoder, time, stamp = self.decoder, None, 0
+        if decoder is not None and decoder.system not in (None, system):
+            stamp = decoder.health.last_stamp or 0
+            time = decoder.flight_time_at(stamp)
+        self.book.write(vehicle_event(system, time=time, stamp_us=stamp))
         self._alarm_log.read()
 
     def mark(

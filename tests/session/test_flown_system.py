@@ -34,9 +34,8 @@ system, component, what, port = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3],
 link = mavutil.mavlink_connection(
     f"udpout:127.0.0.1:{port}", source_system=system, source_component=component
 )
-start = time.monotonic()
 for k in range(10_000):
-    boot_ms = 1000 * system + round(1000 * (time.monotonic() - start))
+    boot_ms = 1000 * system + round(1000 * (time.monotonic() % 1e6))  # 1 s apart a system
     if what == "aircraft":
         link.mav.attitude_send(boot_ms, 0.1 * system, 0, 0, 0, 0, 0)
     if what == "radio":
@@ -164,8 +163,13 @@ def test_the_flown_system_that_is_chosen_counts_everywhere(link: Link) -> None:
     session.choose_system(1)  # as it is: nothing is read again, and nobody asks which any more
     assert session.system_chosen is None
     assert report_of(session).chosen
+    # Each counts flight time by its own clock, 6 s apart.
+    now = session.now
+    assert now is not None
+    span = session.mark("first seen", at=now - 0.5, end=now)
     session.choose_system(7)
     assert session.system_chosen == 7
+    assert session.marks == (span,)
     follow(other_window, lambda: other_window.system_chosen == 7)
     session.close()
     other_window.close()
@@ -177,6 +181,11 @@ def test_the_flown_system_that_is_chosen_counts_everywhere(link: Link) -> None:
     assert last is not None
     assert last[1] == pytest.approx(0.7)
     assert all("aircraft are on this link" not in said for said in again.snapshot().link.remarks)
+    moved = now - 0.5 + 6.0
+    follow(again, lambda: bool(again.marks))
+    assert [mark.time for mark in again.marks] == [pytest.approx(moved, abs=0.2)]
+    assert again.marks[0].end == pytest.approx(moved + 0.5, abs=0.2)
+    new = again.mark("by the clock of system 7", at=now + 7.0)
     chosen.kill()
     follow(again, lambda: again.snapshot().link.words == "silent")
     again.close()
@@ -189,6 +198,10 @@ def test_the_flown_system_that_is_chosen_counts_everywhere(link: Link) -> None:
     assert (np.nanmin(phi), np.nanmax(phi)) == (pytest.approx(0.7), pytest.approx(0.7))
     replay = Session.replay(link.folder, speed=float("inf"), cues=False)
     run_through(replay, lambda _share: None)
+    times = [pytest.approx(moved, abs=0.2), new.time]
+    assert [mark.time for mark in replay.marks] == times
+    told = [one.time for one in load_flight(link.folder).events if one.kind == "mark"]
+    assert told == times
     summary = json.loads(json.dumps(summary_of(replay)))
     replay.close()
     assert summary["flown"] == {"system": 7, "component": 1, "chosen": True}

@@ -11,7 +11,7 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.derived import instruments_behind
-from gsapp.flight.events import EventLog, events_path, read_events
+from gsapp.flight.events import EventLog, events_path, in_flown_time, read_events
 from gsapp.flight.flight import Flight
 from gsapp.flight.maneuvers.detection import check_flight, described, detect
 from gsapp.flight.maneuvers.edit_log import ManeuverLog, standing
@@ -135,7 +135,7 @@ def recorded_verdicts(flight: Flight) -> tuple[RecordedVerdict, ...]:
             advice=event.text,
             grade=_GRADE.get(str(event.data.get("grade"))),
         )
-        for event in read_events(events_path(flight.path)).events
+        for event in in_flown_time(read_events(events_path(flight.path)).events)
         if event.kind == "verdict" and isinstance(event.data.get("t_input"), (int, float))
     )
 
