@@ -110,6 +110,12 @@ def main() -> None:
     _print_anything()
     try:
         app(prog_name="gsapp")  # also as `python -m gsapp`
+    except SystemExit as ending:
+        if isinstance(ending.code, int) and "ui.app" in sys.modules:
+            from gsapp.foundation.endings import end_process
+
+            end_process(ending.code)
+        raise
     except KeyboardInterrupt:
         sys.exit(130)
     except Exception as error:

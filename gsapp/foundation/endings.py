@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import faulthandler
+import logging
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NoReturn
 
 _ASK_TO_END = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 
@@ -71,3 +75,24 @@ def ends_within(seconds: float, log: Path) -> Iterator[None]:
     finally:
         signal.set_wakeup_fd(former)
         os.close(wake)
+
+
+def end_process(code: int) -> NoReturn:
+    """End this process in order, but for daemon threads that still work: they just stop.
+
+    As Python takes itself apart it stops such threads where they are; inside a C++ library, such
+    as Qt, that aborts the process.
+
+    Parameters
+    ----------
+    code : int
+        Exit code.
+    """
+    for thread in threading.enumerate():
+        if thread is not threading.current_thread() and not thread.daemon:
+            thread.join()
+    logging.shutdown()
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError, ValueError, AttributeError):
+            stream.flush()
+    os._exit(code)

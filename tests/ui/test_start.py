@@ -122,3 +122,30 @@ def test_a_window_that_is_asked_to_end_is_closed_in_order(tmp_path: Path) -> Non
         process.wait()
     (log,) = tmp_path.rglob("*.log")
     assert "window closed" in log.read_text()
+
+
+_BUSY = """
+import threading, time
+from PySide6.QtCore import QCoreApplication, QObject, Signal
+from gsapp.foundation.endings import end_process
+
+class Work(QObject):
+    told = Signal(object)
+
+application, work = QCoreApplication([]), Work()
+
+def tell():
+    while True:
+        work.told.emit(1)
+
+for _ in range(2):
+    threading.Thread(target=tell, daemon=True).start()
+time.sleep(0.2)
+end_process(3)
+"""
+
+
+def test_a_process_ends_in_order_while_a_thread_is_within_qt() -> None:
+    """Python's own way of ending aborts it there."""
+    ended = subprocess.run([sys.executable, "-P", "-c", _BUSY], check=False, timeout=60.0)
+    assert ended.returncode == 3
