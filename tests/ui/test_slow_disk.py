@@ -38,7 +38,7 @@ from ui.preflight.form_editor import FormEditor
 from ui.settings import SettingsStore
 from ui.window import MainWindow
 
-_LONGEST = 0.6
+_LONGEST = 1.5
 """Seconds between two ticks: what the window waits for a disk, and drawing on a busy machine."""
 
 
