@@ -1,6 +1,6 @@
 """Run the command line as ``python -m gsapp``."""
 
-from gsapp.cli import main
+from gsapp.cli import run_program
 
 if __name__ == "__main__":
-    main()
+    run_program()

@@ -1,6 +1,6 @@
 """Run the command line as ``python -m gsapp.cli``."""
 
-from gsapp.cli.main import main
+from gsapp.cli.main import run_program
 
 if __name__ == "__main__":
-    main()
+    run_program()

@@ -104,18 +104,24 @@ def window(
 _LONGEST_NAME = 200
 
 
-def main() -> None:
-    """Run the command line; exit code 0 = done, 1 = failed with a message, 2 = wrong call."""
-    _import_nothing_from_here()
-    _print_anything()
+def run_program() -> None:
+    """Run `main` as the whole process, and end it, once a window has closed, past its threads."""
     try:
-        app(prog_name="gsapp")  # also as `python -m gsapp`
+        main()
     except SystemExit as ending:
         if isinstance(ending.code, int) and "ui.app" in sys.modules:
             from gsapp.foundation.endings import end_process
 
             end_process(ending.code)
         raise
+
+
+def main() -> None:
+    """Run the command line; exit code 0 = done, 1 = failed with a message, 2 = wrong call."""
+    _import_nothing_from_here()
+    _print_anything()
+    try:
+        app(prog_name="gsapp")  # also as `python -m gsapp`
     except KeyboardInterrupt:
         sys.exit(130)
     except Exception as error:
