@@ -474,7 +474,12 @@ def check_controls(window: MainWindow) -> None:
         assert control.height() >= high - 2, control.accessibleName()
         assert control.accessibleName()
         assert 0 <= box.left() < box.right() <= width
-        assert not any(box.intersects(other) for other in boxes[place + 1 :])
+        crossing = [
+            controls[at].accessibleName()
+            for at, other in enumerate(boxes[place + 1 :], place + 1)
+            if box.intersects(other)
+        ]
+        assert not crossing, (control.accessibleName(), crossing, box)
     for button in window.preflight.steps.buttons.values():
         assert button.height() >= high
     assert window.rect().contains(in_window(window.preflight.steps, window))
@@ -482,14 +487,12 @@ def check_controls(window: MainWindow) -> None:
 
 def test_nothing_is_cut_and_all_is_high_enough_for_gloves(window: MainWindow, qtbot: QtBot) -> None:
     go(window, qtbot, 1)
-    check_controls(window)
+    qtbot.waitUntil(lambda: check_controls(window), timeout=30_000)  # laid out
     window.resize(2560, 1600)
-    qtbot.wait(30)
-    check_controls(window)
+    qtbot.waitUntil(lambda: check_controls(window), timeout=30_000)  # laid out
     window.resize(1280, 800)
     dress(window, "high-contrast", 200)
-    qtbot.wait(30)
-    check_controls(window)
+    qtbot.waitUntil(lambda: check_controls(window), timeout=30_000)  # laid out
     check_states(window)
     check_lines(window, qtbot, 3)
     check_lines(window, qtbot, 4)

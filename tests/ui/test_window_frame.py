@@ -1039,7 +1039,7 @@ def test_tab_goes_through_a_dialog_as_one_reads_and_enter_does_it(
         assert QApplication.focusWidget() is field
         qtbot.keyClick(field, Qt.Key.Key_Tab)
     place.name.setFocus()
-    with qtbot.waitSignal(dialog.accepted):
+    with qtbot.waitSignal(dialog.submitted):
         qtbot.keyClick(place.name, Qt.Key.Key_Return)
 
 
