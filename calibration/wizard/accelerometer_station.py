@@ -105,7 +105,7 @@ class AccelerometerStation(Station):
             return Showing(
                 instrument=self._group.instruments[0],
                 prompt=(
-                    "The accelerometers are good; go on to the next."
+                    "The accelerometers are good: accept them."
                     if good
                     else "Look at the accelerometers, then repeat a position or accept them."
                 ),

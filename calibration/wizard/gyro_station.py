@@ -152,7 +152,7 @@ class GyroStation(Station):
         return Showing(
             instrument=self._group.instruments[0],
             prompt=(
-                "The gyros are good; go on to the next."
+                "The gyros are good: accept them."
                 if good
                 else "Look at the gyros, then accept what can be used."
             ),

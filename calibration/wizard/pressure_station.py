@@ -167,7 +167,7 @@ class PressureStation(Station):
         return Showing(
             instrument=instrument,
             prompt=(
-                "The pressures are good; go on to the next."
+                "The pressures are good: accept them."
                 if good
                 else "Look at the pressures: enter the field's pressure, repeat, or accept them."
             ),

@@ -301,8 +301,13 @@ class Wizard:
         faults = parts.get("faults", ())
         today, checks = self._ledger.reference.today, self._ledger.checks()
         place = _PLACE.get(phase, {})
-        if phase == "done" and checks:
-            place = words.checked_words(self._ledger.header.plan, checks)
+        if phase == "done":
+            plan = self._ledger.header.plan
+            place = (
+                words.checked_words(plan, checks)
+                if self._ledger.header.mode == "check"
+                else words.calibrated_words(plan, state.accepted)
+            )
         return WizardView(
             **{"instrument": None, **place, **parts},
             index=self._index(),
@@ -389,7 +394,6 @@ class Wizard:
 
 _PLACE: Mapping[str, Mapping[str, str]] = {
     "begin": {"prompt": "Waiting for sensor voltages.", "spoken": "Waiting"},
-    "done": {"prompt": "All instruments are done.", "spoken": "Done"},
     "aborted": {
         "prompt": "Broken off: the certificates in force stay in force.",
         "spoken": "Broken off",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from calibration.comparing import CheckResult
@@ -100,12 +100,26 @@ def fit_words(instrument: InstrumentPlan, outcome: Outcome) -> tuple[str, str]:
             return f"{title}: calibrate it anew before the flight.", f"{title} has moved"
         return f"{title}: mend the points, or accept it as it is.", "Look at the curve"
     if outcome.check is not None:
-        return f"{title} is as it was; go on to the next.", f"{title} holds"
-    return f"{title} is good; go on to the next.", f"{title} good"
+        return f"{title} is as it was: accept it.", f"{title} holds"
+    return f"{title} is good: accept it.", f"{title} good"
+
+
+def calibrated_words(plan: CalibrationPlan, accepted: Sequence[str]) -> dict[str, str]:
+    """Return how many of the instruments of a run are calibrated, as prompt and as it is spoken."""
+    count, total = len(accepted), len(plan.instruments)
+    if count == total == 1:
+        prompt = f"{plan.instruments[0].title} calibrated."
+    elif count == total:
+        prompt = f"{count} instruments calibrated."
+    else:
+        prompt = f"{count} of {total} instruments calibrated."
+    return {"prompt": prompt, "spoken": f"Done. {prompt}".rstrip(".")}
 
 
 def checked_words(plan: CalibrationPlan, checks: Mapping[str, CheckResult]) -> dict[str, str]:
     """Return what the checks of an aircraft come to, as prompt and as it is spoken."""
+    if not checks:
+        return {"prompt": "No certificate checked.", "spoken": "Done. No certificate checked"}
     moved = [plan[name].title for name, one in checks.items() if not one.passed]
     if not moved:
         every = "All" if len(checks) == len(plan.instruments) else f"The {len(checks)} checked"

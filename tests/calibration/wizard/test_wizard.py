@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from calibration import load_certificates
-from calibration.plan import load_plan
+from calibration.plan import CalibrationPlan, load_plan
 
 sys.path.insert(0, str(Path(__file__).parent))
 from wizard_kit import SMALL, Field
@@ -25,6 +25,7 @@ def test_a_whole_aircraft_costs_no_key(tmp_path: Path) -> None:
     view = crew.until(lambda now: now.phase == "done")
     assert crew.keys == 0
     assert view.accepted == plan.channels
+    assert view.prompt == "7 instruments calibrated."
     assert view.progress == 1.0
     for channel, certificate in load_certificates(field.store.in_force_folder).items():
         assert [point.direction for point in certificate.points] == ["up"] * 5 + ["down"] * 5
@@ -40,6 +41,21 @@ def test_a_whole_aircraft_costs_no_key(tmp_path: Path) -> None:
         error = certificate.evaluate(volts, 5.0) / DEG - x
         assert np.all(np.abs(error) < certificate.uncertainty(volts, 5.0) / DEG)
         assert certificate.hysteresis == pytest.approx(field.bench.slop[channel], rel=0.1)
+
+
+def test_the_end_says_which_instruments_are_calibrated_and_no_next_one_is_promised(
+    tmp_path: Path,
+) -> None:
+    """Of one instrument, and of two of which one was left out."""
+    alone = CalibrationPlan(name="alone", instruments=SMALL.instruments[:1])
+    crew = Field(tmp_path / "alone", alone).begin()
+    assert crew.until(lambda now: now.phase == "done").prompt == "Left elevator calibrated."
+    fits = {one.prompt for one in crew.views if one.phase == "fit"}
+    assert fits == {"Left elevator is good: accept it."}
+    crew = Field(tmp_path / "two").begin()
+    crew.until(lambda now: now.phase == "sign")
+    crew.press("skip", reason="no protractor")
+    assert crew.until(lambda now: now.phase == "done").prompt == "1 of 2 instruments calibrated."
 
 
 def test_by_key_each_point_costs_one(tmp_path: Path) -> None:
