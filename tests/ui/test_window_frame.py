@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QObject, QPoint, QRect, QSize, Qt, QTimer
-from PySide6.QtGui import QGuiApplication, QPalette
+from PySide6.QtGui import QFontMetrics, QGuiApplication, QPalette
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -34,6 +34,8 @@ from PySide6.QtWidgets import (
     QRadioButton,
     QScrollArea,
     QSplitter,
+    QStyle,
+    QStyleOptionViewItem,
     QTabBar,
     QToolButton,
     QTreeWidget,
@@ -965,6 +967,40 @@ def test_times_are_whole_after_an_hour(
     panel.show_lines([Line(key=1, cells=("1:06:48.9", *others), strong=True)])
     view = panel.view
     assert view.sizeHintForColumn(0) <= view.columnWidth(0)
+
+
+@pytest.mark.parametrize("scale", [100, 200])
+def test_the_last_line_of_long_words_in_a_table_is_not_cut(
+    flight: MainWindow, qtbot: QtBot, scale: int
+) -> None:
+    """A row is as high as the words are that wrap within the padding of the style."""
+    flight.look.set_scale(scale)
+    panel = AlarmsPanel(flight.look)
+    qtbot.addWidget(panel)
+    panel.setStyleSheet(QApplication.instance().styleSheet())
+    panel.resize(500, 300)
+    panel.show()
+    words = ["nothing received for more " * 3 + "n" * length for length in range(1, 16)]
+    lines = [
+        Line(key=row, cells=(f"00:{row:02}.0", one, "", "", ""), strong=bool(row % 2))
+        for row, one in enumerate(words)
+    ]
+    panel.show_lines(lines)
+    view, style = panel.view, panel.view.style()
+    QApplication.processEvents()
+    margin = style.pixelMetric(QStyle.PixelMetric.PM_FocusFrameHMargin, None, view) + 1
+    for row in range(len(lines)):
+        index = view.lines.index(row, 1)
+        option = QStyleOptionViewItem()
+        view.initViewItemOption(option)
+        view.itemDelegate().initStyleOption(option, index)
+        option.rect = view.visualRect(index)
+        inside = style.subElementRect(QStyle.SubElement.SE_ItemViewItemText, option, view)
+        inside.adjust(margin, 0, -margin, 0)
+        needed = QFontMetrics(option.font).boundingRect(
+            QRect(0, 0, inside.width(), 10_000), Qt.TextFlag.TextWordWrap, option.text
+        )
+        assert inside.height() >= needed.height(), option.text
 
 
 @pytest.mark.parametrize("size", [(1440, 900), (1280, 800)])

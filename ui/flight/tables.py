@@ -9,6 +9,8 @@ from PySide6.QtCore import (
     QAbstractTableModel,
     QModelIndex,
     QPersistentModelIndex,
+    QRect,
+    QSize,
     Qt,
     QTimer,
     Signal,
@@ -226,6 +228,29 @@ class TypedText(QStyledItemDelegate):
             super().setEditorData(editor, index)
 
 
+class WrappedText(TypedText):
+    """Rows as high as their words need.
+
+    Qt wraps words at the full width of a column for the height, and inside the padding of the
+    style for the picture: the last line would be cut.
+    """
+
+    def __init__(self, look: Look, table: QTableView) -> None:
+        super().__init__(table)
+        self._look = look
+        self._table = table
+
+    def sizeHint(self, _option: QStyleOptionViewItem, index: Index) -> QSize:
+        """Return the size of a cell at the width of its column."""
+        look = self._look
+        font = index.data(Qt.ItemDataRole.FontRole) or look.font("body")
+        wide = max(self._table.columnWidth(index.column()) - look.px(20), 16)
+        box = QFontMetrics(font).boundingRect(
+            QRect(0, 0, wide, 10_000), Qt.TextFlag.TextWordWrap, str(index.data() or "")
+        )
+        return QSize(wide, box.height() + look.px(14))
+
+
 class LinesView(QTableView):
     """A table of lines; Enter or a double press jumps, text columns may be edited in place.
 
@@ -281,7 +306,7 @@ class LinesView(QTableView):
         self._widths = widths
         self.setModel(model)
         self.menu = TableMenu(self)
-        self.setItemDelegate(TypedText(self))
+        self.setItemDelegate(WrappedText(look, self) if wrap else TypedText(self))
         self.setAccessibleName(name)
         self.setShowGrid(False)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)

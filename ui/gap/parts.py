@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from PySide6.QtCore import QRect, QSize, Qt, QTimer
-from PySide6.QtGui import QFontMetrics, QResizeEvent
+from PySide6.QtCore import QSize, Qt, QTimer
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
     QComboBox,
@@ -14,14 +14,12 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
     QSizePolicy,
-    QStyleOptionViewItem,
-    QTableView,
     QVBoxLayout,
     QWidget,
 )
 
 from gsapp.quantities import in_units
-from ui.flight.tables import Index, Line, LinesModel, LinesView, TypedText
+from ui.flight.tables import Line, LinesModel, LinesView
 from ui.layouts import FlowLayout
 from ui.look import Look
 from ui.pages import label
@@ -116,7 +114,6 @@ class Lines(LinesView):
         self._given: tuple[Line, ...] = ()
         self._editable = editable
         super().__init__(LinesModel(look, titles, right, editable), look, name, stretch, widths)
-        self.setItemDelegate(_Wrapping(look, self))
         # Left to itself the header measures all rows again with every change of style.
         self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
         self.horizontalHeader().setVisible(any(titles))
@@ -203,25 +200,6 @@ class Lines(LinesView):
     def sizeHint(self) -> QSize:
         """Return the size of the lines, within reason."""
         return QSize(self._look.px(320), self._wish)
-
-
-class _Wrapping(TypedText):
-    """Rows as high as their words need, with room to spare for the padding of the style."""
-
-    def __init__(self, look: Look, parent: QTableView) -> None:
-        super().__init__(parent)
-        self._look = look
-        self._table = parent
-
-    def sizeHint(self, _option: QStyleOptionViewItem, index: Index) -> QSize:
-        """Return the size of a cell at the width of its column."""
-        look = self._look
-        font = index.data(Qt.ItemDataRole.FontRole) or look.font("body")
-        wide = max(self._table.columnWidth(index.column()) - look.px(20), 16)
-        box = QFontMetrics(font).boundingRect(
-            QRect(0, 0, wide, 10_000), Qt.TextFlag.TextWordWrap, str(index.data() or "")
-        )
-        return QSize(wide, box.height() + look.px(14))
 
 
 class Choice(QWidget):
