@@ -6,12 +6,14 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QPolygonF
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QMenu, QPushButton
 from pytestqt.qtbot import QtBot
@@ -32,6 +34,8 @@ from gsapp.flight.folder import FlightFolder
 from gsapp.quantities import from_si
 from gsapp.telemetry.recorder_control import find_recorders
 from ui.desk import Desk
+from ui.preflight.airplane import Closeup, Kind, SurfaceFigure
+from ui.preflight.outlines import View
 from ui.preflight.wizard_page import WizardPage
 
 KEY = Qt.Key
@@ -434,6 +438,30 @@ def test_volts_that_stop_are_not_left_standing(
     window.desk.told.emit()
     cue = window.page.work.cue.cue
     assert (cue.state, cue.state_words) == ("unknown", "Catching up")
+
+
+@pytest.mark.parametrize("scale", [100, 200])
+@pytest.mark.parametrize(
+    ("channel", "view", "kind", "end"),
+    [("rudder", "above", "surface", 24.0), ("elevator_left", "side", "surface", 24.0),
+     ("alpha", "side", "vane", 40.0), ("beta", "above", "vane", 40.0)],
+)  # fmt: skip
+def test_a_surface_does_not_turn_over_the_words_that_name_its_sides(
+    window: BenchWindow, channel: str, view: View, kind: Kind, end: float, scale: int
+) -> None:
+    look = window.look
+    look.set_scale(scale)
+    for sense, wide in product((-1, 1), (260, 330)):
+        figure = SurfaceFigure(
+            channel=channel, title=channel, view=view, kind=kind, sense=sense, ticks=(-end, end)
+        )
+        box = QRectF(0.0, 0.0, look.px(wide), look.px(154))
+        words = Closeup(look, figure).side_boxes(box)
+        assert not words[0].intersects(words[1])
+        for angle, place in product((-end, 0.0, end), words):
+            assert box.contains(place)
+            part = Closeup(look, replace(figure, angle=angle)).moving_part(box)
+            assert part.intersected(QPolygonF(place)).isEmpty()
 
 
 def test_nothing_is_calibrated_by_a_replay(at_bench: Open) -> None:

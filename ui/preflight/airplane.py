@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QFontMetrics, QPainter, QPaintEvent, QPen, QPolygonF, QTransform
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ui.look import Look
@@ -133,13 +133,16 @@ class AirplanePicture(QWidget):
         self, painter: QPainter, box: QRectF, outline: Outline, figure: SurfaceFigure
     ) -> None:
         look = self._look
-        scale = min(box.width() / outline.size[0], box.height() / outline.size[1])
+        part = outline.parts.get(figure.channel)
+        whole = QRectF(0.0, 0.0, *outline.size)
+        if part is not None:
+            # The ring may reach over the edge of the aircraft.
+            whole = whole.united(_ring(part, outline))
+        scale = min(box.width() / whole.width(), box.height() / whole.height())
         painter.save()
-        painter.translate(
-            box.left() + 0.5 * (box.width() - scale * outline.size[0]),
-            box.top() + 0.5 * (box.height() - scale * outline.size[1]),
-        )
+        painter.translate(box.center())
         painter.scale(scale, scale)
+        painter.translate(-whole.center())
         pen = QPen(look.color("muted"), look.px(1.5))
         pen.setCosmetic(True)
         pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
@@ -147,7 +150,6 @@ class AirplanePicture(QWidget):
         painter.setBrush(body_color(look))
         for shape in outline.shapes:
             painter.drawPolygon(polygon(shape))
-        part = outline.parts.get(figure.channel)
         if part is not None:
             self._paint_part(painter, part, figure, outline)
         painter.restore()
@@ -171,8 +173,14 @@ class AirplanePicture(QWidget):
         ring.setCosmetic(True)
         painter.setPen(ring)
         painter.setBrush(Qt.BrushStyle.NoBrush)
-        middle = polygon(part.outline).boundingRect().center()
-        painter.drawEllipse(middle, *[0.1 * outline.size[0]] * 2)
+        painter.drawEllipse(_ring(part, outline))
+
+
+def _ring(part: Part, outline: Outline) -> QRectF:
+    """Return the circle around the part that is meant, in the units of the outline."""
+    radius = 0.1 * outline.size[0]
+    middle = polygon(part.outline).boundingRect().center()
+    return QRectF(middle.x() - radius, middle.y() - radius, 2 * radius, 2 * radius)
 
 
 def _arrangement(
@@ -222,10 +230,14 @@ class Closeup:
         # Where the trailing edge points in neutral: aft, that is to the right or down.
         self._aft = 0.0 if figure.view == "side" else 90.0
 
-    def paint(self, painter: QPainter, box: QRectF) -> None:
-        """Draw it into a box."""
+    @property
+    def _widest(self) -> float:
+        """Return the angle (deg) at both ends of the protractor."""
+        return max([25.0, *(abs(tick) for tick in self._figure.ticks)]) + 6.0
+
+    def layout(self, box: QRectF) -> tuple[QPointF, float]:
+        """Return where in a box the hinge is, and how far (pixels) the protractor is from it."""
         look, figure = self._look, self._figure
-        widest = max([25.0, *(abs(tick) for tick in figure.ticks)]) + 6.0
         letters = look.px(52)
         # The chord lies along the box: a fixed part, the hinge, the moving part, the angles.
         along = box.width() if figure.view == "side" else box.height()
@@ -233,19 +245,57 @@ class Closeup:
         fixed = 0.3 if figure.kind == "surface" else 0.08
         reach = min(
             (along - letters) / (1.0 + fixed),
-            (0.5 * across - look.px(14)) / math.sin(math.radians(min(widest, 90.0))),
+            (0.5 * across - look.px(14)) / math.sin(math.radians(min(self._widest, 90.0))),
         )
         reach = max(reach, look.px(40))
         start = 0.5 * (along - (1.0 + fixed) * reach - letters) + fixed * reach
         if figure.view == "side":
-            hinge = QPointF(box.left() + start, box.center().y())
+            return QPointF(box.left() + start, box.center().y()), reach
+        return QPointF(box.center().x(), box.top() + start), reach
+
+    def side_boxes(self, box: QRectF) -> tuple[QRectF, QRectF]:
+        """Return where the words for the lowest and the highest angle go.
+
+        Outside the sector through which the surface and its target turn, near the hinge.
+        """
+        look, figure = self._look, self._figure
+        hinge, reach = self.layout(box)
+        letters = QFontMetrics(look.font("label", strong=True))
+        wide = max(letters.horizontalAdvance(line) for line in ("trailing edge", *figure.sides))
+        high, gap = 2 * letters.lineSpacing(), look.px(4)
+        slope = math.tan(math.radians(min(self._widest, 60.0)))
+        half = self._half_chord(reach)
+        if figure.view == "side":
+            left = max(hinge.x() - 0.6 * wide, box.left())
+            beside = max(left + wide - hinge.x(), 0.0) * slope + half + gap
+            first = QRectF(left, max(hinge.y() - beside - high, box.top()), wide, high)
+            second = QRectF(left, min(hinge.y() + beside, box.bottom() - high), wide, high)
         else:
-            hinge = QPointF(box.center().x(), box.top() + start)
-        self._paint_scale(painter, hinge, reach, widest)
+            # The words end a little below the hinge.
+            top = max(hinge.y() - 0.4 * high, box.top())
+            beside = max(top + high - hinge.y(), 0.0) * slope + half + gap
+            first = QRectF(min(hinge.x() + beside, box.right() - wide), top, wide, high)
+            second = QRectF(max(hinge.x() - beside - wide, box.left()), top, wide, high)
+        return (first, second) if figure.sense > 0 else (second, first)
+
+    def moving_part(self, box: QRectF) -> QPolygonF:
+        """Return the surface or vane at its angle, neutral where that is not known."""
+        hinge, reach = self.layout(box)
+        half, tip, long = self._half_chord(reach), 0.006 * reach, 0.9 * reach
+        turn = QTransform().translate(hinge.x(), hinge.y())
+        turn.rotate(self._turned(self._figure.angle or 0.0))
+        return turn.map(polygon(((0.0, -half), (long, -tip), (long, tip), (0.0, half))))
+
+    def paint(self, painter: QPainter, box: QRectF) -> None:
+        """Draw it into a box."""
+        figure = self._figure
+        hinge, reach = self.layout(box)
+        self._paint_scale(painter, hinge, reach)
+        self._paint_sides(painter, box)
         self._paint_fixed(painter, hinge, reach)
         if figure.target is not None:
             self._paint_target(painter, hinge, reach)
-        self._paint_moving(painter, hinge, reach)
+        self._paint_moving(painter, box)
 
     def _turned(self, angle: float) -> float:
         """Return the direction on screen, deg clockwise from the right, of the trailing edge."""
@@ -256,8 +306,12 @@ class Closeup:
         turned = math.radians(self._turned(angle))
         return hinge + QPointF(distance * math.cos(turned), distance * math.sin(turned))
 
-    def _paint_scale(self, painter: QPainter, hinge: QPointF, reach: float, widest: float) -> None:
-        look, figure = self._look, self._figure
+    def _half_chord(self, reach: float) -> float:
+        """Return half the thickness (pixels) of the moving part at the hinge."""
+        return 0.09 * reach if self._figure.kind == "surface" else 0.045 * reach
+
+    def _paint_scale(self, painter: QPainter, hinge: QPointF, reach: float) -> None:
+        look, figure, widest = self._look, self._figure, self._widest
         painter.setPen(QPen(look.color("axis"), look.px(1.5)))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         square = QRectF(hinge.x() - reach, hinge.y() - reach, 2 * reach, 2 * reach)
@@ -274,20 +328,14 @@ class Closeup:
             words = QRectF(middle.x() - look.px(24), middle.y() - look.px(9), look.px(48),
                            look.px(18))  # fmt: skip
             painter.drawText(words, Qt.AlignmentFlag.AlignCenter, f"{number_text(tick, 0)}°")
-        self._paint_sides(painter, hinge, reach, widest)
 
-    def _paint_sides(self, painter: QPainter, hinge: QPointF, reach: float, widest: float) -> None:
+    def _paint_sides(self, painter: QPainter, box: QRectF) -> None:
         look = self._look
         painter.setFont(look.font("label", strong=True))
         painter.setPen(look.color("text"))
-        for words, angle in zip(self._figure.sides, (-widest, widest), strict=True):
-            end = self._at(hinge, angle, 0.8 * reach)
-            left = end.x() - look.px(60)
-            if self._figure.view == "side":
-                # Inside the arc, which leans over the words.
-                left = min(left, self._at(hinge, angle, reach).x() - look.px(114))
-            box = QRectF(left, end.y() - look.px(18), look.px(120), look.px(36))
-            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, f"trailing edge\n{words}")
+        flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextDontClip
+        for words, place in zip(self._figure.sides, self.side_boxes(box), strict=True):
+            painter.drawText(place, flags, f"trailing edge\n{words}")
 
     def _paint_fixed(self, painter: QPainter, hinge: QPointF, reach: float) -> None:
         look, figure = self._look, self._figure
@@ -313,24 +361,17 @@ class Closeup:
         target = self._figure.target or 0.0
         painter.drawLine(self._at(hinge, target, 0.1 * reach), self._at(hinge, target, reach))
 
-    def _paint_moving(self, painter: QPainter, hinge: QPointF, reach: float) -> None:
+    def _paint_moving(self, painter: QPainter, box: QRectF) -> None:
         look, figure = self._look, self._figure
-        known = figure.angle is not None
-        painter.save()
-        painter.translate(hinge)
-        painter.rotate(self._turned(figure.angle or 0.0))
-        half = 0.09 * reach if figure.kind == "surface" else 0.045 * reach
-        long = 0.9 * reach
-        shape = polygon(((0.0, -half), (long, -0.006 * reach), (long, 0.006 * reach), (0.0, half)))
-        if known:
+        if figure.angle is not None:
             painter.setPen(QPen(look.color("text"), look.px(1.5)))
             painter.setBrush(look.color("text"))
         else:
             # Not known is not drawn as if it were.
             painter.setPen(QPen(look.color("muted"), look.px(1.5), Qt.PenStyle.DashLine))
             painter.setBrush(Qt.BrushStyle.BDiagPattern)
-        painter.drawPolygon(shape)
+        painter.drawPolygon(self.moving_part(box))
         painter.setBrush(look.color("background"))
         painter.setPen(QPen(look.color("text"), look.px(1.5)))
-        painter.drawEllipse(QPointF(0.0, 0.0), *[max(0.035 * reach, look.px(3))] * 2)
-        painter.restore()
+        hinge, reach = self.layout(box)
+        painter.drawEllipse(hinge, *[max(0.035 * reach, look.px(3))] * 2)
