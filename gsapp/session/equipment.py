@@ -535,8 +535,8 @@ class EquipmentMonitor:
 
 def _silent_words(report: LinkReport | None) -> str:
     system = None if report is None else report.system
-    name = "the aircraft" if system is None else f"the aircraft (system {system})"
-    return f"{name} is silent: nothing received for more than {_SILENT:.0f} s"
+    name = "aircraft" if system is None else f"aircraft (system {system})"
+    return f"{name} silent: no data for more than {_SILENT:.0f} s"
 
 
 def _set_back(ahead_us: int) -> str:

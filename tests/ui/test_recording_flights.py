@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QApplication, QMenu, QMessageBox
 from pytestqt.qtbot import QtBot
 
@@ -21,6 +22,7 @@ from gsapp.telemetry.recorder_folder import record_state
 from gsapp.telemetry.status import RUNTIME_VARIABLE
 from ui.dialogs.connect import ConnectDialog
 from ui.dialogs.requests import ConnectRequest
+from ui.frame.bar_view import _broken
 from ui.window import MainWindow
 
 
@@ -197,6 +199,12 @@ def test_a_flight_ends_with_its_alarms_and_goes_to_review(
     alarms = window.bar.views["alarms"]
     until(qtbot, lambda: alarms.part.state == "warning")
     assert alarms.part.value in alarms.toolTip()
+    # The most urgent of all alarms is whole on two lines of the tile.
+    metrics = QFontMetricsF(window.look.font("label", strong=True))
+    wide = alarms.width() - 2 * window.look.px(8)
+    _, rest = _broken(alarms.part.value, metrics, wide)
+    assert rest
+    assert metrics.horizontalAdvance(rest) <= wide
     # Were it known to have landed, the silence would be none.
     window.desk.session.landing.landed_at = 1.2
     until(qtbot, lambda: window.bar.views["link"].part.state != "warning")
