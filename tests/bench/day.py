@@ -39,7 +39,7 @@ def main(*_options: str) -> None:
     sizes = [f"{one.name} {one.stat().st_size / 1e3:.0f} kB" for one in folder.glob("report.*")]
     print(f"a day in {time.monotonic() - begun:.0f} s; pictures in {folder / 'pictures'}")
     print(f"wrong port      {seen['wrong_port']}")
-    print(f"calibrated      {seen['calibrates']} alone: {seen['phase']}")
+    print(f"calibrated      {seen['calibrates']} alone: {seen['calibrated']}")
     print(f"lost beside another transmitter, seen after {seen['seen_after']:.1f} s (goal 4 s)")
     print(f"after landing   recording {seen['recording']}, alarms waiting {seen['waiting']}")
     print(f"reports         {', '.join(sorted(sizes))}")
