@@ -207,6 +207,7 @@ class Day:
         person.keys("k")
         person.until(lambda: not board.waiting, "the alarm is acknowledged")
         person.keys("ctrl+4")
+        person.until(window.view.alarms.isVisible, "the tab of the alarms")
 
     def review(self, person: XDriver) -> None:
         """See the flight that has ended under review."""

@@ -37,6 +37,7 @@ from ui.desk import Desk
 from ui.preflight.airplane import Closeup, Kind, SurfaceFigure
 from ui.preflight.outlines import View
 from ui.preflight.wizard_page import WizardPage
+from ui.preflight.wizard_summary import SummaryPanel
 
 KEY = Qt.Key
 Open = Callable[..., BenchWindow]
@@ -438,6 +439,16 @@ def test_volts_that_stop_are_not_left_standing(
     window.desk.told.emit()
     cue = window.page.work.cue.cue
     assert (cue.state, cue.state_words) == ("unknown", "Catching up")
+
+
+def test_no_heading_stands_over_deflections_that_are_not_there(window: BenchWindow) -> None:
+    """Of the rudder alone none are made of two surfaces."""
+    panel = SummaryPanel(window.look)
+    panel.show_outcomes("Calibration done", "Rudder calibrated.", ())
+    assert [one.text() for one in panel.findChildren(QLabel) if not one.isHidden()] == [
+        "Calibration done",
+        "Rudder calibrated.",
+    ]
 
 
 @pytest.mark.parametrize("scale", [100, 200])

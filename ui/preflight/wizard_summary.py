@@ -74,6 +74,7 @@ class SummaryPanel(CenteredPage):
         self._outcomes = _Card(look)
         self.column.addWidget(self._outcomes)
         self._live_title = label("Move the stick: left and right together", "heading")
+        self._live_title.hide()
         self.column.addWidget(self._live_title)
         self._together = _Card(look)
         self.column.addWidget(self._together)
