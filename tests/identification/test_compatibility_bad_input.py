@@ -178,6 +178,28 @@ def test_where_nothing_moves_units_are_not_blamed(missing: tuple[str, ...]) -> N
     assert "unit" not in said
 
 
+def test_a_delay_that_ends_at_its_limit_is_no_estimate() -> None:
+    """More is no delay: 200 ms with a bound of 4 would be stated in an aircraft file."""
+    flown = fly(51, "both").maneuver
+    late = np.interp(flown.block.times - 0.25, flown.block.times, flown.block["V"])
+    found = check([with_channels(flown, V=late)], settings=CompatibilitySettings(try_signs=False))
+    assert found.parameters["V.delay"].value is None
+    assert "beyond 200 ms" in found.parameters["V.delay"].why
+    assert not [one for one in found.verdicts if one.kind == "delay"]
+    assert not found.consistent
+
+
+@pytest.mark.parametrize(("shift", "word"), [(0.06, "late"), (-0.06, "early")])
+def test_a_delay_is_late_or_early(good: Maneuver, shift: float, word: str) -> None:
+    moved = np.interp(good.block.times - shift, good.block.times, good.block["alpha"])
+    found = check(
+        [with_channels(good, alpha=moved)], settings=CompatibilitySettings(try_signs=False)
+    )
+    (verdict,) = [one for one in found.verdicts if one.kind == "delay"]
+    assert f"ms {word} against the gyros" in verdict.sentence
+    assert "-" not in verdict.sentence
+
+
 def test_a_channel_with_a_few_samples_counts_as_absent(good: Maneuver) -> None:
     """Five samples of alpha and nothing else to compare with: a sentence, and no number."""
     few = np.full(len(good.block), np.nan)

@@ -10,8 +10,10 @@ from gsapp.aircraft import Aircraft
 from gsapp.dynamics.sensors import airspeed, velocity_at
 from gsapp.foundation import FlightError
 from gsapp.identification.compatibility.fitting import (
+    LARGEST_DELAY,
     Fit,
     StretchFit,
+    at_limit,
     fit,
     free_errors,
     moves,
@@ -171,7 +173,15 @@ def _parameters(found: Fit, settings: CompatibilitySettings) -> dict[str, Instru
         std = float(np.sqrt(max(found.covariance[place, place], 0.0)))
         plausible = settings.plausible_size(name)
         unclear = _unclear(found, name)
-        if unclear or std > OBSERVED * plausible:
+        if not unclear and at_limit(name, found.errors[name]):
+            parameters[name] = InstrumentParameter(
+                value=None,
+                nominal=nominal(name),
+                status="not-observable",
+                why=f"the best fit lies beyond {error_quantity(name, LARGEST_DELAY)}, no delay of "
+                "an instrument; look for another error",
+            )
+        elif unclear or std > OBSERVED * plausible:
             parameters[name] = InstrumentParameter(
                 value=None,
                 nominal=nominal(name),
@@ -215,12 +225,14 @@ def _errors(
         if excess <= _CERTAIN * one.std:
             continue
         channel, _, kind = name.partition(".")
-        value, std = error_with_bound(name, one.value, one.std)
+        size = abs(one.value) if kind == "delay" else one.value
+        value, std = error_with_bound(name, size, one.std)
         spread = f"{value} \N{PLUS-MINUS SIGN} {std}"
+        way = "late" if one.value > 0.0 else "early"
         said = {
             "bias": f"{title(channel)} is off by {spread}",
             "scale": f"{title(channel)} shows {spread} times what the other instruments say",
-            "delay": f"{title(channel)} is {spread} late against the gyros",
+            "delay": f"{title(channel)} is {spread} {way} against the gyros",
         }[kind]
         found.append(
             InstrumentVerdict(

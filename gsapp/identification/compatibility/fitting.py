@@ -39,7 +39,8 @@ _SETTLED = 0.02
 """A step smaller than this share of a bound is the last."""
 _NEARLY, _PATIENCE, _LOOKS = 0.3, 4, 2
 """The noise is looked for where steps are this small, or after so many; so many times."""
-_LARGEST_DELAY = 0.2
+LARGEST_DELAY = 0.2
+"""Of an instrument against the gyros, s, either way."""
 _LARGEST_TURN = 0.5
 """Of a start in one step, rad."""
 _WORSE, _HALVINGS = 1.02, 3
@@ -337,6 +338,11 @@ def _counted(S: FloatArray, left: FloatArray) -> FloatArray:
     return np.asarray(np.where(np.isfinite(left)[:, :, None], S, 0.0), dtype=np.float64)
 
 
+def at_limit(name: str, value: float) -> bool:
+    """Return whether the fit stopped a delay where it may go no further: then it is no estimate."""
+    return name.endswith(".delay") and abs(value) > 0.999 * LARGEST_DELAY
+
+
 def _limited(step: FloatArray, free: Sequence[str], errors: Mapping[str, float]) -> FloatArray:
     """Return the step with scales kept away from zero and delays within reason."""
     turns = np.abs(step[len(free) :].reshape(-1, len(START))[:, 3:]).max()
@@ -346,7 +352,7 @@ def _limited(step: FloatArray, free: Sequence[str], errors: Mapping[str, float])
         if name.endswith(".scale"):
             value = min(max(value, 0.1), 10.0)
         elif name.endswith(".delay"):
-            value = min(max(value, -_LARGEST_DELAY), _LARGEST_DELAY)
+            value = min(max(value, -LARGEST_DELAY), LARGEST_DELAY)
         found[place] = value - errors[name]
     return found
 
