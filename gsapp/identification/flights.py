@@ -10,7 +10,7 @@ from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.flight import Flight, load_flight
 from gsapp.flight.as_flown import AsFlown, as_flown
 from gsapp.flight.maneuvers import FoundManeuver, parse_windows, survey, why_none
-from gsapp.flight.maneuvers.given import FlightManeuvers
+from gsapp.flight.maneuvers.given import FlightManeuvers, on_ground_words
 from gsapp.flight.setting import USUAL_AIRCRAFT, aircraft_of, assumed_words
 from gsapp.identification.maneuver import Maneuver, cut_maneuver, mass_over_flight
 from gsapp.quantities import FloatArray
@@ -208,6 +208,9 @@ def flown_flight(
             if not one.used(alone=alone)
         ]
         found = tuple(one for one in found if one.used(alone=alone))
+    # Wheels and hands move it there: kinematics would blame instruments, a model its derivatives.
+    grounded = [one for one in found if one.id in surveyed.on_ground]
+    found = tuple(one for one in found if one not in grounded)
     return FlownFlight(
         flight=opened.flight,
         file=opened.file,
@@ -220,8 +223,14 @@ def flown_flight(
         ),
         remarks=tuple(remarks),
         assumed=opened.assumed,
-        why_none="" if found else why_none(opened.flight, surveyed.maneuvers),
+        why_none="" if found else _why_none(opened.flight, surveyed, grounded),
     )
+
+
+def _why_none(flight: Flight, surveyed: FlightManeuvers, grounded: Sequence[FoundManeuver]) -> str:
+    if grounded:
+        return "; ".join(on_ground_words(one) for one in grounded)
+    return why_none(flight, surveyed.maneuvers)
 
 
 def reasons_for_none(flown: Sequence[FlownFlight]) -> str:

@@ -192,6 +192,22 @@ def test_engines_running_on_the_ground_are_no_maneuver(flights: Path) -> None:
     assert "was not flown" in " ".join(done.stderr.split())
 
 
+def test_instruments_are_not_blamed_for_windows_on_the_ground(
+    flights: Path, tmp_path: Path
+) -> None:
+    """Of two windows the one in the air is used; of one on the ground the cause is told."""
+    flight = flights / "flight5.csv"
+    done = process("compatibility", flight, "--maneuver", "5:15")
+    assert done.returncode == 1
+    assert "maneuver 1 is left out: it was not flown" in " ".join(done.stderr.split())
+    flown = result_of("maneuvers", flight, folder=tmp_path)[0]
+    window = f"{flown['t_start']}:{flown['t_end']}"
+    content = result_of(
+        "compatibility", flight, "--maneuver", "5:15", "--maneuver", window, folder=tmp_path
+    )
+    assert content["maneuvers"] == ["2"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "sentence"),
     [

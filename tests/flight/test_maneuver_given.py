@@ -199,8 +199,11 @@ def test_why_there_is_no_maneuver_to_use():
 def test_a_window_on_the_ground_is_told():
     """By airspeed; where none is measured, a steady flight may look like standing."""
     given = ["5:12", "59:65"]
-    told = [one for one in survey(FLIGHT, AIRCRAFT, given=given).remarks if "not flown" in one]
+    surveyed = survey(FLIGHT, AIRCRAFT, given=given)
+    told = [one for one in surveyed.remarks if "not flown" in one]
     assert len(told) == 1
     assert told[0].startswith("maneuver 1 ")
-    unknown = changed(FLIGHT, V=np.nan)
-    assert not [one for one in survey(unknown, AIRCRAFT, given=given).remarks if "not flown" in one]
+    assert surveyed.on_ground == ("1",)
+    unknown = survey(changed(FLIGHT, V=np.nan), AIRCRAFT, given=given)
+    assert not [one for one in unknown.remarks if "not flown" in one]
+    assert not unknown.on_ground

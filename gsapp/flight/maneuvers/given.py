@@ -52,12 +52,15 @@ class FlightManeuvers:
         What told whether it flew, in words.
     remarks : tuple of str
         Sentences for the crew: stuck surfaces, a record taken whole, changes by hand.
+    on_ground : tuple of str
+        Ids of windows that were named while the aircraft was on the ground.
     """
 
     maneuvers: tuple[FoundManeuver, ...]
     noise: NoiseFloor
     judged_by: str
     remarks: tuple[str, ...] = ()
+    on_ground: tuple[str, ...] = ()
 
 
 def parse_windows(texts: Sequence[str], flights: int = 1) -> tuple[Window, ...]:
@@ -265,6 +268,7 @@ def survey(
     detector = detect(flight, aircraft)
     found = detector.finish()
     remarks = list(surface_remarks(flight))
+    on_ground: tuple[str, ...] = ()
     assessor = Assessor(flight, aircraft, detector.noise)
     found = tuple(assessor.after_verdicts(one) for one in found)
     if windows:
@@ -274,12 +278,9 @@ def survey(
         )
         # Without airspeed a steady flight may look like standing.
         if detector.judged_by == "airspeed":
-            remarks += [
-                f"maneuver {one.id} was not flown: from {one.t_start:.2f} to {one.t_end:.2f} s the "
-                "aircraft was on the ground, by its airspeed"
-                for one in found
-                if not detector.flew(one.t_start, one.t_end)
-            ]
+            grounded = [one for one in found if not detector.flew(one.t_start, one.t_end)]
+            on_ground = tuple(one.id for one in grounded)
+            remarks += map(on_ground_words, grounded)
     elif flight.duration < SHORT and len(found) <= 1:
         times = flight.block.times
         whole = assessor.assess("1", float(times[0]), float(times[-1]))
@@ -295,6 +296,15 @@ def survey(
         noise=detector.noise,
         judged_by=detector.judged_by,
         remarks=tuple(remarks),
+        on_ground=on_ground,
+    )
+
+
+def on_ground_words(maneuver: FoundManeuver) -> str:
+    """Return why a window in which the aircraft was on the ground is not used."""
+    return (
+        f"maneuver {maneuver.id} is left out: it was not flown; from {maneuver.t_start:.2f} to "
+        f"{maneuver.t_end:.2f} s the aircraft was on the ground, by its airspeed"
     )
 
 
