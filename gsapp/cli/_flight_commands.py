@@ -258,6 +258,7 @@ def import_(
         Path, typer.Option(readable=False, metavar="FLIGHT", help="Flight folder to write")
     ],
     channel_map: MapName = None,
+    units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
 ) -> None:
     """Make a flight folder from the log of another program.
@@ -301,12 +302,11 @@ def onboard(
 ) -> None:
     """Let the on-board log replace what came over the radio.
 
-    Without an option it is told how it stands.
+    Without options, shows which log is in force.
 
-    The log is aligned with the live record by what both show, offset and drift of its clock, and
-    refused where they do not match. Flight time stays, and with it marks, grades and edges of
-    maneuvers. A fetch that was broken off goes on where it was. The former log stays in the
-    folder.
+    The log is aligned with the live record (offset and drift of its clock) and refused where the
+    two do not match. Flight time, marks, grades and edges of maneuvers do not change. An
+    interrupted fetch resumes. The former log stays in the folder.
 
     Example: gsapp onboard flights/2026-05-12-a --log /media/card/00000017.BIN
 

@@ -77,6 +77,15 @@ def test_units_are_understood_in_capitals(tmp_path: Path) -> None:
     assert "V [m/s]" in (tmp_path / "x.csv").read_text()
 
 
+def test_an_imported_flight_is_described_in_the_units_of_the_call(tmp_path: Path) -> None:
+    (tmp_path / "fl.csv").write_text("time [s],V [m/s]\n0,30\n1,30\n")
+    made = gsapp("import", "fl.csv", "--units", "si", "--out", "one", folder=tmp_path)
+    assert made.returncode == 0, made.stderr
+    assert "m/s" in made.stdout
+    assert "ft/s" not in made.stdout
+    assert "ft/s" in gsapp("import", "fl.csv", "--out", "two", folder=tmp_path).stdout
+
+
 @pytest.mark.parametrize(
     ("call", "meant"),
     [
