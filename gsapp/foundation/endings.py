@@ -46,6 +46,27 @@ def asked_to_end(act: Callable[[int], object], *, ctrl_c: bool = True) -> Iterat
 
 
 @contextmanager
+def ctrl_c_blocked() -> Iterator[None]:
+    """Start processes in here that Ctrl-C, which reaches the whole terminal, does not reach.
+
+    They inherit that it is blocked. To ignore it in the process itself comes too late: while it
+    still imports, Ctrl-C ends it with a traceback. Does nothing on Windows.
+    """
+    if sys.platform == "win32":
+        yield
+        return
+    from multiprocessing import resource_tracker
+
+    # Its start would unblock the signal again.
+    resource_tracker.ensure_running()
+    former = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, former)
+
+
+@contextmanager
 def ends_within(seconds: float, log: Path) -> Iterator[None]:
     """End this process that long after the first signal of `asked_to_end`, whatever it waits for.
 

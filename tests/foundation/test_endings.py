@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import signal
 import subprocess
 import sys
 import time
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 import pytest
+
+from gsapp.foundation.endings import ctrl_c_blocked
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="SIGTERM ends a process at once")
 
@@ -52,3 +56,20 @@ def test_what_ends_in_time_is_left_alone(tmp_path: Path) -> None:
     child.send_signal(signal.SIGTERM)
     assert child.wait(15.0) == 0
     assert not (tmp_path / "log").exists() or not (tmp_path / "log").read_text()
+
+
+def blocked(answer: Connection) -> None:
+    answer.send(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ()))
+
+
+def test_ctrl_c_does_not_reach_a_process_that_still_starts() -> None:
+    """Not even while it imports, where a handler of its own comes too late; the parent hears it."""
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=blocked, args=(theirs,))
+    with ctrl_c_blocked():
+        process.start()
+    assert ours.poll(60.0)
+    assert ours.recv()
+    process.join(60.0)
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())

@@ -9,6 +9,8 @@ from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Protocol
 
+from gsapp.foundation.endings import ctrl_c_blocked
+
 if TYPE_CHECKING:
     # The window starts without what estimates.
     from gsapp.session.estimating.fitting import FitReply, FitRequest
@@ -64,10 +66,12 @@ class OtherProcess:
 
         work = fit if self._work is None else self._work
         try:
-            return self._running().submit(work, request)
+            with ctrl_c_blocked():  # the process begins with the first fit
+                return self._running().submit(work, request)
         except BrokenProcessPool:
             self.close()
-            return self._running().submit(work, request)
+            with ctrl_c_blocked():
+                return self._running().submit(work, request)
 
     def _running(self) -> ProcessPoolExecutor:
         from gsapp.session.estimating.fitting import stand_back

@@ -12,6 +12,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 from gsapp.foundation import GroundStationError, LinkError
+from gsapp.foundation.endings import ctrl_c_blocked
 from gsapp.telemetry.address import LinkAddress
 from gsapp.telemetry.clock import Clock, HostClock
 from gsapp.telemetry.sources.base import Chunk, Source
@@ -77,7 +78,8 @@ class VirtualSource(Source):
             name="virtual aircraft",
             daemon=True,
         )
-        process.start()
+        with ctrl_c_blocked():
+            process.start()
         theirs.close()
         self._process, self._connection = process, ours
         self.connected = True
@@ -159,7 +161,7 @@ def _fly(connection: PipeEnd, settings: FlightSettings, speed: float) -> None:
     """Fly and send until the flight, or the one who reads, has gone."""
     from gsapp.telemetry.virtual.transmit import Transmitter
 
-    # Ctrl-C is meant for the one who reads; when that ends, the pipe does.
+    # Ctrl-C is meant for the one who reads; when that ends, the pipe does. Windows blocks nothing.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with tempfile.TemporaryDirectory(prefix="virtual-aircraft-") as folder:
         started = time.time_ns() // 1000
