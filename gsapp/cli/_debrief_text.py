@@ -134,8 +134,14 @@ def _sizes(one: JudgedManeuver) -> str:
     wanted = {} if one.wanted is None else one.wanted.amplitudes
     told = []
     for name, size in one.verdict.amplitudes.items():
-        best = f" of {wanted[name].best / DEGREE:z.1f}" if name in wanted else ""
-        told.append(f"{SURFACES[name]} {size / DEGREE:z.1f}{best} deg")
+        asked = ""
+        if name in wanted:
+            low, best, high = (
+                f"{angle / DEGREE:z.1f}"
+                for angle in (wanted[name].low, wanted[name].best, wanted[name].high)
+            )
+            asked = f" (target {best}, {low} to {high})"
+        told.append(f"{SURFACES[name]} {size / DEGREE:z.1f} deg{asked}")
     return ", ".join(told)
 
 
