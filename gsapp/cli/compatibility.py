@@ -184,6 +184,7 @@ def _describe(console: Console, result: CompatibilityResult) -> None:
     if open_signs:
         say(console, f"signs that these maneuvers do not tell: {', '.join(open_signs)}")
     for sentence in result.warnings:
-        say(console, sentence, "yellow")
+        if sentence not in result.summary:
+            say(console, sentence, "yellow")
     style = "green" if result.consistent and result.parameters else "bold red"
     say(console, result.summary, style)

@@ -185,6 +185,12 @@ def test_hold_free_weights_and_joint_do_what_they_say(flights: Path, tmp_path: P
     assert content["maneuvers"][0]["held"]["CN_alpha"] == TRUTH.derivative("CN_alpha")
 
 
+def test_why_instruments_cannot_be_compared_is_printed_once(flights: Path) -> None:
+    """A fifth of a second: the summary holds all that there is to say."""
+    done = process("compatibility", flights / "flight5.csv", "--maneuver", "60:60.2")
+    assert " ".join(done.stdout.split()).count("too few to compare instruments by") == 1
+
+
 def test_engines_running_on_the_ground_are_no_maneuver(flights: Path) -> None:
     """Named by hand or not, nothing is estimated where nothing flew."""
     done = process("estimate", flights / "flight5.csv", "--maneuver", "5:15")
