@@ -81,7 +81,8 @@ def ends_within(seconds: float, log: Path) -> Iterator[None]:
         Gets the traceback of every thread where the time was not enough; the exit code is 1 then.
     """
     heard, wake = os.pipe()
-    os.set_blocking(wake, False)
+    if sys.platform != "win32":  # where it is neither required nor, in Python 3.11, there
+        os.set_blocking(wake, False)
     former = signal.set_wakeup_fd(wake, warn_on_full_buffer=False)
 
     def watch() -> None:

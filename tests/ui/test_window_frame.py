@@ -1077,6 +1077,9 @@ def test_tab_goes_through_a_dialog_as_one_reads_and_enter_does_it(
     place.name.setFocus()
     with qtbot.waitSignal(dialog.submitted):
         qtbot.keyClick(place.name, Qt.Key.Key_Return)
+    assert dialog.isVisible()
+    dialog.accept()  # as once the recording has begun
+    assert not dialog.isVisible()
 
 
 def test_the_y_range_of_a_chart_is_typed(flight: MainWindow, qtbot: QtBot) -> None:
