@@ -1068,6 +1068,8 @@ def test_tab_goes_through_a_dialog_as_one_reads_and_enter_does_it(
     dialog.show()
     activate(qtbot, dialog)
     until(qtbot, lambda: dialog.effects.count() == 1)
+    # Without a parent the dialog would go with it, in the midst of its end.
+    until(qtbot, lambda: not dialog.findChildren(Work))
     place = dialog.place
     chain = [dialog.plan, dialog.speed, dialog.seed, dialog.thin, dialog.search, dialog.effects,
              place.title, place.name, place.parent_folder.edit]  # fmt: skip
