@@ -19,7 +19,7 @@ def message(kind: str, payload: bytes) -> bytes:
     return struct.pack("<HB", len(payload), ord(kind)) + payload
 
 
-def short_log(*, dropouts: int = 0, instances: int = 1) -> bytes:
+def short_log(*, dropouts: int = 0, instances: int = 1, start: int = 1_000_000) -> bytes:
     """Return a log of two seconds with gyros, and attitude in every tenth row."""
     log = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 1_000_000)
     log += message(
@@ -34,7 +34,7 @@ def short_log(*, dropouts: int = 0, instances: int = 1) -> bytes:
         log += message("A", struct.pack("<BH", instance, 2 * instance) + b"sensor_combined")
         log += message("A", struct.pack("<BH", instance, 2 * instance + 1) + b"vehicle_attitude")
     for row in range(ROWS):
-        stamp = 1_000_000 + 10_000 * row
+        stamp = start + 10_000 * row
         for instance in range(instances):
             motion = struct.pack("<Q3fI3f", stamp, 0.0, 0.01 * row + instance, 0, 1, 0, 0, -9.8)
             log += message("D", struct.pack("<H", 2 * instance) + motion)
@@ -89,3 +89,16 @@ def test_damage_and_a_time_that_cannot_be_cost_their_samples_and_are_told(tmp_pa
     damaged = load_flight(written(tmp_path, bytes(log)))
     assert set(damaged.remarks) == {told, "parts of x.ulg were damaged and are left out"}
     assert damaged.block["q"][:150] == pytest.approx(0.01 * np.arange(150), abs=1e-6)
+
+
+def test_a_topic_that_was_never_published_does_not_begin_the_flight(tmp_path: Path) -> None:
+    """PX4 in a simulation counts from 1970: the flight was 1.7e9 s long, and never opened."""
+    log = bytearray(short_log(start=1_710_773_350_000_000))
+    rows = [k for k in range(len(log)) if log[k : k + 5] == b"\x1a\x00D\x01\x00"]
+    assert len(rows) == ROWS // 10
+    for row in rows:
+        struct.pack_into("<Q", log, row + 5, 0)
+    flight = load_flight(written(tmp_path, bytes(log)))
+    assert flight.block["q"] == pytest.approx(0.01 * np.arange(ROWS), abs=1e-6)
+    (remark,) = flight.remarks
+    assert "20 samples of vehicle_attitude[0]" in remark

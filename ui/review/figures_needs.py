@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from gsapp.report.hearing import Heard
 
 _DOING = {
-    "heard": "FTR is listening to the flights from take-off on…",
+    "heard": "Computing FTR over the flights, from take-off…",
     "comparison": "Linear models are being fitted, and judged on maneuvers that they never saw…",
 }
 

@@ -74,7 +74,8 @@ def read_ulog(path: Path | str, wanted: Collection[str] | None = None) -> Log:
         if stamps is None or not len(stamps):
             continue
         times = stamps.astype(np.float64) * 1e-6
-        good = clean_clock(times)
+        # PX4 stamps 0 on a topic that was never published; its clock may count from 1970.
+        good = clean_clock(times) & (stamps > 0)
         dropped = int(good.size - good.sum())
         if dropped:
             counted = "1 sample" if dropped == 1 else f"{dropped} samples"
@@ -87,6 +88,7 @@ def read_ulog(path: Path | str, wanted: Collection[str] | None = None) -> Log:
     events = tuple(
         Event(kind="status", text=str(message.message), time=message.timestamp * 1e-6)
         for message in parsed.logged_messages
+        if message.timestamp > 0
     )
     return Log(path=file, tables=tables, events=events, remarks=tuple(remarks))
 
