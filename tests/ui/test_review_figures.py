@@ -579,7 +579,7 @@ def test_histories_are_heard_once_and_a_late_answer_is_dropped(bench: Bench) -> 
     assert isinstance(asked[0], HearJob)
     drawing = page.view.drawing
     assert drawing is not None
-    assert "listening" in drawing.words
+    assert "FTR" in drawing.words
     asked[2](CancelledError())
     bench.settle()
     assert "stopped" in page.view.canvas.drawing.words  # type: ignore[union-attr]
