@@ -306,7 +306,7 @@ class Wizard:
             place = (
                 words.checked_words(plan, checks)
                 if self._ledger.header.mode == "check"
-                else words.calibrated_words(plan, state.accepted)
+                else words.calibration_summary_text(plan, state.accepted)
             )
         return WizardView(
             **{"instrument": None, **place, **parts},

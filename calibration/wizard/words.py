@@ -104,7 +104,7 @@ def fit_words(instrument: InstrumentPlan, outcome: Outcome) -> tuple[str, str]:
     return f"{title} is good: accept it.", f"{title} good"
 
 
-def calibrated_words(plan: CalibrationPlan, accepted: Sequence[str]) -> dict[str, str]:
+def calibration_summary_text(plan: CalibrationPlan, accepted: Sequence[str]) -> dict[str, str]:
     """Return how many of the instruments of a run are calibrated, as prompt and as it is spoken."""
     count, total = len(accepted), len(plan.instruments)
     if count == total == 1:

@@ -46,7 +46,7 @@ def asked_to_end(act: Callable[[int], object], *, ctrl_c: bool = True) -> Iterat
 
 
 @contextmanager
-def ctrl_c_blocked() -> Iterator[None]:
+def block_sigint() -> Iterator[None]:
     """Start processes in here that Ctrl-C, which reaches the whole terminal, does not reach.
 
     They inherit that it is blocked. To ignore it in the process itself comes too late: while it

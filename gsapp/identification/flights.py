@@ -10,7 +10,7 @@ from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.flight import Flight, load_flight
 from gsapp.flight.as_flown import AsFlown, as_flown
 from gsapp.flight.maneuvers import FoundManeuver, parse_windows, survey, why_none
-from gsapp.flight.maneuvers.given import FlightManeuvers, on_ground_words
+from gsapp.flight.maneuvers.given import FlightManeuvers, ground_window_text
 from gsapp.flight.setting import USUAL_AIRCRAFT, aircraft_of, assumed_words
 from gsapp.identification.maneuver import Maneuver, cut_maneuver, mass_over_flight
 from gsapp.quantities import FloatArray
@@ -229,7 +229,7 @@ def flown_flight(
 
 def _why_none(flight: Flight, surveyed: FlightManeuvers, grounded: Sequence[FoundManeuver]) -> str:
     if grounded:
-        return "; ".join(on_ground_words(one) for one in grounded)
+        return "; ".join(ground_window_text(one) for one in grounded)
     return why_none(flight, surveyed.maneuvers)
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from gsapp.foundation.endings import ctrl_c_blocked
+from gsapp.foundation.endings import block_sigint
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="SIGTERM ends a process at once")
 
@@ -67,7 +67,7 @@ def test_ctrl_c_does_not_reach_a_process_that_still_starts() -> None:
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=blocked, args=(theirs,))
-    with ctrl_c_blocked():
+    with block_sigint():
         process.start()
     assert ours.poll(60.0)
     assert ours.recv()

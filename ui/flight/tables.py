@@ -228,7 +228,7 @@ class TypedText(QStyledItemDelegate):
             super().setEditorData(editor, index)
 
 
-class WrappedText(TypedText):
+class WordWrapDelegate(TypedText):
     """Rows as high as their words need.
 
     Qt wraps words at the full width of a column for the height, and inside the padding of the
@@ -306,7 +306,7 @@ class LinesView(QTableView):
         self._widths = widths
         self.setModel(model)
         self.menu = TableMenu(self)
-        self.setItemDelegate(WrappedText(look, self) if wrap else TypedText(self))
+        self.setItemDelegate(WordWrapDelegate(look, self) if wrap else TypedText(self))
         self.setAccessibleName(name)
         self.setShowGrid(False)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)

@@ -280,7 +280,7 @@ def survey(
         if detector.judged_by == "airspeed":
             grounded = [one for one in found if not detector.flew(one.t_start, one.t_end)]
             on_ground = tuple(one.id for one in grounded)
-            remarks += map(on_ground_words, grounded)
+            remarks += map(ground_window_text, grounded)
     elif flight.duration < SHORT and len(found) <= 1:
         times = flight.block.times
         whole = assessor.assess("1", float(times[0]), float(times[-1]))
@@ -300,7 +300,7 @@ def survey(
     )
 
 
-def on_ground_words(maneuver: FoundManeuver) -> str:
+def ground_window_text(maneuver: FoundManeuver) -> str:
     """Return why a window in which the aircraft was on the ground is not used."""
     return (
         f"maneuver {maneuver.id} is left out: it was not flown; from {maneuver.t_start:.2f} to "

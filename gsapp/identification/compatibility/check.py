@@ -172,26 +172,14 @@ def _parameters(found: Fit, settings: CompatibilitySettings) -> dict[str, Instru
     for place, name in enumerate(found.free):
         std = float(np.sqrt(max(found.covariance[place, place], 0.0)))
         plausible = settings.plausible_size(name)
-        unclear = _unclear(found, name)
-        if not unclear and at_limit(name, found.errors[name]):
-            parameters[name] = InstrumentParameter(
-                value=None,
-                nominal=nominal(name),
-                status="not-observable",
-                why=f"the best fit lies beyond {error_quantity(name, LARGEST_DELAY)}, no delay of "
-                "an instrument; look for another error",
-            )
-        elif unclear or std > OBSERVED * plausible:
-            parameters[name] = InstrumentParameter(
-                value=None,
-                nominal=nominal(name),
-                status="not-observable",
-                why=_why(name, np.inf if unclear else std, plausible),
-            )
-        else:
-            parameters[name] = InstrumentParameter(
-                value=found.errors[name], std=std, nominal=nominal(name)
-            )
+        why = _why_unknown(found, name, std, plausible)
+        parameters[name] = InstrumentParameter(
+            value=None if why else found.errors[name],
+            std=None if why else std,
+            nominal=nominal(name),
+            status="not-observable" if why else "estimated",
+            why=why,
+        )
     return parameters
 
 
@@ -203,14 +191,24 @@ def _unclear(found: Fit, name: str) -> bool:
     return not any(name in one.clear for one in found.stretches)
 
 
-def _why(name: str, std: float, plausible: float) -> str:
+def _why_unknown(found: Fit, name: str, std: float, plausible: float) -> str:
+    """Return why the fit gives no estimate of an error; empty where it gives one."""
     channel, _, kind = name.partition(".")
-    if std > 0.9 * plausible and kind != "bias":
+    unclear = _unclear(found, name)
+    if not unclear and at_limit(name, found.errors[name]):
+        return (
+            f"the best fit lies beyond {error_quantity(name, LARGEST_DELAY)}, too long for the "
+            "delay of an instrument; look for another error"
+        )
+    if unclear or (std > 0.9 * plausible and kind != "bias"):
         return f"{title(channel)} hardly moves beyond the noise in these maneuvers"
-    return (
-        f"the data leave {error_quantity(name, std)} open, where {error_quantity(name, plausible)} "
-        "was plausible before: other errors would show alike; fly more or other maneuvers"
-    )
+    if std > OBSERVED * plausible:
+        return (
+            f"the data leave {error_quantity(name, std)} open, where "
+            f"{error_quantity(name, plausible)} was plausible before: other errors would show "
+            "alike; fly more or other maneuvers"
+        )
+    return ""
 
 
 def _errors(

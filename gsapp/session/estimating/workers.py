@@ -9,7 +9,7 @@ from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Protocol
 
-from gsapp.foundation.endings import ctrl_c_blocked
+from gsapp.foundation.endings import block_sigint
 
 if TYPE_CHECKING:
     # The window starts without what estimates.
@@ -65,12 +65,11 @@ class OtherProcess:
         from gsapp.session.estimating.fitting import fit
 
         work = fit if self._work is None else self._work
-        try:
-            with ctrl_c_blocked():  # the process begins with the first fit
+        with block_sigint():  # the process begins with the first fit
+            try:
                 return self._running().submit(work, request)
-        except BrokenProcessPool:
-            self.close()
-            with ctrl_c_blocked():
+            except BrokenProcessPool:
+                self.close()
                 return self._running().submit(work, request)
 
     def _running(self) -> ProcessPoolExecutor:

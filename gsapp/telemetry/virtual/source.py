@@ -12,7 +12,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 from gsapp.foundation import GroundStationError, LinkError
-from gsapp.foundation.endings import ctrl_c_blocked
+from gsapp.foundation.endings import block_sigint
 from gsapp.telemetry.address import LinkAddress
 from gsapp.telemetry.clock import Clock, HostClock
 from gsapp.telemetry.sources.base import Chunk, Source
@@ -78,7 +78,7 @@ class VirtualSource(Source):
             name="virtual aircraft",
             daemon=True,
         )
-        with ctrl_c_blocked():
+        with block_sigint():
             process.start()
         theirs.close()
         self._process, self._connection = process, ours
