@@ -4,16 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
-
-from command_kit import gsapp
 
 from gsapp.aircraft.pendulum import (
     BifilarSwing,
@@ -27,6 +22,7 @@ from gsapp.aircraft.pendulum import (
 )
 from gsapp.aircraft.swings import inertia_of, load_swings
 from gsapp.foundation import FileProblemsError
+from tests.cli.command_kit import gsapp
 
 G = 9.80665
 LB, FT, SLUG_FT2 = 4.4482216152605, 0.3048, 1.3558179483314

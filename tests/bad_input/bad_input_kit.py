@@ -12,12 +12,9 @@ from struct import pack
 
 from fastcrc.crc16 import mcrf4xx
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
-
-from command_kit import gsapp
-
 from calibration import load_certificates
 from gsapp.decoding.dialect import dialect
+from tests.cli.command_kit import gsapp
 
 GSAPP = (sys.executable, "-m", "gsapp.cli")
 UNKNOWN_ID = 15_000_000

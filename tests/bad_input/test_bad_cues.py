@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import math
 import shutil
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "excitation"))
-from cue_kit import CARDS, Record, cueing, feed, flown, part
 
 from calibration.reading import certificate_files
 from gsapp.excitation.cueing import Cueing
@@ -21,6 +17,7 @@ from gsapp.flight.folder import FlightFolder
 from gsapp.quantities import Block
 from gsapp.session import MAX_SPEED, Session
 from gsapp.session.running import run_through
+from tests.excitation.cue_kit import CARDS, Record, cueing, feed, flown, part
 
 SURFACES = (
     "elevator_left", "elevator_right", "aileron_left", "aileron_right", "rudder", "de", "da", "dr",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -10,10 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from bad_input_kit import everything_in, refused
 
 from gsapp.aircraft import load_aircraft
 from gsapp.aircraft.reading import SHIPPED
@@ -26,6 +21,7 @@ from gsapp.flight.writers import write_block
 from gsapp.foundation import GroundStationError
 from gsapp.identification.flights import flown_flights
 from gsapp.quantities import Block
+from tests.bad_input.bad_input_kit import everything_in, refused
 
 WINDOWS = ("30:38", "40:45", "50:58", "63.5:68.5", "70:76")
 """Stretches of the flight, two of them doublets."""

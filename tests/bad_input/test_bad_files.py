@@ -14,11 +14,6 @@ from typing import Any
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from bad_input_kit import GSAPP, Box, everything_in, refused, without_rights
-from command_kit import gsapp
-
 from calibration.reading import FOLDER as CERTIFICATES
 from gsapp.aircraft.reading import SHIPPED as AIRCRAFT
 from gsapp.decoding.channel_map import SHIPPED as CHANNEL_MAPS
@@ -26,6 +21,8 @@ from gsapp.decoding.framing import Framer
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.preparing import prepare_flight
 from gsapp.flight.raw import RawWriter
+from tests.bad_input.bad_input_kit import GSAPP, Box, everything_in, refused, without_rights
+from tests.cli.command_kit import gsapp
 
 FRAMES = 300
 Summary = dict[str, Any]

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import random
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "ui"))
-
-from window_kit import open_window, until, write_flight
-
 import ui.window
 from gsapp.flight.preparing import prepare_flight
+from tests.ui.window_kit import open_window, until, write_flight
 from ui.dialogs.requests import ConnectRequest
 from ui.window import MainWindow
 

@@ -17,12 +17,9 @@ from typing import Any
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from bad_input_kit import GSAPP, UNKNOWN_ID, Box, foreign, unknown, wait_for
-
 from gsapp.flight.names import STOP_FILE
 from gsapp.flight.raw import RawTail
+from tests.bad_input.bad_input_kit import GSAPP, UNKNOWN_ID, Box, foreign, unknown, wait_for
 
 FRAMES = 200
 

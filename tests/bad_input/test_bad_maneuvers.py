@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
-
-from command_kit import gsapp
-
 from gsapp.aircraft.reading import SHIPPED
 from gsapp.dynamics.pilot.flight import VirtualFlight
 from gsapp.flight.writers import write_block
 from gsapp.quantities import Block
+from tests.cli.command_kit import gsapp
 
 ELEVATOR, COMBINED = "40:45", "63.5:68.5"
 Change = Callable[[str, np.ndarray], np.ndarray]

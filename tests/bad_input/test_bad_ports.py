@@ -12,11 +12,8 @@ from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from bad_input_kit import GSAPP, Box, refused, wait_for
-
 from gsapp.flight.raw import RawTail
+from tests.bad_input.bad_input_kit import GSAPP, Box, refused, wait_for
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals there")
 

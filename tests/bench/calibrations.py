@@ -17,7 +17,6 @@ import sys
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -26,10 +25,14 @@ from calibration.comparing import check, compare
 from calibration.points import CalibrationPoint
 from calibration.watching import VoltsWatch
 from gsapp.dynamics.pilot.bench import POTENTIOMETERS
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "calibration"))
-
-from potentiometer_kit import Sweep, fault_trial, named_right, quick_sweep, recovered, sweep
+from tests.calibration.potentiometer_kit import (
+    Sweep,
+    fault_trial,
+    named_right,
+    quick_sweep,
+    recovered,
+    sweep,
+)
 
 FIRST_SEED = 5000
 PROTRACTORS = (0.0, 0.05, 0.1, 0.2)

@@ -29,9 +29,6 @@ from typing import Any
 
 import numpy as np
 
-HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE.parent / "excitation"))
-
 RATE = 100
 BLOCK = 2
 """Samples in a block of a live session that looks 50 times a second."""
@@ -118,7 +115,7 @@ def cost(plan: str, seed: int) -> None:
 
 def send(port: int) -> None:
     """Fly an input, then send it over the link in real time."""
-    from cue_kit import flown, frames_of
+    from tests.excitation.cue_kit import flown, frames_of
 
     ticks = frames_of(flown(_SEED))
     line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -158,12 +155,11 @@ def arrivals(folder: Path) -> dict[int, float]:
 
 def latency() -> None:
     """Print how old the newest sample of a tick, and of an event, was when it was told."""
-    from cue_kit import CARDS
-
     from gsapp.flight.folder import FlightFolder
     from gsapp.session import Session
     from gsapp.telemetry.recorder_control import start_recorder
     from gsapp.telemetry.virtual.process import free_port
+    from tests.excitation.cue_kit import CARDS
 
     ticks: dict[int, float] = {}
     events: list[tuple[str, int, float]] = []

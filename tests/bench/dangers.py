@@ -13,16 +13,13 @@ import sys
 import time
 from collections import defaultdict
 from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
 
 from gsapp.aircraft import load_aircraft
 from gsapp.excitation.dangers.danger import Danger
 from gsapp.quantities import Block
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "excitation"))
-from danger_kit import (
+from tests.excitation.danger_kit import (
     BARE,
     Flown,
     Harm,

@@ -9,9 +9,7 @@ import tempfile
 import time
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "ui"))
-
-from x_driver import left_running, missing_programs, x_server
+from tests.ui.x_driver import left_running, missing_programs, x_server
 
 WALK = Path(__file__).parents[1] / "ui" / "day_walk.py"
 

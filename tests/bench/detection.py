@@ -10,15 +10,12 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 from gsapp.aircraft import load_aircraft
 from gsapp.flight import Flight
 from gsapp.flight.maneuvers import ManeuverDetector, find_maneuvers
 from gsapp.quantities import Block
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
-from maneuver_kit import Input, make_flight
+from tests.flight.maneuver_kit import Input, make_flight
 
 LIVE_ROWS = 10
 

@@ -19,16 +19,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "discrepancy"))
-
-from blind.answering import fingerprint, kept
-from blind.cases import Case, Series, all_cases, tenth, virtual_cases
-from blind.judging import Marks, Outcome, judge
-from blind.sensitivity import cache_folder, with_sizes
+from tests.discrepancy.blind.answering import fingerprint, kept
+from tests.discrepancy.blind.cases import Case, Series, all_cases, tenth, virtual_cases
+from tests.discrepancy.blind.judging import Marks, Outcome, judge
+from tests.discrepancy.blind.sensitivity import cache_folder, with_sizes
 
 PROCESSES = 2
 STRONG = 10.0

@@ -13,7 +13,6 @@ import os
 import sys
 import time
 from itertools import pairwise
-from pathlib import Path
 
 # Read by numpy when it is first imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -22,11 +21,8 @@ import numpy as np
 
 from gsapp.discrepancy.settings import DiscrepancySettings, Progress
 from gsapp.discrepancy.workflow import Investigation
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "discrepancy"))
-
-from blind.cases import Case, hidden
-from blind.flying import FlownCase, fly_case
+from tests.discrepancy.blind.cases import Case, hidden
+from tests.discrepancy.blind.flying import FlownCase, fly_case
 
 GOAL = 10.0
 """CPU for 16 maneuvers with one effect found, s."""

@@ -30,9 +30,7 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-import latency
+from tests.bench import latency
 
 RATE = latency.RATE
 _SEED = 0

@@ -12,7 +12,6 @@ import math
 import sys
 import time
 from collections import defaultdict
-from pathlib import Path
 
 import numpy as np
 from scipy.stats import binom
@@ -21,10 +20,7 @@ from calibration import load_certificates
 from calibration.inertial import ACCELEROMETERS, GYROS, gyro_scale
 from calibration.pressures import BlowDetector, covered_watch, dynamic_zero
 from gsapp.dynamics.pilot.bench import VirtualBench, parse_bench_fault
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "calibration"))
-
-from ground_crew import STAMP, gyro_work, rest, six_work
+from tests.calibration.ground_crew import STAMP, gyro_work, rest, six_work
 
 SEEDS, QUICK = 200, 20
 FIRST_SEED = 5000

@@ -30,7 +30,6 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 from scipy.signal import lfilter
@@ -61,10 +60,7 @@ from gsapp.identification.maximum_likelihood import MLSettings
 from gsapp.identification.results import Estimate
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, FOOT, GRAVITY
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "virtual"))
-
-from inputs import FlownInput, fly_input
+from tests.virtual.inputs import FlownInput, fly_input
 
 PER_FLIGHT = 10
 WITHIN = 0.25

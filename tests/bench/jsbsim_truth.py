@@ -13,7 +13,6 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -23,11 +22,16 @@ from gsapp.identification.campaign import CampaignSettings, run_campaign
 from gsapp.identification.maximum_likelihood import MLSettings, estimate
 from gsapp.identification.results import Method
 from gsapp.quantities.constants import GRAVITY
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "identification"))
-
-from jsbsim_kit import METHODS, STRONG, Engine, Errors, errors_of, estimates_of, fly
-from virtual_maneuvers import Virtual
+from tests.identification.jsbsim_kit import (
+    METHODS,
+    STRONG,
+    Engine,
+    Errors,
+    errors_of,
+    estimates_of,
+    fly,
+)
+from tests.identification.virtual_maneuvers import Virtual
 
 ASKED = (0.7, 1.3)
 FIRST_SEED = 7000

@@ -47,10 +47,7 @@ from gsapp.identification.motion import measured_motion
 from gsapp.identification.results import Estimate
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "identification"))
-
-from virtual_maneuvers import AXES, fly
+from tests.identification.virtual_maneuvers import AXES, fly
 
 AEROID = "aeroid==0.5.0"
 CAMPAIGN = {"lon": 40, "lat": 38}

@@ -11,13 +11,11 @@ from __future__ import annotations
 
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "virtual"))
-from approaches import fly_approach
-from trim_truth import IN_TIME, INSTRUMENTS, Score, score
+from tests.virtual.approaches import fly_approach
+from tests.virtual.trim_truth import IN_TIME, INSTRUMENTS, Score, score
 
 FLIGHTS = 300
 AIR = (0.0, 0.3, 0.6, 1.0)

@@ -12,7 +12,6 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Iterable
-from pathlib import Path
 
 import numpy as np
 
@@ -23,11 +22,8 @@ from gsapp.identification.axes import RESPONSES, STATES, Axis, axis_derivatives
 from gsapp.identification.maximum_likelihood import DEFAULT_BIASES, MLSettings, fit
 from gsapp.identification.results import Estimate
 from gsapp.quantities import FloatArray
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "identification"))
-
-from reference_ml import Reference
-from virtual_maneuvers import AXES, Virtual, fly
+from tests.identification.reference_ml import Reference
+from tests.identification.virtual_maneuvers import AXES, Virtual, fly
 
 ASKED = (0.8, 1.3)
 COLORS = {"white": 0.0, "colored": 0.9}

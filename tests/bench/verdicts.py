@@ -31,14 +31,11 @@ import math
 import sys
 import time
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "virtual"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "excitation"))
-from inputs import FlownInput, fly_input
-from verdict_kit import Heard, first_move, label, listen, own, wanted_of
+from tests.excitation.verdict_kit import Heard, first_move, label, listen, own, wanted_of
+from tests.virtual.inputs import FlownInput, fly_input
 
 SEEDS = range(18_000, 18_300)
 """Those below 17,000 were looked at while the watch was built, these only when it was done."""

@@ -17,17 +17,14 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "excitation"))
-from points_kit import BEFORE, DT, b777, flown, nearest_limit, point, standing_out
 
 from gsapp.dynamics.model import Model
 from gsapp.excitation.points.wanted import WantedInput
 from gsapp.excitation.points.wanting import wanted_input
 from gsapp.quantities.constants import DEGREE
+from tests.excitation.points_kit import BEFORE, DT, b777, flown, nearest_limit, point, standing_out
 
 SEEDS = 100
 _SURFACES = (("de",), ("da",), ("dr",), ("da", "dr"))

@@ -32,10 +32,8 @@ from gsapp.dynamics.pilot.bench import (
     Potentiometer,
     VirtualBench,
 )
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "calibration" / "wizard"))
-from bench_crew import BenchCrew
-from bench_truth import within
+from tests.calibration.wizard.bench_crew import BenchCrew
+from tests.calibration.wizard.bench_truth import within
 
 PLAN = load_plan("b777").only(("surface", "vane"))
 

@@ -15,16 +15,14 @@ import tempfile
 from pathlib import Path
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-sys.path.insert(0, str(Path(__file__).parents[1] / "ui"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "calibration" / "wizard"))
 
 import numpy as np
-from bench_kit import BenchWindow, leave_only, try_out, work_through
-from bench_truth import within
 from PySide6.QtCore import Qt
 
 from gsapp.dynamics.pilot.bench import KINDS, POTENTIOMETERS, BenchFault, VirtualBench
 from gsapp.dynamics.pilot.bench.hand import SETTING_ERROR
+from tests.calibration.wizard.bench_truth import within
+from tests.ui.bench_kit import BenchWindow, leave_only, try_out, work_through
 from ui.app import make_application
 
 

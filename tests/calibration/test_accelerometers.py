@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -26,10 +25,7 @@ from calibration.rest import Rest
 from gsapp.dynamics.pilot.bench import VirtualBench, parse_bench_fault
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from ground_crew import STAMP, six_work
+from tests.calibration.ground_crew import STAMP, six_work
 
 
 def reading(position: str, volts: FloatArray) -> PositionReading:

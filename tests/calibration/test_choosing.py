@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,9 +14,7 @@ from calibration.branches import Readings
 from calibration.choosing import calibrate
 from calibration.remarks import remarks
 from gsapp.quantities import FloatArray
-
-sys.path.insert(0, str(Path(__file__).parent))
-from potentiometer_kit import quick_sweep, recovered
+from tests.calibration.potentiometer_kit import quick_sweep, recovered
 
 SEEDS = range(20)
 CHANNELS = ("elevator_left", "elevator_right", "rudder", "alpha")

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import datetime as dt
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,9 +13,7 @@ import pytest
 from calibration import CalibrationError, CalibrationPoint, Certificate, load_certificates
 from calibration.choosing import calibrate, certify
 from calibration.comparing import check, compare
-
-sys.path.insert(0, str(Path(__file__).parent))
-from potentiometer_kit import quick_sweep
+from tests.calibration.potentiometer_kit import quick_sweep
 
 STAMP = dt.datetime(2026, 5, 12, 8, 31)  # noqa: DTZ001 - a field's local time
 SEEDS = range(4)

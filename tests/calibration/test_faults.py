@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from calibration.faults import find_faults
 from gsapp.quantities import FloatArray
-
-sys.path.insert(0, str(Path(__file__).parent))
-from potentiometer_kit import fault_trial, named_right
+from tests.calibration.potentiometer_kit import fault_trial, named_right
 
 STEP = 5.0 / 4096
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,10 +20,7 @@ from calibration.inertial import (
     turntable_scale,
 )
 from gsapp.dynamics.pilot.bench import VirtualBench, parse_bench_fault
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from ground_crew import STAMP, gyro_work, rest, turned
+from tests.calibration.ground_crew import STAMP, gyro_work, rest, turned
 
 
 @pytest.mark.parametrize("seed", range(3))

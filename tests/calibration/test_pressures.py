@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,10 +24,7 @@ from calibration.pressures import (
 )
 from gsapp.dynamics.pilot.bench import VirtualBench, parse_bench_fault
 from gsapp.foundation import UnitError
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from ground_crew import STAMP, rest
+from tests.calibration.ground_crew import STAMP, rest
 
 SHIPPED = load_certificates("b777")
 DYNAMIC, STATIC = SHIPPED["dynamic_pressure"], SHIPPED["static_pressure"]

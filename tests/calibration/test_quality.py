@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime as dt
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,9 +21,7 @@ from calibration.choosing import calibrate, certify
 from calibration.quality import half_widths, linearity
 from gsapp.foundation import FileProblemsError
 from gsapp.quantities.constants import DEGREE
-
-sys.path.insert(0, str(Path(__file__).parent))
-from potentiometer_kit import quick_sweep
+from tests.calibration.potentiometer_kit import quick_sweep
 
 STAMP = dt.datetime(2026, 5, 12, 8, 31)  # noqa: DTZ001 - a field's local time
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sys
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,9 +13,7 @@ from scipy.signal import lfilter
 from calibration.watching import VoltsWatch, WatchReading, mean_uncertainty
 from gsapp.dynamics.pilot.bench import VirtualBench
 from gsapp.quantities import FloatArray
-
-sys.path.insert(0, str(Path(__file__).parent))
-from potentiometer_kit import rest
+from tests.calibration.potentiometer_kit import rest
 
 STEP = 5.0 / 4096
 RATE = 100.0

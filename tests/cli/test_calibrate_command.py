@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +13,7 @@ from calibration.points_file import load_points
 from gsapp.cli.calibrate import run
 from gsapp.foundation import FileProblemsError, GroundStationError
 from gsapp.quantities.constants import DEGREE
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "calibration"))
-from potentiometer_kit import Sweep, quick_sweep
+from tests.calibration.potentiometer_kit import Sweep, quick_sweep
 
 HEADING = "angle [deg],volts [V],direction"
 

@@ -17,11 +17,6 @@ from typing import get_type_hints
 import pytest
 from typer.models import OptionInfo
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from command_kit import Done
-from command_kit import gsapp as here
-
 from gsapp.aircraft.reading import SHIPPED
 from gsapp.cli import _targets
 from gsapp.cli._results import write_result
@@ -30,6 +25,8 @@ from gsapp.cli.main import app
 from gsapp.decoding.dialect import dialect
 from gsapp.flight.preparing import prepare_flight
 from gsapp.foundation import GroundStationError, files
+from tests.cli.command_kit import Done
+from tests.cli.command_kit import gsapp as here
 
 HEAVY = ("numpy", "pydantic", "pint", "PySide6", "matplotlib", "scipy", "pymavlink", "rich")
 

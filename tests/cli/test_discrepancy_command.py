@@ -18,10 +18,6 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
-
-from discrepancy_kit import adequate, answer
-
 from gsapp.aircraft import load_aircraft
 from gsapp.cli.main import app
 from gsapp.discrepancy import workflow
@@ -34,6 +30,7 @@ from gsapp.flight.writers import write_block
 from gsapp.foundation import GroundStationError
 from gsapp.identification.maneuver import Maneuver
 from gsapp.session.review import open_reviewed
+from tests.report.discrepancy_kit import adequate, answer
 
 WINDOWS = ("30:38", "40:45", "50:58", "63.5:68.5", "70:76")
 """Stretches of the flight, two of them doublets."""

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "identification"))
-
-from virtual_maneuvers import fly
-
 from gsapp.cli import estimate
 from gsapp.flight.writers import write_block
+from tests.identification.virtual_maneuvers import fly
 
 
 def test_equation_error_stands_beside_in_gusts(

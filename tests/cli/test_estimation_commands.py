@@ -16,10 +16,6 @@ import pytest
 from scipy.io import loadmat
 from typer.testing import CliRunner
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from command_kit import gsapp
-
 from gsapp.cli import report
 from gsapp.cli.main import app
 from gsapp.dynamics.model import load_model
@@ -31,6 +27,7 @@ from gsapp.foundation import FlightError, GroundStationError
 from gsapp.identification.linear_models.files import load_linear_model
 from gsapp.identification.runs.request import RunRequest
 from gsapp.report.estimate_files import campaign_files
+from tests.cli.command_kit import gsapp
 from ui.review.jobs import EstimateJob, LinearJob, ReportJob
 from ui.review.worker import ReviewBench
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import pytest
@@ -15,9 +14,7 @@ from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError, GroundStationError
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
-from maneuver_kit import EVERYTHING, Input, make_flight
+from tests.flight.maneuver_kit import EVERYTHING, Input, make_flight
 
 FIELDS = [
     "id", "t_start", "t_end", "inputs", "kind", "amplitude", "grade", "reasons", "V", "alpha",

@@ -15,9 +15,7 @@ from gsapp.cli._bounded import MEAN_HEADINGS, mean_cells
 from gsapp.cli.main import app
 from gsapp.foundation import FlightError, GroundStationError, UnknownNameError
 from gsapp.identification.campaign import CampaignValue
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "identification"))
-from runs_kit import WINDOWS, write_flights
+from tests.identification.runs_kit import WINDOWS, write_flights
 
 
 def gsapp(*arguments: object) -> str:

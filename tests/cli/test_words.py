@@ -14,17 +14,12 @@ from typing import Any, Literal, get_args, get_origin
 import pytest
 import typer
 
-sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[1]))
-sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
-
-from command_kit import gsapp
-from foreign_units import CUSTOMARY, METRIC
-from maneuver_kit import Input, make_flight
-
 from calibration.reading import FOLDER
 from gsapp.cli.main import app
 from gsapp.flight.writers import write_block
+from tests.cli.command_kit import gsapp
+from tests.flight.maneuver_kit import Input, make_flight
+from tests.foreign_units import CUSTOMARY, METRIC
 
 COMMANDS = typer.main.get_command(app).commands
 FIXED = {"--to"}

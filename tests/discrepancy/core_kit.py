@@ -8,18 +8,12 @@ size, with no zero error and no converter. The toy is a constant linear system d
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 from scipy.linalg import expm
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "identification"))
-
-from virtual_maneuvers import fly
 
 from gsapp.aircraft import load_aircraft
 from gsapp.discrepancy.filtering.fitting import Fit
@@ -30,6 +24,7 @@ from gsapp.dynamics.model import Model, load_model
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block, FloatArray
 from gsapp.quantities.constants import DEGREE
+from tests.identification.virtual_maneuvers import fly
 
 AIRCRAFT = load_aircraft("b777")
 TRUTH = load_model("b777")

@@ -2,21 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from blind import cases, flying, gusts, instruments, sensitivity
-from blind.cases import Case, Recording, hidden
-from blind.engine import CONTROLS, RATE, SETTLING, STEPS_PER_SECOND
-from blind.jsbsim_aircraft import AIR, PROPULSION
-from blind.plan import PLAN, Planned
 
 from gsapp.discrepancy.catalog import catalog
 from gsapp.dynamics.flight_model import FlightModel
@@ -24,6 +14,11 @@ from gsapp.dynamics.model import Model
 from gsapp.dynamics.signals import SignalTerm
 from gsapp.dynamics.terms import make_term
 from gsapp.quantities import FloatArray
+from tests.discrepancy.blind import cases, flying, gusts, instruments, sensitivity
+from tests.discrepancy.blind.cases import Case, Recording, hidden
+from tests.discrepancy.blind.engine import CONTROLS, RATE, SETTLING, STEPS_PER_SECOND
+from tests.discrepancy.blind.jsbsim_aircraft import AIR, PROPULSION
+from tests.discrepancy.blind.plan import PLAN, Planned
 
 NOTHING = Case(id="nothing", group="nothing")
 ELEVATOR, BOTH, THROTTLE, SLIPPING = PLAN[2], PLAN[15], PLAN[8], PLAN[13]

@@ -10,13 +10,11 @@ from typing import Any
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from blind import answering, flying, judging, sensitivity
-from blind.cases import CLOCKS, Case, hidden
-from blind.judging import Named, Outcome, judge
-from blind.plan import PLAN
-from blind.sensitivity import Showing
+from tests.discrepancy.blind import answering, flying, judging, sensitivity
+from tests.discrepancy.blind.cases import CLOCKS, Case, hidden
+from tests.discrepancy.blind.judging import Named, Outcome, judge
+from tests.discrepancy.blind.plan import PLAN
+from tests.discrepancy.blind.sensitivity import Showing
 
 
 @pytest.fixture(autouse=True)

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from core_kit import AIRCRAFT, maneuver, with_channel
 
 from gsapp.discrepancy.checking import check_forced, check_maneuvers, moving_inputs
 from gsapp.discrepancy.finding import disagreements
@@ -21,6 +15,7 @@ from gsapp.discrepancy.settings import DiscrepancySettings
 from gsapp.discrepancy.workflow import Investigation
 from gsapp.foundation import FlightError, GroundStationError, UnknownNameError
 from gsapp.identification.maneuver import Maneuver
+from tests.discrepancy.core_kit import AIRCRAFT, maneuver, with_channel
 
 
 @pytest.fixture(scope="module")

@@ -6,16 +6,10 @@ the residual goes through the same filter: what the innovations then lose is the
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from core_kit import AIRCRAFT, TRUTH, maneuver, prepared, true_noise, with_channel
 
 from gsapp.discrepancy.candidates import (
     Competitor,
@@ -40,6 +34,7 @@ from gsapp.dynamics.signals import SURFACES, Backlash, Delay, Lag, SignalTerm
 from gsapp.dynamics.terms import make_term
 from gsapp.identification.axes import axis_derivatives
 from gsapp.quantities import FloatArray
+from tests.discrepancy.core_kit import AIRCRAFT, TRUTH, maneuver, prepared, true_noise, with_channel
 
 DERIVATIVES = axis_derivatives("both")
 WITH_EFFECTS = (

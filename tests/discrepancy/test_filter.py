@@ -2,27 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from core_kit import (
-    AIRCRAFT,
-    TOY_CHANNELS,
-    TOY_NOISE,
-    TRUTH,
-    Toy,
-    maneuver,
-    prepared,
-    true_noise,
-    with_channel,
-)
 
 from gsapp.discrepancy.filtering.kalman import Filter, filter_of, solve_forward
 from gsapp.discrepancy.filtering.linearizing import Linearization, Motion, linearize
@@ -33,6 +17,17 @@ from gsapp.dynamics.sensors import OutputModel
 from gsapp.dynamics.simulation import open_loop
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
+from tests.discrepancy.core_kit import (
+    AIRCRAFT,
+    TOY_CHANNELS,
+    TOY_NOISE,
+    TRUTH,
+    Toy,
+    maneuver,
+    prepared,
+    true_noise,
+    with_channel,
+)
 
 
 def block_means(history: FloatArray, block: int) -> FloatArray:

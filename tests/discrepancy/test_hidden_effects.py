@@ -6,26 +6,22 @@ on plans and seeds that it does not report.
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 pytest.importorskip("jsbsim", reason="truth is flown by JSBSim, which is not installed")
-sys.path.insert(0, str(Path(__file__).parent))
-
-from blind.cases import Case, hidden
-from blind.closing import closed_gap
-from blind.flying import FlownCase, fly_case
-from blind.instruments import NOISE
-from blind.judging import is_named
-from blind.plan import PLAN
 
 from gsapp.discrepancy.results import Discrepancy
 from gsapp.discrepancy.settings import DiscrepancySettings
 from gsapp.discrepancy.workflow import Investigation
+from tests.discrepancy.blind.cases import Case, hidden
+from tests.discrepancy.blind.closing import closed_gap
+from tests.discrepancy.blind.flying import FlownCase, fly_case
+from tests.discrepancy.blind.instruments import NOISE
+from tests.discrepancy.blind.judging import is_named
+from tests.discrepancy.blind.plan import PLAN
 
 SEED = 70
 MANEUVERS = ("1", "3", "4", "5", "7", "8", "9", "10", "12", "13", "14", "16")

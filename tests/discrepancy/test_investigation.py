@@ -6,16 +6,10 @@ given that model without the curve.
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from core_kit import AIRCRAFT, TRUTH, maneuver
 
 from gsapp.discrepancy.instruments import instrument_remarks
 from gsapp.discrepancy.results import Discrepancy
@@ -25,6 +19,7 @@ from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities.constants import DEGREE
+from tests.discrepancy.core_kit import AIRCRAFT, TRUTH, maneuver
 
 EFFECT, SIZE = "aero.Cm.alpha2", -3.0
 HELD_OUT = ("2", "5")

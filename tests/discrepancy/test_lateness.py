@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
-from pathlib import Path as FilePath
 
 import numpy as np
 import pytest
 from scipy.linalg import expm
-
-sys.path.insert(0, str(FilePath(__file__).parent))
-
-from core_kit import TOY_CHANNELS, TOY_NOISE, Toy
 
 from gsapp.aircraft import load_aircraft
 from gsapp.discrepancy.filtering.kalman import Filter, filter_of
@@ -20,6 +14,7 @@ from gsapp.discrepancy.filtering.lateness import by_lateness, looking_ahead, sha
 from gsapp.dynamics.signals import Path, SignalTerm, lagged
 from gsapp.dynamics.terms import make_term
 from gsapp.quantities import FloatArray
+from tests.discrepancy.core_kit import TOY_CHANNELS, TOY_NOISE, Toy
 
 DT = 0.02
 OMEGA = 9.0

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.stats import chi2, kstest, norm
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from core_kit import TOY_NOISE, Toy
 
 from gsapp.discrepancy.answering import contradicted
 from gsapp.discrepancy.candidates import Competitor
@@ -30,6 +24,7 @@ from gsapp.discrepancy.naming import (
 from gsapp.discrepancy.screening import Screening
 from gsapp.discrepancy.stages import Stage, standing_for_all
 from gsapp.quantities import FloatArray
+from tests.discrepancy.core_kit import TOY_NOISE, Toy
 
 
 def competitor(name: str, *, named: bool = True) -> Competitor:

@@ -2,15 +2,8 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from core_kit import AIRCRAFT, NOISE, TOY_NOISE, TRUTH, Toy, maneuver, with_channel
 
 from gsapp.discrepancy.baseline import baseline_fit
 from gsapp.discrepancy.filtering.fitting import BIAS_PRIOR, Fit, ManeuverState, bias_name
@@ -19,6 +12,15 @@ from gsapp.discrepancy.filtering.noise import NoiseModel, first_noise
 from gsapp.discrepancy.filtering.record import record_of
 from gsapp.discrepancy.filtering.tuning import tune
 from gsapp.dynamics.flight_model import FlightModel
+from tests.discrepancy.core_kit import (
+    AIRCRAFT,
+    NOISE,
+    TOY_NOISE,
+    TRUTH,
+    Toy,
+    maneuver,
+    with_channel,
+)
 
 
 def toy_fit(toys: list[Toy], noise: NoiseModel) -> Fit:

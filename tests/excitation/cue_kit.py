@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "virtual"))
-from inputs import fly_input
 
 from calibration import load_certificates
 from gsapp.aircraft import load_aircraft
@@ -22,6 +18,7 @@ from gsapp.flight.cards import CardSet, TestCard
 from gsapp.flight.raw import RawWriter
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, FOOT
+from tests.virtual.inputs import fly_input
 
 RATE = 100.0
 _ROWS = 1500

@@ -5,14 +5,9 @@ from __future__ import annotations
 import itertools
 import json
 import random
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-from cue_kit import AIRCRAFT, CARDS, card, cueing, feed, flown, part
 
 from gsapp.excitation.cueing import Cueing
 from gsapp.excitation.cues import CueSnapshot
@@ -21,6 +16,7 @@ from gsapp.excitation.information.book import READY
 from gsapp.flight.cards import CardSet
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import Block
+from tests.excitation.cue_kit import AIRCRAFT, CARDS, card, cueing, feed, flown, part
 
 _TWO_PLACES = CardSet(cards=(card("E1"), card("E2", speed=85.0), card("R1", surface="dr")))
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -23,9 +22,7 @@ from gsapp.excitation.rows import FlightRows, rows_of
 from gsapp.foundation import FileProblemsError
 from gsapp.quantities import Block, FloatArray
 from gsapp.session.setting import setting_for
-
-sys.path.insert(0, str(Path(__file__).parent))
-from danger_kit import (
+from tests.excitation.danger_kit import (
     BARE,
     Flown,
     Harm,

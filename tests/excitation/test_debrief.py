@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-sys.path.insert(0, str(Path(__file__).parent))
-from cue_kit import CARDS, RATE, flown
 
 from gsapp.cli import debrief as command
 from gsapp.cli._calls import WrongCallError
@@ -29,6 +25,7 @@ from gsapp.flight.flight import Flight
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
+from tests.excitation.cue_kit import CARDS, RATE, flown
 
 WANTED = WantedInput(
     surfaces=("da", "dr"), kind="doublet", hands_off=3.0, mode="dutch roll", source="card",

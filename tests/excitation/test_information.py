@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import pickle
-import sys
 from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -34,11 +32,8 @@ from gsapp.flight.cards import CardSet, TestCard, load_cards
 from gsapp.identification.axes import RESPONSES, axis_derivatives
 from gsapp.identification.maximum_likelihood import MLSettings, estimate
 from gsapp.quantities import Block
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "identification"))
-
-from virtual_maneuvers import AXES as AXIS_OF
-from virtual_maneuvers import Virtual, fly
+from tests.identification.virtual_maneuvers import AXES as AXIS_OF
+from tests.identification.virtual_maneuvers import Virtual, fly
 
 RATE = 100.0
 MODEL = load_model("b777")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import itertools
 import re
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,9 +24,7 @@ from gsapp.flight.cards import TestCard, load_cards
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block, FloatArray
 from gsapp.quantities.constants import DEGREE, FOOT
-
-sys.path.insert(0, str(Path(__file__).parent))
-from points_kit import b777, density, start
+from tests.excitation.points_kit import b777, density, start
 
 RATE = 100.0
 CURVE = TrimCurve(*b777())

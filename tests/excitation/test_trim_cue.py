@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sys
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,13 +13,10 @@ from gsapp.excitation.rows import FlightRows, rows_of
 from gsapp.excitation.trim.cue import TrimCue
 from gsapp.excitation.trim.watch import TrimWatch
 from gsapp.quantities.constants import DEGREE, FOOT
-
-sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[1] / "virtual"))
-from approaches import fly_approach
-from inputs import FlownInput
-from trim_kit import RATE, SPEED, aircraft, at, changed, cues, drawn, ramped
-from trim_truth import INSTRUMENTS, Score, score
+from tests.excitation.trim_kit import RATE, SPEED, aircraft, at, changed, cues, drawn, ramped
+from tests.virtual.approaches import fly_approach
+from tests.virtual.inputs import FlownInput
+from tests.virtual.trim_truth import INSTRUMENTS, Score, score
 
 LEVEL = np.zeros(1000)
 AIR = {1: 0.3, 2: 0.6}

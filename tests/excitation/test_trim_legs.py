@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from gsapp.excitation.trim.watch import BEFORE_TURN, TrimWatch
-
-sys.path.insert(0, str(Path(__file__).parent))
-from trim_kit import RATE, aircraft, at, changed, cues, drawn, ramped
+from tests.excitation.trim_kit import RATE, aircraft, at, changed, cues, drawn, ramped
 
 # 45 deg of bank at 30 m/s turn by 180 deg in so many seconds, rolling in included.
 TURN, LEG = 9.73, 12.0

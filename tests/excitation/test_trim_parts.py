@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -20,9 +17,7 @@ from gsapp.excitation.trim.watch import TrimWatch
 from gsapp.excitation.trim.windows import MovingWindow
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, GRAVITY
-
-sys.path.insert(0, str(Path(__file__).parent))
-from trim_kit import RATE, SPEED, aircraft, changed, drawn, ramped
+from tests.excitation.trim_kit import RATE, SPEED, aircraft, changed, drawn, ramped
 
 DT = 0.05
 

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-from verdict_kit import RATE, FlownInput, point_of, rows_in_ticks, wanted_of
 
 from gsapp.aircraft import load_aircraft
 from gsapp.excitation.doublets.verdict import Verdict
@@ -19,9 +14,8 @@ from gsapp.excitation.doublets.watch import DoubletWatch
 from gsapp.excitation.points.wanted import Band, WantedInput
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
-
-# Found by verdict_kit, which knows where the virtual aircraft is.
-from inputs import fly_input  # isort: skip
+from tests.excitation.verdict_kit import RATE, FlownInput, point_of, rows_in_ticks, wanted_of
+from tests.virtual.inputs import fly_input
 
 CALM = {
     "kind": "doublet", "width": 0.58, "balance": 1.0, "bank": 0.0, "speed_off": 0.0,

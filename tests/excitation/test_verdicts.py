@@ -3,32 +3,14 @@
 from __future__ import annotations
 
 import itertools
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-
-sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
-from maneuver_kit import EVERYTHING, make_flight
-from verdict_kit import (
-    RATE,
-    FlownInput,
-    first_move,
-    gust_share,
-    label,
-    listen,
-    own,
-    point_of,
-    rows_in_ticks,
-    wanted_of,
-)
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import Model, load_model
@@ -41,10 +23,21 @@ from gsapp.flight.cards import TestCard
 from gsapp.flight.maneuvers import NoiseFloor, find_maneuvers
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
-
-# Found by verdict_kit, which knows where the virtual aircraft is.
-from input_plan import Meddling  # isort: skip
-from inputs import fly_input  # isort: skip
+from tests.excitation.verdict_kit import (
+    RATE,
+    FlownInput,
+    first_move,
+    gust_share,
+    label,
+    listen,
+    own,
+    point_of,
+    rows_in_ticks,
+    wanted_of,
+)
+from tests.flight.maneuver_kit import EVERYTHING, make_flight
+from tests.virtual.input_plan import Meddling
+from tests.virtual.inputs import fly_input
 
 SEEN = 4.0
 """Seconds of an answer whose gusts are looked for."""

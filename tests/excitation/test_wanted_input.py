@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,9 +24,7 @@ from gsapp.flight.maneuvers.shape import measure
 from gsapp.flight.maneuvers.signals import COLUMN, SIGNALS
 from gsapp.identification.ftr.estimates import LiveEstimate
 from gsapp.quantities.constants import DEGREE, FOOT, GRAVITY
-
-sys.path.insert(0, str(Path(__file__).parent))
-from points_kit import (
+from tests.excitation.points_kit import (
     BEFORE,
     DT,
     b777,

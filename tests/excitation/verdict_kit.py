@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import itertools
 import math
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "virtual"))
-from inputs import FlownInput
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
@@ -25,6 +20,7 @@ from gsapp.excitation.rows import FlightRows, RowStream
 from gsapp.excitation.trim.tolerances import TOLERANCES
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, FOOT
+from tests.virtual.inputs import FlownInput
 
 RATE = 100.0
 NEAR = 0.1

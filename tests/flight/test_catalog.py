@@ -40,9 +40,7 @@ from gsapp.flight.catalog import (
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.maneuvers import find_maneuvers
 from gsapp.foundation import FlightError, UnknownNameError
-
-sys.path.insert(0, str(Path(__file__).parent))
-from maneuver_kit import EVERYTHING, make_flight
+from tests.flight.maneuver_kit import EVERYTHING, make_flight
 
 FLIGHT = replace(make_flight(EVERYTHING, seconds=125.0), name="2003-05-12-a")
 OTHER = replace(
@@ -237,8 +235,7 @@ import sys
 import tempfile
 from dataclasses import replace
 from pathlib import Path
-sys.path.insert(0, sys.argv[3])
-from maneuver_kit import make_flight
+from tests.flight.maneuver_kit import make_flight
 from gsapp.flight.catalog import Catalog, search_maneuvers, store_maneuvers
 from gsapp.flight.maneuvers import FoundManeuver
 flight = make_flight(seconds=3.0, ground=0.0)
@@ -254,10 +251,9 @@ with Catalog(sys.argv[1]) as catalog:
 def test_two_programs_fill_one_catalog_at_once(tmp_path):
     """Both make the file, both write and read: all is there afterwards, and sound."""
     path = tmp_path / "shared.sqlite"
-    here = str(Path(__file__).parent)
     programs = [
         subprocess.Popen(
-            [sys.executable, "-c", WRITER, str(path), name, here], stderr=subprocess.PIPE, text=True
+            [sys.executable, "-c", WRITER, str(path), name], stderr=subprocess.PIPE, text=True
         )
         for name in ("one", "two")
     ]

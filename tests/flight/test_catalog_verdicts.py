@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sqlite3
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,9 +24,7 @@ from gsapp.flight.catalog import (
 )
 from gsapp.flight.maneuvers import find_maneuvers
 from gsapp.foundation import FlightError
-
-sys.path.insert(0, str(Path(__file__).parent))
-from maneuver_kit import EVERYTHING, make_flight
+from tests.flight.maneuver_kit import EVERYTHING, make_flight
 
 FLIGHT = replace(make_flight(EVERYTHING, seconds=125.0), name="2003-05-12-a")
 FOUND = find_maneuvers(FLIGHT, load_aircraft("b777"))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,10 +18,7 @@ from gsapp.flight.info import FlightInfo
 from gsapp.foundation import FileProblemsError, FlightError
 from gsapp.foundation.toml import validate
 from gsapp.identification.flights import FlownFlight, flown_flights
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from box_kit import box_tlog
+from tests.flight.box_kit import box_tlog
 
 B777 = load_aircraft("b777")
 LB, FT = 0.45359237, 0.3048

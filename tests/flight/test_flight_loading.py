@@ -30,9 +30,7 @@ os.environ["MAVLINK20"] = "1"
 from pymavlink import mavutil
 from pymavlink.dialects.v20 import all as dialect
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from box_kit import START_US, box_tlog
+from tests.flight.box_kit import START_US, box_tlog
 
 ALFA = "alfa_carbonz_engine_failure.tlog"
 F16 = "f16_rc_px4.ulg"

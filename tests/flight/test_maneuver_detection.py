@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -19,11 +19,7 @@ from gsapp.flight.maneuvers.signals import COLUMN, SIGNALS
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
-
-sys.path.insert(0, str(Path(__file__).parent))
-import itertools
-
-from maneuver_kit import COMBINED, EVERYTHING, Input, changed, flight_of, make_flight
+from tests.flight.maneuver_kit import COMBINED, EVERYTHING, Input, changed, flight_of, make_flight
 
 AIRCRAFT = load_aircraft("b777")
 AIR_DATA = ("V", "alpha", "beta")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,9 +23,7 @@ from gsapp.flight.maneuvers import (
     survey,
 )
 from gsapp.foundation import FlightError, UnknownNameError
-
-sys.path.insert(0, str(Path(__file__).parent))
-from maneuver_kit import EVERYTHING, make_flight
+from tests.flight.maneuver_kit import EVERYTHING, make_flight
 
 AIRCRAFT = load_aircraft("b777")
 FLIGHT = make_flight(EVERYTHING, seconds=125.0)

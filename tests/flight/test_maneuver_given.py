@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,9 +21,7 @@ from gsapp.flight.maneuvers import (
 )
 from gsapp.foundation import FlightError
 from gsapp.quantities.constants import DEGREE
-
-sys.path.insert(0, str(Path(__file__).parent))
-from maneuver_kit import EVERYTHING, Input, changed, flight_of, make_flight
+from tests.flight.maneuver_kit import EVERYTHING, Input, changed, flight_of, make_flight
 
 AIRCRAFT = load_aircraft("b777")
 FLIGHT = make_flight(EVERYTHING, seconds=125.0)

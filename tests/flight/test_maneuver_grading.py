@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,9 +15,7 @@ from gsapp.flight.maneuvers.noise import window_noise
 from gsapp.flight.maneuvers.signals import SIGNALS
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, GRAVITY
-
-sys.path.insert(0, str(Path(__file__).parent))
-from maneuver_kit import NOISE, Input, changed, flight_of, make_flight
+from tests.flight.maneuver_kit import NOISE, Input, changed, flight_of, make_flight
 
 AIRCRAFT = load_aircraft("b777")
 AT = 60.0

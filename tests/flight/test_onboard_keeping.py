@@ -8,7 +8,6 @@ import subprocess
 import sys
 import time
 from datetime import UTC, datetime, timedelta
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,11 +25,8 @@ from gsapp.identification.campaign import CampaignSettings
 from gsapp.identification.runs.request import ChosenManeuver, RunRequest
 from gsapp.identification.runs.running import run
 from gsapp.quantities import Block
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from box_kit import box_tlog
-from onboard_kit import BEGUN_US, fly_thin
+from tests.flight.box_kit import box_tlog
+from tests.flight.onboard_kit import BEGUN_US, fly_thin
 
 OFFSET, DRIFT = 3.7, 400e-6
 """Ten times what a crystal does, since the flight is ten times shorter than a real one."""

@@ -5,17 +5,12 @@ from __future__ import annotations
 import json
 import re
 import shutil
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.io import loadmat
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from box_kit import box_tlog
 
 from calibration import certificate_files, load_certificates, write_certificate
 from gsapp.aircraft.reading import SHIPPED
@@ -32,6 +27,7 @@ from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError
 from gsapp.session import Session
 from gsapp.session.running import run_through
+from tests.flight.box_kit import box_tlog
 
 
 @pytest.fixture

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
-
-from command_kit import gsapp
 
 from gsapp.flight import load_flight
 from gsapp.flight.processing import (
@@ -31,6 +26,7 @@ from gsapp.flight.processing.sampling import Interpolation
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.quantities import Block
+from tests.cli.command_kit import gsapp
 
 
 def block(rate: float = 100.0, seconds: float = 10.0, start: float = 0.0, **signals) -> Block:

@@ -19,7 +19,6 @@ from pathlib import Path
 import jsbsim
 import numpy as np
 from scipy.signal import lfilter
-from virtual_maneuvers import NOISE, STEPS, Virtual, commands_for, varied_model
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.decoding.air_data import density, dynamic_pressure, true_airspeed
@@ -35,6 +34,7 @@ from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.results import Estimate
 from gsapp.quantities import Block, FloatArray
 from gsapp.quantities.constants import FOOT, GRAVITY
+from tests.identification.virtual_maneuvers import NOISE, STEPS, Virtual, commands_for, varied_model
 
 SLUG = 14.593902937206365
 POUND = SLUG * FOOT

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from virtual_maneuvers import fly
 
 from gsapp.flight.writers import write_block
 from gsapp.quantities import Block
+from tests.identification.virtual_maneuvers import fly
 
 WINDOWS = ("1:0:6", "1:8:14", "2:0:6", "2:8:14")
 """Where the maneuvers are: an elevator one, and one of ailerons and rudder, in each flight."""

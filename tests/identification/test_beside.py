@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 import json
-import sys
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from virtual_maneuvers import Virtual, fly
 
 from gsapp.foundation import FlightError
 from gsapp.identification.campaign import CampaignResult, CampaignSettings, run_campaign
@@ -21,6 +15,7 @@ from gsapp.identification.campaign import fitting as campaign_fitting
 from gsapp.identification.estimate_json import campaign_json
 from gsapp.identification.results import Estimate
 from gsapp.identification.summary.beside import beside_means, beside_values
+from tests.identification.virtual_maneuvers import Virtual, fly
 
 
 def flown(gust: float, kind: str = "lat") -> Virtual:

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from virtual_maneuvers import fly
 
 from gsapp.identification.campaign import CampaignSettings, run_campaign
+from tests.identification.virtual_maneuvers import fly
 
 
 def test_each_axis_frees_its_own_of_the_derivatives_named() -> None:

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from virtual_maneuvers import fly
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.equations import Body, angular_accelerations
@@ -25,6 +19,7 @@ from gsapp.identification.axes import COEFFICIENTS
 from gsapp.identification.coefficients import moments, reconstruct
 from gsapp.identification.motion import measured_motion
 from gsapp.quantities import Block
+from tests.identification.virtual_maneuvers import fly
 
 AIRCRAFT = load_aircraft("b777")
 TRUTH = load_model("b777")

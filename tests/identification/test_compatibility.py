@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections import defaultdict
 from dataclasses import replace
 from pathlib import Path
@@ -10,10 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from virtual_instruments import with_errors, with_signs
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.pilot.flight import VirtualFlight
@@ -24,6 +19,7 @@ from gsapp.identification.compatibility import CompatibilitySettings, check
 from gsapp.identification.compatibility.kinematics import rotations
 from gsapp.identification.maneuver import Maneuver, cut_maneuver
 from gsapp.quantities import Block
+from tests.identification.virtual_instruments import with_errors, with_signs
 
 B777 = load_aircraft("b777")
 

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import sys
 import warnings
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from virtual_instruments import with_channels, with_errors, without
-from virtual_maneuvers import fly
 
 from gsapp.foundation import FlightError
 from gsapp.identification.compatibility import CompatibilitySettings, check
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
+from tests.identification.virtual_instruments import with_channels, with_errors, without
+from tests.identification.virtual_maneuvers import fly
 
 
 @pytest.fixture(scope="module")

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from virtual_maneuvers import Virtual, fly
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
@@ -24,6 +19,7 @@ from gsapp.identification.stand_ins import campaign_stand_ins
 from gsapp.identification.stuck import unseen_surfaces
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
+from tests.identification.virtual_maneuvers import Virtual, fly
 
 AIRCRAFT = load_aircraft("b777")
 MODEL = load_model("b777")

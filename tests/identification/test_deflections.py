@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from virtual_maneuvers import Virtual, fly
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.actuators import Actuator
@@ -23,6 +18,7 @@ from gsapp.identification.maximum_likelihood import MLSettings, estimate
 from gsapp.identification.stuck import unseen_surfaces
 from gsapp.quantities import Block, FloatArray
 from gsapp.quantities.constants import DEGREE
+from tests.identification.virtual_maneuvers import Virtual, fly
 
 B777 = load_aircraft("b777")
 DT = 0.01

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from virtual_maneuvers import NOISE, fly
 
 from gsapp.dynamics.model import load_model
 from gsapp.foundation import FlightError
@@ -26,6 +20,7 @@ from gsapp.identification.equation_error.timing import LATE_TOGETHER, relative_d
 from gsapp.identification.signs import suspicious_signs
 from gsapp.quantities import Block
 from gsapp.quantities.constants import GRAVITY
+from tests.identification.virtual_maneuvers import NOISE, fly
 
 TRUTH = load_model("b777")
 BIASES = ("CN_0", "CY_0")  # the virtual accelerometers have biases of their own

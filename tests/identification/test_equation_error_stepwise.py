@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from functools import cache
-from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from virtual_maneuvers import fly
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
 from gsapp.identification.equation_error.stepwise import choose_terms, pool_for
+from tests.identification.virtual_maneuvers import fly
 
 TRUTH = load_model("b777")
 

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from virtual_maneuvers import COLORED, NOISE, Virtual, fly
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.flight_model import FlightModel
@@ -27,6 +21,7 @@ from gsapp.identification.ftr import Band, FTRSettings, estimate
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block, FloatArray
 from gsapp.quantities.constants import DEGREE
+from tests.identification.virtual_maneuvers import COLORED, NOISE, Virtual, fly
 
 AIRCRAFT = load_aircraft("b777")
 # Settings were developed on seeds from 5000 on.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -13,10 +12,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from virtual_maneuvers import fly
-
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
 from gsapp.foundation import FlightError, UnknownNameError
@@ -25,6 +20,7 @@ from gsapp.identification.axes import axis_derivatives
 from gsapp.identification.ftr import FTR, FTRSettings
 from gsapp.quantities import Block
 from gsapp.session.following import Consumer
+from tests.identification.virtual_maneuvers import fly
 
 AIRCRAFT = load_aircraft("b777")
 TRUTH = load_model("b777")

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,10 +22,7 @@ from gsapp.identification.instrument_effects import (
 )
 from gsapp.identification.maximum_likelihood import MLSettings, estimate
 from gsapp.quantities import Block
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from virtual_maneuvers import fly
+from tests.identification.virtual_maneuvers import fly
 
 BASE = load_model("b777")
 INNER = slice(60, -60)

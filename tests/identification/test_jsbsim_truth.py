@@ -6,11 +6,9 @@ JSBSim flies the aircraft with known derivatives; `jsbsim_kit` says how. The ben
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,10 +19,9 @@ from gsapp.identification.campaign import CampaignSettings, run_campaign
 from gsapp.identification.results import Method
 
 pytest.importorskip("jsbsim")
-sys.path.insert(0, str(Path(__file__).parent))
 
-from jsbsim_kit import METHODS, STRONG, Engine, errors_of, fly
-from virtual_maneuvers import Virtual
+from tests.identification.jsbsim_kit import METHODS, STRONG, Engine, errors_of, fly
+from tests.identification.virtual_maneuvers import Virtual
 
 COUNT = 10
 # Rms error of one maneuver and error of the mean of ten, percent, by method. Equation error and

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,10 +14,7 @@ from gsapp.identification.campaign import CampaignResult, CampaignSettings, run_
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.summary.linear_comparison import compare_linear
 from gsapp.quantities import Block
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from virtual_maneuvers import fly
+from tests.identification.virtual_maneuvers import fly
 
 TRUTH = load_model("b777")
 FEW = CampaignSettings(method="ee")

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,10 +11,7 @@ from gsapp.dynamics.model import load_model
 from gsapp.foundation import FlightError
 from gsapp.identification.maximum_likelihood import MLSettings, estimate
 from gsapp.quantities import Block
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from virtual_maneuvers import fly
+from tests.identification.virtual_maneuvers import fly
 
 BASE = load_model("b777")
 

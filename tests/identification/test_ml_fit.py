@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,10 +15,7 @@ from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.identification.axes import axis_derivatives
 from gsapp.identification.maximum_likelihood import MLSettings, estimate, fit, simulate
 from gsapp.quantities import Block
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from virtual_maneuvers import fly
+from tests.identification.virtual_maneuvers import fly
 
 BASE = load_model("b777")
 # Five standard deviations: once in a million, were the bounds exact.

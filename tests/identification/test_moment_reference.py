@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,10 +25,7 @@ from gsapp.identification.moment_reference import (
 )
 from gsapp.identification.results import DerivativeEstimate, Estimate
 from gsapp.quantities import Block
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from virtual_maneuvers import Virtual, _measured, fly
+from tests.identification.virtual_maneuvers import Virtual, _measured, fly
 
 B777 = load_aircraft("b777")
 AHEAD = 0.025

@@ -8,10 +8,8 @@ that not the optimum, it would walk away. `test_the_plain_fit_from_afar` starts 
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,11 +20,8 @@ from gsapp.identification.axes import RESPONSES, STATES, Axis, axis_derivatives
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood import DEFAULT_BIASES, MLSettings, Solution, fit
 from gsapp.quantities import Block
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from reference_ml import Fit, Reference
-from virtual_maneuvers import fly
+from tests.identification.reference_ml import Fit, Reference
+from tests.identification.virtual_maneuvers import fly
 
 LAGS = 12
 TIGHT = 1e-20

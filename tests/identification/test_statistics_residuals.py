@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -12,10 +9,7 @@ from scipy.signal import lfilter
 from gsapp.identification.maximum_likelihood import MLSettings, fit
 from gsapp.identification.statistics import Turbulence, response_fit, turbulence, whiteness
 from gsapp.quantities import FloatArray
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from virtual_maneuvers import AXES, fly
+from tests.identification.virtual_maneuvers import AXES, fly
 
 
 def colored(random: np.random.Generator, count: int, color: float) -> FloatArray:

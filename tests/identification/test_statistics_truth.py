@@ -6,17 +6,11 @@ the scatter of the rms itself (5 %) allows to ask for 0.8 to 1.3, derivative by 
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from gsapp.identification.maximum_likelihood import MLSettings, fit
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from virtual_maneuvers import AXES, fly
+from tests.identification.virtual_maneuvers import AXES, fly
 
 COUNT = 20
 

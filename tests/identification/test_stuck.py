@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from virtual_maneuvers import fly
 
 from gsapp.foundation import FlightError
 from gsapp.identification import equation_error, ftr
@@ -24,6 +18,7 @@ from gsapp.identification.maximum_likelihood import MLSettings
 from gsapp.identification.maximum_likelihood import estimate as ml_estimate
 from gsapp.identification.results import Estimate
 from gsapp.quantities import Block, FloatArray
+from tests.identification.virtual_maneuvers import fly
 
 Method = Callable[[Maneuver, Axis], Estimate]
 MEASURED_MOTION: dict[str, Method] = {

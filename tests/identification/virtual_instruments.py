@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.signal import lfilter
-from virtual_maneuvers import COLORED, NOISE, fly
 
 from gsapp.identification.compatibility import PLAUSIBLE
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block, FloatArray
+from tests.identification.virtual_maneuvers import COLORED, NOISE, fly
 
 
 def with_errors(

@@ -6,7 +6,6 @@ another aircraft than the rest, which makes it wild.
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -19,10 +18,7 @@ from gsapp.identification.runs.outcome import Outcome
 from gsapp.identification.runs.request import RunRequest
 from gsapp.identification.summary import summarize_campaign
 from gsapp.identification.summary.linear import linear_models
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "identification"))
-
-from virtual_maneuvers import fly
+from tests.identification.virtual_maneuvers import fly
 
 TRUTH = load_model("b777")
 SEEDS = (41, 42, 43, 44, 45, 46)

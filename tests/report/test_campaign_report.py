@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import sys
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -27,10 +26,7 @@ from gsapp.report.estimate_report import Reported, estimate_document
 from gsapp.report.hearing import Heard
 from gsapp.report.linear_figures import linear_picture
 from gsapp.report.linear_report import LinearComparison, compare_linear_models
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from campaign_kit import TRUTH, WILD, gusty, outcome, together, unearned
+from tests.report.campaign_kit import TRUTH, WILD, gusty, outcome, together, unearned
 
 
 @pytest.fixture(scope="module")

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from discrepancy_kit import adequate, answer
-
 from gsapp.discrepancy.result_json import discrepancy_json
+from tests.report.discrepancy_kit import adequate, answer
 
 # The fixed shape, written down a second time by hand: a list stands for a list of such things.
 TOP = {

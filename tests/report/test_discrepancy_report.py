@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import itertools
 import re
-import sys
 from dataclasses import replace
 from datetime import UTC, datetime
 from html.parser import HTMLParser
@@ -21,10 +20,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, FigureBase
 from matplotlib.text import Text
 from rich.console import Console
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from discrepancy_kit import adequate, answer
 
 from gsapp.cli._discrepancy_text import describe
 from gsapp.discrepancy.results import Verdict
@@ -48,6 +43,7 @@ from gsapp.report.document import (
 from gsapp.report.html import html_page
 from gsapp.report.pdf import pdf_pages
 from gsapp.report.writing import write_document
+from tests.report.discrepancy_kit import adequate, answer
 
 NOON = datetime(2026, 5, 12, 12, 0, tzinfo=UTC)
 

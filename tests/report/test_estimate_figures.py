@@ -4,20 +4,14 @@ from __future__ import annotations
 
 import csv
 import io
-import sys
 from dataclasses import replace
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from campaign_kit import WILD, outcome
 
 from gsapp.foundation import GroundStationError
 from gsapp.identification import equation_error, ftr
@@ -36,6 +30,7 @@ from gsapp.report.picture_files import picture_content
 from gsapp.report.residual_words import residual_summaries
 from gsapp.report.trust_figures import bounds_picture, correlation_picture, strong_pairs
 from gsapp.report.value_figures import values_picture
+from tests.report.campaign_kit import WILD, outcome
 
 NIGHT = Palette(
     background="#000000", ink="#ffffff", quiet="#dddddd", faint="#222222",

@@ -4,19 +4,12 @@ from __future__ import annotations
 
 import io
 import re
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from matplotlib.figure import FigureBase
 from rich.console import Console
-
-sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
-from discrepancy_kit import answer
-from foreign_units import CUSTOMARY, METRIC
 
 from calibration import load_certificate
 from calibration.overview import stand
@@ -30,6 +23,8 @@ from gsapp.report.discrepancy_report import discrepancy_document
 from gsapp.report.document import Document, Paragraph, Picture, Section, Table, in_system
 from gsapp.report.html import html_page
 from gsapp.report.pdf import pdf_pages
+from tests.foreign_units import CUSTOMARY, METRIC
+from tests.report.discrepancy_kit import answer
 from ui.gap.phrases import parameter_text
 from ui.gap.pictures import disagreement_text
 

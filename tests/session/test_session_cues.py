@@ -5,16 +5,12 @@ from __future__ import annotations
 import contextlib
 import json
 import shutil
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "excitation"))
-from cue_kit import AIRCRAFT, CARDS, Record, card, flown
 
 from gsapp.aircraft import Aircraft
 from gsapp.cli import replay
@@ -28,6 +24,7 @@ from gsapp.quantities import Block
 from gsapp.session import MAX_SPEED, Session, Severity
 from gsapp.session.cue_watch import VERDICT
 from gsapp.session.running import run_through
+from tests.excitation.cue_kit import AIRCRAFT, CARDS, Record, card, flown
 
 _UNMODELED = AIRCRAFT.model_copy(update={"name": "its sister"})
 """No model is shipped for it: nothing is looked ahead, which takes most of the time."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,16 +10,13 @@ from typing import Self
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from test_maneuver_fits import TRUTH, numbers
-
 from gsapp.dynamics.pilot.flight import VirtualFlight
 from gsapp.flight.writers import write_block
 from gsapp.session import Session
 from gsapp.session.estimating.picture import EstimateRow
 from gsapp.session.estimating.workers import AtOnce, OtherProcess, Workers
 from gsapp.session.running import run_through
+from tests.session.test_maneuver_fits import TRUTH, numbers
 
 
 @pytest.fixture(scope="module")

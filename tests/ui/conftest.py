@@ -1,7 +1,6 @@
 """Windows for the tests, which run without a screen."""
 
 import os
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,13 +9,11 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-sys.path.insert(0, str(Path(__file__).parent))
-
-from window_kit import activate, open_window, opened_window
 
 import ui.window
 from gsapp.telemetry.recorder_control import find_recorders
 from gsapp.telemetry.status import RUNTIME_VARIABLE
+from tests.ui.window_kit import activate, open_window, opened_window
 from ui.window import MainWindow
 
 

@@ -17,13 +17,11 @@ import sys
 import time
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 from PySide6.QtWidgets import QFileDialog, QLineEdit, QMessageBox, QPushButton
-from window_kit import Aircraft, free_port
-from x_driver import XDriver, run_program
 
 from gsapp.telemetry.recorder_control import find_recorders
+from tests.ui.window_kit import Aircraft, free_port
+from tests.ui.x_driver import XDriver, run_program
 from ui.dialogs.connect import ConnectDialog
 from ui.preflight.wizard_page import WizardPage
 from ui.review.estimate_page import EstimatePage

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 import threading
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "identification"))
-
-from runs_kit import write_flights
-
 from gsapp.identification.campaign import CanceledError
+from tests.identification.runs_kit import write_flights
 from ui.process.serving import Tell
 from ui.review.worker import ReviewBench
 from ui.work import CancelledError

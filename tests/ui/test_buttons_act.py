@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -25,11 +24,7 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 import ui.window
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from window_kit import open_window, until, write_flight
-
+from tests.ui.window_kit import open_window, until, write_flight
 from ui.window import MainWindow
 
 PAGES = {

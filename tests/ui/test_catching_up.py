@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from window_kit import Loudspeaker, Mouth, open_window, until, write_flight
-
 from gsapp.excitation.speaking import Spoken
 from gsapp.session import Alarm, Session, Severity
 from gsapp.session.cue_watch import CueWatch
+from tests.ui.window_kit import Loudspeaker, Mouth, open_window, until, write_flight
 
 
 def test_what_was_true_a_while_ago_is_neither_shown_nor_said(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +13,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from window_kit import FIGURE_MENU
-
+from tests.ui.window_kit import FIGURE_MENU
 from ui.gap.chart import FLIGHT_TIME, Chart, Curve
 from ui.look import Look
 from ui.words import MINUS

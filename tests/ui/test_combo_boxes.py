@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
@@ -11,10 +10,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QWidget
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from window_kit import answer_dialog, until, write_flight
-
+from tests.ui.window_kit import answer_dialog, until, write_flight
 from ui.dialogs.connect import ConnectDialog
 from ui.dialogs.form import FormDialog
 from ui.dialogs.small import ExportDialog

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import socket
-import sys
 from pathlib import Path
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QAbstractButton
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from window_kit import Aircraft, answer_dialog, free_port, until
-
 from gsapp.decoding.dialect import dialect
+from tests.ui.window_kit import Aircraft, answer_dialog, free_port, until
 from ui.choices import connect_choices
 from ui.dialogs.connect import ConnectDialog
 from ui.look import Look

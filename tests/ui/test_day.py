@@ -9,11 +9,8 @@ from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from x_driver import left_running, missing_programs, x_server
-
 from gsapp.flight.raw import RawTail
+from tests.ui.x_driver import left_running, missing_programs, x_server
 
 WALK = Path(__file__).with_name("day_walk.py")
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -12,10 +11,6 @@ import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from window_kit import KILL, pixels, until
 
 from gsapp.aircraft.reading import SHIPPED
 from gsapp.dynamics.pilot.flight import VirtualFlight
@@ -26,6 +21,7 @@ from gsapp.identification.campaign import CampaignValue
 from gsapp.quantities import trace_color
 from gsapp.session import MAX_SPEED
 from gsapp.session.estimating.picture import EstimateRow, FittedPoint
+from tests.ui.window_kit import KILL, pixels, until
 from ui.flight.estimates_panel import (
     EstimatesPanel,
     percent_text,

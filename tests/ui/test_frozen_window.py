@@ -17,12 +17,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from window_kit import Aircraft, free_port
-
 from gsapp.flight.preparing import prepare_flight
 from gsapp.telemetry.recorder_control import RecorderHandle, start_recorder
+from tests.ui.window_kit import Aircraft, free_port
 
 FROZEN = float(os.environ.get("GSAPP_FREEZE_SECONDS", "3"))
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -23,10 +22,12 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from gap_kit import ALPHA2, BACKLASH, THROTTLE, TITLES, FakeEngine
-from window_kit import (
+import ui.gap.place
+import ui.window
+from gsapp.dynamics.model import load_model
+from gsapp.foundation import GroundStationError
+from tests.ui.gap_kit import ALPHA2, BACKLASH, THROTTLE, TITLES, FakeEngine
+from tests.ui.window_kit import (
     activate,
     answer_dialog,
     count,
@@ -36,11 +37,6 @@ from window_kit import (
     until,
     write_flight,
 )
-
-import ui.gap.place
-import ui.window
-from gsapp.dynamics.model import load_model
-from gsapp.foundation import GroundStationError
 from ui.gap.force import ForceDialog
 from ui.gap.marking import level_colors
 from ui.gap.request import GapRequest

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -15,11 +14,6 @@ from types import SimpleNamespace
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from gap_kit import ALPHA2, THROTTLE, make_answer, make_discrepancy
-from window_kit import KILL
-
 import gsapp.identification.flights
 import ui.process.serving
 from gsapp.discrepancy.results import Discrepancy, Observability
@@ -30,6 +24,8 @@ from gsapp.discrepancy.settings import (
     SearchStoppedError,
 )
 from gsapp.foundation import FlightError
+from tests.ui.gap_kit import ALPHA2, THROTTLE, make_answer, make_discrepancy
+from tests.ui.window_kit import KILL
 from ui.gap.phrases import (
     chance_text,
     closed_text,

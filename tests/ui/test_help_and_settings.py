@@ -6,7 +6,6 @@ import os
 import platform
 import re
 import shutil
-import sys
 import tomllib
 from pathlib import Path
 
@@ -16,10 +15,7 @@ from PySide6.QtGui import QGuiApplication, QHelpEvent, QImage
 from PySide6.QtWidgets import QApplication, QPushButton
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from window_kit import answer_dialog, until, write_flight
-
+from tests.ui.window_kit import answer_dialog, until, write_flight
 from ui.dialogs.about import AboutDialog
 from ui.dialogs.guide import GuideWindow, guide_folder, guide_pages
 from ui.dialogs.settings import SettingsDialog

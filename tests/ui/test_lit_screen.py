@@ -13,10 +13,7 @@ import pytest
 from PySide6.QtCore import ClassInfo, QObject, Signal, Slot
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from window_kit import until
-
+from tests.ui.window_kit import until
 from ui.lit_screen import LitScreen
 
 pytestmark = pytest.mark.skipif(

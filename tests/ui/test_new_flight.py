@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import os
-import sys
 from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from window_kit import answer_dialog, free_port, until
-
 from gsapp.flight.folder import FlightFolder
+from tests.ui.window_kit import answer_dialog, free_port, until
 from ui.dialogs.connect import ConnectDialog
 from ui.dialogs.virtual import VirtualDialog
 from ui.window import MainWindow

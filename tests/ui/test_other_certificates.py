@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -12,18 +11,14 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
-
-from box_kit import box_tlog
-from window_kit import open_window, until
-
 from calibration import certificate_files, load_certificates, write_certificate
 from gsapp.aircraft.reading import SHIPPED
 from gsapp.decoding.channel_map import SHIPPED as MAPS
 from gsapp.flight import load_flight
 from gsapp.flight.certificates import CertificatesUsed
 from gsapp.flight.folder import FlightFolder
+from tests.flight.box_kit import box_tlog
+from tests.ui.window_kit import open_window, until
 from ui.dialogs.certificates import CertificatesDialog
 from ui.flight.picture import Origin
 from ui.flight.values import value_lines

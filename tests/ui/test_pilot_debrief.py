@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -13,13 +12,10 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from pilot_kit import BASE, debrief, flights, judged
-from preflight_kit import as_opened, dress
-from window_kit import in_window, pixels, press, until, write_flight
-
 from gsapp.excitation.debrief import Debrief
+from tests.ui.pilot_kit import BASE, debrief, flights, judged
+from tests.ui.preflight_kit import as_opened, dress
+from tests.ui.window_kit import in_window, pixels, press, until, write_flight
 from ui.pilot.debrief_page import DebriefPage
 from ui.pilot.debrief_words import maneuver_line, reasons, trend_rows
 from ui.pilot.flight_cues import FlightCues

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
@@ -15,17 +14,14 @@ from PySide6.QtGui import QFont, QFontMetricsF
 from PySide6.QtWidgets import QAbstractButton, QApplication
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from pilot_kit import BASE, CARDS, STATES, VERDICT, cue
-from preflight_kit import as_opened, dress
-from window_kit import count, open_window, pixels, press
-
 import ui.pilot.canvas
 import ui.pilot.gauge_drawing
 from gsapp.excitation.cues import CueSnapshot
 from gsapp.excitation.speaking import Spoken
 from gsapp.quantities.constants import FOOT
+from tests.ui.pilot_kit import BASE, CARDS, STATES, VERDICT, cue
+from tests.ui.preflight_kit import as_opened, dress
+from tests.ui.window_kit import count, open_window, pixels, press
 from ui.look import Look
 from ui.pilot.canvas import PilotCanvas, foot_words
 from ui.pilot.fitting import fit, letters, shortened

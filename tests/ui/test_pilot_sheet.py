@@ -5,19 +5,27 @@ from __future__ import annotations
 import subprocess
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from pilot_kit import BASE, CARD, CARDS, NEXT, OUTLOOK, STATES, VERDICT, WANTED, cue, danger, moving
-
 from gsapp.excitation.cues import VERDICT_STANDS
 from gsapp.excitation.doublets.verdict import Result
 from gsapp.quantities.constants import DEGREE, FOOT
+from tests.ui.pilot_kit import (
+    BASE,
+    CARD,
+    CARDS,
+    NEXT,
+    OUTLOOK,
+    STATES,
+    VERDICT,
+    WANTED,
+    cue,
+    danger,
+    moving,
+)
 from ui.pilot.calm import HOLD, Calm
 from ui.pilot.choosing import Choosing, last_card
 from ui.pilot.reading import Reading, sheet_of

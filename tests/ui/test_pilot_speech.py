@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PySide6.QtWidgets import QApplication
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from pilot_kit import BASE, moving
-from window_kit import Loudspeaker, Mouth
-
 from gsapp.excitation.speaking import Spoken
+from tests.ui.pilot_kit import BASE, moving
+from tests.ui.window_kit import Loudspeaker, Mouth
 from ui.pilot.speech import LATE, FlightSpeech
 from ui.voice.queue import Priority
 from ui.voice.voice import Voice

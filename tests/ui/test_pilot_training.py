@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,13 +14,10 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from preflight_kit import as_opened
-from window_kit import opened_window, until
-
 from gsapp.quantities.constants import DEGREE
 from gsapp.telemetry.recorder_control import find_recorders
+from tests.ui.preflight_kit import as_opened
+from tests.ui.window_kit import opened_window, until
 from ui.desk import Desk
 from ui.pilot.stick_keys import Click, Push, Rate, Size, StickKeys
 from ui.window import MainWindow

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,11 +17,6 @@ from PySide6.QtWidgets import (
     QLineEdit,
 )
 from pytestqt.qtbot import QtBot
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from preflight_kit import ALT, CONTROL, SHIFT, as_opened, dress, go, waiting
-from window_kit import Aircraft, count, free_port, in_window, press, type_into, until, write_flight
 
 from calibration import load_certificates, write_certificate
 from calibration.checked import Checked
@@ -40,6 +34,17 @@ from gsapp.flight.maneuvers import FoundManeuver
 from gsapp.foundation import FlightError
 from gsapp.quantities.constants import DEGREE, FOOT
 from gsapp.telemetry.recorder_control import find_recorders
+from tests.ui.preflight_kit import ALT, CONTROL, SHIFT, as_opened, dress, go, waiting
+from tests.ui.window_kit import (
+    Aircraft,
+    count,
+    free_port,
+    in_window,
+    press,
+    type_into,
+    until,
+    write_flight,
+)
 from ui.dialogs.requests import ConnectRequest
 from ui.preflight.books import Books
 from ui.preflight.card_words import missing_values

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -18,13 +17,6 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QMenu, QPushButton
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[1] / "calibration" / "wizard"))
-
-from bench_kit import BenchWindow, leave_only, try_out, work_through
-from bench_truth import within
-from window_kit import activate, count, open_window, pixels, until
-
 import ui.preflight.wizard_run
 import ui.window
 from calibration import certificate_files, load_certificates
@@ -33,6 +25,9 @@ from gsapp.dynamics.pilot.bench import KINDS, POTENTIOMETERS, BenchFault, Virtua
 from gsapp.flight.folder import FlightFolder
 from gsapp.quantities import from_si
 from gsapp.telemetry.recorder_control import find_recorders
+from tests.calibration.wizard.bench_truth import within
+from tests.ui.bench_kit import BenchWindow, leave_only, try_out, work_through
+from tests.ui.window_kit import activate, count, open_window, pixels, until
 from ui.desk import Desk
 from ui.preflight.airplane import Closeup, Kind, SurfaceFigure
 from ui.preflight.outlines import View

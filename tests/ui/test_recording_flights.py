@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,14 +11,11 @@ from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QApplication, QMenu, QMessageBox
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from window_kit import Aircraft, answer_dialog, free_port, open_window, until
-
 from gsapp.flight.raw import RawTail
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders, start_recorder
 from gsapp.telemetry.recorder_folder import record_state
 from gsapp.telemetry.status import RUNTIME_VARIABLE
+from tests.ui.window_kit import Aircraft, answer_dialog, free_port, open_window, until
 from ui.dialogs.connect import ConnectDialog
 from ui.dialogs.requests import ConnectRequest
 from ui.frame.bar_view import _broken

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import shutil
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,16 +12,13 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from review_kit import ThreadEngine, write_flights
-from window_kit import activate, opened_window, press, until
-
 import ui.review.place
 import ui.window
 from gsapp.dynamics.model import load_model, save_model
 from gsapp.flight.catalog import Catalog
 from gsapp.identification.runs.keeping import kept_runs
+from tests.ui.review_kit import ThreadEngine, write_flights
+from tests.ui.window_kit import activate, opened_window, press, until
 from ui.look import Look
 from ui.review.estimate_asking import run_request
 from ui.review.estimate_page import EstimatePage

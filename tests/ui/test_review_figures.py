@@ -20,18 +20,14 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMainWindow
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
-
-from campaign_kit import WILD, gusty, outcome
-from window_kit import FIGURE_MENU, until
-
 from gsapp.identification import equation_error
 from gsapp.identification.ftr import EstimateHistory
 from gsapp.identification.summary.beside import beside_values
 from gsapp.quantities import clock_text
 from gsapp.report.hearing import Heard
 from gsapp.report.palette import PAPER
+from tests.report.campaign_kit import WILD, gusty, outcome
+from tests.ui.window_kit import FIGURE_MENU, until
 from ui.commands import CommandSet
 from ui.keyboard import KeyKeeper
 from ui.look import Look

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -17,18 +16,14 @@ from PySide6.QtGui import QColor, QImage, QPainter
 from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
-
-from maneuver_kit import EVERYTHING, make_flight
-from window_kit import activate, answer_dialog, pixels, press, until
-
 from gsapp.cli.maneuvers import run
 from gsapp.flight.catalog import Catalog, search_maneuvers
 from gsapp.flight.maneuvers.found import PROGRAM
 from gsapp.flight.writers import write_block
 from gsapp.quantities import CHANNELS
 from gsapp.session.review import open_reviewed
+from tests.flight.maneuver_kit import EVERYTHING, make_flight
+from tests.ui.window_kit import activate, answer_dialog, pixels, press, until
 from ui.look import Look
 from ui.review.grade_dialog import GradeDialog
 from ui.review.maneuvers_columns import PLACES

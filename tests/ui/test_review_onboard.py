@@ -20,15 +20,11 @@ from gsapp.flight.onboard import OnboardLogState
 from gsapp.telemetry.log_download import parse_log_link
 from gsapp.telemetry.recorder_control import find_recorders
 from gsapp.telemetry.status import RUNTIME_VARIABLE
+from tests.flight.onboard_kit import fly_thin
+from tests.ui.window_kit import KILL, answer_dialog, free_port, open_window
 from ui.look import Look
 from ui.review.onboard_dialog import FlightLogs, OnboardDialog
 from ui.review.onboard_job import LogJob
-
-sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[1] / "flight"))
-
-from onboard_kit import fly_thin
-from window_kit import KILL, answer_dialog, free_port, open_window
 
 AUTOPILOT = Path(__file__).parents[1] / "telemetry" / "foreign_autopilot.py"
 OFFSET = 3.7

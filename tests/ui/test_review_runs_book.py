@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,11 +10,9 @@ from gsapp.identification.runs.excluding import excluding
 from gsapp.identification.runs.keeping import keep
 from gsapp.identification.runs.request import RunRequest
 from gsapp.identification.runs.running import run
+from tests.identification.runs_kit import WINDOWS, write_flights
 from ui.review.deeds import Deeds
 from ui.review.runs_book import RunsBook
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "identification"))
-from runs_kit import WINDOWS, write_flights
 
 
 def test_a_maneuver_left_out_is_kept_with_the_run(qtbot, tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +16,8 @@ from pytestqt.qtbot import QtBot
 
 from gsapp.identification.runs.excluding import excluding
 from gsapp.report.estimate_report import Reported, estimate_document
+from tests.report.campaign_kit import WILD, gusty, outcome, regressed, unearned
+from tests.ui.window_kit import until
 from ui.appearance import Appearance
 from ui.commands import CommandSet
 from ui.look import Look
@@ -27,12 +28,6 @@ from ui.review.summary_page import SummaryPage
 from ui.review.work import ReviewWork
 from ui.review.worker import ReviewBench
 from ui.settings import SettingsStore
-
-sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
-
-from campaign_kit import WILD, gusty, outcome, regressed, unearned
-from window_kit import until
 
 CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
 SHIFT = Qt.KeyboardModifier.ShiftModifier

@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -19,13 +18,10 @@ from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QFileDialog
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from review_kit import write_flights
-from window_kit import KILL, activate, open_window, press, until
-
 from gsapp.flight.catalog import Catalog
 from gsapp.identification.runs.keeping import kept_runs
+from tests.ui.review_kit import write_flights
+from tests.ui.window_kit import KILL, activate, open_window, press, until
 from ui.review.estimate_page import EstimatePage
 from ui.review.estimate_wishes import Wishes
 from ui.window import MainWindow

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import os
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -16,11 +15,6 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication, QFileDialog, QPushButton
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from fuse_disk import FuseDisk
-from window_kit import Aircraft, free_port, until
-
 from gsapp.flight.card_file import CardFile
 from gsapp.flight.events import read_events
 from gsapp.flight.folder import FlightFolder
@@ -29,6 +23,8 @@ from gsapp.flight.writers import write_flight_csv
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 from gsapp.session.limits import Severity
+from tests.ui.fuse_disk import FuseDisk
+from tests.ui.window_kit import Aircraft, free_port, until
 from ui.dialogs.form import PathField
 from ui.dialogs.requests import ConnectRequest
 from ui.dialogs.saving import file_to_write

@@ -11,19 +11,15 @@ from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
+from tests.ui.window_kit import write_flight
 
-from window_kit import write_flight
-
-HERE = Path(__file__).parent
 SLOW = ("scipy.signal", "scipy.stats", "matplotlib")
 """Packages that take a third of a second and more to load."""
 PROGRAM = f"""
 import sys, time
 from pathlib import Path
-sys.path.insert(0, {str(HERE)!r})
 from PySide6.QtCore import QTimer
-from window_kit import open_window
+from tests.ui.window_kit import open_window
 from ui.app import make_application
 
 def loaded():

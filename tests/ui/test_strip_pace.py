@@ -1,17 +1,11 @@
 """When frames begin: with the samples, not sooner than the last one allows."""
 
-import sys
-from pathlib import Path
-
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from window_kit import open_window, write_flight
-
 import ui.desk
+from tests.ui.window_kit import open_window, write_flight
 from ui.pace import SOONEST_LIVE, SOONEST_REPLAY, Pace
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -12,21 +11,17 @@ import pytest
 from PySide6.QtWidgets import QApplication, QDialog
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
-from foreign_units import CUSTOMARY, METRIC
-from gap_kit import FakeEngine
-from pilot_kit import CARDS, STATES, debrief
-from review_kit import ThreadEngine, write_flights
-from shown_text import PaintedText, shown_texts
-from window_kit import answer_dialog, open_window, until
-
 import ui.gap.place
 import ui.review.place
 import ui.window
 from gsapp.discrepancy.results import Region
 from gsapp.quantities import in_units
+from tests.foreign_units import CUSTOMARY, METRIC
+from tests.ui.gap_kit import FakeEngine
+from tests.ui.pilot_kit import CARDS, STATES, debrief
+from tests.ui.review_kit import ThreadEngine, write_flights
+from tests.ui.shown_text import PaintedText, shown_texts
+from tests.ui.window_kit import answer_dialog, open_window, until
 from ui.dialogs.about import AboutDialog
 from ui.dialogs.connect import ConnectDialog
 from ui.dialogs.keys import KeysDialog

@@ -15,11 +15,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from gsapp.session import Alarm, Severity
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-from window_kit import Loudspeaker, Mouth, until
-
+from tests.ui.window_kit import Loudspeaker, Mouth, until
 from ui.voice.player import Beeper, ProgramPlayer, WindowsPlayer, find_player
 from ui.voice.queue import Priority
 from ui.voice.speaker import ProgramSpeaker, ToneSpeaker, find_speaker

@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 import math
 import re
-import sys
 import weakref
 from collections.abc import Callable
 from fnmatch import fnmatchcase
@@ -44,10 +43,6 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from window_kit import activate, answer_dialog, in_window, open_window, until, write_flight
-
 import ui.window
 from calibration.validity import CalibrationStatus
 from gsapp.flight.writers import write_flight_csv
@@ -57,6 +52,7 @@ from gsapp.session.equipment import DiskView, LinkView, RecorderView
 from gsapp.session.limit_book import LimitBook
 from gsapp.session.limits import Bands, Severity
 from gsapp.telemetry.address import parse_link
+from tests.ui.window_kit import activate, answer_dialog, in_window, open_window, until, write_flight
 from ui.commands import COMMANDS, CommandSet, key_text
 from ui.dialogs.connect import ConnectChoices, ConnectDialog
 from ui.dialogs.flights import FLIGHTS, LOGS

@@ -20,9 +20,15 @@ from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QMenu
 from pytestqt.qtbot import QtBot
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from window_kit import (
+import ui.window
+from gsapp.decoding.dialect import dialect
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.raw.files import RawFile
+from gsapp.foundation import FlightError
+from gsapp.session import Session
+from gsapp.session.snapshot import SessionSnapshot
+from gsapp.telemetry.recorder_control import find_recorder, find_recorders
+from tests.ui.window_kit import (
     KILL,
     Aircraft,
     activate,
@@ -33,15 +39,6 @@ from window_kit import (
     until,
     write_flight,
 )
-
-import ui.window
-from gsapp.decoding.dialect import dialect
-from gsapp.flight.folder import FlightFolder
-from gsapp.flight.raw.files import RawFile
-from gsapp.foundation import FlightError
-from gsapp.session import Session
-from gsapp.session.snapshot import SessionSnapshot
-from gsapp.telemetry.recorder_control import find_recorder, find_recorders
 from ui.dialogs.link import LinkDialog
 from ui.dialogs.requests import ConnectRequest
 from ui.settings import next_flight_path

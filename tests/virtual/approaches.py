@@ -11,18 +11,14 @@ nose as they were drawn, now well within any tolerance, now at its edge. Then an
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import replace
 from itertools import accumulate
-from pathlib import Path
 
 import numpy as np
 
 from gsapp.quantities.constants import DEGREE, FOOT
-
-sys.path.insert(0, str(Path(__file__).parent))
-from input_plan import InputPlan, draw
-from inputs import FlownInput, InputFlight
+from tests.virtual.input_plan import InputPlan, draw
+from tests.virtual.inputs import FlownInput, InputFlight
 
 _NOSE_STICK = 0.12
 """Pitch stick by which the nose is held too high or too low, of full stick."""

@@ -17,12 +17,10 @@ from __future__ import annotations
 
 import copy
 import math
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 
@@ -41,9 +39,7 @@ from gsapp.dynamics.pilot.plan import SHAPES, FlightPlan, Human
 from gsapp.dynamics.trim import trim
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
-
-sys.path.insert(0, str(Path(__file__).parent))
-from input_plan import SURFACES, InputPlan, around_one, draw
+from tests.virtual.input_plan import SURFACES, InputPlan, around_one, draw
 
 RATE = 100.0
 HEIGHT = 80.0

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-from input_plan import Meddling
-from inputs import fly_input
-
 from gsapp.quantities.constants import DEGREE
+from tests.virtual.input_plan import Meddling
+from tests.virtual.inputs import fly_input
 
 
 def test_same_seed_same_flight_and_what_is_given_is_flown() -> None:

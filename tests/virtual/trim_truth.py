@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
-from inputs import RATE, FlownInput
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.flight_model import FlightModel
@@ -25,6 +24,7 @@ from gsapp.excitation.trim.tolerances import TOLERANCES
 from gsapp.excitation.trim.watch import TrimWatch
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, FOOT
+from tests.virtual.inputs import RATE, FlownInput
 
 INSTRUMENTS = {
     "all": (),

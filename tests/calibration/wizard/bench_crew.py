@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 from calibration.plan import CalibrationPlan
 from calibration.wizard import Action, Wizard, WizardView
 from gsapp.dynamics.pilot.bench import VirtualBench
-
-sys.path.insert(0, str(Path(__file__).parent))
-from wizard_kit import Field
+from tests.calibration.wizard.wizard_kit import Field
 
 
 class BenchCrew:

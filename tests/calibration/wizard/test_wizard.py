@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +9,7 @@ import pytest
 
 from calibration import load_certificates
 from calibration.plan import CalibrationPlan, load_plan
-
-sys.path.insert(0, str(Path(__file__).parent))
-from wizard_kit import SMALL, Field
+from tests.calibration.wizard.wizard_kit import SMALL, Field
 
 DEG = np.pi / 180.0
 

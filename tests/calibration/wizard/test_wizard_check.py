@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime as dt
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,10 +15,8 @@ from calibration.plan import InstrumentPlan, load_plan
 from calibration.points import CalibrationPoint, Direction
 from gsapp.dynamics.pilot.bench import Potentiometer, VirtualBench
 from gsapp.dynamics.pilot.bench.hand import SETTING_ERROR
-
-sys.path.insert(0, str(Path(__file__).parent))
-from bench_crew import BenchCrew
-from wizard_kit import SMALL, Field, Operator
+from tests.calibration.wizard.bench_crew import BenchCrew
+from tests.calibration.wizard.wizard_kit import SMALL, Field, Operator
 
 SUPPLY = 4.9
 MORNING = dt.datetime(2026, 5, 12, 7, 0)  # noqa: DTZ001 - a field's local time

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
@@ -10,9 +9,7 @@ import pytest
 from calibration.plan import load_plan
 from calibration.wizard import Action
 from gsapp.dynamics.pilot.bench import BenchFault, VirtualBench
-
-sys.path.insert(0, str(Path(__file__).parent))
-from bench_crew import BenchCrew
+from tests.calibration.wizard.bench_crew import BenchCrew
 
 PLAN = load_plan("b777").only(("surface", "vane"))
 

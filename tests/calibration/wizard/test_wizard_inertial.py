@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
@@ -10,10 +9,8 @@ import pytest
 from calibration.inertial import POSITIONS
 from calibration.plan import CalibrationPlan, load_plan
 from gsapp.dynamics.pilot.bench import BenchFault, VirtualBench
-
-sys.path.insert(0, str(Path(__file__).parent))
-from bench_crew import BenchCrew
-from wizard_kit import Field
+from tests.calibration.wizard.bench_crew import BenchCrew
+from tests.calibration.wizard.wizard_kit import Field
 
 PLAN = load_plan("b777")
 

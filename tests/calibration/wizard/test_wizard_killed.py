@@ -16,9 +16,7 @@ from calibration import CalibrationError, load_certificates
 from calibration.store import CertificateStore
 from calibration.wizard import Wizard, unfinished
 from calibration.wizard.journal import Journal
-
-sys.path.insert(0, str(Path(__file__).parent))
-from wizard_kit import SMALL, Field, Operator
+from tests.calibration.wizard.wizard_kit import SMALL, Field, Operator
 
 DOUBLE = SMALL.of(["elevator_left"])
 

@@ -10,16 +10,16 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
-from blind.cases import Case
-from blind.closing import closed_gap
-from blind.flying import fly_case
-from blind.judging import Named, Outcome, outcome_of
-from blind.sensitivity import with_sizes
 
 import gsapp
 from gsapp.discrepancy.settings import DiscrepancySettings
 from gsapp.discrepancy.workflow import Investigation
 from gsapp.foundation import GroundStationError
+from tests.discrepancy.blind.cases import Case
+from tests.discrepancy.blind.closing import closed_gap
+from tests.discrepancy.blind.flying import fly_case
+from tests.discrepancy.blind.judging import Named, Outcome, outcome_of
+from tests.discrepancy.blind.sensitivity import with_sizes
 
 ROOT = Path(gsapp.__file__).parents[1]
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-from blind.jsbsim_aircraft import AIR, PROPULSION
+from tests.discrepancy.blind.jsbsim_aircraft import AIR, PROPULSION
 
 Group = Literal["hidden", "nothing", "outside", "pair"]
 Baseline = Literal["fitted", "given", "wrong"]

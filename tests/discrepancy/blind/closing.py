@@ -10,12 +10,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from blind.cases import WHOLE
-from blind.flying import FlownCase
-
 from gsapp.discrepancy.baseline import settle
 from gsapp.discrepancy.showing import HeldOut
 from gsapp.dynamics.terms import make_term
+from tests.discrepancy.blind.cases import WHOLE
+from tests.discrepancy.blind.flying import FlownCase
 
 if TYPE_CHECKING:
     from gsapp.discrepancy.filtering.fitting import Fit

@@ -14,7 +14,10 @@ from pathlib import Path
 
 import jsbsim
 import numpy as np
-from blind.jsbsim_aircraft import (
+
+from gsapp.aircraft import Aircraft
+from gsapp.quantities import FloatArray
+from tests.discrepancy.blind.jsbsim_aircraft import (
     ALTITUDE,
     DERIVATIVES,
     FOOT,
@@ -25,9 +28,6 @@ from blind.jsbsim_aircraft import (
     place_of,
     write_aircraft,
 )
-
-from gsapp.aircraft import Aircraft
-from gsapp.quantities import FloatArray
 
 STEPS_PER_SECOND = 400
 RATE = 100

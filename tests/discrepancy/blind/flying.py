@@ -1,8 +1,7 @@
 """Blind cases flown: maneuvers, aircraft file and baseline model for the program, truth for us.
 
-    import sys; sys.path.insert(0, "tests/discrepancy")      # the folder that holds blind/
-    from blind.cases import Case, hidden
-    from blind.flying import fly_case
+    from tests.discrepancy.blind.cases import Case, hidden
+    from tests.discrepancy.blind.flying import fly_case
 
     flown = fly_case(hidden("aero.Cm.alpha2", -2.0, plan=0, seed=1))
     flown.maneuvers      # sixteen gsapp Maneuvers of flights A and B: what the program gets,
@@ -24,10 +23,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from blind.cases import MISSING, OUTSIDE_SENSOR, SENSOR, Case, neutral
-from blind.engine import CONTROLS, RATE, SETTLING, STEPS_PER_SECOND, Engine, Trim
-from blind.gusts import dryden
-from blind.instruments import (
+
+from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.dynamics.model import Model, load_model
+from gsapp.identification.maneuver import Maneuver
+from gsapp.quantities import Block, FloatArray
+from tests.discrepancy.blind.cases import MISSING, OUTSIDE_SENSOR, SENSOR, Case, neutral
+from tests.discrepancy.blind.engine import CONTROLS, RATE, SETTLING, STEPS_PER_SECOND, Engine, Trim
+from tests.discrepancy.blind.gusts import dryden
+from tests.discrepancy.blind.instruments import (
     AIR_BOX,
     SURFACES_BOX,
     Faults,
@@ -36,14 +40,17 @@ from blind.instruments import (
     with_faults,
     with_zeros,
 )
-from blind.jsbsim_aircraft import AIR, PROPULSION
-from blind.plan import PLAN, SERVO_LAG, SERVO_ORDER, Planned, hands, lagged, sampled
-from blind.virtual import flight_model, fly_equations
-
-from gsapp.aircraft import Aircraft, load_aircraft
-from gsapp.dynamics.model import Model, load_model
-from gsapp.identification.maneuver import Maneuver
-from gsapp.quantities import Block, FloatArray
+from tests.discrepancy.blind.jsbsim_aircraft import AIR, PROPULSION
+from tests.discrepancy.blind.plan import (
+    PLAN,
+    SERVO_LAG,
+    SERVO_ORDER,
+    Planned,
+    hands,
+    lagged,
+    sampled,
+)
+from tests.discrepancy.blind.virtual import flight_model, fly_equations
 
 CLOCK_OFFSET = 0.005
 """Of a box whose clock is off, s."""

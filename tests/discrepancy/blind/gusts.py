@@ -8,11 +8,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from blind.engine import STEPS_PER_SECOND
-from blind.jsbsim_aircraft import ALTITUDE, FOOT
 from scipy.signal import bilinear, lfilter
 
 from gsapp.quantities import FloatArray
+from tests.discrepancy.blind.engine import STEPS_PER_SECOND
+from tests.discrepancy.blind.jsbsim_aircraft import ALTITUDE, FOOT
 
 _GROUND = 200.0
 """Height of the field, m: maneuvers are flown 100 m above it."""

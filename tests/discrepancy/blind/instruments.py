@@ -12,13 +12,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from blind.engine import RATE
-from blind.jsbsim_aircraft import GRAVITY
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 from gsapp.aircraft import Aircraft
 from gsapp.quantities import FloatArray
+from tests.discrepancy.blind.engine import RATE
+from tests.discrepancy.blind.jsbsim_aircraft import GRAVITY
 
 DEGREE = math.pi / 180.0
 AIR_CONSTANT = 287.05287

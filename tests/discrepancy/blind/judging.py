@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from blind.cases import WHOLE, Case
-from blind.sensitivity import (
+from gsapp.discrepancy.catalog import catalog
+from tests.discrepancy.blind.cases import WHOLE, Case
+from tests.discrepancy.blind.sensitivity import (
     distances,
     showing,
 )
-
-from gsapp.discrepancy.catalog import catalog
 
 if TYPE_CHECKING:
     from gsapp.discrepancy.results import Discrepancy

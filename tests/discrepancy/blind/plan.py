@@ -13,12 +13,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from blind.engine import CONTROLS, RATE, SETTLING, STEPS_PER_SECOND, Condition, Trim
-from blind.jsbsim_aircraft import FOOT
 from scipy.signal import lfilter
 
 from gsapp.aircraft import Aircraft
 from gsapp.quantities import FloatArray
+from tests.discrepancy.blind.engine import (
+    CONTROLS,
+    RATE,
+    SETTLING,
+    STEPS_PER_SECOND,
+    Condition,
+    Trim,
+)
+from tests.discrepancy.blind.jsbsim_aircraft import FOOT
 
 DEGREE = math.pi / 180.0
 SERVO_LAG = 0.04

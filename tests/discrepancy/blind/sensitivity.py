@@ -34,9 +34,21 @@ from pathlib import Path
 
 import numpy as np
 import platformdirs
-from blind.cases import CONTROL, MISSING, WHOLE, Case, Recording, known_effects, neutral, typical
-from blind.engine import RATE, STATE, Engine
-from blind.flying import (
+from scipy.linalg import expm, solve_continuous_lyapunov
+
+from gsapp.quantities import FloatArray
+from tests.discrepancy.blind.cases import (
+    CONTROL,
+    MISSING,
+    WHOLE,
+    Case,
+    Recording,
+    known_effects,
+    neutral,
+    typical,
+)
+from tests.discrepancy.blind.engine import RATE, STATE, Engine
+from tests.discrepancy.blind.flying import (
     controls_of,
     engine_for,
     faults_of,
@@ -44,13 +56,17 @@ from blind.flying import (
     true_derivatives,
     truth_of,
 )
-from blind.gusts import lengths
-from blind.instruments import COLOR_TIME, COLORED, NOISE, ZERO, exposed, with_faults
-from blind.jsbsim_aircraft import AIR, DERIVATIVES, PROPULSION, aircraft_xml
-from blind.plan import PLAN, SERVO_ORDER, Planned
-from scipy.linalg import expm, solve_continuous_lyapunov
-
-from gsapp.quantities import FloatArray
+from tests.discrepancy.blind.gusts import lengths
+from tests.discrepancy.blind.instruments import (
+    COLOR_TIME,
+    COLORED,
+    NOISE,
+    ZERO,
+    exposed,
+    with_faults,
+)
+from tests.discrepancy.blind.jsbsim_aircraft import AIR, DERIVATIVES, PROPULSION, aircraft_xml
+from tests.discrepancy.blind.plan import PLAN, SERVO_ORDER, Planned
 
 CHANNELS = (
     "alpha", "beta", "p", "q", "r", "ax", "ay", "an", "dynamic_pressure", "phi", "theta",

@@ -8,13 +8,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from blind.engine import CONTROLS, RATE, SETTLING, STATE, STEPS_PER_SECOND, SUBSTEPS
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.terms import make_term
 from gsapp.quantities import FloatArray
+from tests.discrepancy.blind.engine import (
+    CONTROLS,
+    RATE,
+    SETTLING,
+    STATE,
+    STEPS_PER_SECOND,
+    SUBSTEPS,
+)
 
 
 def flight_model(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
@@ -10,9 +9,7 @@ import pytest
 from gsapp.identification.runs.outcome import Outcome
 from gsapp.identification.runs.request import RunRequest
 from gsapp.identification.runs.running import run
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from runs_kit import WINDOWS, write_flights
+from tests.identification.runs_kit import WINDOWS, write_flights
 
 
 @pytest.fixture(scope="session")

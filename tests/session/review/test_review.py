@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import sys
 from pathlib import Path
 
 import pytest
@@ -16,9 +15,7 @@ from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.identification.flights import flown_flights
 from gsapp.session.review import Review, ReviewedFlight, keep_maneuvers, open_reviewed
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "flight"))
-from maneuver_kit import EVERYTHING, make_flight
+from tests.flight.maneuver_kit import EVERYTHING, make_flight
 
 
 @pytest.fixture(scope="module")

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.session.review.traces import Traces
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "flight"))
-from maneuver_kit import flight_of
+from tests.flight.maneuver_kit import flight_of
 
 TIMES = np.arange(4000) / 50.0
 SAMPLES = np.sin(TIMES) + np.random.default_rng(3).normal(size=TIMES.size)
