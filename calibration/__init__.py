@@ -1,27 +1,27 @@
 """Volts to engineering units: points, fits, hysteresis, certificates."""
 
 from calibration.certificate import Certificate
-from calibration.fit import Fit, fit_points
-from calibration.points import CalibrationError, CalibrationPoint
-from calibration.reading import (
+from calibration.certificate_toml import (
     certificate_content,
-    certificate_files,
+    certificate_paths,
     load_certificate,
     load_certificates,
-    shipped_sets,
+    shipped_certificate_sets,
     write_certificate,
 )
+from calibration.points import CalibrationError, CalibrationPoint
+from calibration.polynomial_fit import PolynomialFit, fit_points
 
 __all__ = [
     "CalibrationError",
     "CalibrationPoint",
     "Certificate",
-    "Fit",
+    "PolynomialFit",
     "certificate_content",
-    "certificate_files",
+    "certificate_paths",
     "fit_points",
     "load_certificate",
     "load_certificates",
-    "shipped_sets",
+    "shipped_certificate_sets",
     "write_certificate",
 ]

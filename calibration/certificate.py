@@ -14,9 +14,9 @@ from datetime import datetime
 import numpy as np
 import numpy.typing as npt
 
-from calibration.fit import fit_points, polynomial
 from calibration.points import CalibrationPoint
-from calibration.quality import Quality
+from calibration.polynomial_fit import evaluate_polynomial, fit_points
+from calibration.quality import CalibrationQuality
 from gsapp.quantities import FloatArray, channel, to_si
 
 _ROUNDING = 1e-6
@@ -40,7 +40,7 @@ class Certificate:
     points : tuple of CalibrationPoint
         The readings.
     hysteresis, rms_residual, max_residual : float
-        As in `calibration.fit.Fit`.
+        As in `calibration.polynomial_fit.PolynomialFit`.
     excitation_voltage : float or None
         Supply of the instrument while it was calibrated, V.
     ratiometric : bool
@@ -54,7 +54,7 @@ class Certificate:
         Of the surroundings, K.
     instrument, notes : str
         What was calibrated, and what is to be known about it.
-    quality : Quality or None
+    quality : CalibrationQuality or None
         How good it is; None in files written before that was kept.
     si_coefficients : tuple of float
         As `coefficients`, to the SI unit of the channel.
@@ -77,7 +77,7 @@ class Certificate:
     temperature: float | None = None
     instrument: str = ""
     notes: str = ""
-    quality: Quality | None = None
+    quality: CalibrationQuality | None = None
     si_coefficients: tuple[float, ...] = field(init=False)
     end_slopes: tuple[float, float] = field(init=False)
 
@@ -89,7 +89,7 @@ class Certificate:
         si[0] += offset
         object.__setattr__(self, "si_coefficients", tuple(si))
         slope = [power * c for power, c in enumerate(si)][1:]
-        ends = polynomial(slope, np.array(self.range))
+        ends = evaluate_polynomial(slope, np.array(self.range))
         object.__setattr__(self, "end_slopes", (float(ends[0]), float(ends[1])))
 
     @classmethod
@@ -138,7 +138,7 @@ class Certificate:
     @property
     def value_range(self) -> tuple[float, float]:
         """Return the lowest and highest value that was calibrated, in the SI unit."""
-        ends = polynomial(self.si_coefficients, np.array(self.range))
+        ends = evaluate_polynomial(self.si_coefficients, np.array(self.range))
         return float(ends.min()), float(ends.max())
 
     def beyond(self, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
@@ -187,7 +187,7 @@ class Certificate:
         inside = np.clip(v, *self.range)
         beyond = v - inside
         slope = np.where(beyond < 0.0, *self.end_slopes)
-        return polynomial(self.si_coefficients, inside) + beyond * slope
+        return evaluate_polynomial(self.si_coefficients, inside) + beyond * slope
 
     def extrapolated(
         self, volts: npt.ArrayLike, excitation: npt.ArrayLike | None = None
@@ -236,7 +236,7 @@ class Certificate:
         """
         y = np.asarray(values, dtype=np.float64)
         low, high = self.range
-        y_low, y_high = polynomial(self.si_coefficients, np.array(self.range))
+        y_low, y_high = evaluate_polynomial(self.si_coefficients, np.array(self.range))
         inside = np.clip(y, min(y_low, y_high), max(y_low, y_high))
         beyond = y - inside
         at_low = (beyond < 0.0) == (y_low < y_high)
@@ -278,11 +278,11 @@ class Certificate:
         rising = sum(self.end_slopes) > 0.0
         v = 0.5 * (low + high)
         for _ in range(60):
-            error = polynomial(c, v) - y
+            error = evaluate_polynomial(c, v) - y
             above = (error > 0.0) == rising
             high = np.where(above, v, high)
             low = np.where(above, low, v)
-            slope = polynomial(slope_c, v)
+            slope = evaluate_polynomial(slope_c, v)
             step = v - error / np.where(slope == 0.0, np.inf, slope)
             bracketed = (step > low) & (step < high)
             following = np.where(bracketed, step, 0.5 * (low + high))

@@ -29,8 +29,8 @@ from typing import Literal
 
 from pydantic import Field
 
+from calibration.certificate_toml import certificate_paths
 from calibration.inertial import ACCELEROMETERS, GYROS
-from calibration.reading import certificate_files
 from gsapp.foundation import (
     FileProblem,
     FileProblemsError,
@@ -39,25 +39,25 @@ from gsapp.foundation import (
     UnknownNameError,
     read_toml,
 )
-from gsapp.foundation.shipped import Shipped
-from gsapp.quantities import INSTRUMENTS, base_id, channel, from_si, normalize_unit, parse
+from gsapp.foundation.shipped_files import ShippedFiles
+from gsapp.quantities import INSTRUMENTS, base_id, channel, from_si, normalize_unit, parse_quantity
 from gsapp.quantities.constants import DEGREE
 from gsapp.quantities.fields import Angle
 
-Kind = Literal["surface", "vane", "gyro", "accelerometer", "pressure"]
-PlaneView = Literal["side", "above"]
+InstrumentKind = Literal["surface", "vane", "gyro", "accelerometer", "pressure"]
+AircraftView = Literal["side", "above"]
 
-PLANS = Shipped(folder=Path(__file__).parent / "plans", kind="calibration plan")
+CALIBRATION_PLANS = ShippedFiles(folder=Path(__file__).parent / "plans", kind="calibration plan")
 
-SET_BY_HAND: frozenset[str] = frozenset({"surface", "vane"})
+ANGLE_SENSOR_KINDS: frozenset[str] = frozenset({"surface", "vane"})
 """Kinds that are set to angles against a protractor."""
 
-_OF_KIND: Mapping[Kind, tuple[str, ...]] = {
+_OF_KIND: Mapping[InstrumentKind, tuple[str, ...]] = {
     "gyro": GYROS,
     "accelerometer": ACCELEROMETERS,
     "pressure": ("dynamic_pressure", "static_pressure"),
 }
-_NEEDED: Mapping[Kind, tuple[str, ...]] = {
+_NEEDED: Mapping[InstrumentKind, tuple[str, ...]] = {
     "accelerometer": ACCELEROMETERS,
     "pressure": ("dynamic_pressure",),
 }
@@ -105,7 +105,7 @@ class InstrumentPlan:
 
     channel: str
     title: str
-    kind: Kind
+    kind: InstrumentKind
     unit: str
     settings: tuple[float, ...] = ()
     check_settings: tuple[float, ...] = ()
@@ -115,14 +115,14 @@ class InstrumentPlan:
     partner: str = ""
     sign_with_partner: int = 1
     ratiometric: bool = False
-    view: PlaneView = "side"
+    view: AircraftView = "side"
     turn: float | None = None
     setting_error: float | None = None
 
     @property
     def by_hand(self) -> bool:
         """Return whether it is set to angles by hand, as surfaces and vanes are."""
-        return self.kind in SET_BY_HAND
+        return self.kind in ANGLE_SENSOR_KINDS
 
     @property
     def positive_words(self) -> str:
@@ -181,7 +181,7 @@ class CalibrationPlan:
         """Return its channels for a sentence."""
         return ", ".join(self.channels)
 
-    def only(self, kinds: Sequence[Kind]) -> CalibrationPlan:
+    def only(self, kinds: Sequence[InstrumentKind]) -> CalibrationPlan:
         """Return the plan reduced to instruments of these kinds."""
         return self.of([one.channel for one in self.instruments if one.kind in kinds])
 
@@ -205,7 +205,7 @@ class CalibrationPlan:
 class _InstrumentTable(StrictModel):
     channel: str
     title: str = ""
-    kind: Kind
+    kind: InstrumentKind
     unit: str
     settings: tuple[str, ...] = ()
     check_settings: tuple[str, ...] = ()
@@ -215,7 +215,7 @@ class _InstrumentTable(StrictModel):
     partner: str = ""
     sign_with_partner: Literal[1, -1] = 1
     ratiometric: bool = False
-    view: PlaneView = "side"
+    view: AircraftView = "side"
     turn: Angle | None = None
     setting_error: str | None = None
 
@@ -226,7 +226,7 @@ class _PlanFile(StrictModel):
     instruments: tuple[_InstrumentTable, ...] = Field(min_length=1)
 
 
-def load_plan(name_or_path: str | Path) -> CalibrationPlan:
+def load_calibration_plan(name_or_path: str | Path) -> CalibrationPlan:
     """Read a calibration plan, or a shipped one such as ``b777``.
 
     Raises
@@ -236,7 +236,7 @@ def load_plan(name_or_path: str | Path) -> CalibrationPlan:
     UnknownNameError
         If there is no such file and none of that name is shipped.
     """
-    path = PLANS.find(name_or_path)
+    path = CALIBRATION_PLANS.find(name_or_path)
     file = read_toml(path, _PlanFile)
     reader = _Reader(file)
     instruments = tuple(reader.instrument(at) for at in range(len(file.instruments)))
@@ -271,7 +271,7 @@ class _Reader:
         self._check_ascending(at, "settings", settings)
         self._check_ascending(at, "check_settings", check_settings)
         self._check_ascending(at, "travel", travel)
-        if table.kind in SET_BY_HAND:
+        if table.kind in ANGLE_SENSOR_KINDS:
             self._check_set_by_hand(at, settings, check_settings, travel)
         return InstrumentPlan(
             channel=table.channel,
@@ -309,7 +309,7 @@ class _Reader:
                 self.problems.append(FileProblem(where="instruments", what=what, remedy=remedy))
         if self._file.nominal:
             try:
-                certificate_files(self._file.nominal)
+                certificate_paths(self._file.nominal)
             except UnknownNameError as error:
                 self.problems.append(FileProblem.of("nominal", error))
 
@@ -350,7 +350,7 @@ class _Reader:
         if not quantity:
             return float("nan")
         try:
-            value = float(from_si(parse(text, quantity), unit, quantity))
+            value = float(from_si(parse_quantity(text, quantity), unit, quantity))
         except UnitError as error:
             self.problems.append(FileProblem.of(f"instruments[{at}].{key}[{index}]", error))
             return float("nan")

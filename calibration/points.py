@@ -10,7 +10,7 @@ from gsapp.foundation import GroundStationError
 
 Direction = Literal["up", "down", "single"]
 
-DIRECTION_WORDS: Final[Mapping[Direction, str]] = {
+DIRECTION_TEXT: Final[Mapping[Direction, str]] = {
     "up": "increasing", "down": "decreasing", "single": "",
 }  # fmt: skip
 """How a direction reads on every page, in print and in messages; files hold ``up`` and ``down``.

@@ -13,12 +13,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from calibration.points import DIRECTION_WORDS, CalibrationPoint, Direction
+from calibration.points import DIRECTION_TEXT, CalibrationPoint, Direction
 from gsapp.foundation import FileProblem, FileProblemsError, UnitError
-from gsapp.foundation.naming import did_you_mean
+from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.quantities import channel, from_si, normalize_unit, to_si
 
-MOST_PROBLEMS = 20
+MAX_PROBLEMS = 20
 
 _VOLTS, _SUPPLY = (-15.0, 15.0), (0.5, 30.0)
 """What a converter may read, and what may supply a potentiometer, V."""
@@ -26,7 +26,7 @@ _VOLTS, _SUPPLY = (-15.0, 15.0), (0.5, 30.0)
 _HEADING = re.compile(r"\s*(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?\s*")
 _DIRECTIONS: dict[str, Direction] = {
     "up": "up", "down": "down", "single": "single", "": "single",
-    **{words: key for key, words in DIRECTION_WORDS.items() if words},
+    **{words: key for key, words in DIRECTION_TEXT.items() if words},
 }  # fmt: skip
 
 
@@ -125,7 +125,7 @@ def load_points(path: str | Path, channel_id: str) -> PointsFile:
             )
         )
     if problems:
-        raise FileProblemsError(path, problems[:MOST_PROBLEMS])
+        raise FileProblemsError(path, problems[:MAX_PROBLEMS])
     return _points_file(columns["value"].unit, found)
 
 

@@ -8,18 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from calibration.branches import BranchFit, Readings
-from calibration.fit import Fit, polynomial
+from calibration.hysteresis_fit import CalibrationReadings, HysteresisFit
+from calibration.polynomial_fit import PolynomialFit, evaluate_polynomial
 from gsapp.quantities import FloatArray
 
-PLACES = 9
+UNCERTAINTY_POINT_COUNT = 9
 """Where along the curve its uncertainty is written down."""
 
 _CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Quality:
+class CalibrationQuality:
     """What a calibration is worth. All in the unit of the certificate where nothing else is said.
 
     Attributes
@@ -27,14 +27,15 @@ class Quality:
     degree : int
         Of the curve.
     rms, maximum : float
-        As in `calibration.fit.Fit`.
+        As in `calibration.polynomial_fit.PolynomialFit`.
     linearity : float
         Largest distance of the curve from the straight line that fits it best over the range.
     scatter : float or None
         Standard deviation of one setting about its branch: reading the protractor, mostly. None
         where the points leave no freedom to tell.
     hysteresis : float or None
-        Width of the loop, by `calibration.branches`; None where only one direction was measured.
+        Width of the loop, by `calibration.hysteresis_fit`; None where only one direction was
+        measured.
     hysteresis_uncertainty : float or None
         Half width of its 95 % interval.
     return_to_zero : float or None
@@ -105,27 +106,27 @@ class Quality:
         return np.interp(v, self.places, self.half_widths, left=np.nan, right=np.nan)
 
 
-def assess(
-    fit: Fit,
-    readings: Readings,
-    branch_fit: BranchFit,
+def assess_quality(
+    fit: PolynomialFit,
+    readings: CalibrationReadings,
+    branch_fit: HysteresisFit,
     *,
-    rivals: Sequence[tuple[float, BranchFit]] = (),
+    rivals: Sequence[tuple[float, HysteresisFit]] = (),
     travel: tuple[float, float] | None = None,
     count: float,
     outliers: tuple[int, ...] = (),
-) -> Quality:
+) -> CalibrationQuality:
     """Judge a curve.
 
     Parameters
     ----------
-    fit : Fit
+    fit : PolynomialFit
         The curve.
-    readings : Readings
+    readings : CalibrationReadings
         The points that it was drawn through.
-    branch_fit : BranchFit
+    branch_fit : HysteresisFit
         The same curve with its covariance.
-    rivals : sequence of (float, BranchFit)
+    rivals : sequence of (float, HysteresisFit)
         Curves of the other degrees, each with the share that the evidence leaves it.
     travel : tuple of float, optional
         Of the surface, lowest and highest.
@@ -136,20 +137,20 @@ def assess(
 
     Returns
     -------
-    Quality
+    CalibrationQuality
     """
     low, high = float(readings.volts.min()), float(readings.volts.max())
     volts = np.linspace(low, high, 201)
-    slopes = np.abs(slope_of(branch_fit.coefficients, volts))
+    slopes = np.abs(evaluate_slope(branch_fit.coefficients, volts))
     # The ends to the last bit, so that no voltage within the range lies outside.
-    places = np.array([low, *np.linspace(low, high, PLACES)[1:-1].round(4), high])
+    places = np.array([low, *np.linspace(low, high, UNCERTAINTY_POINT_COUNT)[1:-1].round(4), high])
     known = np.isfinite(branch_fit.scatter)
     noise = float(
         np.hypot(readings.noise, count / np.sqrt(12.0) if readings.noise < count else 0.0)
     )
     width = branch_fit.hysteresis
     std = branch_fit.hysteresis_std
-    return Quality(
+    return CalibrationQuality(
         degree=branch_fit.degree,
         rms=fit.rms,
         maximum=fit.maximum,
@@ -157,7 +158,7 @@ def assess(
         scatter=branch_fit.scatter if known else None,
         hysteresis=None if width is None else abs(width),
         hysteresis_uncertainty=(
-            None if std is None or not known else std * student(branch_fit.freedom)
+            None if std is None or not known else std * student_t_95(branch_fit.freedom)
         ),
         return_to_zero=return_to_zero(readings, branch_fit),
         resolution=float(slopes.max()) * count,
@@ -165,15 +166,17 @@ def assess(
         travel=travel,
         places=tuple(float(v) for v in places) if known else (),
         half_widths=(
-            tuple(float(u) for u in half_widths(branch_fit, places, noise, rivals)) if known else ()
+            tuple(float(u) for u in compute_half_widths(branch_fit, places, noise, rivals))
+            if known
+            else ()
         ),
         outliers=outliers,
     )
 
 
-def slope_of(coefficients: tuple[float, ...], volts: FloatArray) -> FloatArray:
+def evaluate_slope(coefficients: tuple[float, ...], volts: FloatArray) -> FloatArray:
     """Return the slope of a curve at volts, shape (n,), unit per volt."""
-    return polynomial([power * c for power, c in enumerate(coefficients)][1:], volts)
+    return evaluate_polynomial([power * c for power, c in enumerate(coefficients)][1:], volts)
 
 
 def linearity(curve: FloatArray) -> float:
@@ -209,7 +212,7 @@ def linearity(curve: FloatArray) -> float:
     return 0.5 * spread(0.5 * (low + high))
 
 
-def return_to_zero(readings: Readings, branch_fit: BranchFit) -> float | None:
+def return_to_zero(readings: CalibrationReadings, branch_fit: HysteresisFit) -> float | None:
     """Return how far apart zero is shown, reached from below and from above."""
     spacing = np.ptp(readings.values) / max(readings.settings.max(), 1.0)
     at_zero = np.abs(readings.values) <= 0.1 * spacing
@@ -221,11 +224,11 @@ def return_to_zero(readings: Readings, branch_fit: BranchFit) -> float | None:
     return float(abs(shown[down].mean() - shown[up].mean()))
 
 
-def half_widths(
-    branch_fit: BranchFit,
+def compute_half_widths(
+    branch_fit: HysteresisFit,
     volts: FloatArray,
     noise: float,
-    rivals: Sequence[tuple[float, BranchFit]] = (),
+    rivals: Sequence[tuple[float, HysteresisFit]] = (),
 ) -> FloatArray:
     """Return the 95 % half width of the value that the curve tells at volts.
 
@@ -236,14 +239,14 @@ def half_widths(
 
     Parameters
     ----------
-    branch_fit : BranchFit
+    branch_fit : HysteresisFit
         The curve; its scatter must be known.
     volts : ndarray, shape (n,)
         V.
     noise : float
         Standard deviation of a sample, its rounding by the converter included, V.
-    rivals : sequence of (float, BranchFit)
-        As in `assess`.
+    rivals : sequence of (float, HysteresisFit)
+        As in `assess_quality`.
 
     Returns
     -------
@@ -253,13 +256,13 @@ def half_widths(
     from scipy.special import stdtr
 
     variance = 0.5 * (branch_fit.variance(volts, 1.0) + branch_fit.variance(volts, -1.0))
-    variance += (slope_of(branch_fit.coefficients, volts) * noise) ** 2
+    variance += (evaluate_slope(branch_fit.coefficients, volts) * noise) ** 2
     for share, rival in rivals:
         variance += share * (rival.value(volts) - branch_fit.value(volts)) ** 2
     std = np.sqrt(variance)
     apart = 0.5 * abs(branch_fit.hysteresis or 0.0)
     low = np.zeros_like(volts)
-    high = apart + (student(branch_fit.freedom) + 1.0) * std
+    high = apart + (student_t_95(branch_fit.freedom) + 1.0) * std
     scale = np.where(std > 0.0, std, 1.0)
     for _ in range(40):
         middle = 0.5 * (low + high)
@@ -271,7 +274,7 @@ def half_widths(
     return np.where(std > 0.0, high, apart)
 
 
-def student(freedom: float) -> float:
+def student_t_95(freedom: float) -> float:
     """Return how many standard deviations hold 95 % on both sides together."""
     from scipy.special import stdtrit
 
@@ -284,20 +287,20 @@ class Calibration:
 
     Attributes
     ----------
-    fit : Fit
+    fit : PolynomialFit
         The curve, midway between the branches.
-    quality : Quality
+    quality : CalibrationQuality
     losses : dict of int to float
         Root mean square error of predicting each setting from the others, by degree, in the unit
         of the values; only degrees that could be tried.
-    branch_fit : BranchFit
+    branch_fit : HysteresisFit
         The curve with its covariance.
     """
 
-    fit: Fit
-    quality: Quality
+    fit: PolynomialFit
+    quality: CalibrationQuality
     losses: dict[int, float]
-    branch_fit: BranchFit
+    branch_fit: HysteresisFit
 
     @property
     def degree(self) -> int:
@@ -308,7 +311,7 @@ class Calibration:
         """Return the values at volts, any shape; NaN outside the range that was measured."""
         v = np.asarray(volts, dtype=np.float64)
         inside = np.abs(v - self.branch_fit.middle) <= self.branch_fit.half * (1.0 + 1e-12)
-        return np.where(inside, polynomial(self.fit.coefficients, v), np.nan)
+        return np.where(inside, evaluate_polynomial(self.fit.coefficients, v), np.nan)
 
     def uncertainty(self, volts: npt.ArrayLike) -> FloatArray:
         """Return the 95 % half width of the value at volts; NaN outside the range."""

@@ -6,9 +6,9 @@ from typing import Any
 
 from pydantic import Field
 
-from calibration.file_values import difference, read_in_unit, read_quantity
-from calibration.fit import Fit
-from calibration.quality import Quality
+from calibration.polynomial_fit import PolynomialFit
+from calibration.quality import CalibrationQuality
+from calibration.quantity_parsing import difference_unit, parse_quantity, parse_quantity_in_unit
 from gsapp.foundation import FileProblem, StrictModel
 from gsapp.quantities.fields import Voltage
 
@@ -19,7 +19,7 @@ class _UncertaintySection(StrictModel):
 
 
 class QualitySection(StrictModel):
-    """As written in the file; see `calibration.quality.Quality`."""
+    """As written in the file; see `calibration.quality.CalibrationQuality`."""
 
     linearity: str
     resolution: str
@@ -35,19 +35,19 @@ class QualitySection(StrictModel):
 def read_quality(
     section: QualitySection,
     *,
-    fit: Fit,
+    fit: PolynomialFit,
     two_sided: bool,
     unit: str,
     key: str,
     problems: list[FileProblem],
-) -> Quality:
+) -> CalibrationQuality:
     """Return the quality that a file tells of; mistakes are added to `problems`.
 
     Parameters
     ----------
     section : QualitySection
         As read.
-    fit : Fit
+    fit : PolynomialFit
         Of the same file: what it says is not said twice.
     two_sided : bool
         Whether the points were taken upward and downward.
@@ -56,15 +56,15 @@ def read_quality(
     problems : list of FileProblem
         Of the file so far.
     """
-    step = difference(unit)
+    step = difference_unit(unit)
 
     def optional(name: str) -> float | None:
         text = getattr(section, name)
-        return None if text is None else read_quantity(text, step, f"quality.{name}", problems)
+        return None if text is None else parse_quantity(text, step, f"quality.{name}", problems)
 
     def pair(texts: tuple[str, str], name: str) -> tuple[float, float]:
         low, high = (
-            read_in_unit(text, unit, key, f"quality.{name}[{index}]", problems)
+            parse_quantity_in_unit(text, unit, key, f"quality.{name}[{index}]", problems)
             for index, text in enumerate(texts)
         )
         # A single reading covers a single value; a travel without length is none.
@@ -81,7 +81,7 @@ def read_quality(
     if section.uncertainty is not None:
         places = section.uncertainty.volts
         half_widths = tuple(
-            read_quantity(text, step, f"quality.uncertainty.half_width[{index}]", problems)
+            parse_quantity(text, step, f"quality.uncertainty.half_width[{index}]", problems)
             for index, text in enumerate(section.uncertainty.half_width)
         )
         if len(places) != len(half_widths) or sorted(set(places)) != list(places):
@@ -92,16 +92,16 @@ def read_quality(
                     remedy="write one half width for each of the ascending volts",
                 )
             )
-    return Quality(
+    return CalibrationQuality(
         degree=len(fit.coefficients) - 1,
         rms=fit.rms,
         maximum=fit.maximum,
-        linearity=read_quantity(section.linearity, step, "quality.linearity", problems),
+        linearity=parse_quantity(section.linearity, step, "quality.linearity", problems),
         scatter=optional("scatter"),
         hysteresis=fit.hysteresis if two_sided else None,
         hysteresis_uncertainty=optional("hysteresis_uncertainty"),
         return_to_zero=optional("return_to_zero"),
-        resolution=read_quantity(section.resolution, step, "quality.resolution", problems),
+        resolution=parse_quantity(section.resolution, step, "quality.resolution", problems),
         covered=pair(section.covered, "covered"),
         travel=None if section.travel is None else pair(section.travel, "travel"),
         places=places,
@@ -110,9 +110,9 @@ def read_quality(
     )
 
 
-def quality_content(quality: Quality, unit: str) -> dict[str, Any]:
+def quality_content(quality: CalibrationQuality, unit: str) -> dict[str, Any]:
     """Return what the section holds; `read_quality` reads it back to six digits."""
-    step = difference(unit)
+    step = difference_unit(unit)
 
     def written(value: float | None) -> str | None:
         return None if value is None else f"{value:.6g} {step}".rstrip()

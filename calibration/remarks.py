@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from calibration.points import CalibrationPoint
 from calibration.quality import Calibration
 
-LITTLE_COVERAGE = 0.6
+MIN_COVERAGE = 0.6
 """Share of the travel below which a calibration is remarked upon."""
 
 
-def remarks(
+def collect_remarks(
     calibration: Calibration, points: Sequence[CalibrationPoint], unit: str
 ) -> tuple[str, ...]:
     """Return what is odd about a calibration, each with its remedy; empty where all is well.
@@ -19,7 +19,7 @@ def remarks(
     Parameters
     ----------
     calibration : Calibration
-        From `calibration.choosing.calibrate`.
+        From `calibration.curve_selection.fit_calibration`.
     points : sequence of CalibrationPoint
         The points that it was drawn through.
     unit : str
@@ -45,7 +45,7 @@ def remarks(
             "the volts lead the movement instead of lagging behind it; look whether up and down "
             "were noted the wrong way round"
         )
-    if quality.coverage is not None and quality.coverage < LITTLE_COVERAGE:
+    if quality.coverage is not None and quality.coverage < MIN_COVERAGE:
         found.append(
             f"only {100.0 * quality.coverage:.0f} % of the travel is covered; beyond it values "
             "are extrapolated, take settings nearer to the ends"

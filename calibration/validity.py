@@ -8,12 +8,12 @@ from datetime import datetime, timedelta
 from typing import Final, Literal
 
 from calibration.certificate import Certificate
-from gsapp.foundation.naming import listed
+from gsapp.foundation.name_suggestions import format_names
 from gsapp.quantities import CHANNELS, base_id, channel
 
-VALID_FOR: Final = timedelta(hours=18)
+VALIDITY_PERIOD: Final = timedelta(hours=18)
 """Surfaces and vanes are calibrated on every day of flying."""
-EXAMPLE: Final = "shipped example"
+SHIPPED_EXAMPLE: Final = "shipped example"
 """Signs certificates that come with the program: of no real instrument, and on no real day."""
 
 _DAILY: Final = frozenset({"Surfaces", "Flow"})
@@ -75,7 +75,7 @@ class CalibrationInForce:
             Channels to judge; all by default.
         valid_for : timedelta, optional
             Age at which each certificate of `names` is out of date. By default those of surfaces
-            and vanes are after `VALID_FOR`, the others never.
+            and vanes are after `VALIDITY_PERIOD`, the others never.
         """
         every = (*self.certificates, *self.lacking) if names is None else tuple(names)
         chosen = sorted(set(every), key=lambda name: (_ORDER[base_id(name)], name))
@@ -89,8 +89,12 @@ class CalibrationInForce:
             name for name in held if self.failed.get(name) == self.certificates[name].stamp
         ]:
             return _warning(f"{len(moved)} moved", "Moved since calibration, by a check", moved)
-        aging = {name: at for name, at in held.items() if valid_for is not None or is_daily(name)}
-        return self._aged(held, aging, valid_for or VALID_FOR)
+        aging = {
+            name: at
+            for name, at in held.items()
+            if valid_for is not None or is_calibrated_daily(name)
+        }
+        return self._aged(held, aging, valid_for or VALIDITY_PERIOD)
 
     def _aged(
         self, held: Mapping[str, datetime], aging: Mapping[str, datetime], valid_for: timedelta
@@ -103,7 +107,7 @@ class CalibrationInForce:
                 detail=f"A certificate is dated {_date(max(ahead))}, after {_date(on)}: set this "
                 "computer's clock",
             )
-        if examples := [name for name in aging if self.certificates[name].who == EXAMPLE]:
+        if examples := [name for name in aging if self.certificates[name].who == SHIPPED_EXAMPLE]:
             return CalibrationStatus(
                 state="caution",
                 words="example values",
@@ -114,7 +118,7 @@ class CalibrationInForce:
             return CalibrationStatus(
                 state="good", words="in force", detail=f"{_count(held)} in force"
             )
-        day = day_words(aging[oldest], on)
+        day = day_text(aging[oldest], on)
         if on - aging[oldest] > valid_for:
             old = [name for name, at in aging.items() if on - at > valid_for]
             since = f"{_titles(old)}: last calibrated {day}"
@@ -131,12 +135,12 @@ class CalibrationInForce:
         return self.certificates[name].stamp.astimezone()
 
 
-def is_daily(channel_id: str) -> bool:
+def is_calibrated_daily(channel_id: str) -> bool:
     """Return whether an instrument is calibrated on every day of flying."""
     return channel(channel_id).group in _DAILY
 
 
-def day_words(stamp: datetime, now: datetime) -> str:
+def day_text(stamp: datetime, now: datetime) -> str:
     """Return the day of a stamp: ``today``, ``yesterday``, ``12 May``, ``12 May 2003``."""
     days = (now.date() - stamp.date()).days
     if days in (0, 1):
@@ -154,7 +158,7 @@ def _count(held: Collection[str]) -> str:
 
 def _titles(names: Collection[str]) -> str:
     titles = [channel(name).title for name in names]
-    return listed(titles, _MOST_NAMED) if len(titles) > _MOST_NAMED else ", ".join(titles)
+    return format_names(titles, _MOST_NAMED) if len(titles) > _MOST_NAMED else ", ".join(titles)
 
 
 def _warning(words: str, what: str, names: Collection[str]) -> CalibrationStatus:

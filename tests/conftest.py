@@ -18,7 +18,7 @@ from hypothesis import HealthCheck, settings
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
 
-    from gsapp.dynamics.pilot.flight import VirtualFlight
+    from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -103,8 +103,8 @@ def flown_short(
     tmp_path_factory: pytest.TempPathFactory,
 ) -> Callable[[int], VirtualFlight]:
     """Return what gives the short flight of a seed, flown once for all processes of a run."""
-    from gsapp.dynamics.pilot.flight import fly
-    from gsapp.foundation.locking import FileLock
+    from gsapp.dynamics.virtual_aircraft.virtual_flight import simulate_flight
+    from gsapp.foundation.file_lock import FileLock
 
     folder = tmp_path_factory.getbasetemp()
     if "PYTEST_XDIST_WORKER" in os.environ:
@@ -120,7 +120,7 @@ def flown_short(
                 if kept.exists():
                     flights[seed] = pickle.loads(kept.read_bytes())  # noqa: S301 - our own
                 else:
-                    flights[seed] = fly("short", seed=seed)
+                    flights[seed] = simulate_flight("short", seed=seed)
                     kept.write_bytes(pickle.dumps(flights[seed]))
             finally:
                 lock.release()
@@ -132,9 +132,9 @@ def flown_short(
 @pytest.fixture(scope="session")
 def qapp() -> QApplication:
     """Return the application as the program makes it, which collects garbage by its event loop."""
-    from ui.app import make_application
+    from ui.app import create_application
 
-    return make_application()
+    return create_application()
 
 
 @pytest.fixture(autouse=True)

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsapp.foundation import GroundStationError
-from gsapp.foundation.endings import asked_to_end, ends_within
-from ui.display import fonts_without_screen, require_display
+from gsapp.foundation.process_shutdown import exit_deadline, on_termination_signal
+from ui.display_check import offscreen_font_folder, require_display
 
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _QT_PACKAGES = "libgl1 libegl1 libxkbcommon0 libdbus-1-3 libfontconfig1 libglib2.0-0"
 
 _COLLECT_SECONDS = 1.0
-_ENDS_SECONDS = 12.0
+_SHUTDOWN_SECONDS = 12.0
 """From a signal that asks the program to end until it is ended, whatever it still waits for."""
 _IDLE_MS = 500
 """From the opening of a window without a flight until it gets ready for one."""
@@ -38,7 +38,7 @@ def _require_qt() -> None:
         ) from error
 
 
-def make_application() -> QApplication:
+def create_application() -> QApplication:
     """Return the one application of the process, made if there is none yet.
 
     From then on cyclic garbage is collected by its event loop alone. Python collects in whichever
@@ -54,7 +54,7 @@ def make_application() -> QApplication:
     """
     require_display()
     _require_qt()
-    if (fonts := fonts_without_screen()) is not None:
+    if (fonts := offscreen_font_folder()) is not None:
         os.environ.setdefault("QT_QPA_FONTDIR", fonts)
     from pyqtgraph.util.garbage_collector import GarbageCollector
     from PySide6.QtCore import Qt
@@ -106,7 +106,7 @@ def run_window(
     settings : Path, optional
         Settings file in place of the user's own.
     place : str
-        Where to begin, as `ui.places` names it; the usual one where empty.
+        Where to begin, as `ui.page_registry` names it; the usual one where empty.
 
     Returns
     -------
@@ -125,21 +125,21 @@ def run_window(
     from gsapp.session.feeds import parse_speed
 
     times = parse_speed(speed)
-    application = make_application()
+    application = create_application()
     from PySide6.QtCore import QTimer
 
-    from ui.faults import FaultDesk, start_log
-    from ui.lit_screen import LitScreen
-    from ui.loading import WaitingLoader
+    from ui.error_reporter import ErrorReporter, start_logging
+    from ui.main_window import MainWindow
+    from ui.module_preloader import ModulePreloader
+    from ui.screen_saver_inhibitor import ScreenSaverInhibitor
     from ui.settings import SettingsStore, log_path, settings_path
-    from ui.window import MainWindow
 
-    start_log(log_path())
+    start_logging(log_path())
     store = SettingsStore(settings or settings_path())
-    faults = FaultDesk()
+    faults = ErrorReporter()
     faults.install()
     window = MainWindow(store, faults, offer_recorders=flight is None and link is None)
-    lit_screen = LitScreen(window.desk)
+    lit_screen = ScreenSaverInhibitor(window.desk)
     window.show()
     QTimer.singleShot(0, lambda: log.info("window opened, process %d", os.getpid()))
     # What it made is not looked through later either.
@@ -162,11 +162,14 @@ def run_window(
         )
     else:
         # Nothing moves yet, so nobody sees the hitch.
-        loader = WaitingLoader(lambda: not window.desk.is_open, window)
+        loader = ModulePreloader(lambda: not window.desk.is_open, window)
         QTimer.singleShot(_IDLE_MS, loader, loader.begin)
     try:
         # Python only sees a signal between its own steps, which the window's timer provides.
-        with asked_to_end(lambda _signal: window.end()), ends_within(_ENDS_SECONDS, log_path()):
+        with (
+            on_termination_signal(lambda _signal: window.end()),
+            exit_deadline(_SHUTDOWN_SECONDS, log_path()),
+        ):
             return int(application.exec())
     finally:
         lit_screen.close()

@@ -11,10 +11,10 @@ from PySide6.QtCore import QEvent
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
 
-from ui.strips.keys import KEY_ACTIONS
+from ui.strips.chart_keys import KEY_ACTIONS
 from ui.theme import THEMES, theme_title
 
-Need = Literal[
+CommandRequirement = Literal[
     "nothing",
     "flight",
     "replay",
@@ -87,7 +87,7 @@ class Command:
     menu: str
     text: str
     keys: tuple[str, ...] = ()
-    needs: Need = "nothing"
+    needs: CommandRequirement = "nothing"
     rule: bool = False
     repeats: bool = False
     submenu: str = ""
@@ -103,7 +103,7 @@ def _command(
     command: str,
     text: str,
     *keys: str,
-    needs: Need = "nothing",
+    needs: CommandRequirement = "nothing",
     rule: bool = False,
     repeats: bool = False,
 ) -> Command:
@@ -560,14 +560,14 @@ COMMANDS: tuple[Command, ...] = (
 )
 """All commands, in the order of the menus."""
 
-CHECKED = frozenset(
+CHECKABLE_COMMANDS = frozenset(
     {"full_screen", "side_panel", "mute", "pilot_window", "pilot_speak"}
     | {f"theme_{name}" for name in THEMES}
 )
 """Commands that are on or off; the menu shows which."""
 
 
-_REASONS: Mapping[str, str] = {
+_DISABLED_REASONS: Mapping[str, str] = {
     "flight": "Open a flight first",
     "replay": "Open a recorded flight first",
     "recorder": "No recording is running",
@@ -596,7 +596,7 @@ _REASONS: Mapping[str, str] = {
 """Why a command is gray; of others the page is named on which they work."""
 
 
-def key_text(keys: str) -> str:
+def shortcut_text(keys: str) -> str:
     """Return a shortcut as this system writes it."""
     return QKeySequence(keys).toString(QKeySequence.SequenceFormat.NativeText)
 
@@ -605,7 +605,7 @@ def action_hint(action: QAction) -> str:
     """Return ``Mark this moment (M)`` for the tool tip of a button; of a gray one, why it is so."""
     if not action.isEnabled():
         return action.toolTip()
-    keys, text = key_text(action.shortcut().toString()), action.text().rstrip("…")
+    keys, text = shortcut_text(action.shortcut().toString()), action.text().rstrip("…")
     return f"{text} ({keys})" if keys else text
 
 
@@ -646,7 +646,7 @@ class CommandSet:
         for command in self.commands:
             action = CommandAction(command.text, parent)
             action.setShortcuts([QKeySequence(keys) for keys in command.keys])
-            action.setCheckable(command.id in CHECKED)
+            action.setCheckable(command.id in CHECKABLE_COMMANDS)
             action.setAutoRepeat(command.repeats)
             parent.addAction(action)
             self.actions[command.id] = action
@@ -684,13 +684,15 @@ class CommandSet:
         for menu in menus.values():
             menu.setToolTipsVisible(True)
 
-    def enable(self, present: Iterable[Need]) -> None:
+    def enable(self, present: Iterable[CommandRequirement]) -> None:
         """Gray what has nothing to act on, and say why; `present` says what is there."""
         there = {"nothing", *present}
         for command in self.commands:
             action, is_enabled = self.actions[command.id], command.needs in there
             action.setEnabled(is_enabled)
-            why = _REASONS.get(command.needs, f"Not available now; see the {command.menu} page")
+            why = _DISABLED_REASONS.get(
+                command.needs, f"Not available now; see the {command.menu} page"
+            )
             action.setToolTip("" if is_enabled else why)
 
     def check(self, command_id: str, on: bool) -> None:
@@ -700,5 +702,5 @@ class CommandSet:
     def hint(self, command_id: str) -> str:
         """Return ``Mark this moment (M)``, for tool tips."""
         command = next(known for known in self.commands if known.id == command_id)
-        keys = f" ({key_text(command.keys[0])})" if command.keys else ""
+        keys = f" ({shortcut_text(command.keys[0])})" if command.keys else ""
         return f"{command.text.rstrip('…')}{keys}"

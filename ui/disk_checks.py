@@ -9,12 +9,12 @@ from typing import Literal
 
 PathKind = Literal["file", "folder", "special", "missing", "stuck"]
 
-_PATIENCE = 0.2
-_LITTLE_PATIENCE = 0.03
+_DISK_TIMEOUT = 0.2
+_SHORT_DISK_TIMEOUT = 0.03
 """Seconds that the window waits for a disk; little while another path is stuck already, since
 all that is remembered often lies on one disk."""
 
-_asking: dict[Path, Thread] = {}
+_pending_checks: dict[Path, Thread] = {}
 """Paths whose disk has not answered yet."""
 
 
@@ -28,22 +28,22 @@ def path_kind(path: Path | str) -> PathKind:
         the disk does not answer. Such a path, and all below it, is not asked again until it does.
     """
     place = Path(path).expanduser().absolute()
-    for known, asking in list(_asking.items()):
+    for known, asking in list(_pending_checks.items()):
         if not asking.is_alive():
-            del _asking[known]
-    if not _asking.keys().isdisjoint((place, *place.parents)):
+            del _pending_checks[known]
+    if not _pending_checks.keys().isdisjoint((place, *place.parents)):
         return "stuck"
     kinds: list[PathKind] = []
-    thread = Thread(target=lambda: kinds.append(_look(place)), name="disk check", daemon=True)
+    thread = Thread(target=lambda: kinds.append(_stat_kind(place)), name="disk check", daemon=True)
     thread.start()
-    thread.join(_LITTLE_PATIENCE if _asking else _PATIENCE)
+    thread.join(_SHORT_DISK_TIMEOUT if _pending_checks else _DISK_TIMEOUT)
     if not kinds:
-        _asking[place] = thread
+        _pending_checks[place] = thread
         return "stuck"
     return kinds[0]
 
 
-def _look(place: Path) -> PathKind:
+def _stat_kind(place: Path) -> PathKind:
     try:
         mode = place.stat().st_mode
     except (OSError, ValueError):

@@ -12,14 +12,14 @@ from PySide6.QtSvg import QSvgGenerator
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from gsapp.foundation import write_atomically
-from ui.dialogs.saving import file_to_write
-from ui.work import Work
+from ui.background_job import BackgroundJob
+from ui.dialogs.save_dialog import ask_save_file
 
 _KINDS = "Picture (*.png);;PDF (*.pdf);;Drawing (*.svg);;Numbers (*.csv)"
 _EXACT = QPageSize.SizeMatchPolicy.ExactMatch
 _POINTS_PER_INCH, _PIXELS_PER_INCH = 72.0, 96
 
-Content = Callable[[], bytes]
+ContentFunction = Callable[[], bytes]
 """Makes the content of a file, in a thread."""
 
 
@@ -33,8 +33,8 @@ class FigureMenu(QObject):
     file : callable
         Returns the file that is proposed.
     content : callable
-        Returns the `Content` for an ending: ``.png``, ``.pdf``, ``.svg``, or for the numbers
-        ``.csv`` and ``.tsv``. Called only while the menu is enabled.
+        Returns the `ContentFunction` for an ending: ``.png``, ``.pdf``, ``.svg``, or for the
+        numbers ``.csv`` and ``.tsv``. Called only while the menu is enabled.
     reset : callable
         Shows all of the figure again.
 
@@ -50,7 +50,7 @@ class FigureMenu(QObject):
         self,
         widget: QWidget,
         file: Callable[[], Path],
-        content: Callable[[str], Content],
+        content: Callable[[str], ContentFunction],
         reset: Callable[[], object],
     ) -> None:
         super().__init__(widget)
@@ -95,7 +95,7 @@ class FigureMenu(QObject):
 
     def ask(self) -> None:
         """Ask for a file and save the figure there."""
-        path = file_to_write(self._widget, "Save the figure", self._file(), _KINDS)
+        path = ask_save_file(self._widget, "Save the figure", self._file(), _KINDS)
         if path is not None:
             self.save(path)
 
@@ -109,7 +109,7 @@ class FigureMenu(QObject):
         )
 
     def _begin(self, title: str, run: Callable[[], Any], done: Callable[[Any], None]) -> None:
-        work = Work(title, lambda _progress: run(), self)
+        work = BackgroundJob(title, lambda _progress: run(), self)
         work.done.connect(done)
         work.failed.connect(
             lambda error: QMessageBox.warning(self._widget, title, f"{title} failed: {error}")
@@ -117,7 +117,7 @@ class FigureMenu(QObject):
         work.start()
 
 
-def widget_picture(widget: QWidget, ending: str) -> bytes:
+def render_widget(widget: QWidget, ending: str) -> bytes:
     """Return a widget as it looks, as SVG or PDF (vectors), else as PNG."""
     buffer = QBuffer()
     buffer.open(QBuffer.OpenModeFlag.WriteOnly)

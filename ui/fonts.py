@@ -23,14 +23,14 @@ _PREFERRED = (
 )
 
 
-def tabular(font: QFont) -> bool:
+def has_tabular_figures(font: QFont) -> bool:
     """Return whether all ten figures of a font are equally wide."""
     metrics = QFontMetricsF(font)
     return len({round(metrics.horizontalAdvance(figure), 3) for figure in "0123456789"}) == 1
 
 
 @cache
-def family() -> str:
+def font_family() -> str:
     """Return the family in use: the system's own if its figures can be made tabular."""
     system = QFontDatabase.systemFont(QFontDatabase.SystemFont.GeneralFont).family()
     known = set(QFontDatabase.families())
@@ -40,21 +40,21 @@ def family() -> str:
         candidates.insert(0, system)
     candidates.append(system)
     for name in candidates:
-        if tabular(_made(name, 16)):
+        if has_tabular_figures(_create_font(name, 16)):
             return name
     return candidates[0]
 
 
-def _made(name: str, pixels: int) -> QFont:
+def _create_font(name: str, pixels: int) -> QFont:
     font = QFont(name)
     font.setPixelSize(max(pixels, 1))
     font.setFeature(QFont.Tag("tnum"), 1)
     return font
 
 
-def sans(pixels: int, *, bold: bool = False, italic: bool = False) -> QFont:
+def sans_serif_font(pixels: int, *, bold: bool = False, italic: bool = False) -> QFont:
     """Return the window's font at a size in logical pixels, with tabular figures."""
-    font = _made(family(), pixels)
+    font = _create_font(font_family(), pixels)
     font.setWeight(QFont.Weight.DemiBold if bold else QFont.Weight.Normal)
     font.setItalic(italic)
     return font

@@ -8,9 +8,9 @@ from pathlib import Path
 from PySide6.QtCore import QObject
 
 from gsapp.flight.folder import FlightFolder
-from ui.desk import Desk
+from ui.background_job import BackgroundJob
+from ui.flight_controller import FlightController
 from ui.settings import RecentFlight, SettingsStore
-from ui.work import Work
 
 
 class RecentFlights(QObject):
@@ -18,13 +18,13 @@ class RecentFlights(QObject):
 
     Parameters
     ----------
-    desk : Desk
+    desk : FlightController
         Opens flights.
     store : SettingsStore
         Remembers them.
     """
 
-    def __init__(self, desk: Desk, store: SettingsStore) -> None:
+    def __init__(self, desk: FlightController, store: SettingsStore) -> None:
         super().__init__(desk)
         self._desk = desk
         self._store = store
@@ -42,7 +42,9 @@ class RecentFlights(QObject):
             return
         path = session.path.absolute()
         self._keep(RecentFlight(path=str(path), name=session.name, aircraft=self._aircraft()))
-        work = Work(f"Reading the date of {path.name}", lambda _progress: _date(path), self)
+        work = BackgroundJob(
+            f"Reading the date of {path.name}", lambda _progress: _date(path), self
+        )
         work.done.connect(lambda date: self._amend(str(path), date=date))
         work.start()
 

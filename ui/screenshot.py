@@ -13,12 +13,17 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gsapp.foundation import GroundStationError
-from ui.photographer import Guise, Photographer, picture_parser, studio
+from ui.screenshot_taker import (
+    ScreenshotTaker,
+    WindowAppearance,
+    screenshot_parser,
+    screenshot_window,
+)
 
-_PATIENCE = 60.0
-_SETTLED = 0.5
+_TIMEOUT = 60.0
+_SETTLING_SECONDS = 0.5
 """Seconds for a few frames more: ranges and values follow ten times a second."""
-_FLOWN = 90.0
+_FLIGHT_SECONDS = 90.0
 """Flight time (s) of the picture of a live flight."""
 
 
@@ -34,10 +39,10 @@ def write_virtual_flight(folder: Path, plan: str = "short") -> Path:
     return target
 
 
-def photograph(
+def save_window_screenshot(
     flight: Path,
     out: Path,
-    guise: Guise,
+    guise: WindowAppearance,
     *,
     at: float | None = None,
 ) -> Path:
@@ -49,7 +54,7 @@ def photograph(
         Flight folder or file.
     out : Path
         Picture to write, ``.png``.
-    guise : Guise
+    guise : WindowAppearance
         How the window looks.
     at : float, optional
         Share of the flight to go to, 0 to 1; two thirds by default.
@@ -59,9 +64,9 @@ def photograph(
     GroundStationError
         If the flight does not open in time, or the picture cannot be written.
     """
-    with studio(guise) as window:
+    with screenshot_window(guise) as window:
         desk = window.desk
-        crew = Photographer(window, out.parent, settles=_SETTLED, patience=_PATIENCE)
+        crew = ScreenshotTaker(window, out.parent, settles=_SETTLING_SECONDS, patience=_TIMEOUT)
         desk.starter.open_flight(flight, playing=False)
         crew.wait(lambda: desk.is_loaded, f"{flight} to open")
         span = desk.replay_span
@@ -72,14 +77,14 @@ def photograph(
         return crew.save(out)
 
 
-def photograph_live(out: Path, guise: Guise) -> Path:
+def save_live_screenshot(out: Path, guise: WindowAppearance) -> Path:
     """Fly the virtual aircraft in real time, follow it, and save what the window shows.
 
     Parameters
     ----------
     out : Path
         Picture to write, ``.png``.
-    guise : Guise
+    guise : WindowAppearance
         How the window looks.
 
     Raises
@@ -87,13 +92,15 @@ def photograph_live(out: Path, guise: Guise) -> Path:
     GroundStationError
         If the flight does not come in time, or the picture cannot be written.
     """
-    from ui.dialogs.requests import VirtualRequest
+    from ui.dialogs.flight_requests import VirtualFlightRequest
 
-    with studio(guise) as window:
+    with screenshot_window(guise) as window:
         desk = window.desk
-        crew = Photographer(window, out.parent, settles=_SETTLED, patience=_FLOWN + _PATIENCE)
+        crew = ScreenshotTaker(
+            window, out.parent, settles=_SETTLING_SECONDS, patience=_FLIGHT_SECONDS + _TIMEOUT
+        )
         desk.starter.fly_virtual(
-            VirtualRequest(
+            VirtualFlightRequest(
                 plan="short",
                 seed=1,
                 speed=1.0,
@@ -102,24 +109,24 @@ def photograph_live(out: Path, guise: Guise) -> Path:
                 folder=desk.starter.next_folder(),
             )
         )
-        crew.wait(lambda: (desk.time or 0.0) >= _FLOWN, "the flight")
+        crew.wait(lambda: (desk.time or 0.0) >= _FLIGHT_SECONDS, "the flight")
         return crew.save(out)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Take one picture; see the module's text."""
-    parser = picture_parser("ui.screenshot", __doc__, out="picture to write")
+    parser = screenshot_parser("ui.screenshot", __doc__, out="picture to write")
     parser.add_argument("--flight", type=Path, help="flight to show; by default one flown live")
     parser.add_argument("--at", type=float, help="share of --flight to go to, 0 to 1")
     given = parser.parse_args(arguments)
     try:
         if given.flight is None:
-            photograph_live(given.out, Guise.given(given))
+            save_live_screenshot(given.out, WindowAppearance.given(given))
         else:
-            photograph(
+            save_window_screenshot(
                 given.flight,
                 given.out,
-                Guise.given(given),
+                WindowAppearance.given(given),
                 at=given.at,
             )
     except GroundStationError as error:

@@ -16,10 +16,10 @@ from pydantic import Field, ValidationError
 
 from gsapp.foundation import StrictModel, write_toml
 from ui.disk_checks import nearest_folder, path_kind
-from ui.review.estimate_wishes import Wishes
+from ui.review.estimate_form import EstimateForm
 
 _APPLICATION = "gsapp"
-_REMEMBERED = 8
+_MAX_RECENT = 8
 _CATALOG = "campaign.sqlite"
 """Where the flights lie."""
 
@@ -99,7 +99,7 @@ class Settings(StrictModel):
         Where a report or a file of a run was written last.
     review_chapter : str
         Chapter of the review that was looked at last.
-    review_estimate : Wishes
+    review_estimate : EstimateForm
         Settings of the estimate.
     flight_speech : str
         Whether cues are spoken: ``page``, once the pilot's page was opened; ``always``; ``never``.
@@ -135,19 +135,19 @@ class Settings(StrictModel):
     review_chapter: str = Field(
         default="maneuvers", pattern="^(maneuvers|estimate|figures|summary)$"
     )
-    review_estimate: Wishes = Field(default_factory=Wishes)
+    review_estimate: EstimateForm = Field(default_factory=EstimateForm)
     pilot_window: bool = False
     flight_speech: str = Field(default="page", pattern="^(page|always|never)$")
 
     def with_link(self, link: str) -> Settings:
         """Return the settings with that link as the newest."""
         others = tuple(known for known in self.links if known != link)
-        return self.changed(links=(link, *others)[:_REMEMBERED])
+        return self.changed(links=(link, *others)[:_MAX_RECENT])
 
     def with_flight(self, flight: RecentFlight) -> Settings:
         """Return the settings with that flight as the newest."""
         others = tuple(known for known in self.recent_flights if known.path != flight.path)
-        flights = (flight, *others)[:_REMEMBERED]
+        flights = (flight, *others)[:_MAX_RECENT]
         return self.changed(recent_flights=[one.model_dump() for one in flights])
 
     def changed(self, **values: object) -> Settings:
@@ -190,17 +190,17 @@ def log_path() -> Path:
     return Path(platformdirs.user_log_dir(_APPLICATION, appauthor=False)) / "window.log"
 
 
-def flights_path() -> Path:
+def default_flights_folder() -> Path:
     """Return where flights are recorded until the user names another folder."""
     return Path(platformdirs.user_documents_dir()) / "flights"
 
 
 def recording_folder(settings: Settings) -> Path:
     """Return the folder in which flights are recorded; it need not be there yet."""
-    return Path(settings.flights) if settings.flights else flights_path()
+    return Path(settings.flights) if settings.flights else default_flights_folder()
 
 
-def first_folder(settings: Settings, remembered: str = "") -> Path:
+def initial_dialog_folder(settings: Settings, remembered: str = "") -> Path:
     """Return the folder in which a file dialog begins.
 
     Parameters
@@ -233,14 +233,14 @@ def writable_folder(wanted: Path) -> tuple[Path, str]:
     why : str
         A sentence; empty for the wanted one.
     """
-    usual = flights_path()
-    why = why_not_writable(wanted)
-    if not why or wanted == usual or why_not_writable(usual):
+    usual = default_flights_folder()
+    why = unwritable_reason(wanted)
+    if not why or wanted == usual or unwritable_reason(usual):
         return wanted, ""
     return usual, f"{why} Flights are recorded in {usual}."
 
 
-def why_not_writable(folder: Path) -> str:
+def unwritable_reason(folder: Path) -> str:
     """Return a sentence about why nothing can be written below a folder; empty if it can."""
     place = folder.expanduser()
     while (kind := path_kind(place)) == "missing" and place != place.parent:
@@ -310,7 +310,7 @@ class SettingsStore:
                 f"start.{kept}"
             )
             return Settings()
-        found, bad = _usable(content)
+        found, bad = _drop_invalid_values(content)
         if bad:
             log.warning("settings not used: %s: %s", self.path, ", ".join(bad))
             kept = self._keep(shutil.copyfile)
@@ -339,7 +339,7 @@ class SettingsStore:
             content = tomllib.loads(self.path.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return values
-        return _usable(content)[0].model_dump()
+        return _drop_invalid_values(content)[0].model_dump()
 
     def replace(self, settings: Settings) -> None:
         """Take other settings and write them."""
@@ -367,7 +367,7 @@ def _may_write(path: Path) -> bool:
     return place.is_dir() and os.access(place, os.W_OK | os.X_OK)
 
 
-def _usable(content: dict[str, Any]) -> tuple[Settings, tuple[str, ...]]:
+def _drop_invalid_values(content: dict[str, Any]) -> tuple[Settings, tuple[str, ...]]:
     """Return the settings without what does not fit, and the keys of that.
 
     Keys that are not known, of a later version of the program, are passed over.

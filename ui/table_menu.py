@@ -21,31 +21,31 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QAbstractItemView, QTableView, QWidget
 
-from ui.dialogs.saving import save_file
-from ui.words import MINUS, file_name
+from ui.dialogs.save_dialog import ask_and_save
+from ui.number_format import MINUS, sanitize_file_name
 
-Rows = Sequence[Sequence[str]]
+TableRows = Sequence[Sequence[str]]
 
 
-def separated(rows: Rows, between: str) -> str:
+def format_delimited_rows(rows: TableRows, between: str) -> str:
     """Return rows as lines of text: separated by commas for a file, by tabs for a clipboard."""
     lines = io.StringIO()
     csv.writer(lines, delimiter=between, lineterminator="\n").writerows(rows)
     return lines.getvalue()
 
 
-def copy_rows(rows: Rows) -> None:
+def copy_rows(rows: TableRows) -> None:
     """Put rows on the clipboard, for a spreadsheet."""
     lines = ("\t".join(cell.replace("\n", " ") for cell in row) for row in rows)
     QGuiApplication.clipboard().setText("\n".join(lines))
 
 
-def csv_text(rows: Rows) -> str:
+def format_csv(rows: TableRows) -> str:
     """Return rows as CSV, with the minus sign that other programs read."""
-    return separated([[cell.replace(MINUS, "-") for cell in row] for row in rows], ",")
+    return format_delimited_rows([[cell.replace(MINUS, "-") for cell in row] for row in rows], ",")
 
 
-def table_actions(owner: QWidget, table: Callable[[], Rows]) -> tuple[QAction, ...]:
+def create_table_actions(owner: QWidget, table: Callable[[], TableRows]) -> tuple[QAction, ...]:
     """Return what every table offers.
 
     Parameters
@@ -57,14 +57,14 @@ def table_actions(owner: QWidget, table: Callable[[], Rows]) -> tuple[QAction, .
     """
 
     def save() -> None:
-        start = Path.home() / f"{file_name(owner.accessibleName()) or 'table'}.csv"
+        start = Path.home() / f"{sanitize_file_name(owner.accessibleName()) or 'table'}.csv"
         kinds = "Table (*.csv)"
-        save_file(owner, "Save as CSV", start, kinds, lambda _path: csv_text(table()).encode())
+        ask_and_save(owner, "Save as CSV", start, kinds, lambda _path: format_csv(table()).encode())
 
     return (
         _action(owner, "Copy table", lambda: copy_rows(table())),
         _action(
-            owner, "Copy as CSV", lambda: QGuiApplication.clipboard().setText(csv_text(table()))
+            owner, "Copy as CSV", lambda: QGuiApplication.clipboard().setText(format_csv(table()))
         ),
         _action(owner, "Save as CSV…", save),
     )
@@ -95,7 +95,7 @@ class TableMenu(QObject):
         self,
         view: QAbstractItemView,
         commands: Sequence[QAction] = (),
-        table: Callable[[], Rows] | None = None,
+        table: Callable[[], TableRows] | None = None,
     ) -> None:
         super().__init__(view)
         self._view = view
@@ -105,7 +105,7 @@ class TableMenu(QObject):
         self._of_row = [_action(view, "Copy row", lambda: copy_rows(self._selected()))]
         if table is None:
             self._of_row.insert(0, _action(view, "Copy value", lambda: copy_rows([[self._cell]])))
-        view.addActions([*self._of_row, *table_actions(view, lambda: self.rows)])
+        view.addActions([*self._of_row, *create_table_actions(view, lambda: self.rows)])
         self._rule: QAction | None = None
         for command in commands:
             self._add(command)
@@ -168,7 +168,7 @@ class TableMenu(QObject):
             action.setEnabled(button.isEnabled())
 
     @property
-    def rows(self) -> Rows:
+    def rows(self) -> TableRows:
         """Return the table as texts: the headings, then the rows in their order on screen."""
         view = self._view
         if self._table is not None or not isinstance(view, QTableView):
@@ -184,7 +184,7 @@ class TableMenu(QObject):
             rows.append([*name, *(str(model.index(row, at).data() or "") for at in columns)])
         return rows
 
-    def _selected(self) -> Rows:
+    def _selected(self) -> TableRows:
         """Return the rows that are selected, or else the one that the keyboard is on."""
         index = self._view.currentIndex()
         chosen: Iterable[QModelIndex] = self._view.selectionModel().selectedIndexes()

@@ -126,7 +126,7 @@ class Sizes:
     control: int
 
 
-def sizes(scale: float) -> Sizes:
+def compute_sizes(scale: float) -> Sizes:
     """Return the sizes at `scale`, held within 100 to 250 %."""
     held = min(max(float(scale), MINIMUM_SCALE), MAXIMUM_SCALE)
     return Sizes(

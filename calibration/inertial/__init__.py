@@ -2,50 +2,54 @@
 
 from calibration.inertial.accelerometers import (
     ACCELEROMETERS,
-    POSITION_WORDS,
+    POSITION_TEXT,
     POSITIONS,
     AccelerometerFit,
     Position,
     PositionReading,
-    SixPositions,
+    SixPositionResult,
+    calibrate_accelerometers,
     recognize_position,
-    six_positions,
     specific_force,
+)
+from calibration.inertial.factory_comparison import (
+    FactoryCalibration,
+    SensorVerdict,
+    factory_calibrations,
 )
 from calibration.inertial.gyros import (
     GYROS,
     GyroZero,
+    create_inertial_rest_monitor,
     gyro_certificate,
     gyro_zero,
-    still_watch,
 )
-from calibration.inertial.turning import TurnReading, TurnWatch
-from calibration.inertial.turntable import GyroScale, Turn, gyro_scale, turntable_scale
-from calibration.inertial.verdict import FactoryFigures, Verdict, factory_figures
+from calibration.inertial.turn_detection import TurnMonitor, TurnStatus
+from calibration.inertial.turntable import GyroScale, Turn, evaluate_turn, gyro_scale
 
 __all__ = [
     "ACCELEROMETERS",
     "GYROS",
     "POSITIONS",
-    "POSITION_WORDS",
+    "POSITION_TEXT",
     "AccelerometerFit",
-    "FactoryFigures",
+    "FactoryCalibration",
     "GyroScale",
     "GyroZero",
     "Position",
     "PositionReading",
-    "SixPositions",
+    "SensorVerdict",
+    "SixPositionResult",
     "Turn",
-    "TurnReading",
-    "TurnWatch",
-    "Verdict",
-    "factory_figures",
+    "TurnMonitor",
+    "TurnStatus",
+    "calibrate_accelerometers",
+    "create_inertial_rest_monitor",
+    "evaluate_turn",
+    "factory_calibrations",
     "gyro_certificate",
     "gyro_scale",
     "gyro_zero",
     "recognize_position",
-    "six_positions",
     "specific_force",
-    "still_watch",
-    "turntable_scale",
 ]

@@ -24,11 +24,15 @@ from typing import Literal, get_args
 import numpy as np
 
 from calibration.certificate import Certificate
-from calibration.inertial.leveling import Problem, Solution
-from calibration.inertial.verdict import FactoryFigures, Verdict, factory_figures
+from calibration.inertial.factory_comparison import (
+    FactoryCalibration,
+    SensorVerdict,
+    factory_calibrations,
+)
+from calibration.inertial.six_position_solver import SixPositionProblem, SixPositionSolution
 from calibration.points import CalibrationError, CalibrationPoint
-from calibration.rest import Rest
-from calibration.straight import StraightLine
+from calibration.rest_detection import RestPeriod
+from calibration.straight_line import StraightLineCalibration
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE, GRAVITY
 
@@ -36,7 +40,7 @@ ACCELEROMETERS = ("ax", "ay", "an")
 Position = Literal["z_down", "z_up", "x_up", "x_down", "y_up", "y_down"]
 POSITIONS: tuple[Position, ...] = get_args(Position)
 """Which body axis points where: upright, on its back, nose up, nose down, right wing up, down."""
-POSITION_WORDS: Mapping[Position, str] = MappingProxyType(
+POSITION_TEXT: Mapping[Position, str] = MappingProxyType(
     {
         "z_down": "upright and level",
         "z_up": "on its back, level",
@@ -57,7 +61,7 @@ _FORCE: Mapping[Position, tuple[float, float, float]] = MappingProxyType(
     }
 )
 
-LAYING_ERROR = 2.0
+LEVELING_ERROR = 2.0
 """How far the aircraft may lie from its position, about either axis, half width at 95 %, deg."""
 ZERO_TOLERANCE, SCALE_TOLERANCE, ALIGNMENT_TOLERANCE = 0.05, 0.03, 3.0
 """What the factory's figures may be off: g, relative, and deg."""
@@ -74,10 +78,10 @@ def specific_force(position: Position) -> Mapping[str, float]:
 
 
 def recognize_position(
-    volts: Mapping[str, float], *, factory: Mapping[str, FactoryFigures] | None = None
+    volts: Mapping[str, float], *, factory: Mapping[str, FactoryCalibration] | None = None
 ) -> Position | None:
     """Return the position whose forces the volts are near to by the factory's figures, or None."""
-    figures = factory or factory_figures()
+    figures = factory or factory_calibrations()
     force = np.array(
         [(volts[n] - figures[n].zero) / figures[n].sensitivity for n in ACCELEROMETERS]
     )
@@ -96,12 +100,12 @@ class PositionReading:
     ----------
     position : Position
         How the aircraft lay.
-    rest : Rest
+    rest : RestPeriod
         Of `ACCELEROMETERS`, found by `calibration.inertial.still_watch`.
     """
 
     position: Position
-    rest: Rest
+    rest: RestPeriod
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,7 +122,7 @@ class AccelerometerFit:
         V/g, of standard gravity.
     cross, cross_uncertainty : mapping of str to float
         Angle by which it leans toward each other axis, deg.
-    verdict : Verdict
+    verdict : SensorVerdict
         Against the factory's figures.
     """
 
@@ -129,11 +133,11 @@ class AccelerometerFit:
     sensitivity_uncertainty: float
     cross: Mapping[str, float]
     cross_uncertainty: Mapping[str, float]
-    verdict: Verdict
+    verdict: SensorVerdict
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SixPositions:
+class SixPositionResult:
     """What six positions tell.
 
     Attributes
@@ -148,7 +152,7 @@ class SixPositions:
         What does not fit together; empty where all does.
     gravity : float
         At the field, m/s^2.
-    factory : mapping of str to FactoryFigures
+    factory : mapping of str to FactoryCalibration
         What they were held against.
     """
 
@@ -157,7 +161,7 @@ class SixPositions:
     tilts: tuple[float, ...]
     doubt: str
     gravity: float
-    factory: Mapping[str, FactoryFigures]
+    factory: Mapping[str, FactoryCalibration]
 
     def certificate(
         self, channel: str, *, who: str, stamp: datetime, temperature: float | None = None
@@ -185,7 +189,7 @@ class SixPositions:
         )
         per_unit = abs(fit.sensitivity)
         noise = max(reading.rest.std[channel] for reading in self.readings)
-        line = StraightLine(
+        line = StraightLineCalibration(
             zero=fit.zero,
             zero_uncertainty=fit.zero_uncertainty,
             sensitivity=fit.sensitivity,
@@ -210,13 +214,13 @@ class SixPositions:
         )
 
 
-def six_positions(
+def calibrate_accelerometers(
     readings: Sequence[PositionReading],
     *,
-    laying_error: float = LAYING_ERROR,
+    laying_error: float = LEVELING_ERROR,
     gravity: float = GRAVITY,
-    factory: Mapping[str, FactoryFigures] | None = None,
-) -> SixPositions:
+    factory: Mapping[str, FactoryCalibration] | None = None,
+) -> SixPositionResult:
     """Find zero, scale and misalignment of three accelerometers.
 
     Parameters
@@ -227,7 +231,7 @@ def six_positions(
         How far the aircraft may lie from a position, about either axis, half width at 95 %, deg.
     gravity : float
         At the field, m/s^2; between 9.78 at the equator and 9.83 at the poles.
-    factory : mapping of str to FactoryFigures, optional
+    factory : mapping of str to FactoryCalibration, optional
         Table 3.5.3 by default.
 
     Raises
@@ -238,30 +242,30 @@ def six_positions(
     missing = [p for p in POSITIONS if all(reading.position != p for reading in readings)]
     if missing:
         raise CalibrationError(
-            f"the position '{POSITION_WORDS[missing[0]]}' is missing; lay the aircraft so"
+            f"the position '{POSITION_TEXT[missing[0]]}' is missing; lay the aircraft so"
         )
     volts = np.array([[r.rest.volts[name] for name in ACCELEROMETERS] for r in readings])
     if not np.all(np.isfinite(volts)):
         raise CalibrationError("an accelerometer gave no volts; check that all three are recorded")
     spread = np.array([[r.rest.uncertainty[name] for name in ACCELEROMETERS] for r in readings])
-    problem = Problem(
+    problem = SixPositionProblem(
         force=np.array([_FORCE[r.position] for r in readings]) * gravity / GRAVITY,
         volts=volts,
         noise=np.hypot(0.5 * spread, _FINEST),
         tilt=0.5 * laying_error * DEGREE,
     )
     solution = problem.solve()
-    figures = factory or factory_figures()
-    fits = {name: _fit_of(index, solution, figures) for index, name in enumerate(ACCELEROMETERS)}
+    figures = factory or factory_calibrations()
+    fits = {name: _build_fit(index, solution, figures) for index, name in enumerate(ACCELEROMETERS)}
     tilts = np.hypot(solution.tilts[:, 0], solution.tilts[:, 1]) / DEGREE
     doubt = ""
     if solution.misfit > _UNLIKELY:
         worst = readings[int(np.argmax(tilts))].position
         doubt = (
-            f"The six positions do not fit together; '{POSITION_WORDS[worst]}' is off by "
+            f"The six positions do not fit together; '{POSITION_TEXT[worst]}' is off by "
             f"{np.max(tilts):.1f} deg, so lay the aircraft so once more."
         )
-    return SixPositions(
+    return SixPositionResult(
         fits=fits,
         readings=tuple(readings),
         tilts=tuple(tilts.tolist()),
@@ -271,8 +275,8 @@ def six_positions(
     )
 
 
-def _fit_of(
-    index: int, solution: Solution, factory: Mapping[str, FactoryFigures]
+def _build_fit(
+    index: int, solution: SixPositionSolution, factory: Mapping[str, FactoryCalibration]
 ) -> AccelerometerFit:
     name = ACCELEROMETERS[index]
     figures = factory[name]
@@ -294,28 +298,30 @@ def _fit_of(
         sensitivity_uncertainty=2.0 * float(solution.matrix_std[index, index]),
         cross=cross,
         cross_uncertainty=cross_uncertainty,
-        verdict=_judge(index, shares, zero_shift, cross),
+        verdict=_evaluate_verdict(index, shares, zero_shift, cross),
     )
 
 
-def _judge(
+def _evaluate_verdict(
     index: int, shares: FloatArray, zero_shift: float, cross: Mapping[str, float]
-) -> Verdict:
+) -> SensorVerdict:
     name = ACCELEROMETERS[index]
     loudest = int(np.argmax(np.abs(shares)))
     if abs(shares[loudest]) < _DEAD_SHARE:
-        return Verdict(
+        return SensorVerdict(
             kind="dead",
             sentence=f"The accelerometer {name} does not answer to gravity; check its wires.",
         )
     if loudest != index:
-        return Verdict(
+        return SensorVerdict(
             kind="swapped",
             sentence=f"The accelerometer {name} answers to the axis of {ACCELEROMETERS[loudest]}; "
             "the two are swapped, or the aircraft lay otherwise than asked.",
         )
     if shares[index] < 0.0:
-        return Verdict(kind="reversed", sentence=f"The accelerometer {name} has the wrong sign.")
+        return SensorVerdict(
+            kind="reversed", sentence=f"The accelerometer {name} has the wrong sign."
+        )
     deviation = shares[index] - 1.0
     most = max(abs(angle) for angle in cross.values())
     agrees = (
@@ -324,7 +330,7 @@ def _judge(
         and most <= ALIGNMENT_TOLERANCE
     )
     word = "as the factory says" if agrees else "not as the factory says"
-    return Verdict(
+    return SensorVerdict(
         kind="agrees" if agrees else "differs",
         sentence=f"The accelerometer {name} is {word}: zero {1e3 * zero_shift:+.0f} mg, "
         f"scale {100.0 * deviation:+.1f} %, leaning {most:.1f} deg.",

@@ -7,11 +7,15 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from calibration.certificate import Certificate
+from calibration.inertial.factory_comparison import (
+    FactoryCalibration,
+    SensorVerdict,
+    factory_calibrations,
+)
 from calibration.inertial.turntable import SCALE_TOLERANCE, Turn, gyro_scale
-from calibration.inertial.verdict import FactoryFigures, Verdict, factory_figures
 from calibration.points import CalibrationError, CalibrationPoint
-from calibration.rest import Rest, RestLimit, RestWatch
-from calibration.straight import StraightLine
+from calibration.rest_detection import RestCriteria, RestMonitor, RestPeriod
+from calibration.straight_line import StraightLineCalibration
 
 GYROS = ("p", "q", "r")
 _QUIET_RATE, _QUIET_STD = 0.25, 0.6
@@ -22,12 +26,12 @@ ZERO_TOLERANCE = 3.0
 """By how much the factory's zero may be off, deg/s."""
 
 
-def still_watch(
+def create_inertial_rest_monitor(
     channels: Sequence[str] = GYROS,
     *,
     seconds: float = 5.0,
-    factory: Mapping[str, FactoryFigures] | None = None,
-) -> RestWatch:
+    factory: Mapping[str, FactoryCalibration] | None = None,
+) -> RestMonitor:
     """Return a watch for a still aircraft.
 
     Parameters
@@ -37,16 +41,16 @@ def still_watch(
         level axis cannot pass for a zero.
     seconds : float
         How long the aircraft must be still.
-    factory : mapping of str to FactoryFigures, optional
+    factory : mapping of str to FactoryCalibration, optional
         Volts per unit; of the model airliner by default.
     """
-    figures = factory or factory_figures()
+    figures = factory or factory_calibrations()
     limits = {}
     for name in channels:
         wander, shake = (_QUIET_RATE, _QUIET_STD) if name in GYROS else (_QUIET_TILT, _QUIET_SHAKE)
         per_unit = abs(figures[name].sensitivity)
-        limits[name] = RestLimit(std=shake * per_unit, wander=wander * per_unit)
-    return RestWatch(limits, seconds=seconds)
+        limits[name] = RestCriteria(std=shake * per_unit, wander=wander * per_unit)
+    return RestMonitor(limits, seconds=seconds)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,7 +69,7 @@ class GyroZero:
         From the factory's zero, deg/s by the factory's scale.
     seconds : float
         Length of the rest.
-    verdict : Verdict
+    verdict : SensorVerdict
         Against the factory's zero.
     """
 
@@ -75,29 +79,29 @@ class GyroZero:
     noise: float
     shift: float
     seconds: float
-    verdict: Verdict
+    verdict: SensorVerdict
 
 
 def gyro_zero(
-    channel: str, rest: Rest, *, factory: Mapping[str, FactoryFigures] | None = None
+    channel: str, rest: RestPeriod, *, factory: Mapping[str, FactoryCalibration] | None = None
 ) -> GyroZero:
-    """Return the zero of a gyro from a rest that `still_watch` has found."""
-    figures = (factory or factory_figures())[channel]
+    """Return the zero of a gyro from a rest that `create_inertial_rest_monitor` has found."""
+    figures = (factory or factory_calibrations())[channel]
     volts = rest.volts[channel]
     shift = (volts - figures.zero) / figures.sensitivity
     if not figures.range[0] <= volts <= figures.range[1]:
-        verdict = Verdict(
+        verdict = SensorVerdict(
             kind="dead",
             sentence=f"The {channel} gyro reads {volts:.3f} V at rest, outside its range; "
             "check its wires and its supply.",
         )
     elif abs(shift) > ZERO_TOLERANCE:
-        verdict = Verdict(
+        verdict = SensorVerdict(
             kind="differs",
             sentence=f"The zero of the {channel} gyro is {shift:+.1f} deg/s from the factory's.",
         )
     else:
-        verdict = Verdict(
+        verdict = SensorVerdict(
             kind="agrees",
             sentence=f"The zero of the {channel} gyro is {volts:.3f} V, "
             f"{shift:+.2f} deg/s from the factory's.",
@@ -120,7 +124,7 @@ def gyro_certificate(
     who: str,
     stamp: datetime,
     temperature: float | None = None,
-    factory: Mapping[str, FactoryFigures] | None = None,
+    factory: Mapping[str, FactoryCalibration] | None = None,
 ) -> Certificate:
     """Return the certificate of a gyro.
 
@@ -132,8 +136,8 @@ def gyro_certificate(
         About its axis; without any the scale is the factory's, and the certificate says so.
     who, stamp, temperature
         As in `Certificate`.
-    factory : mapping of str to FactoryFigures, optional
-        As for `still_watch`.
+    factory : mapping of str to FactoryCalibration, optional
+        As for `create_inertial_rest_monitor`.
 
     Raises
     ------
@@ -142,7 +146,7 @@ def gyro_certificate(
     """
     if not zero.verdict.usable:
         raise CalibrationError(zero.verdict.sentence)
-    figures = (factory or factory_figures())[zero.channel]
+    figures = (factory or factory_calibrations())[zero.channel]
     scale = gyro_scale(turns, factory=factory) if turns else None
     sensitivity = scale.sensitivity if scale else figures.sensitivity
     points = (
@@ -160,7 +164,7 @@ def gyro_certificate(
             f"{100.0 * scale.deviation:+.1f} % from the factory's. "
             "Straight to the ends of the range by the factory's word."
         )
-    line = StraightLine(
+    line = StraightLineCalibration(
         zero=zero.volts,
         zero_uncertainty=zero.uncertainty,
         sensitivity=sensitivity,

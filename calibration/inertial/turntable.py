@@ -19,13 +19,17 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from calibration.inertial.verdict import FactoryFigures, Verdict, factory_figures
+from calibration.inertial.factory_comparison import (
+    FactoryCalibration,
+    SensorVerdict,
+    factory_calibrations,
+)
 from calibration.points import CalibrationError, CalibrationPoint
 from gsapp.quantities import FloatArray
 
 SCALE_TOLERANCE = 0.03
 """By how much the factory's scale may be off, relative."""
-ANGLE_ERROR = 0.5
+TURN_ANGLE_ERROR = 0.5
 """Of a mark of the turntable set by hand, half width at 95 %, deg."""
 _DEAD_SHARE = 0.2
 """Of the factory's sensitivity: below that the instrument does not answer."""
@@ -52,7 +56,7 @@ class Turn:
         V per deg/s, and its half width at 95 %.
     cross : mapping of str to float
         What the other gyros saw, as a share of the turn, each by its factory scale.
-    verdict : Verdict
+    verdict : SensorVerdict
         Against the factory's scale.
     """
 
@@ -65,7 +69,7 @@ class Turn:
     sensitivity: float
     uncertainty: float
     cross: Mapping[str, float]
-    verdict: Verdict
+    verdict: SensorVerdict
 
     @property
     def seconds(self) -> float:
@@ -83,15 +87,15 @@ class Turn:
         return CalibrationPoint(volts=self.mean_volts, value=self.mean_rate)
 
 
-def turntable_scale(
+def evaluate_turn(
     channel: str,
     times: npt.ArrayLike,
     volts: Mapping[str, npt.ArrayLike],
     *,
     angle: float,
     turning: tuple[float, float],
-    angle_error: float = ANGLE_ERROR,
-    factory: Mapping[str, FactoryFigures] | None = None,
+    angle_error: float = TURN_ANGLE_ERROR,
+    factory: Mapping[str, FactoryCalibration] | None = None,
 ) -> Turn:
     """Return what a gyro makes of a turn.
 
@@ -106,10 +110,10 @@ def turntable_scale(
     angle : float
         That was turned, deg, with its sign.
     turning : tuple of float
-        When the turn began and ended; everything outside was rest. `TurnWatch` finds it.
+        When the turn began and ended; everything outside was rest. `TurnMonitor` finds it.
     angle_error : float
         Half width at 95 % of each end of the turn as set by hand, deg.
-    factory : mapping of str to FactoryFigures, optional
+    factory : mapping of str to FactoryCalibration, optional
         Volts per unit; of the model airliner by default.
 
     Raises
@@ -118,12 +122,12 @@ def turntable_scale(
         If there is not half a second of rest before and after, or samples are missing during
         the turn.
     """
-    figures = factory or factory_figures()
+    figures = factory or factory_calibrations()
     t = np.asarray(times, dtype=np.float64)
     start, end = turning
     samples = {name: np.asarray(v, dtype=np.float64) for name, v in volts.items()}
     moved = {
-        name: _integral(name, t, v, start, end)
+        name: _integrate_turn(name, t, v, start, end)
         for name, v in samples.items()
         if name == channel or np.any(np.isfinite(v))
     }
@@ -143,12 +147,12 @@ def turntable_scale(
         sensitivity=k,
         uncertainty=math.hypot(in_angle, in_zero),
         cross={name: share for name, share in shares.items() if name != channel},
-        verdict=_judge_turn(figures[channel], own, shares),
+        verdict=_evaluate_turn_verdict(figures[channel], own, shares),
     )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Moved:
+class _TurnIntegral:
     """What one gyro gave over a turn: zero (V), its uncertainty, area (V s) and extremes."""
 
     zero: float
@@ -158,31 +162,36 @@ class _Moved:
     extremes: tuple[float, float]
 
 
-_SHOULDER = 0.2
+_REST_SECONDS_AROUND_TURN = 0.2
 """s of rest that are integrated at either end, so that nothing of the turn is cut off."""
 _LONGEST_GAP = 0.25
 """s between samples during a turn."""
 
 
-def _integral(name: str, t: FloatArray, v: FloatArray, start: float, end: float) -> _Moved:
+def _integrate_turn(
+    name: str, t: FloatArray, v: FloatArray, start: float, end: float
+) -> _TurnIntegral:
     known = np.isfinite(v)
     t, v = t[known], v[known]
-    before, after = t < start - 0.5 * _SHOULDER, t > end + 0.5 * _SHOULDER
+    before, after = (
+        t < start - 0.5 * _REST_SECONDS_AROUND_TURN,
+        t > end + 0.5 * _REST_SECONDS_AROUND_TURN,
+    )
     if min(np.count_nonzero(before), np.count_nonzero(after)) < 5:
         raise CalibrationError(
             f"{name} has no rest before or after the turn; "
             "let the turntable stand for two seconds at both ends"
         )
-    inside = (t >= start - _SHOULDER) & (t <= end + _SHOULDER)
+    inside = (t >= start - _REST_SECONDS_AROUND_TURN) & (t <= end + _REST_SECONDS_AROUND_TURN)
     ti, vi = t[inside], v[inside]
     if ti.size < 10 or np.max(np.diff(ti)) > _LONGEST_GAP:
         raise CalibrationError(f"samples of {name} are missing during the turn; turn once more")
     ends = [(float(np.mean(t[part])), float(np.mean(v[part]))) for part in (before, after)]
     zero = np.interp(ti, [at for at, _ in ends], [volts for _, volts in ends])
-    spread = [_of_mean(v[before]), _of_mean(v[after])]
+    spread = [_mean_half_width(v[before]), _mean_half_width(v[after])]
     over = vi - zero
     area = float(np.sum(0.5 * (over[1:] + over[:-1]) * np.diff(ti)))
-    return _Moved(
+    return _TurnIntegral(
         zero=float(np.mean(zero)),
         zero_uncertainty=0.5 * math.hypot(*spread),
         area=area,
@@ -191,37 +200,39 @@ def _integral(name: str, t: FloatArray, v: FloatArray, start: float, end: float)
     )
 
 
-def _of_mean(v: FloatArray) -> float:
+def _mean_half_width(v: FloatArray) -> float:
     """Return the half width at 95 % of the mean of samples that may hang together a little."""
     return 2.0 * float(np.std(v)) / math.sqrt(max(v.size / 4.0, 1.0))
 
 
-def _judge_turn(figures: FactoryFigures, own: _Moved, shares: Mapping[str, float]) -> Verdict:
+def _evaluate_turn_verdict(
+    figures: FactoryCalibration, own: _TurnIntegral, shares: Mapping[str, float]
+) -> SensorVerdict:
     name = figures.channel
     share = shares[name]
     others = {other: value for other, value in shares.items() if other != name}
     loudest = max(others, key=lambda other: abs(others[other]), default="")
     if loudest and abs(others[loudest]) > max(2.0 * abs(share), 0.5):
-        return Verdict(
+        return SensorVerdict(
             kind="swapped",
             sentence=f"The turn shows in {loudest} instead of {name}; check the turn, "
             "or whether the two are swapped.",
         )
     if abs(share) < _DEAD_SHARE:
-        return Verdict(
+        return SensorVerdict(
             kind="dead", sentence=f"The {name} gyro does not answer to the turn; check its wires."
         )
     if own.extremes[0] < figures.range[0] - 0.05 or own.extremes[1] > figures.range[1] + 0.05:
-        return Verdict(
+        return SensorVerdict(
             kind="clipped",
             sentence=f"The {name} gyro went past its range; turn more slowly.",
         )
     if share < 0.0:
-        return Verdict(
+        return SensorVerdict(
             kind="reversed",
             sentence=f"The {name} gyro has the wrong sign; check which way was turned.",
         )
-    return Verdict(
+    return SensorVerdict(
         kind="agrees" if abs(share - 1.0) <= SCALE_TOLERANCE else "differs",
         sentence=f"The scale of the {name} gyro is {100.0 * (share - 1.0):+.1f} % "
         "from the factory's.",
@@ -249,7 +260,7 @@ class GyroScale:
 
 
 def gyro_scale(
-    turns: Sequence[Turn], *, factory: Mapping[str, FactoryFigures] | None = None
+    turns: Sequence[Turn], *, factory: Mapping[str, FactoryCalibration] | None = None
 ) -> GyroScale:
     """Join turns of one gyro, each by its uncertainty.
 
@@ -274,7 +285,7 @@ def gyro_scale(
     stretch = 1.0
     if len(turns) > 1:
         stretch = max(1.0, 2.0 * math.sqrt(np.sum(((k - joined) / u) ** 2) / (len(turns) - 1)))
-    figures = (factory or factory_figures())[channel]
+    figures = (factory or factory_calibrations())[channel]
     return GyroScale(
         channel=channel,
         sensitivity=joined,

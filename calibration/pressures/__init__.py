@@ -1,23 +1,23 @@
 """Pressures: zero with the pitot covered, a breath into it, and the air on the ground."""
 
-from calibration.pressures.breath import BlowDetector, BlowReading, BlowState
-from calibration.pressures.ground import GroundAir
-from calibration.pressures.known import (
-    WIND,
+from calibration.pressures.ground_air import GroundAir
+from calibration.pressures.known_pressure import (
+    WIND_UNCERTAINTY,
     PressureZero,
-    covered_watch,
-    dynamic_zero,
-    static_check,
+    create_covered_pitot_monitor,
+    dynamic_pressure_zero,
+    static_pressure_check,
 )
+from calibration.pressures.pitot_blow import PitotBlowDetector, PitotBlowState, PitotBlowStatus
 
 __all__ = [
-    "WIND",
-    "BlowDetector",
-    "BlowReading",
-    "BlowState",
+    "WIND_UNCERTAINTY",
     "GroundAir",
+    "PitotBlowDetector",
+    "PitotBlowState",
+    "PitotBlowStatus",
     "PressureZero",
-    "covered_watch",
-    "dynamic_zero",
-    "static_check",
+    "create_covered_pitot_monitor",
+    "dynamic_pressure_zero",
+    "static_pressure_check",
 ]

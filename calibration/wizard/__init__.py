@@ -1,11 +1,18 @@
 """The calibration wizard as a state machine: no window, no clock of its own.
 
-`Wizard.feed` takes samples, `Wizard.act` what the crew does, `Wizard.view` is what to show.
+`CalibrationWizard.feed` takes samples, `CalibrationWizard.act` what the crew does,
+`CalibrationWizard.view` is what to show.
 """
 
-from calibration.wizard.ledger import unfinished
-from calibration.wizard.schedule import Slot
-from calibration.wizard.view import Action, WizardView
-from calibration.wizard.wizard import Wizard
+from calibration.wizard.setting_schedule import ScheduledSetting
+from calibration.wizard.step_executor import has_unfinished_calibration
+from calibration.wizard.view import WizardAction, WizardView
+from calibration.wizard.wizard import CalibrationWizard
 
-__all__ = ["Action", "Slot", "Wizard", "WizardView", "unfinished"]
+__all__ = [
+    "CalibrationWizard",
+    "ScheduledSetting",
+    "WizardAction",
+    "WizardView",
+    "has_unfinished_calibration",
+]

@@ -16,13 +16,13 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from calibration.fit import CalibrationError
+from calibration.polynomial_fit import CalibrationError
 from gsapp.foundation import write_atomically
 from gsapp.foundation.files import flush_to_disk
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Step:
+class JournalStep:
     """Something that was done.
 
     Attributes
@@ -59,7 +59,7 @@ class Journal:
     def __init__(self, path: Path) -> None:
         self.path = path
 
-    def append(self, step: Step) -> None:
+    def append(self, step: JournalStep) -> None:
         """Write a step and see it onto the disk.
 
         Raises
@@ -96,7 +96,7 @@ class Journal:
                     os.ftruncate(stream.fileno(), end)
                 raise
 
-    def read(self) -> tuple[Step, ...]:
+    def read(self) -> tuple[JournalStep, ...]:
         """Return the steps, as far as the file is good.
 
         Raises
@@ -106,7 +106,7 @@ class Journal:
         """
         return self._read()[0]
 
-    def recover(self) -> tuple[Step, ...]:
+    def recover(self) -> tuple[JournalStep, ...]:
         """Return the steps, and make the file ready to go on after the last good one.
 
         Where more than that is in the file, it is kept whole beside it as ``.damaged``.
@@ -122,7 +122,7 @@ class Journal:
             write_atomically(self.path, data[:good])
         return steps
 
-    def _read(self) -> tuple[tuple[Step, ...], bytes, int]:
+    def _read(self) -> tuple[tuple[JournalStep, ...], bytes, int]:
         """Return the steps, the bytes of the file, and how many of them the steps take."""
         try:
             data = self.path.read_bytes()
@@ -132,7 +132,7 @@ class Journal:
             raise CalibrationError(
                 f"{self.path} cannot be read ({error.strerror}); check its permissions"
             ) from error
-        steps: list[Step] = []
+        steps: list[JournalStep] = []
         good = 0
         for line in data.splitlines(keepends=True):
             step = _parse(line) if line.endswith(b"\n") else None
@@ -156,7 +156,7 @@ class Journal:
         return self.path.rename(kept)
 
 
-def _parse(line: bytes) -> Step | None:
+def _parse(line: bytes) -> JournalStep | None:
     """Return the step of a line; None where it holds none."""
     try:
         content = json.loads(line)
@@ -166,4 +166,4 @@ def _parse(line: bytes) -> Step | None:
         return None
     if not isinstance(kind, str) or not isinstance(name, str):
         return None
-    return Step(kind=kind, channel=name, stamp=stamp, data=content)
+    return JournalStep(kind=kind, channel=name, stamp=stamp, data=content)

@@ -13,16 +13,21 @@ from types import MappingProxyType
 from calibration.plan import CalibrationPlan, InstrumentPlan
 from calibration.points import CalibrationError
 from calibration.pressures import GroundAir
-from calibration.wizard.hand_work import HandWork
-from calibration.wizard.journal import Step
-from calibration.wizard.other_work import AccelerometerWork, AskedTurn, GyroWork, PressureWork
-from calibration.wizard.schedule import Mode, schedule
+from calibration.wizard.angle_progress import AngleProgress
+from calibration.wizard.journal import JournalStep
+from calibration.wizard.sensor_progress import (
+    AccelerometerProgress,
+    GyroProgress,
+    PressureProgress,
+    RequestedTurn,
+)
+from calibration.wizard.setting_schedule import CalibrationMode, build_schedule
 
-Work = HandWork | GyroWork | AccelerometerWork | PressureWork
+GroupProgress = AngleProgress | GyroProgress | AccelerometerProgress | PressureProgress
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Group:
+class InstrumentGroup:
     """Instruments that are calibrated together: a surface alone, or all gyros at once.
 
     Attributes
@@ -51,31 +56,32 @@ class Group:
         ]
 
 
-def groups_of(plan: CalibrationPlan) -> tuple[Group, ...]:
+def group_instruments(plan: CalibrationPlan) -> tuple[InstrumentGroup, ...]:
     """Return the groups of a plan, each where its first instrument stands."""
     groups: dict[str, list[InstrumentPlan]] = {}
     for one in plan.instruments:
         groups.setdefault(one.channel if one.by_hand else one.kind, []).append(one)
     return tuple(
-        Group(key=members[0].channel, instruments=tuple(members)) for members in groups.values()
+        InstrumentGroup(key=members[0].channel, instruments=tuple(members))
+        for members in groups.values()
     )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class State:
+class WizardState:
     """How far a calibration has come.
 
     Attributes
     ----------
-    groups : tuple of Group
+    groups : tuple of InstrumentGroup
         In order.
     begun : bool
         Whether the first group was reached.
     key : str
         The group at hand; empty where none is.
-    work : mapping of str to Work
+    work : mapping of str to GroupProgress
         By group.
-    closings : mapping of str to Step
+    closings : mapping of str to JournalStep
         Groups that are done with: the step that accepted or skipped each.
     air : GroundAir or None
         At the field, as entered.
@@ -83,11 +89,11 @@ class State:
         Whether the calibration was broken off.
     """
 
-    groups: tuple[Group, ...]
-    work: Mapping[str, Work]
+    groups: tuple[InstrumentGroup, ...]
+    work: Mapping[str, GroupProgress]
     begun: bool = False
     key: str = ""
-    closings: Mapping[str, Step] = field(default_factory=dict)
+    closings: Mapping[str, JournalStep] = field(default_factory=dict)
     air: GroundAir | None = None
     aborted: bool = False
 
@@ -95,10 +101,10 @@ class State:
     def beginning(
         cls,
         plan: CalibrationPlan,
-        mode: Mode,
+        mode: CalibrationMode,
         rising: Mapping[str, bool] = MappingProxyType({}),
         any_side: Collection[str] = (),
-    ) -> State:
+    ) -> WizardState:
         """Return the state before anything was done.
 
         Parameters
@@ -112,15 +118,15 @@ class State:
         any_side : collection of str
             Channels whose settings may be come to from either side in a check.
         """
-        groups = groups_of(plan)
+        groups = group_instruments(plan)
         work = {
-            group.key: _work_of(group, mode, rising, any_side=group.key in any_side)
+            group.key: _initial_progress(group, mode, rising, any_side=group.key in any_side)
             for group in groups
         }
         return cls(groups=groups, work=work)
 
     @property
-    def group(self) -> Group | None:
+    def group(self) -> InstrumentGroup | None:
         """Return the group at hand."""
         return next((group for group in self.groups if group.key == self.key), None)
 
@@ -152,7 +158,7 @@ class State:
             found.update(step.data["uncalibrated"])
         return found
 
-    def find(self, channel: str) -> Group:
+    def find(self, channel: str) -> InstrumentGroup:
         """Return the group that a channel belongs to.
 
         Raises
@@ -166,7 +172,7 @@ class State:
         names = ", ".join(name for group in self.groups for name in group.channels)
         raise CalibrationError(f"the plan has no instrument '{channel}'; it has {names}")
 
-    def after(self, step: Step) -> State:
+    def after(self, step: JournalStep) -> WizardState:
         """Return the state that a step leads to."""
         effect = _EFFECTS.get(step.kind)
         if effect is not None:
@@ -174,7 +180,7 @@ class State:
         work = self.work[step.channel].after(step)
         return replace(self, work={**self.work, step.channel: work})
 
-    def going_on(self, key: str) -> State:
+    def going_on(self, key: str) -> WizardState:
         """Return the state with the next open group after `key` at hand."""
         keys = [group.key for group in self.groups]
         at = keys.index(key) if key in keys else -1
@@ -183,46 +189,48 @@ class State:
         return replace(self, key=following)
 
 
-def _work_of(group: Group, mode: Mode, rising: Mapping[str, bool], *, any_side: bool) -> Work:
+def _initial_progress(
+    group: InstrumentGroup, mode: CalibrationMode, rising: Mapping[str, bool], *, any_side: bool
+) -> GroupProgress:
     first = group.instruments[0]
     if first.kind == "gyro":
         asked = tuple(
-            AskedTurn(channel=one.channel, angle=sense * one.turn)
+            RequestedTurn(channel=one.channel, angle=sense * one.turn)
             for one in group.instruments
             if one.turn is not None
             for sense in (1.0, -1.0)
         )
-        return GyroWork(asked=asked)
+        return GyroProgress(asked=asked)
     if first.kind == "accelerometer":
-        return AccelerometerWork()
+        return AccelerometerProgress()
     if first.kind == "pressure":
-        return PressureWork()
-    slots = schedule(first, mode, any_side=any_side)
-    return HandWork(slots=slots, rising=rising.get(first.channel))
+        return PressureProgress()
+    slots = build_schedule(first, mode, any_side=any_side)
+    return AngleProgress(slots=slots, rising=rising.get(first.channel))
 
 
-def _begin(state: State, _step: Step) -> State:
+def _begin(state: WizardState, _step: JournalStep) -> WizardState:
     return replace(state, begun=True).going_on("")
 
 
-def _close(state: State, step: Step) -> State:
+def _close(state: WizardState, step: JournalStep) -> WizardState:
     closings = {name: one for name, one in state.closings.items() if name != step.channel}
     return replace(state, closings={**closings, step.channel: step}).going_on(step.channel)
 
 
-def _open(state: State, step: Step) -> State:
+def _open(state: WizardState, step: JournalStep) -> WizardState:
     return replace(state, begun=True, key=step.channel)
 
 
-def _air(state: State, step: Step) -> State:
+def _air(state: WizardState, step: JournalStep) -> WizardState:
     return replace(state, air=GroundAir(**step.data))
 
 
-def _abort(state: State, _step: Step) -> State:
+def _abort(state: WizardState, _step: JournalStep) -> WizardState:
     return replace(state, aborted=True, key="")
 
 
-_EFFECTS: Mapping[str, Callable[[State, Step], State]] = {
+_EFFECTS: Mapping[str, Callable[[WizardState, JournalStep], WizardState]] = {
     "begin": _begin,
     "accept": _close,
     "skip": _close,

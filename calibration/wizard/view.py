@@ -7,16 +7,16 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from calibration.certificate import Certificate
-from calibration.comparing import CheckResult, Drift
-from calibration.faults import InstrumentFault
+from calibration.drift import CheckResult, Drift
 from calibration.inertial import Position
+from calibration.instrument_faults import InstrumentFault
 from calibration.plan import InstrumentPlan
 from calibration.points import CalibrationPoint, Direction
 from calibration.quality import Calibration
-from calibration.watching import WatchReading
-from calibration.wizard.schedule import Mode, Slot
+from calibration.voltage_monitor import VoltageReading
+from calibration.wizard.setting_schedule import CalibrationMode, ScheduledSetting
 
-ActionKind = Literal[
+WizardActionKind = Literal[
     "take",
     "repeat",
     "delete",
@@ -32,7 +32,7 @@ ActionKind = Literal[
     "open",
     "enter",
 ]
-Phase = Literal[
+WizardPhase = Literal[
     "begin",
     "sign",
     "points",
@@ -45,11 +45,11 @@ Phase = Literal[
     "done",
     "aborted",
 ]
-Tone = Literal["", "steady", "taken", "moved", "error"]
+FeedbackTone = Literal["", "steady", "taken", "moved", "error"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Action:
+class WizardAction:
     """One thing that the crew does.
 
     Attributes
@@ -64,7 +64,7 @@ class Action:
         the field (`pressure` in Pa, not reduced to sea level, and `temperature` in K).
     """
 
-    kind: ActionKind
+    kind: WizardActionKind
     index: int | None = None
     value: float | None = None
     reason: str = ""
@@ -98,7 +98,7 @@ class WizardView:
         Setting asked for, in the unit of the instrument.
     direction : {"up", "down", "single"}
         From which side.
-    reading : WatchReading or None
+    reading : VoltageReading or None
         Volts of the instrument at hand.
     value_now : float or None
         What they stand for by the certificate in force (where there is none, by the nominal one),
@@ -111,7 +111,7 @@ class WizardView:
         In which the aircraft is to lie, for accelerometers.
     points : tuple of CalibrationPoint
         Taken so far, in order.
-    remaining : tuple of Slot
+    remaining : tuple of ScheduledSetting
         Settings still to be taken, the next first.
     calibration : Calibration or None
         The curve, as soon as the points allow one.
@@ -150,20 +150,20 @@ class WizardView:
     instrument: InstrumentPlan | None
     index: int
     count: int
-    phase: Phase
+    phase: WizardPhase
     prompt: str
-    mode: Mode = "full"
+    mode: CalibrationMode = "full"
     spoken: str = ""
     target: float | None = None
     direction: Direction = "single"
-    reading: WatchReading | None = None
+    reading: VoltageReading | None = None
     value_now: float | None = None
     amount: float | None = None
     amount_goal: float | None = None
     amount_unit: str = ""
     position: Position | None = None
     points: tuple[CalibrationPoint, ...] = ()
-    remaining: tuple[Slot, ...] = ()
+    remaining: tuple[ScheduledSetting, ...] = ()
     calibration: Calibration | None = None
     drift: Drift | None = None
     degree: int | None = None
@@ -178,7 +178,7 @@ class WizardView:
     skipped: Mapping[str, str] = field(default_factory=dict)
     certificates: Mapping[str, Certificate] = field(default_factory=dict)
     message: str = ""
-    tone: Tone = ""
+    tone: FeedbackTone = ""
     event: int = 0
 
     @property

@@ -12,31 +12,43 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from calibration.certificate_store import CertificateStore
 from calibration.plan import CalibrationPlan
 from calibration.points import CalibrationError
-from calibration.store import CertificateStore
-from calibration.wizard import words
-from calibration.wizard.journal import Step
-from calibration.wizard.ledger import Ledger
-from calibration.wizard.schedule import Mode
-from calibration.wizard.slices import Slice, Slicer
-from calibration.wizard.state import Group, State, Work
-from calibration.wizard.station import Answer, Draft, Outcome, Showing, Station
-from calibration.wizard.stations import station_of
-from calibration.wizard.view import Action, ActionKind, Phase, Tone, WizardView
+from calibration.wizard import wizard_text
+from calibration.wizard.journal import JournalStep
+from calibration.wizard.procedure import (
+    ActionFeedback,
+    CalibrationOutcome,
+    CalibrationProcedure,
+    ProcedureView,
+    StepDraft,
+)
+from calibration.wizard.procedure_registry import create_procedure
+from calibration.wizard.sample_slices import SampleSlice, SampleSlicer
+from calibration.wizard.setting_schedule import CalibrationMode
+from calibration.wizard.state import GroupProgress, InstrumentGroup, WizardState
+from calibration.wizard.step_executor import StepExecutor
+from calibration.wizard.view import (
+    FeedbackTone,
+    WizardAction,
+    WizardActionKind,
+    WizardPhase,
+    WizardView,
+)
 from gsapp.quantities import Block
 
 _BEGIN = 2.0
 """Seconds of samples that are looked at before the first instrument is asked for."""
-_SHOWN: Mapping[Mode, float] = {"full": 3.0, "check": 0.5}
+_SHOWN: Mapping[CalibrationMode, float] = {"full": 3.0, "check": 0.5}
 """Seconds for which a good result is shown before it is accepted by itself."""
-_MENDING = ("repeat", "delete", "add", "choose_degree")
+_POINT_EDIT_ACTIONS = ("repeat", "delete", "add", "choose_degree")
 """Actions of a crew that looks into a result: it is not accepted under its hands."""
 _GAP = 1.0
 """Seconds without samples, or back in time, after which a movement may have gone unseen."""
 
 
-class Wizard:
+class CalibrationWizard:
     """Leads through the calibration of an aircraft.
 
     Parameters
@@ -73,10 +85,10 @@ class Wizard:
         who: str = "",
         temperature: float | None = None,
         now: Callable[[], datetime],
-        mode: Mode = "full",
+        mode: CalibrationMode = "full",
         auto: bool = True,
     ) -> None:
-        ledger = Ledger.begin(
+        ledger = StepExecutor.begin(
             plan,
             store,
             journal,
@@ -91,7 +103,7 @@ class Wizard:
     @classmethod
     def resume(
         cls, journal: Path, store: CertificateStore, *, now: Callable[[], datetime]
-    ) -> Wizard:
+    ) -> CalibrationWizard:
         """Go on with a calibration at the point where it stopped, however it stopped.
 
         Raises
@@ -100,22 +112,22 @@ class Wizard:
             If there is none that could go on.
         """
         wizard = object.__new__(cls)
-        wizard._set_up(Ledger.resume(journal, store), now)
+        wizard._set_up(StepExecutor.resume(journal, store), now)
         wizard._held = wizard.phase == "fit"
         return wizard
 
-    def _set_up(self, ledger: Ledger, now: Callable[[], datetime]) -> None:
+    def _set_up(self, ledger: StepExecutor, now: Callable[[], datetime]) -> None:
         self._ledger = ledger
         self._now = now
-        self._slicer = Slicer(ledger.header.plan.channels)
-        self._station: Station | None = None
+        self._slicer = SampleSlicer(ledger.header.plan.channels)
+        self._station: CalibrationProcedure | None = None
         self._held = False
         self._since: float | None = None
         self._end: float | None = None
         self._message = ""
-        self._tone: Tone = ""
+        self._tone: FeedbackTone = ""
         self._event = 0
-        self._judged: tuple[tuple[object, ...], Outcome] | None = None
+        self._judged: tuple[tuple[object, ...], CalibrationOutcome] | None = None
         self._turn_to_group()
 
     # What comes in.
@@ -132,7 +144,7 @@ class Wizard:
         for one in self._slicer.feed(block):
             self._live(one)
 
-    def act(self, action: Action) -> None:
+    def act(self, action: WizardAction) -> None:
         """Do what the crew asks; what is not possible now is said in the view's message.
 
         Raises
@@ -148,12 +160,14 @@ class Wizard:
         if station is not None and action.kind in station.can(state.work[state.key]):
             answer = station.act(state.work[state.key], action)
             self._answer(answer)
-            self._held = self._held or (isinstance(answer, Draft) and action.kind in _MENDING)
+            self._held = self._held or (
+                isinstance(answer, StepDraft) and action.kind in _POINT_EDIT_ACTIONS
+            )
             return
         _HANDLERS[action.kind](self, action)
 
     @property
-    def state(self) -> State:
+    def state(self) -> WizardState:
         """Return how far the calibration has come."""
         return self._ledger.state
 
@@ -161,7 +175,7 @@ class Wizard:
 
     def _step(self, kind: str, key: str = "", data: Mapping[str, Any] | None = None) -> None:
         before = self.state
-        step = Step(kind=kind, channel=key, stamp=self._now(), data=data or {})
+        step = JournalStep(kind=kind, channel=key, stamp=self._now(), data=data or {})
         try:
             self._ledger.make(step)
         finally:
@@ -180,21 +194,21 @@ class Wizard:
         group = self.state.group
         self._station = None
         if group is not None:
-            self._station = station_of(group, self._ledger.header, self._ledger.reference)
+            self._station = create_procedure(group, self._ledger.header, self._ledger.reference)
 
-    def _answer(self, answer: Draft | Answer | None) -> None:
-        if isinstance(answer, Draft):
+    def _answer(self, answer: StepDraft | ActionFeedback | None) -> None:
+        if isinstance(answer, StepDraft):
             self._step(answer.kind, self.state.key, answer.data)
         if answer is not None:
             self._say(answer.message, answer.tone)
 
-    def _say(self, message: str, tone: Tone) -> None:
+    def _say(self, message: str, tone: FeedbackTone) -> None:
         self._message, self._tone = message, tone
         self._event += 1
 
     # What happens by itself.
 
-    def _live(self, one: Slice) -> None:
+    def _live(self, one: SampleSlice) -> None:
         gap = self._end is not None and abs(one.start - self._end) > _GAP
         self._end = one.end
         if self._since is None or gap:
@@ -211,7 +225,7 @@ class Wizard:
         station.feed(one)
         work = state.work[state.key]
         answer = station.by_itself(work)
-        if isinstance(answer, Draft):
+        if isinstance(answer, StepDraft):
             self._held = False
         self._answer(answer)
         if self.phase == "fit" and not self._held and self._since is not None:
@@ -232,18 +246,18 @@ class Wizard:
         groups = self.state.groups
         self._open(groups[self._index() - 1])
 
-    def _open_asked(self, action: Action) -> None:
+    def _open_asked(self, action: WizardAction) -> None:
         try:
             self._open(self.state.find(action.channel))
         except CalibrationError as error:
             self._say(str(error), "error")
 
-    def _open(self, group: Group) -> None:
+    def _open(self, group: InstrumentGroup) -> None:
         self._step("open", group.key)
         self._held = True
         self._say(group.title, "")
 
-    def _skip(self, action: Action) -> None:
+    def _skip(self, action: WizardAction) -> None:
         group = self._group()
         full = self._ledger.header.mode == "full"
         reason = action.reason or ("not calibrated" if full else "not checked")
@@ -279,7 +293,7 @@ class Wizard:
     # What is to be shown.
 
     @property
-    def phase(self) -> Phase:
+    def phase(self) -> WizardPhase:
         """Return which page it is."""
         state = self.state
         if state.aborted:
@@ -300,13 +314,13 @@ class Wizard:
         warnings = parts.pop("warnings", ())
         faults = parts.get("faults", ())
         today, checks = self._ledger.reference.today, self._ledger.checks()
-        place = _PLACE.get(phase, {})
+        place = _PHASE_TEXT.get(phase, {})
         if phase == "done":
             plan = self._ledger.header.plan
             place = (
-                words.checked_words(plan, checks)
+                wizard_text.check_summary_text(plan, checks)
                 if self._ledger.header.mode == "check"
-                else words.calibration_summary_text(plan, state.accepted)
+                else wizard_text.calibration_summary_text(plan, state.accepted)
             )
         return WizardView(
             **{"instrument": None, **place, **parts},
@@ -330,7 +344,7 @@ class Wizard:
             event=self._event,
         )
 
-    def _showing(self, outcome: Outcome) -> Showing | None:
+    def _showing(self, outcome: CalibrationOutcome) -> ProcedureView | None:
         if self._station is None:
             return None
         return self._station.show(self.state.work[self.state.key], outcome)
@@ -354,12 +368,12 @@ class Wizard:
             can.add("accept")
         return frozenset(can)
 
-    def _outcome(self) -> Outcome:
+    def _outcome(self) -> CalibrationOutcome:
         """Return what the work at hand comes to; worked out once for each state of it."""
         state = self.state
         if self._station is None:
-            return Outcome()
-        work: Work = state.work[state.key]
+            return CalibrationOutcome()
+        work: GroupProgress = state.work[state.key]
         basis = (work, state.air, self._ledger.reference)
         if self._judged is None or any(
             one is not other for one, other in zip(self._judged[0], basis, strict=True)
@@ -381,18 +395,18 @@ class Wizard:
         keys = [group.key for group in self.state.groups]
         return keys.index(self.state.key) if self.state.key else len(keys) * self.state.begun
 
-    def _following(self) -> Group:
+    def _following(self) -> InstrumentGroup:
         """Return the next group that is not done with; the one at hand where there is no other."""
         key = self.state.going_on(self.state.key).key or self.state.key
         return self.state.find(key)
 
-    def _group(self) -> Group:
+    def _group(self) -> InstrumentGroup:
         group = self.state.group
         assert group is not None  # noqa: S101 - asked by `can`
         return group
 
 
-_PLACE: Mapping[str, Mapping[str, str]] = {
+_PHASE_TEXT: Mapping[str, Mapping[str, str]] = {
     "begin": {"prompt": "Waiting for sensor voltages.", "spoken": "Waiting"},
     "aborted": {
         "prompt": "Broken off: the certificates in force stay in force.",
@@ -400,12 +414,12 @@ _PLACE: Mapping[str, Mapping[str, str]] = {
     },
 }
 
-_HANDLERS: Mapping[ActionKind, Callable[[Wizard, Action], None]] = {
+_HANDLERS: Mapping[WizardActionKind, Callable[[CalibrationWizard, WizardAction], None]] = {
     "undo": lambda wizard, _: wizard._undo(),
     "back": lambda wizard, _: wizard._back(),
     "next": lambda wizard, _: wizard._next(),
-    "skip": Wizard._skip,
+    "skip": CalibrationWizard._skip,
     "accept": lambda wizard, _: wizard._accept(),
     "abort": lambda wizard, _: wizard._abort(),
-    "open": Wizard._open_asked,
+    "open": CalibrationWizard._open_asked,
 }

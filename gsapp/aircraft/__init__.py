@@ -1,5 +1,6 @@
 """The aircraft as a file: geometry, mass, propulsion, instruments, controls, limits."""
 
+from gsapp.aircraft.aircraft_loader import file_warnings, load_aircraft, shipped_aircraft
 from gsapp.aircraft.config import (
     Accelerometer,
     Aircraft,
@@ -14,7 +15,6 @@ from gsapp.aircraft.config import (
     Propulsion,
     Sensors,
 )
-from gsapp.aircraft.reading import file_warnings, load_aircraft, shipped_aircraft
 
 __all__ = [
     "Accelerometer",

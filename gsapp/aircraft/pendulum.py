@@ -13,7 +13,7 @@ from typing import NamedTuple
 from gsapp.quantities.constants import GRAVITY
 
 
-def small_period(period: float, amplitude: float = 0.0, damping: float = 0.0) -> float:
+def small_amplitude_period(period: float, amplitude: float = 0.0, damping: float = 0.0) -> float:
     """Return the period (s) of the same pendulum undamped and at vanishing amplitude.
 
     Parameters
@@ -34,7 +34,7 @@ class CompoundSwing(NamedTuple):
     Attributes
     ----------
     period, cradle_period : float
-        Of aircraft and cradle together, and of the cradle alone, by `small_period`, s.
+        Of aircraft and cradle together, and of the cradle alone, by `small_amplitude_period`, s.
     aircraft_weight, cradle_weight : float
         N.
     aircraft_arm, cradle_arm : float
@@ -56,7 +56,7 @@ class CompoundSwing(NamedTuple):
     air_mass: float = 0.0
 
 
-class Inertia(NamedTuple):
+class PendulumInertia(NamedTuple):
     """A moment of inertia and what it is the difference of, kg m^2.
 
     Attributes
@@ -79,12 +79,12 @@ class Inertia(NamedTuple):
         return self.whole - self.cradle - self.transfer
 
 
-def compound_inertia(swing: CompoundSwing) -> Inertia:
+def compound_inertia(swing: CompoundSwing) -> PendulumInertia:
     """Return the inertia about an axis through the aircraft's CG, parallel to the pivot."""
     cradle = swing.cradle_weight * swing.cradle_arm
     stiffness = swing.aircraft_weight * swing.aircraft_arm + cradle
     moved = swing.aircraft_weight / GRAVITY + swing.air_mass
-    return Inertia(
+    return PendulumInertia(
         whole=stiffness * (swing.period / (2.0 * math.pi)) ** 2,
         cradle=cradle * (swing.cradle_period / (2.0 * math.pi)) ** 2,
         transfer=moved * swing.distance**2,
@@ -101,7 +101,8 @@ class BifilarSwing(NamedTuple):
     aircraft_weight, cradle_weight : float
         N.
     stiffness : float
-        Restoring moment over angle and weight, m; see `parallel_wires` and `slanted_wires`.
+        Restoring moment over angle and weight, m; see `parallel_wire_stiffness` and
+        `slanted_wire_stiffness`.
     aircraft_offset, cradle_offset : float
         Horizontal distance of each CG from the one of both together, m.
     """
@@ -115,17 +116,17 @@ class BifilarSwing(NamedTuple):
     cradle_offset: float = 0.0
 
 
-def parallel_wires(length: float, first: float, second: float) -> float:
+def parallel_wire_stiffness(length: float, first: float, second: float) -> float:
     """Return the stiffness (m) of parallel wires at distances r1, r2 (m) from the combined CG."""
     return first * second / length
 
 
-def slanted_wires(height: float, upper: float, lower: float) -> float:
+def slanted_wire_stiffness(height: float, upper: float, lower: float) -> float:
     """Return the stiffness (m) of wires spaced d1 above and d2 below, a height (m) apart."""
     return upper * lower / (4.0 * height)
 
 
-def bifilar_inertia(swing: BifilarSwing) -> Inertia:
+def bifilar_inertia(swing: BifilarSwing) -> PendulumInertia:
     """Return the inertia about the vertical through the aircraft's CG."""
     weight = swing.aircraft_weight + swing.cradle_weight
     own = swing.cradle_weight * swing.stiffness * (swing.cradle_period / (2.0 * math.pi)) ** 2
@@ -133,7 +134,7 @@ def bifilar_inertia(swing: BifilarSwing) -> Inertia:
         swing.aircraft_weight * swing.aircraft_offset**2
         + swing.cradle_weight * swing.cradle_offset**2
     )
-    return Inertia(
+    return PendulumInertia(
         whole=weight * swing.stiffness * (swing.period / (2.0 * math.pi)) ** 2,
         cradle=own,
         transfer=offsets / GRAVITY,

@@ -15,31 +15,31 @@ from pathlib import Path
 import numpy as np
 from pydantic import field_validator, model_validator
 
-from gsapp.aircraft.measured import (
-    Measured,
+from gsapp.aircraft.measured_value import (
     MeasuredAngle,
     MeasuredLength,
     MeasuredMass,
+    MeasuredValue,
     MeasuredWeight,
 )
 from gsapp.aircraft.pendulum import (
     BifilarSwing,
     CompoundSwing,
-    Inertia,
+    PendulumInertia,
     bifilar_inertia,
     compound_inertia,
-    parallel_wires,
+    parallel_wire_stiffness,
     product_of_inertia,
-    slanted_wires,
-    small_period,
+    slanted_wire_stiffness,
+    small_amplitude_period,
 )
 from gsapp.foundation import StrictModel, read_toml
 from gsapp.quantities.constants import GRAVITY
 from gsapp.quantities.fields import Angle, Density, Ratio, Time, Volume
 
-STOPWATCH = 0.05
+STOPWATCH_STD = 0.05
 """Uncertainty of one time taken by hand, s, where one time alone shows no scatter."""
-HIGH = 0.4
+MAX_MASS_HEIGHT_RATIO = 0.4
 """Rms height of the mass, over the radius of gyration about z, that no aircraft of usual shape
 reaches: wing, tail and fuselage lie nearly in one plane."""
 
@@ -96,59 +96,61 @@ class _Timing(StrictModel):
         return value
 
     @property
-    def period(self) -> Measured:
+    def period(self) -> MeasuredValue:
         """Return the period with the aircraft, small and undamped, s."""
         return _period(self.times, self.cycles, self.amplitude, self.damping)
 
     @property
-    def cradle_period(self) -> Measured:
+    def cradle_period(self) -> MeasuredValue:
         """Return the period of the cradle alone; zero where it was not swung."""
         if not self.cradle_times:
-            return Measured(0.0)
+            return MeasuredValue(0.0)
         amplitude = self.amplitude if self.cradle_amplitude is None else self.cradle_amplitude
         cycles = self.cradle_cycles or self.cycles
         return _period(self.cradle_times, cycles, amplitude, self.cradle_damping)
 
 
-def _period(times: tuple[float, ...], cycles: int, amplitude: float, damping: float) -> Measured:
-    correction = small_period(1.0, amplitude, damping) / cycles
-    scatter = float(np.std(times, ddof=1)) if len(times) > 1 else STOPWATCH
-    return Measured(
+def _period(
+    times: tuple[float, ...], cycles: int, amplitude: float, damping: float
+) -> MeasuredValue:
+    correction = small_amplitude_period(1.0, amplitude, damping) / cycles
+    scatter = float(np.std(times, ddof=1)) if len(times) > 1 else STOPWATCH_STD
+    return MeasuredValue(
         float(np.mean(times)) * correction, scatter / math.sqrt(len(times)) * correction
     )
 
 
-class Compound(_Timing):
+class CompoundSwings(_Timing):
     """Swings about a horizontal axis.
 
     Attributes
     ----------
-    pivot_to_cg : Measured
+    pivot_to_cg : MeasuredValue
         From the pivot to the aircraft's CG, m.
-    pivot_to_cg_vertical : Measured or None
+    pivot_to_cg_vertical : MeasuredValue or None
         Its vertical part, where the aircraft does not hang plumb, m.
-    pivot_to_cradle_cg : Measured
+    pivot_to_cradle_cg : MeasuredValue
         Vertical, m.
-    additional_mass : Measured
+    additional_mass : MeasuredValue
         Of air that the swinging aircraft drags along, beyond what it displaces, kg.
     """
 
     pivot_to_cg: MeasuredLength
     pivot_to_cg_vertical: MeasuredLength | None = None
-    pivot_to_cradle_cg: MeasuredLength = Measured(0.0)
-    additional_mass: MeasuredMass = Measured(0.0)
+    pivot_to_cradle_cg: MeasuredLength = MeasuredValue(0.0)
+    additional_mass: MeasuredMass = MeasuredValue(0.0)
 
 
-class Bifilar(_Timing):
+class BifilarSwings(_Timing):
     """Swings about the vertical, on two wires.
 
     Attributes
     ----------
-    wire_length, first_distance, second_distance : Measured or None
+    wire_length, first_distance, second_distance : MeasuredValue or None
         Parallel wires: their length and distances from the combined CG, m.
-    height, upper_spacing, lower_spacing : Measured or None
+    height, upper_spacing, lower_spacing : MeasuredValue or None
         Slanted wires instead, m.
-    aircraft_offset, cradle_offset : Measured
+    aircraft_offset, cradle_offset : MeasuredValue
         Horizontal distance of each CG from the combined one, m.
     """
 
@@ -158,11 +160,11 @@ class Bifilar(_Timing):
     height: MeasuredLength | None = None
     upper_spacing: MeasuredLength | None = None
     lower_spacing: MeasuredLength | None = None
-    aircraft_offset: MeasuredLength = Measured(0.0)
-    cradle_offset: MeasuredLength = Measured(0.0)
+    aircraft_offset: MeasuredLength = MeasuredValue(0.0)
+    cradle_offset: MeasuredLength = MeasuredValue(0.0)
 
     @model_validator(mode="after")
-    def _one_geometry(self) -> Bifilar:
+    def _one_geometry(self) -> BifilarSwings:
         parallel = (self.wire_length, self.first_distance, self.second_distance)
         slanted = (self.height, self.upper_spacing, self.lower_spacing)
         whole = [group for group in (parallel, slanted) if None not in group]
@@ -175,14 +177,14 @@ class Bifilar(_Timing):
         return self
 
 
-class Tilted(Bifilar):
+class TiltedSwings(BifilarSwings):
     """Swings about the vertical with the nose up, for Ixz; the angle in rad."""
 
     nose_up: MeasuredAngle
 
     @field_validator("nose_up")
     @classmethod
-    def _tilted(cls, value: Measured) -> Measured:
+    def _tilted(cls, value: MeasuredValue) -> MeasuredValue:
         if not 0.02 < abs(value.value) < 1.55:
             raise ValueError("must be an angle well away from 0 and 90 deg; 20 to 45 deg is good")
         return value
@@ -193,11 +195,11 @@ class SwungAircraft(StrictModel):
 
     Attributes
     ----------
-    weight : Measured
+    weight : MeasuredValue
         As flown, N.
     volume : float
         Of the air it displaces, m^3.
-    depth : Measured or None
+    depth : MeasuredValue or None
         Overall height of the aircraft, m: bounds how far mass can lie above and below the CG.
     """
 
@@ -207,7 +209,7 @@ class SwungAircraft(StrictModel):
 
     @field_validator("weight")
     @classmethod
-    def _positive(cls, value: Measured) -> Measured:
+    def _positive(cls, value: MeasuredValue) -> MeasuredValue:
         if not value.value > 0.0:
             raise ValueError("must be greater than zero; weigh the aircraft as flown")
         return value
@@ -216,7 +218,7 @@ class SwungAircraft(StrictModel):
 class Cradle(StrictModel):
     """What holds the aircraft; `weight` in N."""
 
-    weight: MeasuredWeight = Measured(0.0)
+    weight: MeasuredWeight = MeasuredValue(0.0)
 
 
 class Swings(StrictModel):
@@ -229,9 +231,9 @@ class Swings(StrictModel):
         kg/m^3.
     aircraft : SwungAircraft
     cradle : Cradle
-    x, y : Compound or None
-    z : Bifilar or None
-    tilted : Tilted or None
+    x, y : CompoundSwings or None
+    z : BifilarSwings or None
+    tilted : TiltedSwings or None
         Needs x and z.
     """
 
@@ -239,10 +241,10 @@ class Swings(StrictModel):
     air_density: Density = 1.225
     aircraft: SwungAircraft
     cradle: Cradle = Cradle()
-    x: Compound | None = None
-    y: Compound | None = None
-    z: Bifilar | None = None
-    tilted: Tilted | None = None
+    x: CompoundSwings | None = None
+    y: CompoundSwings | None = None
+    z: BifilarSwings | None = None
+    tilted: TiltedSwings | None = None
 
     @model_validator(mode="after")
     def _consistent(self) -> Swings:
@@ -265,9 +267,9 @@ class InertiaResult:
 
     Attributes
     ----------
-    values : mapping of str to Measured
+    values : mapping of str to MeasuredValue
         ``ixx``, ``iyy``, ``izz``, ``ixz`` as far as swung, kg m^2.
-    parts : mapping of str to Inertia
+    parts : mapping of str to PendulumInertia
         What each is the difference of.
     shares : mapping of str to mapping of str to float
         Share of the variance of each value, by measured quantity.
@@ -276,8 +278,8 @@ class InertiaResult:
     warnings : tuple of str
     """
 
-    values: Mapping[str, Measured]
-    parts: Mapping[str, Inertia]
+    values: Mapping[str, MeasuredValue]
+    parts: Mapping[str, PendulumInertia]
     shares: Mapping[str, Mapping[str, float]]
     mass: float
     warnings: tuple[str, ...]
@@ -294,7 +296,7 @@ def load_swings(path: str | Path) -> Swings:
     return read_toml(Path(path), Swings)
 
 
-def inertia_of(swings: Swings) -> InertiaResult:
+def compute_inertia(swings: Swings) -> InertiaResult:
     """Evaluate swings; uncertainties by linear propagation of every quantity's own."""
     quantities = dict(_quantities(swings))
     values = {name: one.value for name, one in quantities.items()}
@@ -311,7 +313,8 @@ def inertia_of(swings: Swings) -> InertiaResult:
             variance[row] = (0.5 * (np.array(ends[0]) - np.array(ends[1]))) ** 2
     total = variance.sum(axis=0)
     result = {
-        name: Measured(float(base[k]), float(np.sqrt(total[k]))) for k, name in enumerate(names)
+        name: MeasuredValue(float(base[k]), float(np.sqrt(total[k])))
+        for k, name in enumerate(names)
     }
     shares = {
         name: {
@@ -331,9 +334,9 @@ def inertia_of(swings: Swings) -> InertiaResult:
     )
 
 
-def _quantities(swings: Swings) -> Mapping[str, Measured]:
+def _quantities(swings: Swings) -> Mapping[str, MeasuredValue]:
     """Return every measured quantity by its key path."""
-    found: dict[str, Measured] = {
+    found: dict[str, MeasuredValue] = {
         "aircraft.weight": swings.aircraft.weight,
         "cradle.weight": swings.cradle.weight,
     }
@@ -345,13 +348,13 @@ def _quantities(swings: Swings) -> Mapping[str, Measured]:
         found[f"{table}.cradle_period"] = section.cradle_period
         for key in type(section).model_fields:
             value = getattr(section, key)
-            if isinstance(value, Measured):
+            if isinstance(value, MeasuredValue):
                 found[f"{table}.{key}"] = value
     return found
 
 
-def _parts(swings: Swings, value: Mapping[str, float]) -> dict[str, Inertia]:
-    found: dict[str, Inertia] = {}
+def _parts(swings: Swings, value: Mapping[str, float]) -> dict[str, PendulumInertia]:
+    found: dict[str, PendulumInertia] = {}
     weight, cradle = value["aircraft.weight"], value["cradle.weight"]
     for table, name in (("x", "ixx"), ("y", "iyy")):
         if getattr(swings, table) is None:
@@ -375,10 +378,10 @@ def _parts(swings: Swings, value: Mapping[str, float]) -> dict[str, Inertia]:
             continue
         if f"{table}.wire_length" in value:
             keys = ("wire_length", "first_distance", "second_distance")
-            stiffness = parallel_wires(*(value[f"{table}.{key}"] for key in keys))
+            stiffness = parallel_wire_stiffness(*(value[f"{table}.{key}"] for key in keys))
         else:
             keys = ("height", "upper_spacing", "lower_spacing")
-            stiffness = slanted_wires(*(value[f"{table}.{key}"] for key in keys))
+            stiffness = slanted_wire_stiffness(*(value[f"{table}.{key}"] for key in keys))
         found[name] = bifilar_inertia(
             BifilarSwing(
                 period=value[f"{table}.period"],
@@ -394,7 +397,7 @@ def _parts(swings: Swings, value: Mapping[str, float]) -> dict[str, Inertia]:
 
 
 def _inertias(
-    swings: Swings, parts: Mapping[str, Inertia], value: Mapping[str, float]
+    swings: Swings, parts: Mapping[str, PendulumInertia], value: Mapping[str, float]
 ) -> dict[str, float]:
     found = {name: part.value for name, part in parts.items() if name != "vertical"}
     if swings.tilted is not None:
@@ -406,8 +409,8 @@ def _inertias(
 
 def _warnings(
     swings: Swings,
-    values: Mapping[str, Measured],
-    quantities: Mapping[str, Measured],
+    values: Mapping[str, MeasuredValue],
+    quantities: Mapping[str, MeasuredValue],
     mass: float,
 ) -> tuple[str, ...]:
     found = [
@@ -423,7 +426,11 @@ def _warnings(
         elif values["izz"].value > 0.0:
             height = math.sqrt(square)
             depth = swings.aircraft.depth
-            room = depth.value / 2.0 if depth else HIGH * math.sqrt(values["izz"].value / mass)
+            room = (
+                depth.value / 2.0
+                if depth
+                else MAX_MASS_HEIGHT_RATIO * math.sqrt(values["izz"].value / mass)
+            )
             if height > room:
                 found.append(
                     f"(ixx + iyy - izz)/2m puts the mass {height:.2f} m (rms) above and below the "

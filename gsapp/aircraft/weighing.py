@@ -24,7 +24,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from gsapp.aircraft.config import Axles
-from gsapp.aircraft.measured import Measured, MeasuredAngle, MeasuredWeight
+from gsapp.aircraft.measured_value import MeasuredAngle, MeasuredValue, MeasuredWeight
 from gsapp.foundation import FlightError, StrictModel
 from gsapp.quantities.constants import DEGREE, GRAVITY
 from gsapp.quantities.fields import Length, Mass, Position, Weight
@@ -35,9 +35,9 @@ AXLE_ERROR: Final = 0.002
 """Standard deviation of an axle's place where none is given, m."""
 LEVEL_ERROR: Final = 0.5 * DEGREE
 """Standard deviation of the attitude on the scales where none is given, rad."""
-LEVEL: Final = Measured(0.0, LEVEL_ERROR)
+LEVEL: Final = MeasuredValue(0.0, LEVEL_ERROR)
 """The attitude of an aircraft set level by eye, rad."""
-USUAL_HEIGHT: Final = Measured(0.0)
+DEFAULT_CG_HEIGHT: Final = MeasuredValue(0.0)
 """z of the CG where a level weighing does not tell it: that of the aircraft file, m."""
 
 _MAIN = "main"
@@ -51,12 +51,12 @@ class WeighingRecord(StrictModel):
 
     Attributes
     ----------
-    loads : mapping of str to Measured
+    loads : mapping of str to MeasuredValue
         Reading under each axle, N; two axles give the CG along x, three wheels along y as well.
         ``main`` is both main wheels on one scale, or added up.
     axles : mapping of str to position
         Places of axles' centers in place of those of the aircraft file, in its frame, m.
-    pitch, bank : Measured
+    pitch, bank : MeasuredValue
         Attitude on the scales, nose up and right wing down, rad.
     fuel : float or None
         On board when weighed, kg; None for as much as at take-off.
@@ -76,7 +76,7 @@ class WeighingRecord(StrictModel):
 
     @field_validator("loads")
     @classmethod
-    def _must_carry(cls, value: Mapping[str, Measured]) -> Mapping[str, Measured]:
+    def _must_carry(cls, value: Mapping[str, MeasuredValue]) -> Mapping[str, MeasuredValue]:
         if len(value) not in (2, 3):
             raise ValueError(
                 f"holds {len(value)} readings; write those of two axles (nose, main) or of three "
@@ -92,10 +92,10 @@ class WeighingRecord(StrictModel):
 
     @field_validator("pitch", "bank")
     @classmethod
-    def _must_be_nearly_level(cls, value: Measured) -> Measured:
+    def _must_be_nearly_level(cls, value: MeasuredValue) -> MeasuredValue:
         if abs(value.value) > 20.0 * DEGREE:
             raise ValueError("is more than 20 deg; weigh with the wings and the nose nearly level")
-        return value if value.std > 0.0 else Measured(value.value, LEVEL_ERROR)
+        return value if value.std > 0.0 else MeasuredValue(value.value, LEVEL_ERROR)
 
     @model_validator(mode="after")
     def _must_not_be_negative(self) -> WeighingRecord:
@@ -115,7 +115,7 @@ class Support:
         For messages: ``nose``, ``left`` ...
     position : tuple of float
         Center of the axle in the frame of the aircraft file, m.
-    load : Measured
+    load : MeasuredValue
         Reading of the scale, N.
     position_std : float
         Of each coordinate, m.
@@ -123,7 +123,7 @@ class Support:
 
     name: str
     position: Position
-    load: Measured
+    load: MeasuredValue
     position_std: float = AXLE_ERROR
 
 
@@ -133,7 +133,7 @@ class Weighing:
 
     Attributes
     ----------
-    mass : Measured
+    mass : MeasuredValue
         As it stood on the scales, kg.
     cg : tuple of float
         In the frame of the aircraft file: from the CG that its positions count from, body axes,
@@ -144,7 +144,7 @@ class Weighing:
         Part of the weight on each support, 0 to 1.
     """
 
-    mass: Measured
+    mass: MeasuredValue
     cg: Position
     cg_std: Position
     shares: Mapping[str, float]
@@ -160,8 +160,8 @@ def cg_from_axles(
     front: Support,
     rear: Support,
     *,
-    pitch: Measured = LEVEL,
-    height: Measured = USUAL_HEIGHT,
+    pitch: MeasuredValue = LEVEL,
+    height: MeasuredValue = DEFAULT_CG_HEIGHT,
 ) -> Weighing:
     """Return mass and place along x from two axles.
 
@@ -170,9 +170,9 @@ def cg_from_axles(
     front, rear : Support
         Nose axle and main axle, or main axle and tail wheel; both main wheels on one scale, or
         their readings added up.
-    pitch : Measured
+    pitch : MeasuredValue
         Nose up on the scales, rad.
-    height : Measured
+    height : MeasuredValue
         z of the CG in the same frame as the axles, m.
 
     Raises
@@ -188,9 +188,9 @@ def cg_from_three_points(
     two: Support,
     three: Support,
     *,
-    pitch: Measured = LEVEL,
-    bank: Measured = LEVEL,
-    height: Measured = USUAL_HEIGHT,
+    pitch: MeasuredValue = LEVEL,
+    bank: MeasuredValue = LEVEL,
+    height: MeasuredValue = DEFAULT_CG_HEIGHT,
 ) -> Weighing:
     """Return mass and place along x and y from three wheels; see `cg_from_axles`.
 
@@ -202,7 +202,7 @@ def cg_from_three_points(
     return _weigh((one, two, three), pitch, bank, height, axes=2)
 
 
-def weigh(record: WeighingRecord, axles: Axles | Mapping[str, Position]) -> Weighing:
+def evaluate_weighing(record: WeighingRecord, axles: Axles | Mapping[str, Position]) -> Weighing:
     """Return mass and CG from what a flight card holds.
 
     Parameters
@@ -220,8 +220,8 @@ def weigh(record: WeighingRecord, axles: Axles | Mapping[str, Position]) -> Weig
     supports = tuple(
         Support(
             name=name,
-            position=_place(name, places),
-            load=load if load.std > 0.0 else Measured(load.value, record.scale_error),
+            position=_axle_position(name, places),
+            load=load if load.std > 0.0 else MeasuredValue(load.value, record.scale_error),
             position_std=record.axle_error,
         )
         for name, load in record.loads.items()
@@ -233,7 +233,7 @@ def weigh(record: WeighingRecord, axles: Axles | Mapping[str, Position]) -> Weig
     return cg_from_three_points(one, two, three, pitch=record.pitch, bank=record.bank)
 
 
-def _place(name: str, places: Mapping[str, Position]) -> Position:
+def _axle_position(name: str, places: Mapping[str, Position]) -> Position:
     if name in places:
         return places[name]
     if name == _MAIN and all(wheel in places for wheel in _PAIR):
@@ -248,9 +248,14 @@ def _place(name: str, places: Mapping[str, Position]) -> Position:
 
 
 def _weigh(
-    supports: tuple[Support, ...], pitch: Measured, bank: Measured, height: Measured, *, axes: int
+    supports: tuple[Support, ...],
+    pitch: MeasuredValue,
+    bank: MeasuredValue,
+    height: MeasuredValue,
+    *,
+    axes: int,
 ) -> Weighing:
-    _must_stand(supports, axes)
+    _check_supports(supports, axes)
     loads = np.array([one.load.value for one in supports])
     places = np.array([one.position for one in supports])
     weight = float(loads.sum())
@@ -274,14 +279,14 @@ def _weigh(
         for k in range(axes)
     ]
     return Weighing(
-        mass=Measured(weight / GRAVITY, float(np.linalg.norm(stds)) / GRAVITY),
+        mass=MeasuredValue(weight / GRAVITY, float(np.linalg.norm(stds)) / GRAVITY),
         cg=(x, y, 0.0),
         cg_std=(std[0], std[1] if axes == 2 else math.nan, math.nan),
         shares={one.name: float(share) for one, share in zip(supports, shares, strict=True)},
     )
 
 
-def _must_stand(supports: tuple[Support, ...], axes: int) -> None:
+def _check_supports(supports: tuple[Support, ...], axes: int) -> None:
     for one in supports:
         if not (math.isfinite(one.load.value) and one.load.value > 0.0):
             raise FlightError(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from gsapp.cli._screen import say
+from gsapp.cli._console import print_sentence
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from gsapp.aircraft import Aircraft
 
 
-def warn_of_aircraft(console: Console, aircraft: Iterable[Aircraft | None]) -> None:
+def print_aircraft_warnings(console: Console, aircraft: Iterable[Aircraft | None]) -> None:
     """Print a line for each possible but suspicious value of the user's own aircraft files.
 
     Parameters
@@ -31,4 +31,4 @@ def warn_of_aircraft(console: Console, aircraft: Iterable[Aircraft | None]) -> N
         for sentence in file_warnings(one)
     ]
     for sentence in dict.fromkeys(sentences):
-        say(console, sentence, "yellow")
+        print_sentence(console, sentence, "yellow")

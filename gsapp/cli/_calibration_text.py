@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from calibration.comparing import Drift
-    from calibration.quality import Quality
+    from calibration.drift import Drift
+    from calibration.quality import CalibrationQuality
 
 
 def si_converters(
@@ -35,7 +35,7 @@ def si_converters(
     return value, difference
 
 
-def quality_json(quality: Quality, channel_id: str, unit: str) -> dict[str, Any]:
+def quality_json(quality: CalibrationQuality, channel_id: str, unit: str) -> dict[str, Any]:
     """Return the figures of a calibration for programs: SI, volts; absent = null."""
     value, si = si_converters(channel_id, unit)
     return {

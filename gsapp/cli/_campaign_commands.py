@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from gsapp.cli._options import FlightPath, JsonFile, MapName, OtherCertificates, Units
+from gsapp.cli._options import CalibrationName, FlightPath, JsonFile, MapName, Units
 
 FlightPaths = Annotated[
     list[Path],
@@ -69,7 +69,7 @@ def maneuvers(
     flight: FlightPath,
     aircraft: AircraftName = None,
     channel_map: MapName = None,
-    calibration: OtherCertificates = None,
+    calibration: CalibrationName = None,
     as_found: AsFound = False,
     catalog: CatalogFile = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
@@ -111,7 +111,7 @@ def debrief(
         ),
     ] = None,
     channel_map: MapName = None,
-    calibration: OtherCertificates = None,
+    calibration: CalibrationName = None,
     cards: Annotated[
         str | None,
         typer.Option(
@@ -219,7 +219,7 @@ def estimate(
     every_grade: EveryGrade = False,
     as_found: AsFound = False,
     channel_map: MapName = None,
-    calibration: OtherCertificates = None,
+    calibration: CalibrationName = None,
     catalog: CatalogFile = None,
     label: Annotated[
         str, typer.Option(metavar="TEXT", help="What the run is called in the catalog")
@@ -300,7 +300,7 @@ def report(
     units: Units = "us",  # noqa: ARG001  acts in its callback
     dated: Dated = True,
     channel_map: MapName = None,
-    calibration: OtherCertificates = None,
+    calibration: CalibrationName = None,
     json: JsonFile = None,
 ) -> None:
     """Write the report on one flight or a campaign.
@@ -336,7 +336,7 @@ def compatibility(
     ] = None,
     free: Annotated[list[str] | None, typer.Option("--free", hidden=True)] = None,
     channel_map: MapName = None,
-    calibration: OtherCertificates = None,
+    calibration: CalibrationName = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
 ) -> None:
@@ -371,7 +371,7 @@ def terms(
     ] = None,
     maneuver: ManeuverList = None,
     channel_map: MapName = None,
-    calibration: OtherCertificates = None,
+    calibration: CalibrationName = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
 ) -> None:
@@ -483,7 +483,7 @@ def runs(
     from gsapp.cli import runs as command
 
     try:
-        command.check(what, rest or (), out)
+        command.check_arguments(what, rest or (), out)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     command.run(
@@ -514,7 +514,7 @@ def linear_models(
         str, typer.Option(metavar="N|auto", help="Order of the lateral-directional one")
     ] = "4",
     channel_map: MapName = None,
-    calibration: OtherCertificates = None,
+    calibration: CalibrationName = None,
     as_found: AsFound = False,
     out: Annotated[
         Path | None,
@@ -601,7 +601,7 @@ def discrepancy(
     ] = None,
     units: Units = "us",  # noqa: ARG001  acts in its callback
     channel_map: MapName = None,
-    calibration: OtherCertificates = None,
+    calibration: CalibrationName = None,
     json: JsonFile = None,
 ) -> None:
     """Name and add the effect that a model lacks.
@@ -616,7 +616,7 @@ def discrepancy(
     Example: gsapp discrepancy --list
     """
     if list_ or catalog:
-        from gsapp.cli._effects_text import run as list_effects
+        from gsapp.cli._effect_catalog_text import run as list_effects
 
         list_effects(json=json)
         return

@@ -6,18 +6,20 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gsapp.cli._screen import say
-from gsapp.cli._tables import print_whole
+from gsapp.cli._console import print_sentence
+from gsapp.cli._tables import print_unwrapped
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from gsapp.flight.maneuvers import FoundManeuver
+    from gsapp.flight.maneuvers import DetectedManeuver
 
 _COLORS = {"done": "green", "begun": "yellow", "open": "red"}
 
 
-def describe_cards(console: Console, flight: Path, maneuvers: Sequence[FoundManeuver]) -> None:
+def print_card_status(
+    console: Console, flight: Path, maneuvers: Sequence[DetectedManeuver]
+) -> None:
     """Print how the test cards kept with a flight stand; nothing where it has none.
 
     Raises
@@ -47,7 +49,7 @@ def describe_cards(console: Console, flight: Path, maneuvers: Sequence[FoundMane
             f"{one.good} of {one.card.repeats}",
             Text(one.state, _COLORS[one.state]),
         )
-    print_whole(console, table)
+    print_unwrapped(console, table)
     told = [
         f"{one.card.id}: maneuver {attempt.maneuver.id} does not count: "
         f"{'; '.join(attempt.reasons)}"
@@ -58,4 +60,4 @@ def describe_cards(console: Console, flight: Path, maneuvers: Sequence[FoundMane
     if flown.unplanned:
         told.append(f"on no card: {', '.join(one.id for one in flown.unplanned)}")
     for sentence in told:
-        say(console, sentence)
+        print_sentence(console, sentence)

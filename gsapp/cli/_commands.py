@@ -18,7 +18,13 @@ from typer.core import TyperCommand, TyperGroup
 
 _TYPE = re.compile(r" <(list\[)?\w+\]?>$")
 _CHOICE = re.compile(r"'(?P<typed>.*)' is not one of (?P<known>'.*')\.")
-_PLACES = {"<str>": "TEXT", "<int>": "N", "<int range>": "N", "<float>": "X", "<float range>": "X"}
+_METAVARS = {
+    "<str>": "TEXT",
+    "<int>": "N",
+    "<int range>": "N",
+    "<float>": "X",
+    "<float range>": "X",
+}
 """What stands in the place of a value that is not a choice."""
 _BRACES = str.maketrans("", "", "{}")
 
@@ -28,19 +34,22 @@ class _Command(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read what was typed."""
-        with _plain_complaints():
+        with _plain_error_messages():
             return super().parse_args(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
         """Do it; when asked to end, take back on the way out what is half done."""
-        from gsapp.cli._targets import check_flights, check_targets  # not needed for --help
-        from gsapp.foundation.endings import asked_to_end
+        from gsapp.cli._output_paths import (
+            check_distinct_flights,
+            check_output_paths,
+        )  # not needed for --help
+        from gsapp.foundation.process_shutdown import on_termination_signal
 
-        check_targets(ctx.params)
+        check_output_paths(ctx.params)
         if "append" not in ctx.params:  # as one may be merged with itself, one after the other
-            check_flights(ctx.params.get("flights") or ())
+            check_distinct_flights(ctx.params.get("flights") or ())
         # The exit code is as the shells count: 128 and the signal.
-        with asked_to_end(lambda signal: sys.exit(128 + signal), ctrl_c=False):
+        with on_termination_signal(lambda signal: sys.exit(128 + signal), ctrl_c=False):
             return super().invoke(ctx)
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
@@ -56,20 +65,20 @@ class _Command(TyperCommand):
                 if parameter.param_type_name == kind
                 and (record := parameter.get_help_record(ctx)) is not None
             ]
-            tidy = _named if kind == "argument" else _placed
+            tidy = _without_type if kind == "argument" else _with_metavar
             records = [(tidy(name), words) for name, words in records]
             if records:
                 with formatter.section(title):
                     formatter.write_dl(records)
 
 
-def _named(name: str) -> str:
+def _without_type(name: str) -> str:
     return _TYPE.sub("", name)
 
 
-def _placed(name: str) -> str:
+def _with_metavar(name: str) -> str:
     option, _, kind = name.partition(" <")
-    return f"{option} {_PLACES[f'<{kind}']}" if f"<{kind}" in _PLACES else name
+    return f"{option} {_METAVARS[f'<{kind}']}" if f"<{kind}" in _METAVARS else name
 
 
 class _Group(TyperGroup):
@@ -77,7 +86,7 @@ class _Group(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read what was typed."""
-        with _plain_complaints():
+        with _plain_error_messages():
             return super().parse_args(ctx, args)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
@@ -87,7 +96,7 @@ class _Group(TyperGroup):
         return super().resolve_command(ctx, args)
 
 
-class Commands(typer.Typer):
+class CommandApp(typer.Typer):
     """The commands of the program."""
 
     def __init__(self, **options: Any) -> None:
@@ -99,7 +108,7 @@ class Commands(typer.Typer):
 
 
 @contextmanager
-def _plain_complaints() -> Iterator[None]:
+def _plain_error_messages() -> Iterator[None]:
     """Say in plain words what is wrong with what was typed, and what was meant."""
     try:
         yield
@@ -118,7 +127,7 @@ def _with_hint(complaint: str) -> str:
     choice = _CHOICE.fullmatch(complaint)
     if choice is None:
         return complaint
-    from gsapp.foundation.naming import did_you_mean  # not needed for --help
+    from gsapp.foundation.name_suggestions import did_you_mean  # not needed for --help
 
     hint = did_you_mean(choice["typed"], re.findall(r"'([^']+)'", choice["known"]), most=1)
     return f"{complaint} {hint[:1].upper()}{hint[1:]}".rstrip()

@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from gsapp.cli._options import UNITS
-from gsapp.cli._screen import say
+from gsapp.cli._console import print_sentence
+from gsapp.cli._options import DISPLAY_UNITS
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from gsapp.excitation.debrief import Debrief
-    from gsapp.excitation.debrief_maneuver import JudgedManeuver
+    from gsapp.excitation.debrief_maneuver import EvaluatedManeuver
     from gsapp.excitation.debrief_trends import FlightTrend
     from gsapp.flight.catalog import CardScore
 
 _COLORS = {"good": "green", "unclear": "yellow"}
 
 
-def describe_cues(console: Console, debrief: Debrief) -> None:
+def print_cues(console: Console, debrief: Debrief) -> None:
     """Print in a few lines what the crew was told."""
     gone = sum(event.kind == "trim" and event.state == "go" for event in debrief.events)
     heard = sum(bool(one.words) for one in debrief.spoken)
@@ -29,19 +29,19 @@ def describe_cues(console: Console, debrief: Debrief) -> None:
         highlight=False,
     )
     for one in debrief.maneuvers:
-        say(console, _sentence(one))
+        print_sentence(console, _sentence(one))
 
 
-def describe_debrief(console: Console, debrief: Debrief) -> None:
+def print_debrief(console: Console, debrief: Debrief) -> None:
     """Print every input with its verdict, and the score by card."""
     from rich import box
     from rich.table import Table
     from rich.text import Text
 
-    from gsapp.cli._tables import print_whole
+    from gsapp.cli._tables import print_unwrapped
     from gsapp.quantities import channel, from_si
 
-    speed = channel("V").display_unit(UNITS.get())
+    speed = channel("V").display_unit(DISPLAY_UNITS.get())
 
     table = Table(
         title=f"{debrief.flight}: {_count(len(debrief.maneuvers), 'input')}",
@@ -74,33 +74,33 @@ def describe_debrief(console: Console, debrief: Debrief) -> None:
             Text(verdict.result, _COLORS.get(verdict.result, "red")),
             verdict.grade or "",
         )
-    print_whole(console, table)
+    print_unwrapped(console, table)
     for one in debrief.maneuvers:
-        say(console, f"{one.verdict.id}: {_sizes(one)}; {one.verdict.advice}")
-    describe_score(console, debrief.cards, debrief.score)
+        print_sentence(console, f"{one.verdict.id}: {_sizes(one)}; {one.verdict.advice}")
+    print_score(console, debrief.cards, debrief.score)
     for words in debrief.missing:
-        say(console, words, "dim")
+        print_sentence(console, words, "dim")
 
 
-def describe_score(console: Console, cards: Sequence[CardScore], score: float | None) -> None:
+def print_score(console: Console, cards: Sequence[CardScore], score: float | None) -> None:
     """Print how the test cards were flown; nothing without cards."""
     if score is None:
         return
     for card in cards:
-        say(
+        print_sentence(
             console,
             f"{card.card}: {card.good} of {card.wanted} good, {card.flown} flown  {card.heading}",
         )
     console.print(f"score: {100.0 * score:z.0f} % of what the cards ask for", highlight=False)
 
 
-def describe_trends(console: Console, found: Sequence[FlightTrend]) -> None:
+def print_trends(console: Console, found: Sequence[FlightTrend]) -> None:
     """Print one line for each flight."""
     from rich import box
     from rich.table import Table
 
-    from gsapp.cli._tables import print_whole
-    from gsapp.flight.cards.card import SURFACES
+    from gsapp.cli._tables import print_unwrapped
+    from gsapp.flight.cards.card import SURFACE_NAMES
 
     table = Table(
         title="from flight to flight", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False
@@ -116,19 +116,19 @@ def describe_trends(console: Console, found: Sequence[FlightTrend]) -> None:
             str(one.without_go),
             "" if one.seconds_each is None else f"{one.seconds_each:z.0f}",
         )
-    print_whole(console, table)
+    print_unwrapped(console, table)
     for one in found:
-        told = [f"{SURFACES[name]} {share:z.2f}" for name, share in one.amplitudes.items()]
+        told = [f"{SURFACE_NAMES[name]} {share:z.2f}" for name, share in one.amplitudes.items()]
         sizes = f"{', '.join(told)} of what was wanted" if told else "nothing wanted"
         worst = max(one.trim_errors, key=lambda name: one.trim_errors[name], default="")
         off = (
             f"; began with {worst} {one.trim_errors[worst]:z.1f} of its tolerance" if worst else ""
         )
-        say(console, f"{one.flight}: {sizes}{off}")
+        print_sentence(console, f"{one.flight}: {sizes}{off}")
 
 
-def _sizes(one: JudgedManeuver) -> str:
-    from gsapp.flight.cards.card import SURFACES
+def _sizes(one: EvaluatedManeuver) -> str:
+    from gsapp.flight.cards.card import SURFACE_NAMES
     from gsapp.quantities.constants import DEGREE
 
     wanted = {} if one.wanted is None else one.wanted.amplitudes
@@ -141,11 +141,11 @@ def _sizes(one: JudgedManeuver) -> str:
                 for angle in (wanted[name].low, wanted[name].best, wanted[name].high)
             )
             asked = f" (target {best}, {low} to {high})"
-        told.append(f"{SURFACES[name]} {size / DEGREE:z.1f} deg{asked}")
+        told.append(f"{SURFACE_NAMES[name]} {size / DEGREE:z.1f} deg{asked}")
     return ", ".join(told)
 
 
-def _sentence(one: JudgedManeuver) -> str:
+def _sentence(one: EvaluatedManeuver) -> str:
     verdict = one.verdict
     card = f" (card {verdict.card})" if verdict.card else ""
     inputs = "+".join(verdict.surfaces)

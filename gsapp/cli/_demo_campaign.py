@@ -11,14 +11,14 @@ from gsapp.foundation import FlightError
 if TYPE_CHECKING:
     from rich.console import Console
 
-CATALOG: Final = "campaign.sqlite"
+DEMO_CATALOG: Final = "campaign.sqlite"
 """As the window calls the catalog of a folder of flights."""
 _PLAN: Final = "six"
 """Of the other flight: enough maneuvers to tell honest bounds, and what strays, from chance."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Campaign:
+class DemoCampaign:
     """Where everything of the campaign lies.
 
     Attributes
@@ -37,7 +37,7 @@ class Campaign:
     report: Path
 
 
-def make_campaign(flight: Path, out: Path, console: Console, *, seed: int) -> Campaign:
+def create_demo_campaign(flight: Path, out: Path, console: Console, *, seed: int) -> DemoCampaign:
     """Fly once more, estimate from both flights, keep the run, repeat it, and write the report.
 
     Parameters
@@ -57,11 +57,11 @@ def make_campaign(flight: Path, out: Path, console: Console, *, seed: int) -> Ca
     """
     from gsapp.cli import estimate, report
     from gsapp.cli.fly import write_folder
-    from gsapp.telemetry.virtual.settings import FlightSettings
+    from gsapp.telemetry.virtual_aircraft.flight_settings import FlightSettings
 
-    made = Campaign(
+    made = DemoCampaign(
         flights=(out / f"{flight.name}-before", flight),
-        catalog=out / CATALOG,
+        catalog=out / DEMO_CATALOG,
         derivatives=out / f"{flight.name}-derivatives.json",
         report=out / f"{flight.name}-report",
     )
@@ -85,18 +85,18 @@ def make_campaign(flight: Path, out: Path, console: Console, *, seed: int) -> Ca
 def _repeat(catalog: Path) -> int:
     """Do the last run again; return its number."""
     from gsapp.flight.catalog import Catalog
-    from gsapp.identification.runs.keeping import kept_runs
-    from gsapp.identification.runs.repeating import repeat
+    from gsapp.identification.runs.run_repetition import repeat_run
+    from gsapp.identification.runs.run_store import stored_runs
 
     with Catalog(catalog) as store:
-        number = max(one.number for one in kept_runs(store))
-        again = repeat(store, number)
+        number = max(one.number for one in stored_runs(store))
+        again = repeat_run(store, number)
     if not again.same:
         raise FlightError(f"run {number} gives other numbers: {'; '.join(again.differences)}")
     return number
 
 
-def show_review(campaign: Campaign, out: Path, console: Console) -> None:
+def show_review(campaign: DemoCampaign, out: Path, console: Console) -> None:
     """Open the window where the campaign is reviewed; its settings stay with the demo."""
     from ui.app import run_window
     from ui.settings import SettingsStore, settings_path

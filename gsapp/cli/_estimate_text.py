@@ -9,16 +9,16 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from gsapp.cli._bounded import MEAN_HEADINGS, MEANING, bounded, mean_cells
-from gsapp.cli._screen import say
-from gsapp.cli._tables import print_whole
+from gsapp.cli._console import print_sentence
+from gsapp.cli._tables import print_unwrapped
+from gsapp.cli._value_format import MEAN_HEADINGS, MEAN_LEGEND, format_value_and_bound, mean_cells
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from gsapp.identification.campaign import CampaignResult, CampaignValue, ManeuverResult
     from gsapp.identification.results import Estimate
-    from gsapp.identification.runs.outcome import Outcome
+    from gsapp.identification.runs.outcome import RunOutcome
 
 _FIXED, _EACH = 52, 22
 """Characters that the means take, and each column of a maneuver's own."""
@@ -26,20 +26,20 @@ _BY_EQUATIONS = "equation error"
 """Heads what stands beside maximum likelihood in gusts."""
 
 
-def describe_outcome(console: Console, outcome: Outcome) -> None:
+def print_outcome(console: Console, outcome: RunOutcome) -> None:
     """Print the derivatives, how well each maneuver was fitted, and what is to be said.
 
     Parameters
     ----------
     console : Console
-    outcome : Outcome
+    outcome : RunOutcome
     """
     results = outcome.result.results
-    print_whole(console, _values(outcome.result, console.width))
-    say(console, MEANING, "dim")
-    print_whole(console, _fits(results))
+    print_unwrapped(console, _values(outcome.result, console.width))
+    print_sentence(console, MEAN_LEGEND, "dim")
+    print_unwrapped(console, _fits(results))
     for sentence in _sentences(outcome):
-        say(console, sentence, "yellow")
+        print_sentence(console, sentence, "yellow")
 
 
 def _values(result: CampaignResult, width: int) -> Table:
@@ -123,7 +123,11 @@ def _summary(value: CampaignValue | None) -> list[str]:
 
 
 def _mean(value: CampaignValue | None) -> str:
-    return "" if value is None else f"{' ±'.join(bounded(value.mean, value.std))} {value.n:3d}"
+    return (
+        ""
+        if value is None
+        else f"{' ±'.join(format_value_and_bound(value.mean, value.std))} {value.n:3d}"
+    )
 
 
 def _cell(estimate: Estimate | None, name: str) -> str | Text:
@@ -134,10 +138,10 @@ def _cell(estimate: Estimate | None, name: str) -> str | Text:
         return Text(f"held {one.value:z.4g}" if one.value else "held", "dim")
     if one.value is None or one.std is None:
         return Text(one.status, "dim")
-    return " ±".join(bounded(one.value, one.std, least=3))
+    return " ±".join(format_value_and_bound(one.value, one.std, least=3))
 
 
-def _sentences(outcome: Outcome) -> list[str]:
+def _sentences(outcome: RunOutcome) -> list[str]:
     """Return what is to be said, each sentence once, with the maneuvers it is about."""
     said: dict[str, list[str]] = {}
     for one in outcome.result.results:
@@ -145,10 +149,10 @@ def _sentences(outcome: Outcome) -> list[str]:
         if one.beside is not None:
             told = (
                 *told,
-                *_apart(one),
+                *_method_difference_text(one),
                 *(f"{_BY_EQUATIONS}: {text}" for text in one.beside.warnings),
             )
-        why = () if one.estimate is None else _unearned(one.estimate)
+        why = () if one.estimate is None else _unknown_reasons(one.estimate)
         # The maneuvers are named once, in front.
         own = f"maneuver {one.maneuver.id}: "
         for sentence in (*told, *why):
@@ -163,7 +167,7 @@ def _sentences(outcome: Outcome) -> list[str]:
     ]
 
 
-def _unearned(estimate: Estimate) -> tuple[str, ...]:
+def _unknown_reasons(estimate: Estimate) -> tuple[str, ...]:
     """Return each reason for which derivatives were not earned, once, with their names."""
     reasons: dict[str, list[str]] = {}
     for name, found in estimate.derivatives.items():
@@ -179,14 +183,16 @@ def _unearned(estimate: Estimate) -> tuple[str, ...]:
     )
 
 
-def _apart(one: ManeuverResult) -> tuple[str, ...]:
+def _method_difference_text(one: ManeuverResult) -> tuple[str, ...]:
     """Return in a sentence where equation error lies apart from maximum likelihood."""
-    from gsapp.identification.summary.beside import FAR, beside_values
+    from gsapp.identification.summary.method_comparison import SIGNIFICANT_SIGMAS, compare_methods
 
-    names = [value.name for value in beside_values(one) if value.differs]
+    names = [value.name for value in compare_methods(one) if value.differs]
     if not names:
-        return (f"{_BY_EQUATIONS} agrees within {FAR:z.0f} joint bounds in every derivative",)
+        return (
+            f"{_BY_EQUATIONS} agrees within {SIGNIFICANT_SIGMAS:z.0f} joint bounds in every derivative",
+        )
     return (
-        f"{_BY_EQUATIONS} lies more than {FAR:z.0f} joint bounds apart in {', '.join(names)}; "
+        f"{_BY_EQUATIONS} lies more than {SIGNIFICANT_SIGMAS:z.0f} joint bounds apart in {', '.join(names)}; "
         "believe the smaller bound",
     )

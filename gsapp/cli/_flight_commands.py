@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from gsapp.cli._options import FileUnits, FlightPath, JsonFile, MapName, OtherCertificates, Units
+from gsapp.cli._options import CalibrationName, FileUnits, FlightPath, JsonFile, MapName, Units
 
 
 def demo(
@@ -132,7 +132,7 @@ def fly(
         }  # fmt: skip
         if needless := [option for option, is_given in given.items() if is_given]:
             raise typer.BadParameter(f"the bench does not fly; leave out {', '.join(needless)}")
-        from gsapp.cli import bench as on_the_ground
+        from gsapp.cli import fly_bench as on_the_ground
 
         on_the_ground.run(
             to=to, seed=seed, faults=tuple(fault or ()), speed=speed, thin=thin,
@@ -213,7 +213,7 @@ def replay(
     units: Units = "us",  # noqa: ARG001  acts in its callback
     json: JsonFile = None,
     channel_map: MapName = None,
-    calibration: OtherCertificates = None,
+    calibration: CalibrationName = None,
 ) -> None:
     """Replay a flight in the window, or sum it up without one.
 
@@ -222,14 +222,14 @@ def replay(
     Example: gsapp replay flights/2026-05-12-a --headless --json summary.json
     """
     if not headless and json is None:
-        from gsapp.cli._calls import wrong_call
-        from gsapp.flight.loading import check_there
+        from gsapp.cli._usage_errors import as_usage_error
+        from gsapp.flight.flight_loader import check_flight_exists
         from gsapp.session.feeds import parse_speed
         from ui.app import run_window
 
-        with wrong_call():
+        with as_usage_error():
             parse_speed(speed or "1")
-        check_there(flight)
+        check_flight_exists(flight)
 
         raise typer.Exit(
             run_window(
@@ -332,7 +332,7 @@ def export(
     to: Annotated[Literal["csv", "mat", "parquet"], typer.Option(help="Format")],
     out: Annotated[Path, typer.Option(readable=False, metavar="FILE", help="File to write")],
     channel_map: MapName = None,
-    calibration: OtherCertificates = None,
+    calibration: CalibrationName = None,
     units: FileUnits = "us",
     json: JsonFile = None,
 ) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from gsapp.cli._options import UNITS
-from gsapp.cli._screen import say
+from gsapp.cli._console import print_sentence
+from gsapp.cli._options import DISPLAY_UNITS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -26,17 +26,17 @@ _WIDE = 100
 _MOST_NOTICES = 20
 
 
-def describe(console: Console, flight: Flight) -> None:
+def print_flight(console: Console, flight: Flight) -> None:
     """Print length, channels with their sources, frames, and what was lost."""
     from rich import box
     from rich.table import Table
 
-    from gsapp.cli._tables import print_whole
+    from gsapp.cli._tables import print_unwrapped
     from gsapp.decoding.decoder import NOTICE_KINDS
-    from gsapp.flight.summary import summarize
+    from gsapp.flight.summary import summarize_flight
     from gsapp.quantities import channel, from_si
 
-    summary = summarize(flight)
+    summary = summarize_flight(flight)
     rate = f", {flight.rate:z.4g} per s" if math.isfinite(flight.rate) else ""
     table = Table(
         title=f"{flight.name}: {summary['duration']:z.1f} s{rate}",
@@ -57,7 +57,7 @@ def describe(console: Console, flight: Flight) -> None:
         table.add_column("source", no_wrap=True, overflow="ellipsis", ratio=1)
     for name, numbers in summary["channels"].items():
         spec = channel(name)
-        unit = spec.display_unit(UNITS.get())
+        unit = spec.display_unit(DISPLAY_UNITS.get())
         digits = spec.decimals(unit)
         shown = [
             ""
@@ -76,7 +76,7 @@ def describe(console: Console, flight: Flight) -> None:
             _mark(source) if source else "",
             *([source.source if source else ""] if wide else []),
         )
-    print_whole(console, table)
+    print_unwrapped(console, table)
     frames = flight.frames
     if frames is not None:
         console.print(
@@ -94,7 +94,7 @@ def describe(console: Console, flight: Flight) -> None:
         *(_at(event.time) + event.text for event in noticed[:_MOST_NOTICES]),
     ]
     for sentence in told:
-        say(console, sentence, "yellow")
+        print_sentence(console, sentence, "yellow")
     if len(noticed) > _MOST_NOTICES:
         console.print(f"and {len(noticed) - _MOST_NOTICES} more like these", style="yellow")
 
@@ -103,10 +103,10 @@ def _mark(source: ChannelSource) -> str:
     return _UNCALIBRATED if source.uncalibrated else _MARKS.get(source.kind, "")
 
 
-def tell_calibration(console: Console, flights: Iterable[Flight]) -> None:
+def print_calibration(console: Console, flights: Iterable[Flight]) -> None:
     """Say of each flight which channels are uncalibrated, and whose certificates were used."""
     for sentence in calibration_sentences(flights):
-        say(console, sentence, "yellow")
+        print_sentence(console, sentence, "yellow")
 
 
 def calibration_sentences(flights: Iterable[Flight]) -> tuple[str, ...]:
@@ -116,20 +116,20 @@ def calibration_sentences(flights: Iterable[Flight]) -> tuple[str, ...]:
     )
 
 
-def calibration_list(flights: Iterable[Flight]) -> list[dict[str, Any]]:
+def calibration_json(flights: Iterable[Flight]) -> list[dict[str, Any]]:
     """Return the calibration behind each flight's numbers, for programs."""
     return [{"flight": flight.name, **flight.calibration_json()} for flight in flights]
 
 
 def check_catalog(catalog: Path | None, calibration: str | None) -> None:
-    """Raise `WrongCallError` where results with other certificates would go into a catalog.
+    """Raise `CommandUsageError` where results with other certificates would go into a catalog.
 
     A catalog keeps one set of maneuvers and estimates of a flight: those of its own certificates.
     """
-    from gsapp.cli._calls import WrongCallError
+    from gsapp.cli._usage_errors import CommandUsageError
 
     if catalog is not None and calibration is not None:
-        raise WrongCallError(
+        raise CommandUsageError(
             f"{catalog} keeps what the flights' own certificates give; leave out --catalog or "
             "--calibration"
         )

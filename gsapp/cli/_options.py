@@ -33,7 +33,7 @@ MapName = Annotated[
     str | None,
     typer.Option("--map", metavar="MAP", help="Channel map: a file, or the name of a shipped one"),
 ]
-OtherCertificates = Annotated[
+CalibrationName = Annotated[
     str | None,
     typer.Option(
         "--calibration",
@@ -41,12 +41,12 @@ OtherCertificates = Annotated[
         help="Certificates in place of those kept with the flight: a folder, or a shipped set",
     ),
 ]
-UNITS: Final[ContextVar[Literal["US", "SI"]]] = ContextVar("units", default="US")
+DISPLAY_UNITS: Final[ContextVar[Literal["US", "SI"]]] = ContextVar("units", default="US")
 """System of units of all that a command prints."""
 
 
 def _print_in(chosen: Literal["us", "si", "base"]) -> str:
-    UNITS.set("US" if chosen == "us" else "SI")
+    DISPLAY_UNITS.set("US" if chosen == "us" else "SI")
     return chosen
 
 

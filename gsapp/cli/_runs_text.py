@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from gsapp.cli._bounded import MEAN_HEADINGS, MEANING, mean_cells
-from gsapp.cli._screen import say
-from gsapp.cli._tables import print_whole
+from gsapp.cli._console import print_sentence
+from gsapp.cli._tables import print_unwrapped
+from gsapp.cli._value_format import MEAN_HEADINGS, MEAN_LEGEND, mean_cells
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
     from gsapp.identification.campaign import CampaignValue
-    from gsapp.identification.runs.comparing import Comparison
-    from gsapp.identification.runs.keeping import KeptRun
-    from gsapp.identification.runs.repeating import Repeated
+    from gsapp.identification.runs.run_comparison import RunComparison
+    from gsapp.identification.runs.run_repetition import RepeatedRun
+    from gsapp.identification.runs.run_store import StoredRun
 
 _SHOWN = ("Cm_alpha", "Cm_q", "Cl_p", "Cn_beta")
 """Derivatives that a list of runs is told apart by, where the line has room for them."""
@@ -24,7 +24,7 @@ _WIDE = 110
 """Characters of a line that has."""
 
 
-def tell_list(console: Console, runs: Sequence[KeptRun]) -> None:
+def print_runs(console: Console, runs: Sequence[StoredRun]) -> None:
     """Print a line for each run."""
     table = _table(f"{len(runs)} run{'' if len(runs) == 1 else 's'}")
     for heading in ("run", "when", "method", "axis"):
@@ -47,18 +47,18 @@ def tell_list(console: Console, runs: Sequence[KeptRun]) -> None:
             *(_value(one.campaign, name) for name in shown),
             one.label,
         )
-    print_whole(console, table)
+    print_unwrapped(console, table)
 
 
-def tell_run(console: Console, one: KeptRun) -> None:
+def print_run(console: Console, one: StoredRun) -> None:
     """Print all of a run: settings, values, files, versions, remarks."""
     table = _table(f"{one.name}: {one.maneuver_count} maneuvers, {', '.join(one.flights)}")
     for heading in ("", *MEAN_HEADINGS):
         table.add_column(heading, justify="right" if heading else "left", no_wrap=True)
     for name, value in one.campaign.items():
         table.add_row(name, *mean_cells(value))
-    print_whole(console, table)
-    say(console, MEANING, "dim")
+    print_unwrapped(console, table)
+    print_sentence(console, MEAN_LEGEND, "dim")
     for heading, rows in (
         ("settings", [(name, words) for name, words in one.settings.items()]),
         ("files", [(f"{file.role} {file.name}", file.sha256) for file in one.inputs]),
@@ -72,10 +72,10 @@ def tell_run(console: Console, one: KeptRun) -> None:
         console.print(listed)
     said = [f"maneuver {name} could not be fitted: {why}" for name, why in one.failures.items()]
     for sentence in (*said, *one.remarks):
-        say(console, sentence, "yellow")
+        print_sentence(console, sentence, "yellow")
 
 
-def tell_comparison(console: Console, found: Comparison) -> None:
+def print_run_comparison(console: Console, found: RunComparison) -> None:
     """Print what differs between two runs, and their values beside each other."""
     asked = _table("what was asked for")
     for heading in ("", found.one, found.other):
@@ -84,7 +84,7 @@ def tell_comparison(console: Console, found: Comparison) -> None:
         asked.add_row(setting.name, setting.one, setting.other)
     console.print(asked if found.settings else "nothing differs in what was asked for")
     for sentence in found.versions:
-        say(console, sentence, "yellow")
+        print_sentence(console, sentence, "yellow")
     table = _table("per radian; difference in joint bounds")
     own = [f"{run}\n{heading}" for run in (found.one, found.other) for heading in MEAN_HEADINGS]
     for heading in ("", *own, "difference", "in bounds", ""):
@@ -98,11 +98,11 @@ def tell_comparison(console: Console, found: Comparison) -> None:
             "one only" if one.in_bounds is None else f"{one.in_bounds:+z.2f}",
             "differs" if one.in_bounds is not None and one.differs else "",
         )
-    print_whole(console, table)
-    say(console, MEANING, "dim")
+    print_unwrapped(console, table)
+    print_sentence(console, MEAN_LEGEND, "dim")
 
 
-def tell_repeated(console: Console, number: int, found: Repeated) -> None:
+def print_repeat_result(console: Console, number: int, found: RepeatedRun) -> None:
     """Print whether a run gave the same again, and what differs."""
     console.print(
         f"run {number} gives the same to the last bit"
@@ -111,7 +111,7 @@ def tell_repeated(console: Console, number: int, found: Repeated) -> None:
         style="" if found.same else "bold",
     )
     for sentence in found.differences:
-        say(console, sentence, "yellow")
+        print_sentence(console, sentence, "yellow")
 
 
 def _table(title: str) -> Table:

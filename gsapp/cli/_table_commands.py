@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from gsapp.cli._options import FileUnits, FlightPath, JsonFile, MapName, OtherCertificates
+from gsapp.cli._options import CalibrationName, FileUnits, FlightPath, JsonFile, MapName
 
 TableFile = Annotated[
     Path,
@@ -46,7 +46,7 @@ def cut(
     from_zero: Annotated[bool, typer.Option("--from-zero", help="Let times begin at 0")] = False,
     units: FileUnits = "us",
     channel_map: MapName = None,
-    calibration: OtherCertificates = None,
+    calibration: CalibrationName = None,
     json: JsonFile = None,
 ) -> None:
     """Cut windows of time, or channels, from a flight.
@@ -97,7 +97,7 @@ def merge(
     ] = None,
     units: FileUnits = "us",
     channel_map: MapName = None,
-    calibration: OtherCertificates = None,
+    calibration: CalibrationName = None,
     json: JsonFile = None,
 ) -> None:
     """Merge records by time, or one after the other.
@@ -142,7 +142,7 @@ def resample(
     rename: RenameList = None,
     units: FileUnits = "us",
     channel_map: MapName = None,
-    calibration: OtherCertificates = None,
+    calibration: CalibrationName = None,
     json: JsonFile = None,
 ) -> None:
     """Lay a flight on another rate, or filter it.

@@ -8,10 +8,10 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-_ENDLESS = 10_000
+_UNLIMITED_WIDTH = 10_000
 
 
-def print_whole(console: Console, table: Table) -> None:
+def print_unwrapped(console: Console, table: Table) -> None:
     """Print a table whose cells stay in one piece, so that what looks for a name finds it.
 
     Where they do not fit, the columns move together; where that does not suffice, the lines are
@@ -28,7 +28,7 @@ def print_whole(console: Console, table: Table) -> None:
                 line.cell_len for cell in cells for line in Text(str(cell)).split()
             )
             column.no_wrap = True
-    endless = console.options.update(max_width=_ENDLESS)
+    endless = console.options.update(max_width=_UNLIMITED_WIDTH)
 
     def needed() -> int:
         return Measurement.get(console, endless, table).minimum

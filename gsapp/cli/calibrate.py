@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 
 from gsapp.cli._calibration_text import drift_json, quality_json, si_converters
-from gsapp.cli._options import UNITS
-from gsapp.cli._screen import Screen, say
-from gsapp.cli._tables import print_whole
+from gsapp.cli._console import PlainConsole, print_sentence
+from gsapp.cli._options import DISPLAY_UNITS
+from gsapp.cli._tables import print_unwrapped
 
 if TYPE_CHECKING:
     from calibration import Certificate
-    from calibration.comparing import Drift
+    from calibration.drift import Drift
     from calibration.points_file import PointsFile
     from calibration.quality import Calibration
 
@@ -71,30 +71,30 @@ def run(
         If a file holds mistakes, or the points allow no curve.
     """
     from calibration import load_certificate, write_certificate
-    from calibration.choosing import calibrate, certify
-    from calibration.comparing import compare
+    from calibration.curve_selection import create_certificate, fit_calibration
+    from calibration.drift import compute_drift
     from calibration.points_file import load_points
-    from calibration.remarks import remarks
-    from gsapp.cli._calls import wrong_call
-    from gsapp.cli._results import on_screen, result_text, write_result
+    from calibration.remarks import collect_remarks
+    from gsapp.cli._json_output import format_json, is_stdout, write_json
+    from gsapp.cli._usage_errors import as_usage_error
     from gsapp.foundation import GroundStationError
-    from gsapp.foundation.refusals import refusal
+    from gsapp.foundation.os_error_text import format_os_error
     from gsapp.quantities import channel as spec_of
     from gsapp.quantities import to_si
 
     ends = _travel(travel)
-    with wrong_call():
+    with as_usage_error():
         spec_of(channel)
         if report is not None:
-            from gsapp.report.certificate_report import check_ending
+            from gsapp.report.certificate_report import check_report_suffix
 
-            check_ending(report)
+            check_report_suffix(report)
         _check_supply(excitation)
     taken = load_points(points, channel)
     supply = taken.excitation or excitation
     _check_supply(supply)
-    made = calibrate(taken.points, degree=degree, travel=ends)
-    certificate = certify(
+    made = fit_calibration(taken.points, degree=degree, travel=ends)
+    certificate = create_certificate(
         made,
         taken.points,
         channel_id=channel,
@@ -105,22 +105,22 @@ def run(
         ratiometric=supply is not None,
         temperature=None if temperature is None else to_si(temperature, "degC", "temperature"),
     )
-    drifts = [(path, compare(certificate, load_certificate(path))) for path in former]
-    sentences = remarks(made, taken.points, taken.unit)
+    drifts = [(path, compute_drift(certificate, load_certificate(path))) for path in former]
+    sentences = collect_remarks(made, taken.points, taken.unit)
     if not who:
         sentences = (*sentences, "who took the readings is not said; add --who")
     try:
         write_certificate(certificate, out)
     except OSError as error:
         raise GroundStationError(
-            refusal(out, error, "choose a file in a folder where you may write")
+            format_os_error(out, error, "choose a file in a folder where you may write")
         ) from error
     if report is not None:
         _write_report(certificate, out, [load_certificate(path) for path in former], report)
     if json is not None:
         content = _content(certificate, made, drifts, sentences, out)
-        write_result(json, result_text(content))
-        if on_screen(json):
+        write_json(json, format_json(content))
+        if is_stdout(json):
             return
     _print(certificate, made, taken, drifts, sentences, out)
 
@@ -128,14 +128,14 @@ def run(
 def _write_report(
     certificate: Certificate, file: Path, former: Sequence[Certificate], report: Path
 ) -> None:
-    from calibration.overview import stand
-    from gsapp.flight.info import now
+    from calibration.certificate_overview import evaluate_certificate
+    from gsapp.flight.info import local_timestamp
     from gsapp.report.certificate_report import write_certificate_report
 
     newest = max(former, key=lambda one: one.stamp.replace(tzinfo=None), default=None)
     write_certificate_report(
-        stand(certificate, file, newest), report, written=f"{now():%Y-%m-%d %H:%M}",
-        units=UNITS.get(),
+        evaluate_certificate(certificate, file, newest), report, written=f"{local_timestamp():%Y-%m-%d %H:%M}",
+        units=DISPLAY_UNITS.get(),
     )  # fmt: skip
 
 
@@ -148,7 +148,7 @@ def _check_supply(volts: float | None) -> None:
 
 def _travel(text: str | None) -> tuple[float, float] | None:
     """Read ``LOW:HIGH``."""
-    from gsapp.cli._calls import WrongCallError
+    from gsapp.cli._usage_errors import CommandUsageError
 
     if text is None:
         return None
@@ -158,7 +158,7 @@ def _travel(text: str | None) -> tuple[float, float] | None:
     except ValueError:
         low = high = 0.0
     if not low < high:
-        raise WrongCallError(f"--travel '{text}' is no range; write LOW:HIGH, as -25:25")
+        raise CommandUsageError(f"--travel '{text}' is no range; write LOW:HIGH, as -25:25")
     return low, high
 
 
@@ -204,25 +204,27 @@ def _print(
     sentences: Sequence[str],
     out: Path,
 ) -> None:
-    console = Screen()
+    console = PlainConsole()
     unit = certificate.unit
-    print_whole(console, _points_table(made, taken))
+    print_unwrapped(console, _points_table(made, taken))
     table = Table("", unit, title=f"{certificate.channel}, {_DEGREES[made.degree]}")
     for title, value in _rows(made):
         table.add_row(title, value)
-    print_whole(console, table)
+    print_unwrapped(console, table)
     if made.losses:
         losses = ", ".join(
             f"{_DEGREES[degree]} {loss:z.3f}" for degree, loss in made.losses.items()
         )
-        say(console, f"each setting predicted from the others, rms {unit}: {losses}")
+        print_sentence(console, f"each setting predicted from the others, rms {unit}: {losses}")
     if made.quality.coverage is not None:
         console.print(f"{100.0 * made.quality.coverage:z.0f} % of the travel covered",
                       highlight=False)  # fmt: skip
     for path, drift in drifts:
-        say(console, f"{path.name}: {drift.sentence}", "yellow" if drift.significant else "")
+        print_sentence(
+            console, f"{path.name}: {drift.sentence}", "yellow" if drift.significant else ""
+        )
     for sentence in sentences:
-        say(console, f"note: {sentence}")
+        print_sentence(console, f"note: {sentence}")
     console.print(f"certificate: {out}", highlight=False, soft_wrap=True)
 
 
@@ -248,14 +250,14 @@ def _rows(made: Calibration) -> list[tuple[str, str]]:
 
 
 def _points_table(made: Calibration, taken: PointsFile) -> Table:
-    from calibration.points import DIRECTION_WORDS
+    from calibration.points import DIRECTION_TEXT
 
     unit = taken.unit
     table = Table("line", f"set, {unit}", "volts", "direction", f"off the curve, {unit}")
     rows = zip(taken.lines, taken.points, made.fit.residuals, strict=True)
     for index, (line, point, residual) in enumerate(rows):
         table.add_row(
-            str(line), f"{point.value:g}", f"{point.volts:z.4f}", DIRECTION_WORDS[point.direction],
+            str(line), f"{point.value:g}", f"{point.volts:z.4f}", DIRECTION_TEXT[point.direction],
             f"{residual:+z.3f}", style="yellow" if index in made.quality.outliers else None,
         )  # fmt: skip
     return table

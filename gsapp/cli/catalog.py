@@ -7,13 +7,13 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from gsapp.cli._bounded import bounded
-from gsapp.cli._options import UNITS
+from gsapp.cli._options import DISPLAY_UNITS
+from gsapp.cli._value_format import format_value_and_bound
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from gsapp.flight.catalog import Run, StoredManeuver
+    from gsapp.flight.catalog import EstimationRun, StoredManeuver
 
 
 def run(
@@ -51,14 +51,14 @@ def run(
     GroundStationError
         If the catalog cannot be opened, or a condition cannot be read.
     """
-    from gsapp.cli._calls import wrong_call
+    from gsapp.cli._console import PlainConsole
     from gsapp.cli._flight_text import check_is_catalog
-    from gsapp.cli._results import on_screen, write_result
-    from gsapp.cli._screen import Screen
+    from gsapp.cli._json_output import is_stdout, write_json
+    from gsapp.cli._usage_errors import as_usage_error
     from gsapp.dynamics.buildup import derivative_names
     from gsapp.flight.catalog import (
         Catalog,
-        flights_of,
+        list_flights,
         maneuvers_csv,
         search_maneuvers,
         search_runs,
@@ -67,8 +67,8 @@ def run(
     from gsapp.quantities import channel
 
     check_is_catalog(catalog, "gsapp maneuvers --catalog makes one")
-    console = Screen(stderr=on_screen(json))
-    with wrong_call():
+    console = PlainConsole(stderr=is_stdout(json))
+    with as_usage_error():
         conditions = dict(_condition(text) for text in where)
         for name in () if inputs is None else inputs.split("+"):
             channel(name)
@@ -78,26 +78,26 @@ def run(
             inputs=None if inputs is None else inputs.split("+"), text=note,
         )  # fmt: skip
         runs = {one.id: one for one in search_runs(store)}
-        _check_name(catalog, "flight", flight, flights_of(store))
+        _check_name(catalog, "flight", flight, list_flights(store))
         estimated = {name for run in runs.values() for name in run.estimates}
         _check_name(catalog, "estimate of", derivative, estimated | set(derivative_names()))
     if csv is not None:
         write_atomically(csv, maneuvers_csv(found))
     if json is not None:
         content = [_json(one, runs) for one in found]
-        write_result(json, json_module.dumps(content, indent=1) + "\n")
-    if not on_screen(json):
+        write_json(json, json_module.dumps(content, indent=1) + "\n")
+    if not is_stdout(json):
         _describe(console, found, runs, derivative)
 
 
 def _check_name(catalog: Path, what: str, wanted: str | None, held: Collection[str]) -> None:
     """Raise `FlightError` where a catalog cannot hold a name: a slip, rather than nothing found."""
     from gsapp.foundation import FlightError
-    from gsapp.foundation.naming import did_you_mean, listed
+    from gsapp.foundation.name_suggestions import did_you_mean, format_names
 
     if wanted is None or wanted in held:
         return
-    hint = did_you_mean(wanted, held, f"it holds {listed(sorted(held), 12) or 'none'}")
+    hint = did_you_mean(wanted, held, f"it holds {format_names(sorted(held), 12) or 'none'}")
     raise FlightError(f"{catalog} holds no {what} '{wanted}'; {hint}")
 
 
@@ -116,12 +116,12 @@ def _condition(text: str) -> tuple[str, tuple[float | None, float | None]]:
 
     def end(value: str) -> float | None:
         # A bare number is no speed in the units of the screen: it would find nothing, silently.
-        return units.parse(value.strip(), quantity) if value.strip() else None
+        return units.parse_quantity(value.strip(), quantity) if value.strip() else None
 
     return name.strip(), (end(least), end(most))
 
 
-def _json(one: StoredManeuver, runs: dict[int | None, Run]) -> dict[str, Any]:
+def _json(one: StoredManeuver, runs: dict[int | None, EstimationRun]) -> dict[str, Any]:
     return {
         "flight": one.flight,
         **one.maneuver.to_json(),
@@ -148,17 +148,17 @@ def _json(one: StoredManeuver, runs: dict[int | None, Run]) -> dict[str, Any]:
 def _describe(
     console: Console,
     found: Sequence[StoredManeuver],
-    runs: dict[int | None, Run],
+    runs: dict[int | None, EstimationRun],
     derivative: str | None,
 ) -> None:
     from rich import box
     from rich.table import Table
 
-    from gsapp.cli._tables import print_whole
+    from gsapp.cli._tables import print_unwrapped
     from gsapp.quantities import channel, from_si
     from gsapp.quantities.constants import DEGREE
 
-    speed = channel("V").display_unit(UNITS.get())
+    speed = channel("V").display_unit(DISPLAY_UNITS.get())
 
     count = len(found)
     table = Table(
@@ -183,7 +183,7 @@ def _describe(
         last = str(len(one.runs))
         if derivative is not None:
             shown = [
-                f"{runs[number].method} {' ±'.join(bounded(value.value, value.std))}"
+                f"{runs[number].method} {' ±'.join(format_value_and_bound(value.value, value.std))}"
                 for number in one.runs
                 if (value := runs[number].estimates.get(derivative)) is not None
                 and value.value is not None
@@ -197,4 +197,4 @@ def _describe(
             "" if maneuver.alpha is None else f"{maneuver.alpha / DEGREE:z.1f}",
             last,
         )  # fmt: skip
-    print_whole(console, table)
+    print_unwrapped(console, table)

@@ -7,14 +7,14 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from gsapp.cli._options import UNITS
-from gsapp.cli._screen import say
-from gsapp.cli._tables import print_whole
+from gsapp.cli._console import print_sentence
+from gsapp.cli._options import DISPLAY_UNITS
+from gsapp.cli._tables import print_unwrapped
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from calibration.overview import Overview, Standing
+    from calibration.certificate_overview import CertificateOverview, CertificateStatus
     from calibration.validity import CalibrationInForce, CalibrationStatus
 
 _WIDE = 100
@@ -47,15 +47,15 @@ def run(
     GroundStationError
         If there are none, one holds mistakes, or a page cannot be written.
     """
-    from calibration.overview import overview
+    from calibration.certificate_overview import load_certificate_overview
     from calibration.validity import CalibrationInForce
-    from gsapp.cli._results import on_screen, result_text, write_result
-    from gsapp.cli._screen import Screen
+    from gsapp.cli._console import PlainConsole
+    from gsapp.cli._json_output import format_json, is_stdout, write_json
 
-    console = Screen(stderr=on_screen(json))
+    console = PlainConsole(stderr=is_stdout(json))
     # Certificates carry the local time of the field.
     now = datetime.now().replace(microsecond=0)  # noqa: DTZ005
-    found = overview(folder, former)
+    found = load_certificate_overview(folder, former)
     in_force = CalibrationInForce(
         certificates={one.certificate.channel: one.certificate for one in found.standing},
         on=_flight_date(Path(folder)) or now.astimezone(),
@@ -63,8 +63,8 @@ def run(
     )
     pages = _write_pages(console, found.standing, report, page, now)
     if json is not None:
-        write_result(json, result_text(_content(found, in_force, folder, now, pages)))
-    if not on_screen(json):
+        write_json(json, format_json(_content(found, in_force, folder, now, pages)))
+    if not is_stdout(json):
         _print(console, found, in_force, folder)
         if report is not None:
             console.print(f"{len(pages)} pages in {report}", highlight=False, soft_wrap=True)
@@ -72,7 +72,7 @@ def run(
 
 def _write_pages(
     console: Console,
-    standing: Sequence[Standing],
+    standing: Sequence[CertificateStatus],
     folder: Path | None,
     page: Literal["pdf", "html"],
     now: datetime,
@@ -88,7 +88,7 @@ def _write_pages(
             path = folder / f"{one.certificate.channel}.{page}"
             pages.append(
                 write_certificate_report(
-                    one, path, written=f"{now:%Y-%m-%d %H:%M}", units=UNITS.get()
+                    one, path, written=f"{now:%Y-%m-%d %H:%M}", units=DISPLAY_UNITS.get()
                 )
             )
     return tuple(pages)
@@ -103,7 +103,7 @@ def _flight_date(folder: Path) -> datetime | None:
 
 
 def _content(
-    found: Overview,
+    found: CertificateOverview,
     in_force: CalibrationInForce,
     folder: str,
     now: datetime,
@@ -134,7 +134,9 @@ def _status(status: CalibrationStatus) -> dict[str, str]:
     return {"state": status.state, "words": status.words, "detail": status.detail}
 
 
-def _one(standing: Standing, in_force: CalibrationInForce, now: datetime) -> dict[str, Any]:
+def _one(
+    standing: CertificateStatus, in_force: CalibrationInForce, now: datetime
+) -> dict[str, Any]:
     from gsapp.cli._calibration_text import drift_json, quality_json
     from gsapp.quantities import channel
 
@@ -166,7 +168,9 @@ def _one(standing: Standing, in_force: CalibrationInForce, now: datetime) -> dic
     }
 
 
-def _print(console: Console, found: Overview, in_force: CalibrationInForce, folder: str) -> None:
+def _print(
+    console: Console, found: CertificateOverview, in_force: CalibrationInForce, folder: str
+) -> None:
     from rich import box
     from rich.table import Table
     from rich.text import Text
@@ -194,14 +198,14 @@ def _print(console: Console, found: Overview, in_force: CalibrationInForce, fold
             *_figures(one),
             *([certificate.who] if wide else []),
         )
-    print_whole(console, table)
+    print_unwrapped(console, table)
     for one in found.standing:
         if one.drift is not None and one.drift.significant:
-            say(console, f"{one.certificate.channel}: {one.drift.sentence}", "yellow")
+            print_sentence(console, f"{one.certificate.channel}: {one.drift.sentence}", "yellow")
     status = in_force.judge()
-    say(console, f"{status.detail}.", "" if status.state == "good" else "yellow")
+    print_sentence(console, f"{status.detail}.", "" if status.state == "good" else "yellow")
     for skipped in found.skipped:
-        say(
+        print_sentence(
             console,
             f"{skipped.channel} is uncalibrated: {skipped.reason} ({skipped.who}, "
             f"{skipped.stamp:%Y-%m-%d %H:%M})",
@@ -209,13 +213,13 @@ def _print(console: Console, found: Overview, in_force: CalibrationInForce, fold
         )
 
 
-def _figures(one: Standing) -> tuple[str, str, str]:
+def _figures(one: CertificateStatus) -> tuple[str, str, str]:
     """Return uncertainty, hysteresis and drift of zero, in the units of the call."""
     from gsapp.cli._calibration_text import si_converters
     from gsapp.quantities import channel
 
     name, quality, drift = one.certificate.channel, one.quality, one.drift
-    unit = channel(name).display_unit(UNITS.get())
+    unit = channel(name).display_unit(DISPLAY_UNITS.get())
     _, own = si_converters(name, one.certificate.unit)
     _, chosen = si_converters(name, unit)
     scale = (own(1.0) or 1.0) / (chosen(1.0) or 1.0)

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gsapp.cli._options import UNITS
-from gsapp.cli._screen import say
-from gsapp.cli._tables import print_whole
+from gsapp.cli._console import print_sentence
+from gsapp.cli._options import DISPLAY_UNITS
+from gsapp.cli._tables import print_unwrapped
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -50,45 +50,49 @@ def run(
     GroundStationError
         If a flight cannot be read, holds no maneuver, or an error has an unknown name.
     """
-    from gsapp.cli._calls import check_windows, wrong_call
-    from gsapp.cli._flight_text import calibration_list, tell_calibration
-    from gsapp.cli._maneuvers import flown_flights
-    from gsapp.cli._results import on_screen, result_text, write_result
-    from gsapp.cli._screen import Screen
-    from gsapp.flight.maneuvers import uncalibrated_words
+    from gsapp.cli._console import PlainConsole
+    from gsapp.cli._flight_text import calibration_json, print_calibration
+    from gsapp.cli._flown_flights import load_flown_flights
+    from gsapp.cli._json_output import format_json, is_stdout, write_json
+    from gsapp.cli._usage_errors import as_usage_error, check_windows
+    from gsapp.flight.maneuvers import uncalibrated_text
     from gsapp.foundation import FlightError
-    from gsapp.identification.compatibility import DEFAULT_FREE, CompatibilitySettings, check
-    from gsapp.identification.flights import reasons_for_none
+    from gsapp.identification.compatibility import (
+        DEFAULT_FREE_ERRORS,
+        CompatibilitySettings,
+        check_compatibility,
+    )
+    from gsapp.identification.maneuver_extraction import no_maneuvers_text
 
-    console = Screen(stderr=on_screen(json))
+    console = PlainConsole(stderr=is_stdout(json))
     check_windows(maneuver, flights)
-    with wrong_call():
-        settings = CompatibilitySettings(free=tuple(dict.fromkeys((*DEFAULT_FREE, *free))))
-    flown = flown_flights(
+    with as_usage_error():
+        settings = CompatibilitySettings(free=tuple(dict.fromkeys((*DEFAULT_FREE_ERRORS, *free))))
+    flown = load_flown_flights(
         flights, aircraft=aircraft, channel_map=channel_map, calibration=calibration,
         given=maneuver, every_grade=True, as_found=as_found, console=console,
     )  # fmt: skip
     maneuvers = [one for flight in flown for one in flight.maneuvers]
     if not maneuvers:
         raise FlightError(
-            f"no maneuver to check instruments by: {reasons_for_none(flown)}; name a window of "
+            f"no maneuver to check instruments by: {no_maneuvers_text(flown)}; name a window of "
             "the flight with --maneuver START:STOP"
         )
     with console.status("comparing instruments"):
-        result = check(maneuvers, settings=settings)
+        result = check_compatibility(maneuvers, settings=settings)
     if json is not None:
         content = _content(result)
-        content["calibration"] = calibration_list(one.flight for one in flown)
-        write_result(json, result_text(content))
-    tell_calibration(console, (one.flight for one in flown))
+        content["calibration"] = calibration_json(one.flight for one in flown)
+        write_json(json, format_json(content))
+    print_calibration(console, (one.flight for one in flown))
     _describe(console, result)
     for one in flown:
         for words in one.remarks if maneuver else ():
             if words not in one.flight.remarks:  # told already
-                say(console, words, "yellow")
+                print_sentence(console, words, "yellow")
     for one in () if result.parameters else flown:
-        for words in uncalibrated_words(one.flight):
-            say(console, f"{one.flight.name}: {words}")
+        for words in uncalibrated_text(one.flight):
+            print_sentence(console, f"{one.flight.name}: {words}")
 
 
 def _content(result: CompatibilityResult) -> dict[str, Any]:
@@ -160,8 +164,8 @@ def _describe(console: Console, result: CompatibilityResult) -> None:
     from rich import box
     from rich.table import Table
 
-    from gsapp.identification.compatibility.wording import error_with_bound
-    from gsapp.quantities import in_units
+    from gsapp.identification.compatibility.instrument_text import format_error_with_bound
+    from gsapp.quantities import convert_text_units
 
     if result.parameters:
         table = Table(
@@ -175,16 +179,16 @@ def _describe(console: Console, result: CompatibilityResult) -> None:
                 table.add_row(name, "not observable", "", one.why)
             else:
                 value, std = (
-                    in_units(words, UNITS.get())
-                    for words in error_with_bound(name, one.value, one.std)
+                    convert_text_units(words, DISPLAY_UNITS.get())
+                    for words in format_error_with_bound(name, one.value, one.std)
                 )
                 table.add_row(name, value, std, "")
-        print_whole(console, table)
+        print_unwrapped(console, table)
     open_signs = [name for name, sign in result.signs.items() if sign == "not-observable"]
     if open_signs:
-        say(console, f"signs that these maneuvers do not tell: {', '.join(open_signs)}")
+        print_sentence(console, f"signs that these maneuvers do not tell: {', '.join(open_signs)}")
     for sentence in result.warnings:
         if sentence not in result.summary:
-            say(console, sentence, "yellow")
+            print_sentence(console, sentence, "yellow")
     style = "green" if result.consistent and result.parameters else "bold red"
-    say(console, result.summary, style)
+    print_sentence(console, result.summary, style)

@@ -47,18 +47,24 @@ def run(
     GroundStationError
         If something cannot be read, does not exist, or cannot be written.
     """
-    from gsapp.cli._calls import wrong_call
-    from gsapp.cli._processed import check_out, load, new_names, selected, write
-    from gsapp.flight.processing import cut_windows, parse_window, shifted
+    from gsapp.cli._table_processing import (
+        load_samples,
+        output_format,
+        parse_renames,
+        select_channels,
+        write_samples,
+    )
+    from gsapp.cli._usage_errors import as_usage_error
+    from gsapp.flight.processing import cut_windows, parse_time_window, shift_time
 
-    check_out(out)
-    with wrong_call():
-        wanted = [parse_window(text) for text in windows]
-    names = new_names(rename)
-    loaded = load(flight, channel_map, calibration)
-    block = selected(loaded.block, channels, without, names)
+    output_format(out)
+    with as_usage_error():
+        wanted = [parse_time_window(text) for text in windows]
+    names = parse_renames(rename)
+    loaded = load_samples(flight, channel_map, calibration)
+    block = select_channels(loaded.block, channels, without, names)
     if wanted:
         block = cut_windows(block, wanted)
     if from_zero:
-        block = shifted(block, -float(block.times[0]))
-    write(block, out, units, json, [loaded])
+        block = shift_time(block, -float(block.times[0]))
+    write_samples(block, out, units, json, [loaded])

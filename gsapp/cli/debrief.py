@@ -50,24 +50,24 @@ def run(
     GroundStationError
         If a flight cannot be read, a file cannot be written, or there is nothing to debrief.
     """
-    from gsapp.cli._calls import WrongCallError
-    from gsapp.cli._debrief_text import describe_debrief, describe_trends
+    from gsapp.cli._console import PlainConsole
+    from gsapp.cli._debrief_text import print_debrief, print_trends
     from gsapp.cli._flight_text import check_catalog, check_is_catalog
-    from gsapp.cli._results import on_screen, result_text, write_result
-    from gsapp.cli._screen import Screen
-    from gsapp.excitation.debrief_trends import trend_of
+    from gsapp.cli._json_output import format_json, is_stdout, write_json
+    from gsapp.cli._usage_errors import CommandUsageError
+    from gsapp.excitation.debrief_trends import compute_flight_trend
     from gsapp.flight.catalog import Catalog
 
     if not flights and catalog is None:
-        raise WrongCallError("there is nothing to debrief; name a flight, or a --catalog")
+        raise CommandUsageError("there is nothing to debrief; name a flight, or a --catalog")
     if not flights and catalog is not None:
         check_is_catalog(catalog, "name a flight, or one that has some")
-    console = Screen(stderr=on_screen(json))
+    console = PlainConsole(stderr=is_stdout(json))
     check_catalog(catalog, calibration)
     debriefs: list[Debrief] = []
     for path in flights:
         with console.status(f"judging {path.name}"):
-            session = replayed(path, aircraft, model, channel_map, calibration, cards)
+            session = replay_to_end(path, aircraft, model, channel_map, calibration, cards)
         with contextlib.closing(session):
             debriefs.append(_debrief_of(session))
             if catalog is not None:
@@ -76,24 +76,26 @@ def run(
         with Catalog(catalog) as store:
             found = _trends(store)
     else:
-        found = tuple(trend_of(one.flight, one.maneuvers, one.cards) for one in debriefs)
+        found = tuple(
+            compute_flight_trend(one.flight, one.maneuvers, one.cards) for one in debriefs
+        )
     if json is not None:
         result = {
             "flights": [one.to_json() for one in debriefs],
             "trends": [one.to_json() for one in found],
         }
-        write_result(json, result_text(result))
-    if not on_screen(json):
+        write_json(json, format_json(result))
+    if not is_stdout(json):
         for one in debriefs:
-            describe_debrief(console, one)
+            print_debrief(console, one)
         if len(found) > 1 or not debriefs:
-            describe_trends(console, found)
+            print_trends(console, found)
         for written in (json, catalog if flights else None):
             if written is not None:
                 console.print(f"written to {written}", highlight=False, soft_wrap=True)
 
 
-def replayed(
+def replay_to_end(
     path: Path,
     aircraft: str | None,
     model: str | None,
@@ -102,17 +104,17 @@ def replayed(
     cards: str | None,
 ) -> Session:
     """Replay a flight to its end."""
-    from gsapp.flight.setting import USUAL_AIRCRAFT, Setting
-    from gsapp.session import MAX_SPEED, Session
-    from gsapp.session.running import run_through
+    from gsapp.flight.read_settings import DEFAULT_AIRCRAFT, FlightReadSettings
+    from gsapp.session import UNLIMITED_SPEED, Session
+    from gsapp.session.replay_runner import run_replay
 
-    flown = Setting.find(path, aircraft=aircraft).aircraft
+    flown = FlightReadSettings.find(path, aircraft=aircraft).aircraft
     session = Session.replay(
-        path, speed=MAX_SPEED, channel_map=channel_map, certificates=calibration,
-        aircraft=flown or USUAL_AIRCRAFT, model=model, cards=cards,
+        path, speed=UNLIMITED_SPEED, channel_map=channel_map, certificates=calibration,
+        aircraft=flown or DEFAULT_AIRCRAFT, model=model, cards=cards,
     )  # fmt: skip
     try:
-        run_through(session)
+        run_replay(session)
     except BaseException:
         session.close()
         raise
@@ -137,9 +139,9 @@ def _store(catalog: Path, session: Session, debrief: Debrief) -> None:
 
 
 def _trends(catalog: Catalog) -> tuple[FlightTrend, ...]:
-    from gsapp.excitation.debrief_trends import trends
-    from gsapp.flight.catalog import scores_of, search_verdicts
+    from gsapp.excitation.debrief_trends import compute_trends
+    from gsapp.flight.catalog import list_card_scores, search_verdicts
 
     verdicts = search_verdicts(catalog)
     flights = dict.fromkeys(one.flight for one in verdicts)
-    return trends(verdicts, {name: scores_of(catalog, name) for name in flights})
+    return compute_trends(verdicts, {name: list_card_scores(catalog, name) for name in flights})

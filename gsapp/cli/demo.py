@@ -14,21 +14,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gsapp.cli._options import UNITS
+from gsapp.cli._options import DISPLAY_UNITS
 from gsapp.foundation import FlightError
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from gsapp.session import Session
-    from gsapp.telemetry.virtual.process import AircraftProcess
+    from gsapp.telemetry.virtual_aircraft.aircraft_process import AircraftProcess
 
-CHARTS = (
+DEMO_CHANNELS = (
     "V", "altitude", "alpha", "beta", "p", "q", "r", "an", "ax", "ay",
     "de", "da", "dr", "throttle", "rpm_left",
 )  # fmt: skip
 _HEADLESS_SPEED = 4.0
-_QUIET = 1.0
+_END_OF_DATA_SECONDS = 1.0
 """Seconds without a new sample, after the aircraft is done, that end the live part."""
 
 
@@ -61,19 +61,22 @@ def run(
     GroundStationError
         If a step fails; says which.
     """
-    from gsapp.cli._calls import check_pace
-    from gsapp.cli._demo_campaign import make_campaign, show_review
-    from gsapp.cli._results import on_screen, result_text, write_result
-    from gsapp.cli._screen import Screen
-    from gsapp.flight.preparing import prepare_flight
+    from gsapp.cli._console import PlainConsole
+    from gsapp.cli._demo_campaign import create_demo_campaign, show_review
+    from gsapp.cli._json_output import format_json, is_stdout, write_json
+    from gsapp.cli._usage_errors import check_speed
+    from gsapp.flight.folder_setup import prepare_flight_folder
     from gsapp.telemetry.recorder_control import start_recorder
-    from gsapp.telemetry.virtual.process import AircraftProcess, free_port
-    from ui.display import NoDisplayError, require_display
+    from gsapp.telemetry.virtual_aircraft.aircraft_process import (
+        AircraftProcess,
+        find_free_udp_port,
+    )
+    from ui.display_check import NoDisplayError, require_display
     from ui.settings import SettingsStore, settings_path
 
-    UNITS.set("SI" if SettingsStore(settings_path()).current.units == "SI" else "US")
-    console = Screen(highlight=False, soft_wrap=True, stderr=on_screen(json))
-    check_pace(speed)
+    DISPLAY_UNITS.set("SI" if SettingsStore(settings_path()).current.units == "SI" else "US")
+    console = PlainConsole(highlight=False, soft_wrap=True, stderr=is_stdout(json))
+    check_speed(speed)
     if not headless:
         try:
             require_display()
@@ -81,9 +84,9 @@ def run(
             console.print(f"{why}.\nThe demo goes on without a window.")
             headless = True
     folder = _unused(out / "flight")
-    port = free_port()
+    port = find_free_udp_port()
     link = f"udpin:127.0.0.1:{port}"
-    prepare_flight(folder, aircraft="b777", channel_map="b777", source=link, notes="Demo.")
+    prepare_flight_folder(folder, aircraft="b777", channel_map="b777", source=link, notes="Demo.")
     recorder = start_recorder(link, folder)
     console.print(f"1. A recorder (process {recorder.pid}) writes {link} into {folder}.")
     if speed is None:
@@ -93,7 +96,7 @@ def run(
         aircraft = AircraftProcess(folder, port, plan="short", seed=seed, speed=speed)
         console.print(f"2. The virtual aircraft flies the short plan at {speed:g} times real time.")
         if headless:
-            live = _watch(folder, aircraft, console)
+            live = _follow_live(folder, aircraft, console)
         else:
             from ui.app import run_window
 
@@ -105,7 +108,7 @@ def run(
             aircraft.stop()
         recorder.stop()
     result = _replay(folder, out, live, console)
-    campaign = make_campaign(folder, out, console, seed=seed + 1)
+    campaign = create_demo_campaign(folder, out, console, seed=seed + 1)
     result |= {
         "report": str(campaign.report),
         "derivatives": str(campaign.derivatives),
@@ -118,7 +121,7 @@ def run(
         f"the catalog with the run: {campaign.catalog}\nthe report: {campaign.report}"
     )
     if json is not None:
-        write_result(json, result_text(result))
+        write_json(json, format_json(result))
     if not headless:
         show_review(campaign, out, console)
 
@@ -133,19 +136,19 @@ def _unused(path: Path) -> Path:
     return candidate
 
 
-def _watch(folder: Path, aircraft: AircraftProcess, console: Console) -> Session:
+def _follow_live(folder: Path, aircraft: AircraftProcess, console: Console) -> Session:
     """Follow the flight as a window would, until it is over."""
     from rich.progress import Progress, TextColumn
 
     from gsapp.session import Session
-    from gsapp.session.estimating.workers import OtherProcess
+    from gsapp.session.live_estimation.fit_workers import ProcessFitWorker
 
-    session = Session.follow(folder, workers=OtherProcess())
+    session = Session.follow(folder, workers=ProcessFitWorker())
     last_new, seen = time.monotonic(), None
     line = TextColumn("3. Live: flight time {task.fields[time]}, {task.fields[rate]} frames/s")
     with Progress(line, console=console) as progress:
         task = progress.add_task("", total=None, time="-", rate="-")
-        while aircraft.flying() or time.monotonic() - last_new < _QUIET:
+        while aircraft.flying() or time.monotonic() - last_new < _END_OF_DATA_SECONDS:
             session.update()
             if session.now != seen:
                 last_new, seen = time.monotonic(), session.now
@@ -160,15 +163,15 @@ def _watch(folder: Path, aircraft: AircraftProcess, console: Console) -> Session
 
 def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> dict[str, Any]:
     """Replay the record, compare, sum up and draw; return the result for programs."""
-    from gsapp.cli.replay import sum_up, summary_of
-    from gsapp.report.strip_figure import strip_figure
-    from gsapp.session import MAX_SPEED, Session
-    from gsapp.session.estimating.workers import AtOnce
-    from gsapp.session.running import run_through
+    from gsapp.cli.replay import print_summary, summary_json
+    from gsapp.report.strip_figure import write_strip_figure
+    from gsapp.session import UNLIMITED_SPEED, Session
+    from gsapp.session.live_estimation.fit_workers import InlineFitWorker
+    from gsapp.session.replay_runner import run_replay
 
-    session = Session.replay(folder, speed=MAX_SPEED, workers=AtOnce())
+    session = Session.replay(folder, speed=UNLIMITED_SPEED, workers=InlineFitWorker())
     started = time.monotonic()
-    run_through(session)
+    run_replay(session)
     seconds = time.monotonic() - started
     flight = session.flight()
     if not len(flight.block):
@@ -183,13 +186,13 @@ def _replay(folder: Path, out: Path, live: Session | None, console: Console) -> 
             "that the crew was told\n   and every derivative that formed in the air."
         )
         live.close()
-    picture = strip_figure(
-        flight.block, CHARTS, out / f"{folder.name}.png",
-        title=f"Virtual flight of the B777, {flight.duration:.0f} s", units=UNITS.get(),
+    picture = write_strip_figure(
+        flight.block, DEMO_CHANNELS, out / f"{folder.name}.png",
+        title=f"Virtual flight of the B777, {flight.duration:.0f} s", units=DISPLAY_UNITS.get(),
     )  # fmt: skip
     summary = out / f"{folder.name}.json"
-    sum_up(session, console, summary)
-    shown = summary_of(session)
+    print_summary(session, console, summary)
+    shown = summary_json(session)
     session.close()
     return {
         "flight": str(folder),

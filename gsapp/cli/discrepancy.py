@@ -10,19 +10,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gsapp.cli._options import UNITS
-from gsapp.cli._screen import say
+from gsapp.cli._console import print_sentence
+from gsapp.cli._options import DISPLAY_UNITS
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from gsapp.aircraft import Aircraft
-    from gsapp.discrepancy.results import Discrepancy
+    from gsapp.discrepancy.results import DiscrepancyResult
     from gsapp.discrepancy.settings import DiscrepancySettings
     from gsapp.identification.maneuver import Maneuver
     from gsapp.report.provenance import Provenance
 
-MODEL, ANSWER = "model.toml", "discrepancy.json"
+MODEL_FILE, RESULT_FILE = "model.toml", "discrepancy.json"
 """Files in the folder beside the report and its figures."""
 
 
@@ -78,27 +78,27 @@ def run(
     GroundStationError
         If a file or name is wrong, or these maneuvers do not suffice.
     """
-    from gsapp.cli._aircraft_text import warn_of_aircraft
-    from gsapp.cli._calls import check_windows, wrong_call
-    from gsapp.cli._discrepancy_text import describe
+    from gsapp.cli._aircraft_text import print_aircraft_warnings
+    from gsapp.cli._console import PlainConsole
+    from gsapp.cli._discrepancy_text import print_discrepancy
     from gsapp.cli._flight_text import calibration_sentences
-    from gsapp.cli._maneuvers import flown_flights
-    from gsapp.cli._results import on_screen, result_text, write_result
-    from gsapp.cli._screen import Screen
-    from gsapp.discrepancy.belonging import check_model
+    from gsapp.cli._flown_flights import load_flown_flights
+    from gsapp.cli._json_output import format_json, is_stdout, write_json
+    from gsapp.cli._usage_errors import as_usage_error, check_windows
+    from gsapp.discrepancy.model_match import check_model_match
     from gsapp.discrepancy.remarks import record_remarks
     from gsapp.discrepancy.result_json import discrepancy_json
     from gsapp.discrepancy.settings import DiscrepancySettings
     from gsapp.dynamics.model import load_model
-    from gsapp.flight.maneuvers import uncalibrated_words
+    from gsapp.flight.maneuvers import uncalibrated_text
     from gsapp.foundation import FlightError
-    from gsapp.identification.flights import reasons_for_none
-    from gsapp.report.discrepancy_inputs import search_provenance
+    from gsapp.identification.maneuver_extraction import no_maneuvers_text
+    from gsapp.report.discrepancy_provenance import search_provenance
 
-    console = Screen(stderr=on_screen(json))
-    _check_place(out)
+    console = PlainConsole(stderr=is_stdout(json))
+    _check_output_folder(out)
     check_windows(maneuver, flights)
-    with wrong_call():
+    with as_usage_error():
         _check_effects((*refuse, *force))
     settings = DiscrepancySettings(
         model=None if model is None else load_model(model),
@@ -108,7 +108,7 @@ def run(
         most_effects=most_effects,
         check_instruments=True,
     )
-    flown = flown_flights(
+    flown = load_flown_flights(
         flights, aircraft=aircraft, channel_map=channel_map, calibration=calibration,
         given=maneuver, every_grade=every_grade, as_found=as_found, console=console,
     )  # fmt: skip
@@ -116,16 +116,16 @@ def run(
     maneuvers = [one for flight in flown for one in flight.maneuvers]
     if not maneuvers:
         raise FlightError(
-            f"no maneuver to compare model and flight by: {reasons_for_none(flown)}; name windows "
+            f"no maneuver to compare model and flight by: {no_maneuvers_text(flown)}; name windows "
             "of the flight with --maneuver START:STOP, or fly doublets"
         )
     _check_maneuvers(maneuvers, held_out, draw)
     if settings.model is not None:
-        check_model(settings.model, maneuvers)
+        check_model_match(settings.model, maneuvers)
     try:
         found = _search(console, maneuvers, own, settings)
     except FlightError as error:
-        causes = (words for one in flown for words in uncalibrated_words(one.flight))
+        causes = (words for one in flown for words in uncalibrated_text(one.flight))
         raise FlightError("; ".join(dict.fromkeys((str(error), *causes)))) from error
     remarks = (
         *calibration_sentences(one.flight for one in flown),
@@ -136,16 +136,16 @@ def run(
         flights, settings, aircraft=aircraft, model=model, channel_map=channel_map,
         calibration=calibration, maneuvers=maneuver, as_found=as_found,
     )  # fmt: skip
-    with console.status("writing the report"), _whole_folder(out) as part:
+    with console.status("writing the report"), _atomic_folder(out) as part:
         _fill(part, found, out, own, provenance, draw)
     if json is not None:
-        write_result(json, result_text(discrepancy_json(found, model=out / MODEL)))
-    warn_of_aircraft(console, [flown[0].file])
+        write_json(json, format_json(discrepancy_json(found, model=out / MODEL_FILE)))
+    print_aircraft_warnings(console, [flown[0].file])
     for one in flown:
         for remark in one.remarks:
             if remark not in one.flight.calibration_remarks:  # stands among the warnings
-                say(console, f"{one.flight.name}: {remark}", "yellow")
-    describe(console, found)
+                print_sentence(console, f"{one.flight.name}: {remark}", "yellow")
+    print_discrepancy(console, found)
     console.print(
         f"The model, the report and its figures are in {out}", highlight=False,
         soft_wrap=True,
@@ -155,10 +155,10 @@ def run(
 # --- before the search --------------------------------------------------------------------------
 
 
-def _check_place(out: Path) -> None:
+def _check_output_folder(out: Path) -> None:
     """Raise unless the folder can be written: said before the search, not after it."""
     from gsapp.foundation import GroundStationError
-    from gsapp.foundation.refusals import refusal
+    from gsapp.foundation.os_error_text import format_os_error
 
     if out.exists() and not out.is_dir():
         raise GroundStationError(f"{out} is a file; choose a folder for the answer")
@@ -167,18 +167,18 @@ def _check_place(out: Path) -> None:
         Path(tempfile.mkdtemp(prefix=".gsapp-", dir=there)).rmdir()
     except OSError as error:
         raise GroundStationError(
-            refusal(out, error, "choose a folder where you may write")
+            format_os_error(out, error, "choose a folder where you may write")
         ) from error
 
 
 def _check_effects(names: Sequence[str]) -> None:
     """Raise if an effect that is refused or forced is not in the catalog."""
-    from gsapp.discrepancy.catalog import record
+    from gsapp.discrepancy.effect_catalog import find_effect
 
     for name in names:
         # Structure without a name is found, not listed; it may be refused by what it was called.
         if not name.startswith("unnamed."):
-            record(name)
+            find_effect(name)
 
 
 def _check_maneuvers(
@@ -204,15 +204,15 @@ def _search(
     maneuvers: Sequence[Maneuver],
     aircraft: Aircraft,
     settings: DiscrepancySettings,
-) -> Discrepancy:
+) -> DiscrepancyResult:
     from rich.progress import BarColumn, Progress, TaskProgressColumn
     from rich.progress import TimeRemainingColumn as TimeLeft
 
-    from gsapp.cli._screen import describing
-    from gsapp.discrepancy.settings import Progress as Done
-    from gsapp.discrepancy.workflow import Investigation
+    from gsapp.cli._console import description_column
+    from gsapp.discrepancy.investigation import Investigation
+    from gsapp.discrepancy.settings import SearchProgress as Done
 
-    columns = (describing(), BarColumn(), TaskProgressColumn(), TimeLeft())
+    columns = (description_column(), BarColumn(), TaskProgressColumn(), TimeLeft())
     shown = console.is_terminal
     with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
         task = bar.add_task("preparing", total=1.0)
@@ -229,44 +229,46 @@ def _search(
 
 def _fill(
     folder: Path,
-    found: Discrepancy,
+    found: DiscrepancyResult,
     out: Path,
     aircraft: Aircraft,
     provenance: Provenance,
     draw: Sequence[str],
 ) -> None:
     """Write everything into a folder that will stand at `out`."""
-    from gsapp.cli._results import result_text
+    from gsapp.cli._json_output import format_json
     from gsapp.discrepancy.result_json import discrepancy_json
     from gsapp.dynamics.model import save_model
-    from gsapp.flight.info import now
+    from gsapp.flight.info import local_timestamp
     from gsapp.foundation import write_atomically
-    from gsapp.report.discrepancy_report import write_report
+    from gsapp.report.discrepancy_report import write_discrepancy_report
 
-    save_model(found.model, folder / MODEL)
-    write_atomically(folder / ANSWER, result_text(discrepancy_json(found, model=out / MODEL)))
-    write_report(
-        found, folder, aircraft=aircraft.name, provenance=provenance, units=UNITS.get(),
-        overlays=draw or None, written=now(),
+    save_model(found.model, folder / MODEL_FILE)
+    write_atomically(
+        folder / RESULT_FILE, format_json(discrepancy_json(found, model=out / MODEL_FILE))
+    )
+    write_discrepancy_report(
+        found, folder, aircraft=aircraft.name, provenance=provenance, units=DISPLAY_UNITS.get(),
+        overlays=draw or None, written=local_timestamp(),
     )  # fmt: skip
 
 
 @contextlib.contextmanager
-def _whole_folder(out: Path) -> Iterator[Path]:
+def _atomic_folder(out: Path) -> Iterator[Path]:
     """Give a folder to fill; what is in it stands at `out` when all is done, or not at all."""
-    from gsapp.foundation.files import folder_beside, put_in_place
+    from gsapp.foundation.files import create_sibling_folder, move_into_place
 
     out.parent.mkdir(parents=True, exist_ok=True)
-    part = folder_beside(out)
+    part = create_sibling_folder(out)
     try:
         yield part
         if not out.exists():
-            put_in_place(part, out)
+            move_into_place(part, out)
             return
         for new in part.iterdir():
             old = out / new.name
             if old.is_dir():
                 shutil.rmtree(old)
-            put_in_place(new, old)
+            move_into_place(new, old)
     finally:
         shutil.rmtree(part, ignore_errors=True)

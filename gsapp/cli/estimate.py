@@ -87,30 +87,30 @@ def run(
     GroundStationError
         If a file or name is wrong, or no maneuver gives anything.
     """
-    from gsapp.cli._calls import check_windows, wrong_call
-    from gsapp.cli._estimate_text import describe_outcome
+    from gsapp.cli._console import PlainConsole
+    from gsapp.cli._estimate_text import print_outcome
     from gsapp.cli._flight_text import check_catalog
-    from gsapp.cli._results import on_screen, outcome_content, result_text, write_result
-    from gsapp.cli._running import check_fitted, with_bar
-    from gsapp.cli._screen import Screen
+    from gsapp.cli._json_output import format_json, is_stdout, outcome_json, write_json
+    from gsapp.cli._progress_bar import check_fitted, run_with_progress_bar
+    from gsapp.cli._usage_errors import as_usage_error, check_windows
     from gsapp.dynamics.model import load_model
     from gsapp.flight.catalog import Catalog
     from gsapp.identification.campaign import CampaignSettings
     from gsapp.identification.maximum_likelihood import MLSettings
-    from gsapp.identification.runs.keeping import keep
+    from gsapp.identification.runs.flight_cache import FlightCache
     from gsapp.identification.runs.request import RunRequest
-    from gsapp.identification.runs.running import run as run_request
-    from gsapp.identification.runs.shelf import FlightShelf
+    from gsapp.identification.runs.run_execution import execute_run as run_request
+    from gsapp.identification.runs.run_store import save_run
     from gsapp.quantities import channel
 
-    console = Screen(stderr=on_screen(json))
+    console = PlainConsole(stderr=is_stdout(json))
     check_catalog(catalog, calibration)
     if catalog is not None and (catalog.exists() or not catalog.parent.is_dir()):
         # What cannot be kept is told before the work; a new file is made after it.
         Catalog(catalog).close()
     check_windows(maneuver, flights)
     known = None if model is None else load_model(model)
-    with wrong_call():
+    with as_usage_error():
         likelihood = MLSettings(
             axis="lon",
             states=_names(states),
@@ -148,20 +148,20 @@ def run(
         weights=weights or "",
         model=model or "",
     )
-    shelf = FlightShelf()
-    outcome = with_bar(
+    shelf = FlightCache()
+    outcome = run_with_progress_bar(
         console,
         lambda doing, step: run_request(request, flights=shelf, doing=doing, progress=step),
     )
     kept = ""
     if catalog is not None:
         with Catalog(catalog) as store:
-            kept = f"kept as run {keep(store, outcome)} in {catalog}"
+            kept = f"kept as run {save_run(store, outcome)} in {catalog}"
     if json is not None:
-        write_result(json, result_text(outcome_content(outcome, shelf)))
-    describe_outcome(console, outcome)
+        write_json(json, format_json(outcome_json(outcome, shelf)))
+    print_outcome(console, outcome)
     check_fitted(outcome)
-    if json is not None and not on_screen(json):
+    if json is not None and not is_stdout(json):
         console.print(f"written to {json}", highlight=False, soft_wrap=True)
     if kept:
         console.print(kept, highlight=False, soft_wrap=True)
@@ -213,7 +213,7 @@ def _check_derivatives(names: Sequence[str], model: object) -> None:
     """Raise unless every name is a derivative, or the parameter of an effect of the model."""
     from gsapp.dynamics.buildup import derivative_names
     from gsapp.foundation import UnknownNameError
-    from gsapp.foundation.naming import did_you_mean
+    from gsapp.foundation.name_suggestions import did_you_mean
 
     known = list(derivative_names())
     for name in names:

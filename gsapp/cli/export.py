@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gsapp.cli._screen import Screen
+from gsapp.cli._console import PlainConsole
 
 
 def run(
@@ -42,37 +42,37 @@ def run(
     GroundStationError
         If the flight cannot be read, holds no sample, or the file cannot be written.
     """
-    from gsapp.cli._calls import WrongCallError
-    from gsapp.cli._flight_text import describe
-    from gsapp.cli._results import on_screen, result_text, write_result
-    from gsapp.flight.loading import load_flight
-    from gsapp.flight.summary import summarize
-    from gsapp.flight.writers import WRITERS, Layout, check_format, write_block
+    from gsapp.cli._flight_text import print_flight
+    from gsapp.cli._json_output import format_json, is_stdout, write_json
+    from gsapp.cli._usage_errors import CommandUsageError
+    from gsapp.flight.flight_loader import load_flight
+    from gsapp.flight.summary import summarize_flight
+    from gsapp.flight.writers import WRITERS, ColumnUnits, check_format, write_block
     from gsapp.foundation import FlightError
 
     check_format(to)
     ending = out.suffix.casefold().lstrip(".")
     if ending in WRITERS and ending != to:
-        raise WrongCallError(
+        raise CommandUsageError(
             f"{out.name} ends as a file of another format than --to {to}; let the two agree"
         )
-    Layout.of((), units)
-    console = Screen(stderr=on_screen(json))
+    ColumnUnits.of((), units)
+    console = PlainConsole(stderr=is_stdout(json))
     with console.status(f"reading {flight.name}"):
         loaded = load_flight(flight, channel_map=channel_map, certificates=calibration)
     if not len(loaded.block):
         raise FlightError(f"{flight} holds no samples, so that there is nothing to export")
     with console.status(f"writing {out.name}"):
         write_block(out, loaded.block, to, units)
-    if not on_screen(json):
-        describe(console, loaded)
+    if not is_stdout(json):
+        print_flight(console, loaded)
         console.print(f"written to {out}", highlight=False, soft_wrap=True)
     if json is not None:
-        layout = Layout.of(loaded.block.channels, units)
+        layout = ColumnUnits.of(loaded.block.channels, units)
         written = {
             "file": str(out),
             "format": to,
             "rows": len(loaded.block),
             "units": {"time": "s", **dict(zip(layout.channels, layout.units, strict=True))},
         }
-        write_result(json, result_text({**written, **summarize(loaded)}))
+        write_json(json, format_json({**written, **summarize_flight(loaded)}))

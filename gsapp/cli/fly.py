@@ -10,19 +10,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gsapp.foundation import FlightError
-from gsapp.foundation.files import files_of
+from gsapp.foundation.files import list_files
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from gsapp.quantities import Block
     from gsapp.telemetry.clock import Clock
-    from gsapp.telemetry.sources import Source
-    from gsapp.telemetry.virtual.downlink import Downlink
-    from gsapp.telemetry.virtual.settings import FlightSettings
-    from gsapp.telemetry.virtual.transmit import Line, Progress
+    from gsapp.telemetry.sources import LinkSource
+    from gsapp.telemetry.virtual_aircraft.downlink_transmitter import TransmitLink, TransmitProgress
+    from gsapp.telemetry.virtual_aircraft.flight_downlink import FlightDownlink
+    from gsapp.telemetry.virtual_aircraft.flight_settings import FlightSettings
 
-_STAY = 300.0
+_PEER_TIMEOUT = 300.0
 """Seconds without a request after which a thin box, landed, stops offering its log."""
 
 
@@ -89,22 +89,22 @@ def run(
         If a file holds mistakes, the link cannot be opened, or the place is taken.
     """
     from gsapp.aircraft import load_aircraft
-    from gsapp.cli._aircraft_text import warn_of_aircraft
-    from gsapp.cli._calls import WrongCallError, check_pace, wrong_call
-    from gsapp.cli._results import result_text, write_result
-    from gsapp.cli._screen import Screen
+    from gsapp.cli._aircraft_text import print_aircraft_warnings
+    from gsapp.cli._console import PlainConsole
+    from gsapp.cli._json_output import format_json, write_json
+    from gsapp.cli._usage_errors import CommandUsageError, as_usage_error, check_speed
     from gsapp.dynamics.model import load_model
-    from gsapp.dynamics.pilot.faults import parse_fault
-    from gsapp.dynamics.pilot.hidden import flown_model
-    from gsapp.telemetry.virtual.settings import FlightSettings
+    from gsapp.dynamics.virtual_aircraft.hidden_effects import add_hidden_effects
+    from gsapp.dynamics.virtual_aircraft.sensor_faults import parse_sensor_fault
+    from gsapp.telemetry.virtual_aircraft.flight_settings import FlightSettings
 
-    console = Screen(stderr=True)
-    check_pace(speed)
+    console = PlainConsole(stderr=True)
+    check_speed(speed)
     flown, believed = load_aircraft(aircraft), load_model(model)
-    with wrong_call():
+    with as_usage_error():
         for text in faults:
-            parse_fault(text)
-        flown_model(flown, believed, hide)
+            parse_sensor_fault(text)
+        add_hidden_effects(flown, believed, hide)
     settings = FlightSettings(
         plan=plan,
         aircraft=aircraft,
@@ -118,24 +118,28 @@ def run(
         position=position,
         airborne=airborne,
     )
-    warn_of_aircraft(console, [flown])
+    print_aircraft_warnings(console, [flown])
     if out is not None:
         reached = write_folder(settings, out, truth=truth, console=console)
     elif to is not None and sticks:
-        from gsapp.cli import training
+        from gsapp.cli import fly_sticks
 
-        reached = training.send(settings, to, speed=speed, truth=truth, console=console)
+        reached = fly_sticks.fly_with_sticks(
+            settings, to, speed=speed, truth=truth, console=console
+        )
     elif to is not None:
-        reached = send(settings, to, speed=speed, onboard=onboard, truth=truth, console=console)
+        reached = transmit_flight(
+            settings, to, speed=speed, onboard=onboard, truth=truth, console=console
+        )
     else:
-        raise WrongCallError("nothing says where to fly to; give a link or a flight folder")
+        raise CommandUsageError("nothing says where to fly to; give a link or a flight folder")
     if json is not None:
         content = {"flight": None if out is None else str(out), "link": to}
         content |= {"truth": None if truth is None else str(truth)}
-        write_result(json, result_text(content | _account(settings, reached)))
+        write_json(json, format_json(content | _flight_json(settings, reached)))
 
 
-def _account(settings: FlightSettings, reached: Progress | None) -> dict[str, Any]:
+def _flight_json(settings: FlightSettings, reached: TransmitProgress | None) -> dict[str, Any]:
     """Return what was flown, and how far; nulls where it was left to the plan."""
     return {
         **asdict(settings),
@@ -144,7 +148,7 @@ def _account(settings: FlightSettings, reached: Progress | None) -> dict[str, An
     }
 
 
-def send(
+def transmit_flight(
     settings: FlightSettings,
     to: str,
     *,
@@ -152,18 +156,18 @@ def send(
     onboard: Path | None,
     truth: Path | None,
     console: Console,
-) -> Progress | None:
+) -> TransmitProgress | None:
     """Fly over a link in real time, or `speed` times that; return how far it came."""
     from gsapp.telemetry.clock import HostClock
-    from gsapp.telemetry.virtual.transmit import Transmitter
+    from gsapp.telemetry.virtual_aircraft.downlink_transmitter import DownlinkTransmitter
 
     clock = HostClock()
-    with open_line(to, clock, speed) as line:
+    with open_link(to, clock, speed) as line:
         started = clock.now_us()
         place = onboard or Path(f"onboard-{time.strftime('%Y%m%d-%H%M%S')}.tlog")
         downlink = settings.downlink(started)
         log, server = settings.keep_log(place, started)
-        transmitter = Transmitter(
+        transmitter = DownlinkTransmitter(
             downlink,
             line,
             clock=clock,
@@ -173,9 +177,9 @@ def send(
             server=server,
         )
         try:
-            with shown(console, f"Flying '{settings.plan}' over {to}") as show:
+            with flight_status(console, f"Flying '{settings.plan}' over {to}") as show:
                 transmitter.fly(show)
-            tell_of_crash(downlink, console)
+            print_crash(downlink, console)
             console.print(
                 f"The flight is over: {transmitter.sent_bytes / 1e6:.2f} MB sent.", highlight=False
             )
@@ -185,7 +189,7 @@ def send(
                     "'gsapp onboard FLIGHT --link LINK'; Ctrl-C ends.",
                     soft_wrap=True,
                 )
-                transmitter.stay(_STAY)
+                transmitter.stay(_PEER_TIMEOUT)
         finally:
             if log is not None:
                 log.close()
@@ -196,7 +200,7 @@ def send(
 
 def write_folder(
     settings: FlightSettings, out: Path, *, truth: Path | None, console: Console
-) -> Progress | None:
+) -> TransmitProgress | None:
     """Write a flight folder as if the flight had been recorded, as fast as it goes.
 
     Nothing stands at `out` before all of it does; returns how far the flight came.
@@ -206,11 +210,11 @@ def write_folder(
     FlightError
         If something is there already, or cannot be written.
     """
-    from gsapp.flight.replacing import making
+    from gsapp.flight.atomic_files import atomic_flight_folder
 
-    if out.exists() and (not out.is_dir() or files_of(out)):
+    if out.exists() and (not out.is_dir() or list_files(out)):
         raise FlightError(f"{out} exists already; choose another name for the new flight")
-    with making(out) as part:
+    with atomic_flight_folder(out) as part:
         true_motion, reached = _fill(settings, part, name=out.name, console=console)
         if truth is not None:
             write_truth(truth, true_motion)
@@ -220,14 +224,14 @@ def write_folder(
 
 def _fill(
     settings: FlightSettings, folder: Path, *, name: str, console: Console
-) -> tuple[Block, Progress | None]:
+) -> tuple[Block, TransmitProgress | None]:
     """Write the record and the copies; return the true motion, and how far the flight came."""
-    from gsapp.flight.preparing import prepare_flight
-    from gsapp.telemetry.virtual.record import write_record
+    from gsapp.flight.folder_setup import prepare_flight_folder
+    from gsapp.telemetry.virtual_aircraft.record_writer import write_record
 
     started = time.time_ns() // 1000
     downlink = settings.downlink(started)
-    flight = prepare_flight(
+    flight = prepare_flight_folder(
         folder,
         name=name,
         aircraft=settings.aircraft,
@@ -237,9 +241,9 @@ def _fill(
         notes=_notes(settings),
     )
     kept = folder / "onboard.tlog" if settings.thin else None
-    with shown(console, f"Flying '{settings.plan}'") as show:
+    with flight_status(console, f"Flying '{settings.plan}'") as show:
         write_record(downlink, flight.tlog_file, kept, seed=settings.seed, progress=show)
-    tell_of_crash(downlink, console)
+    print_crash(downlink, console)
     if kept is not None:
         flight.update_info(onboard_log=kept.name)
     return downlink.truth(), show.reached
@@ -249,7 +253,7 @@ def _notes(settings: FlightSettings) -> str:
     return f"Virtual flight: plan {settings.plan}, seed {settings.seed}."
 
 
-def tell_of_crash(downlink: Downlink, console: Console) -> None:
+def print_crash(downlink: FlightDownlink, console: Console) -> None:
     """Say of a flight that ended before its plan that it did, and when."""
     if downlink.crashed:
         end = downlink.truth().times[-1]
@@ -268,7 +272,7 @@ def write_truth(path: Path, block: Block) -> None:
 
 
 @contextlib.contextmanager
-def open_line(to: str, clock: Clock, speed: float) -> Iterator[Line]:
+def open_link(to: str, clock: Clock, speed: float) -> Iterator[TransmitLink]:
     """Open a link to send over.
 
     Parameters
@@ -281,35 +285,35 @@ def open_line(to: str, clock: Clock, speed: float) -> Iterator[Line]:
 
     Raises
     ------
-    WrongCallError
+    CommandUsageError
         If it is no link to send over, or the speed leads nowhere.
     LinkError
         If it cannot be opened.
     """
-    from gsapp.cli._calls import WrongCallError, check_pace, wrong_call
-    from gsapp.telemetry.address import parse_link
-    from gsapp.telemetry.sources import LinkAwaitedError, open_source
+    from gsapp.cli._usage_errors import CommandUsageError, as_usage_error, check_speed
+    from gsapp.telemetry.link_address import parse_link
+    from gsapp.telemetry.sources import LinkUnavailableError, open_source
 
-    check_pace(speed)
-    with wrong_call():
+    check_speed(speed)
+    with as_usage_error():
         address = parse_link(to)
     if address.kind in ("virtual", "flight", "text"):
-        raise WrongCallError(
+        raise CommandUsageError(
             f"the virtual aircraft cannot send to '{to}'; give a network link or a serial port, "
             "for example udpout:127.0.0.1:14550"
         )
     source = open_source(address, clock=clock)
     with contextlib.closing(source):
         # A peer that is not there yet is waited for; anything else is for the user to mend.
-        with contextlib.suppress(LinkAwaitedError):
+        with contextlib.suppress(LinkUnavailableError):
             source.open()
-        yield _SourceLine(source)
+        yield _SourceLink(source)
 
 
-class _SourceLine:
+class _SourceLink:
     """A source, as the transmitter needs it."""
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: LinkSource) -> None:
         self._source = source
 
     def send(self, data: bytes) -> None:
@@ -320,13 +324,13 @@ class _SourceLine:
 
 
 @contextlib.contextmanager
-def shown(console: Console, title: str) -> Iterator[FlightLine]:
+def flight_status(console: Console, title: str) -> Iterator[FlightStatusLine]:
     """Show flight time and phase on one line while the flight goes on."""
     with console.status(title) as status:
-        yield FlightLine(title, status.update)
+        yield FlightStatusLine(title, status.update)
 
 
-class FlightLine:
+class FlightStatusLine:
     """One line that says how far a flight has come.
 
     Parameters
@@ -337,16 +341,16 @@ class FlightLine:
 
     Attributes
     ----------
-    reached : Progress or None
+    reached : TransmitProgress or None
         How far it came; None before anything was told.
     """
 
     def __init__(self, title: str, show: Callable[[str], None]) -> None:
         self._title = title
         self._show = show
-        self.reached: Progress | None = None
+        self.reached: TransmitProgress | None = None
 
-    def __call__(self, progress: Progress) -> None:
+    def __call__(self, progress: TransmitProgress) -> None:
         """Show where the flight is."""
         self.reached = progress
         minutes, seconds = divmod(int(progress.time), 60)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gsapp.cli._screen import Screen
+from gsapp.cli._console import PlainConsole
 
 
 def run(*, file: Path, out: Path, channel_map: str | None = None, json: Path | None = None) -> None:
@@ -27,16 +27,16 @@ def run(*, file: Path, out: Path, channel_map: str | None = None, json: Path | N
     GroundStationError
         If the file cannot be read or the folder cannot be made.
     """
-    from gsapp.cli._flight_text import describe
-    from gsapp.cli._results import on_screen, result_text, write_result
-    from gsapp.flight.importing import import_flight
-    from gsapp.flight.summary import summarize
+    from gsapp.cli._flight_text import print_flight
+    from gsapp.cli._json_output import format_json, is_stdout, write_json
+    from gsapp.flight.flight_import import import_flight
+    from gsapp.flight.summary import summarize_flight
 
-    console = Screen(stderr=on_screen(json))
+    console = PlainConsole(stderr=is_stdout(json))
     with console.status(f"reading {file.name}"):
         flight = import_flight(file, out, channel_map=channel_map)
-    if not on_screen(json):
-        describe(console, flight)
+    if not is_stdout(json):
+        print_flight(console, flight)
         console.print(f"written to {out}", highlight=False, soft_wrap=True)
     if json is not None:
-        write_result(json, result_text({"flight": str(out), **summarize(flight)}))
+        write_json(json, format_json({"flight": str(out), **summarize_flight(flight)}))

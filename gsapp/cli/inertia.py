@@ -7,9 +7,9 @@ from pathlib import Path
 
 from rich.table import Table
 
-from gsapp.cli._options import UNITS
-from gsapp.cli._screen import Screen, say
-from gsapp.cli._tables import print_whole
+from gsapp.cli._console import PlainConsole, print_sentence
+from gsapp.cli._options import DISPLAY_UNITS
+from gsapp.cli._tables import print_unwrapped
 
 
 def run(*, swings: Path, json: Path | None = None, unit: str = "slug ft^2") -> None:
@@ -29,15 +29,15 @@ def run(*, swings: Path, json: Path | None = None, unit: str = "slug ft^2") -> N
     GroundStationError
         If the file holds mistakes.
     """
-    from gsapp.aircraft.swings import inertia_of, load_swings
-    from gsapp.cli._calls import wrong_call
-    from gsapp.cli._results import on_screen, write_result
+    from gsapp.aircraft.swings import compute_inertia, load_swings
+    from gsapp.cli._json_output import is_stdout, write_json
+    from gsapp.cli._usage_errors import as_usage_error
     from gsapp.quantities import units
 
-    with wrong_call():
+    with as_usage_error():
         scale = units.to_si(1.0, unit, "inertia")
-        UNITS.set("SI" if units.normalize_unit(unit, "inertia") == "kg*m^2" else "US")
-    result = inertia_of(load_swings(swings))
+        DISPLAY_UNITS.set("SI" if units.normalize_unit(unit, "inertia") == "kg*m^2" else "US")
+    result = compute_inertia(load_swings(swings))
     if json is not None:
         content = {
             "mass": result.mass,
@@ -48,10 +48,10 @@ def run(*, swings: Path, json: Path | None = None, unit: str = "slug ft^2") -> N
             "shares": {name: dict(share) for name, share in result.shares.items()},
             "warnings": list(result.warnings),
         }
-        write_result(json, json_module.dumps(content, indent=1) + "\n")
-        if on_screen(json):
+        write_json(json, json_module.dumps(content, indent=1) + "\n")
+        if is_stdout(json):
             return
-    console = Screen()
+    console = PlainConsole()
     table = Table("", f"value, {unit}", "std", "std, %", "largest part of the uncertainty")
     for name, one in result.values.items():
         share = result.shares[name]
@@ -59,16 +59,16 @@ def run(*, swings: Path, json: Path | None = None, unit: str = "slug ft^2") -> N
         percent = f"{100.0 * one.std / abs(one.value):z.1f}" if one.value else ""
         words = f"{largest} ({100.0 * share[largest]:z.0f} %)" if share else largest
         table.add_row(name, f"{one.value / scale:z.3f}", f"{one.std / scale:z.3f}", percent, words)
-    print_whole(console, table)
+    print_unwrapped(console, table)
     parts = Table("", "whole swing", "cradle", "to the CG, with air", title=f"Made of, {unit}")
     for name, part in result.parts.items():
         title = "about the vertical, nose up" if name == "vertical" else name
         parts.add_row(
             title, *(f"{one / scale:z.3f}" for one in (part.whole, part.cradle, part.transfer))
         )
-    print_whole(console, parts)
+    print_unwrapped(console, parts)
     console.print("For the aircraft file:\n\n[mass]", highlight=False)
     for name, one in result.values.items():
         console.print(f'{name} = "{one.value / scale:z.4g} {unit}"', highlight=False)
     for warning in result.warnings:
-        say(console, f"note: {warning}")
+        print_sentence(console, f"note: {warning}")

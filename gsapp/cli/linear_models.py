@@ -8,20 +8,20 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gsapp.cli._screen import say
-from gsapp.cli._tables import print_whole
+from gsapp.cli._console import print_sentence
+from gsapp.cli._tables import print_unwrapped
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from gsapp.dynamics.model import Model
-    from gsapp.identification.flights import FlownFlight
-    from gsapp.identification.linear_models.comparison import JudgedModel
-    from gsapp.identification.linear_models.files import PublishedErrors
+    from gsapp.identification.linear_models.linear_model_files import PublishedErrors
+    from gsapp.identification.linear_models.model_comparison import EvaluatedModel
     from gsapp.identification.linear_models.signals import LinearAxis
     from gsapp.identification.maneuver import Maneuver
+    from gsapp.identification.maneuver_extraction import FlightWithManeuvers
 
-    Judged = dict[LinearAxis, dict[str, JudgedModel]]
+    Judged = dict[LinearAxis, dict[str, EvaluatedModel]]
 
 _TITLES = {"bls": "batch least squares", "subspace": "subspace + PEM", "ml": "ML, appendix A"}
 _AXES: dict[LinearAxis, str] = {"lon": "longitudinal", "lat": "lateral-directional"}
@@ -68,31 +68,34 @@ def run(
     GroundStationError
         If a flight cannot be read, or neither axis has maneuvers in both.
     """
-    from gsapp.cli._aircraft_text import warn_of_aircraft
-    from gsapp.cli._calls import WrongCallError
+    from gsapp.cli._aircraft_text import print_aircraft_warnings
+    from gsapp.cli._console import PlainConsole
     from gsapp.cli._flight_text import calibration_sentences
-    from gsapp.cli._maneuvers import flown_flights
-    from gsapp.cli._results import on_screen
-    from gsapp.cli._screen import Screen
-    from gsapp.cli._targets import same_place
+    from gsapp.cli._flown_flights import load_flown_flights
+    from gsapp.cli._json_output import is_stdout
+    from gsapp.cli._output_paths import is_same_path
+    from gsapp.cli._usage_errors import CommandUsageError
     from gsapp.dynamics.model import load_model
     from gsapp.foundation import FlightError
     from gsapp.identification.campaign import CampaignSettings, run_campaign
-    from gsapp.identification.flights import reasons_for_none
-    from gsapp.identification.instrument_effects import freed
-    from gsapp.identification.linear_models.files import PUBLISHED_AIRCRAFT, published_errors
+    from gsapp.identification.instrument_effects import effective_records
+    from gsapp.identification.linear_models.linear_model_files import (
+        PUBLISHED_AIRCRAFT,
+        published_errors,
+    )
+    from gsapp.identification.maneuver_extraction import no_maneuvers_text
     from gsapp.identification.maximum_likelihood import MLSettings
-    from gsapp.identification.moment_reference import about_flown_cg
+    from gsapp.identification.moment_reference import derivatives_about_flown_cg
 
-    if any(same_place(one, validate) for one in flights):
-        raise WrongCallError(
+    if any(is_same_path(one, validate) for one in flights):
+        raise CommandUsageError(
             f"{validate} would be judged by models that are fitted to it; leave it out of the "
             "flights, or judge on another one"
         )
     orders: dict[LinearAxis, int | None] = {"lon": _order(order_lon), "lat": _order(order_lat)}
-    console = Screen(stderr=on_screen(json))
+    console = PlainConsole(stderr=is_stdout(json))
     known = None if model is None else load_model(model)
-    every = flown_flights(
+    every = load_flown_flights(
         [*flights, validate],
         aircraft=aircraft,
         channel_map=channel_map,
@@ -104,16 +107,16 @@ def run(
     other = every[-1]
     if not other.maneuvers:
         raise FlightError(
-            f"no maneuver to judge models on: {reasons_for_none(every[-1:])}; choose another flight"
+            f"no maneuver to judge models on: {no_maneuvers_text(every[-1:])}; choose another flight"
         )
     if not fitted:
-        raise FlightError(f"no maneuver to fit models to: {reasons_for_none(every[:-1])}")
+        raise FlightError(f"no maneuver to fit models to: {no_maneuvers_text(every[:-1])}")
     with console.status("maximum likelihood"):
         campaign = run_campaign(
             fitted, CampaignSettings(likelihood=MLSettings(axis="lon", model=known))
         )
     # The models are those of the aircraft as it flew where they are judged.
-    derivatives = about_flown_cg(
+    derivatives = derivatives_about_flown_cg(
         {name: one.mean for name, one in campaign.values.items()},
         other.cg_shift,
         other.aircraft.geometry,
@@ -124,7 +127,7 @@ def run(
         *campaign.remarks,
     ]
     found: Judged = {}
-    true, _ = freed(fitted, known)
+    true, _ = effective_records(fitted, known)
     for axis in _AXES:
         with console.status(f"{_AXES[axis]} models"):
             try:
@@ -137,55 +140,55 @@ def run(
         _write_json(json, found, reasons)
     if out is not None:
         _save(out, found, [one.flight.name for one in every[:-1]])
-    warn_of_aircraft(console, (one.file for one in every))
+    print_aircraft_warnings(console, (one.file for one in every))
     # What the source found is no measure for another aircraft.
     published = published_errors() if other.aircraft.name == PUBLISHED_AIRCRAFT else {}
     for axis, models in found.items():
         _describe(console, axis, models, published, other.flight.name)
     for sentence in reasons:
-        say(console, sentence, "yellow")
+        print_sentence(console, sentence, "yellow")
 
 
 def _compare(
     axis: LinearAxis,
     fitted: Sequence[Maneuver],
-    other: FlownFlight,
+    other: FlightWithManeuvers,
     known: Model | None,
     derivatives: Mapping[str, float],
     order: int | None,
-) -> dict[str, JudgedModel]:
+) -> dict[str, EvaluatedModel]:
     """Fit and judge the models of one axis on the maneuvers that move its surfaces alone."""
-    from gsapp.identification.axes import SURFACES
-    from gsapp.identification.instrument_effects import freed
-    from gsapp.identification.linear_models.comparison import compare
+    from gsapp.identification.axes import AXIS_SURFACES
+    from gsapp.identification.instrument_effects import effective_records
+    from gsapp.identification.linear_models.model_comparison import evaluate_linear_models
     from gsapp.identification.maneuver import cut_maneuver
 
-    own = set(SURFACES[axis])
+    own = set(AXIS_SURFACES[axis])
     whole = cut_maneuver(
         other.flight, other.aircraft, other.maneuvers[0].t_start, other.maneuvers[-1].t_end,
         id="whole", inputs=(),
     )  # fmt: skip
-    (whole, *judged), _ = freed((whole, *other.maneuvers), known)
+    (whole, *judged), _ = effective_records((whole, *other.maneuvers), known)
     on, against = (
         [one for one in group if one.inputs and set(one.inputs) <= own]
         for group in (fitted, judged)
     )
-    return compare(on, against, whole, axis, derivatives, order=order)
+    return evaluate_linear_models(on, against, whole, axis, derivatives, order=order)
 
 
 def _write_json(path: Path, found: Judged, remarks: Sequence[str]) -> None:
-    from gsapp.cli._results import write_result
+    from gsapp.cli._json_output import write_json
 
     content: dict[str, Any] = {"lon": None, "lat": None}
     for axis, models in found.items():
         content[axis] = {name: _json(one) for name, one in models.items()}
     content["remarks"] = list(remarks)
-    write_result(path, json_module.dumps(content, indent=1, allow_nan=False) + "\n")
+    write_json(path, json_module.dumps(content, indent=1, allow_nan=False) + "\n")
 
 
 def _save(folder: Path, found: Judged, flights: Sequence[str]) -> None:
     """Write the models whose states the vocabulary knows; a subspace model's have no meaning."""
-    from gsapp.identification.linear_models.files import save_linear_model
+    from gsapp.identification.linear_models.linear_model_files import save_linear_model
 
     folder.mkdir(parents=True, exist_ok=True)
     for axis, models in found.items():
@@ -199,17 +202,17 @@ def _save(folder: Path, found: Judged, flights: Sequence[str]) -> None:
 
 
 def _order(text: str) -> int | None:
-    from gsapp.cli._calls import WrongCallError
+    from gsapp.cli._usage_errors import CommandUsageError
 
     if text == "auto":
         return None
     if not text.isdigit() or int(text) < 1:
-        raise WrongCallError(f"'{text}' is not an order; give a whole number from 1, or auto")
+        raise CommandUsageError(f"'{text}' is not an order; give a whole number from 1, or auto")
     return int(text)
 
 
-def _json(judged: JudgedModel) -> dict[str, Any]:
-    from gsapp.report.linear_words import linear_model_json, number_or_none
+def _json(judged: EvaluatedModel) -> dict[str, Any]:
+    from gsapp.report.linear_text import linear_model_json, number_or_none
 
     return {
         **linear_model_json(judged.model),
@@ -226,7 +229,7 @@ def _json(judged: JudgedModel) -> dict[str, Any]:
 def _describe(
     console: Console,
     axis: LinearAxis,
-    models: Mapping[str, JudgedModel],
+    models: Mapping[str, EvaluatedModel],
     published: Mapping[str, PublishedErrors],
     flight: str,
 ) -> None:
@@ -256,7 +259,7 @@ def _describe(
                 for name, one in models.items()
             ),
         )
-    print_whole(console, table)
+    print_unwrapped(console, table)
     for name, one in models.items():
         modes = ", ".join(
             f"{mode.name} {mode.pole.real:z.3f}"
@@ -264,7 +267,7 @@ def _describe(
             for mode in one.model.modes()
         )
         remarks = f" ({'; '.join(one.remarks)})" if one.remarks else ""
-        say(console, f"{_TITLES[name]}{remarks}: {modes}  1/s")
+        print_sentence(console, f"{_TITLES[name]}{remarks}: {modes}  1/s")
 
 
 def _shown(value: float | None) -> str:

@@ -27,13 +27,13 @@ from gsapp.cli._campaign_commands import (
     runs,
     terms,
 )
-from gsapp.cli._commands import Commands
+from gsapp.cli._commands import CommandApp
 from gsapp.cli._flight_commands import demo, export, fly, import_, onboard, record, replay
 from gsapp.cli._ground_commands import calibrate, certificates, inertia
-from gsapp.cli._options import UNITS
+from gsapp.cli._options import DISPLAY_UNITS
 from gsapp.cli._table_commands import cut, merge, resample
 
-app = Commands(
+app = CommandApp(
     pretty_exceptions_enable=False,
     # Plain help is twice as quick as the colored one.
     rich_markup_mode=None,
@@ -110,36 +110,36 @@ def run_program() -> None:
         main()
     except SystemExit as ending:
         if isinstance(ending.code, int) and "ui.app" in sys.modules:
-            from gsapp.foundation.endings import end_process
+            from gsapp.foundation.process_shutdown import exit_process
 
-            end_process(ending.code)
+            exit_process(ending.code)
         raise
 
 
 def main() -> None:
     """Run the command line; exit code 0 = done, 1 = failed with a message, 2 = wrong call."""
-    _import_nothing_from_here()
-    _print_anything()
+    _isolate_import_path()
+    _set_output_encoding()
     try:
         app(prog_name="gsapp")  # also as `python -m gsapp`
     except KeyboardInterrupt:
         sys.exit(130)
     except Exception as error:
-        sentence = _sentence(error)
+        sentence = _error_message(error)
         if sentence is None:
             raise
-        from gsapp.cli._calls import WrongCallError
-        from gsapp.quantities import in_units
+        from gsapp.cli._usage_errors import CommandUsageError
+        from gsapp.quantities import convert_text_units
 
-        sentence = in_units(sentence, UNITS.get())
-        _drop_what_cannot_be_printed()
-        if isinstance(error, WrongCallError):
+        sentence = convert_text_units(sentence, DISPLAY_UNITS.get())
+        _discard_stdout()
+        if isinstance(error, CommandUsageError):
             sys.stderr.write(f"gsapp: {sentence}\n")
             sys.exit(2)
         sys.exit(f"gsapp: {sentence}")
 
 
-def _import_nothing_from_here() -> None:
+def _isolate_import_path() -> None:
     """Keep the user's folders, such as `calibration`, from hiding a package of the program.
 
     ``python -m`` searches the current folder first, and so would child processes.
@@ -151,7 +151,7 @@ def _import_nothing_from_here() -> None:
             del sys.path[0]
 
 
-def _print_anything() -> None:
+def _set_output_encoding() -> None:
     """Let no character end the program: Windows hands over pipes and files in its old code pages.
 
     What goes there is UTF-8, as every file of this program; a terminal shows what it can.
@@ -162,7 +162,7 @@ def _print_anything() -> None:
             stream.reconfigure(encoding=encoding, errors="replace")
 
 
-def _drop_what_cannot_be_printed() -> None:
+def _discard_stdout() -> None:
     """Let a full disk be told once: Python 3.13 would print again as it ends, and exit with 120."""
     if not isinstance(sys.stdout, TextIOWrapper):
         return
@@ -172,7 +172,7 @@ def _drop_what_cannot_be_printed() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _sentence(error: Exception) -> str | None:
+def _error_message(error: Exception) -> str | None:
     """Return what to tell the user; None for an error that nobody foresaw."""
     from gsapp.foundation import GroundStationError  # not needed for --help
 
@@ -184,13 +184,13 @@ def _sentence(error: Exception) -> str | None:
             "be written down; rename it"
         )
     if isinstance(error, OSError):
-        from gsapp.foundation.refusals import remedy
+        from gsapp.foundation.os_error_text import os_error_remedy
 
         said = error.strerror or str(error)
         if error.filename is None:
             # A name is missing where what was printed could not be written.
-            return f"{said}; {remedy(error)}" if error.errno else said
+            return f"{said}; {os_error_remedy(error)}" if error.errno else said
         name = str(error.filename)
         shown = name if len(name) <= _LONGEST_NAME else f"{name[:40]}...{name[-40:]}"
-        return f"{shown}: {said}; {remedy(error)}"
+        return f"{shown}: {said}; {os_error_remedy(error)}"
     return None

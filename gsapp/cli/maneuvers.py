@@ -7,8 +7,8 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gsapp.cli._options import UNITS
-from gsapp.cli._screen import say
+from gsapp.cli._console import print_sentence
+from gsapp.cli._options import DISPLAY_UNITS
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -55,64 +55,70 @@ def run(
         If the flight cannot be read, has no surface, or a file cannot be written.
     """
     from gsapp.aircraft import load_aircraft
-    from gsapp.cli._aircraft_text import warn_of_aircraft
-    from gsapp.cli._cards_text import describe_cards
-    from gsapp.cli._flight_text import check_catalog, tell_calibration
-    from gsapp.cli._results import on_screen, write_result
-    from gsapp.cli._screen import Screen
-    from gsapp.cli.debrief import replayed
+    from gsapp.cli._aircraft_text import print_aircraft_warnings
+    from gsapp.cli._cards_text import print_card_status
+    from gsapp.cli._console import PlainConsole
+    from gsapp.cli._flight_text import check_catalog, print_calibration
+    from gsapp.cli._json_output import is_stdout, write_json
+    from gsapp.cli.debrief import replay_to_end
     from gsapp.flight.catalog import Catalog, store_maneuvers
-    from gsapp.flight.loading import load_flight
-    from gsapp.flight.maneuvers import recorded_verdicts, survey
-    from gsapp.flight.setting import USUAL_AIRCRAFT, Setting, assumed_words
+    from gsapp.flight.flight_loader import load_flight
+    from gsapp.flight.maneuvers import collect_maneuvers, read_recorded_verdicts
+    from gsapp.flight.read_settings import (
+        DEFAULT_AIRCRAFT,
+        FlightReadSettings,
+        assumed_aircraft_text,
+    )
 
-    console = Screen(stderr=on_screen(json))
+    console = PlainConsole(stderr=is_stdout(json))
     check_catalog(catalog, calibration)
     with console.status(f"reading {flight.name}"):
         loaded = load_flight(
             flight, channel_map=channel_map, certificates=calibration, aircraft=aircraft
         )
-        own = Setting.find(flight, aircraft=aircraft).aircraft
-        flown = own or load_aircraft(USUAL_AIRCRAFT)
+        own = FlightReadSettings.find(flight, aircraft=aircraft).aircraft
+        flown = own or load_aircraft(DEFAULT_AIRCRAFT)
     with console.status("looking for maneuvers"):
-        found = survey(loaded, flown, as_found=as_found)
-    if found.maneuvers and not recorded_verdicts(loaded):
+        found = collect_maneuvers(loaded, flown, as_found=as_found)
+    if found.maneuvers and not read_recorded_verdicts(loaded):
         with (
             console.status("judging inputs"),
-            closing(replayed(flight, aircraft, None, channel_map, calibration, None)) as session,
+            closing(
+                replay_to_end(flight, aircraft, None, channel_map, calibration, None)
+            ) as session,
         ):
-            found = _judged(found, session)
+            found = _graded(found, session)
     if catalog is not None:
         with Catalog(catalog) as store:
             store_maneuvers(store, loaded, found.maneuvers, aircraft=flown.name)
     if json is not None:
         content = [maneuver.to_json() for maneuver in found.maneuvers]
         text = json_module.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
-        write_result(json, text + "\n")
-    tell_calibration(console, [loaded])
-    if not on_screen(json):
-        warn_of_aircraft(console, [flown])
+        write_json(json, text + "\n")
+    print_calibration(console, [loaded])
+    if not is_stdout(json):
+        print_aircraft_warnings(console, [flown])
         _describe(console, loaded, found)
-        if own is None and (assumed := assumed_words(loaded.name, loaded.info)):
-            say(console, assumed, "yellow")
-        describe_cards(console, flight, found.maneuvers)
+        if own is None and (assumed := assumed_aircraft_text(loaded.name, loaded.info)):
+            print_sentence(console, assumed, "yellow")
+        print_card_status(console, flight, found.maneuvers)
         for path in (json, catalog):
             if path is not None:
                 console.print(f"written to {path}", highlight=False, soft_wrap=True)
 
 
-def _judged(found: FlightManeuvers, session: Session) -> FlightManeuvers:
+def _graded(found: FlightManeuvers, session: Session) -> FlightManeuvers:
     """Return the maneuvers graded as the verdicts of a replay allow."""
     from dataclasses import replace
 
-    from gsapp.flight.maneuvers import RecordedVerdict, after_verdicts
+    from gsapp.flight.maneuvers import RecordedVerdict, apply_verdicts
 
     watch = session.cue_watch
     verdicts = [
         RecordedVerdict(t_input=one.t_input, result=one.result, advice=one.advice, grade=one.grade)
         for one in (() if watch is None else watch.cueing.verdicts)
     ]
-    return replace(found, maneuvers=tuple(after_verdicts(one, verdicts) for one in found.maneuvers))
+    return replace(found, maneuvers=tuple(apply_verdicts(one, verdicts) for one in found.maneuvers))
 
 
 def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
@@ -120,18 +126,18 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from gsapp.cli._tables import print_whole
+    from gsapp.cli._tables import print_unwrapped
     from gsapp.flight.maneuvers import (
-        CREW,
+        GRADED_BY_CREW,
         GRADES,
+        explain_no_maneuvers,
         surface_remarks,
-        uncalibrated_words,
-        why_none,
+        uncalibrated_text,
     )
     from gsapp.quantities import channel, to_si
     from gsapp.quantities.constants import DEGREE
 
-    speed = channel("V").display_unit(UNITS.get())
+    speed = channel("V").display_unit(DISPLAY_UNITS.get())
 
     count = len(found.maneuvers)
     table = Table(
@@ -156,33 +162,34 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
             _shown(one.V, to_si(1.0, speed, "speed")),
             _shown(one.alpha, DEGREE),
             Text.assemble(
-                (one.grade, _COLORS[one.grade]), " by hand" if one.graded_by == CREW else ""
+                (one.grade, _COLORS[one.grade]),
+                " by hand" if one.graded_by == GRADED_BY_CREW else "",
             ),
         )
-    print_whole(console, table)
+    print_unwrapped(console, table)
     for one in found.maneuvers:
         if one.use is not None:
             words = "used in estimates" if one.use else "left out of estimates"
             console.print(f"{one.id}: {words}, by hand", highlight=False)
         if one.note:
-            say(console, f"{one.id}: {one.note}")
+            print_sentence(console, f"{one.id}: {one.note}")
         if one.reasons:
-            say(console, f"{one.id}: {'; '.join(one.reasons)}")
+            print_sentence(console, f"{one.id}: {'; '.join(one.reasons)}")
     told = [
         *(f"{grade}: {words}" for grade, words in GRADES.items() if found.maneuvers),
         f"flying is judged by {found.judged_by}; noise from {found.noise.source}",
     ]
     for sentence in told:
-        say(console, sentence, "dim")
-    remarks = [*found.remarks, *uncalibrated_words(flight)]
+        print_sentence(console, sentence, "dim")
+    remarks = [*found.remarks, *uncalibrated_text(flight)]
     if not found.maneuvers:
         remarks = [
-            f"no maneuver was found: {why_none(flight)}; name one with --maneuver START:STOP where "
+            f"no maneuver was found: {explain_no_maneuvers(flight)}; name one with --maneuver START:STOP where "
             "a command takes it",
             *(one for one in found.remarks if one not in surface_remarks(flight)),
         ]
     for sentence in remarks:
-        say(console, sentence, "yellow")
+        print_sentence(console, sentence, "yellow")
 
 
 def _shown(value: float | None, unit: float) -> str:

@@ -53,38 +53,43 @@ def run(
     GroundStationError
         If something cannot be read, aligned or written.
     """
-    from gsapp.cli._calls import WrongCallError
-    from gsapp.cli._processed import check_out, check_rate, load, write
-    from gsapp.flight.processing import append_in_time, beside_each_other, resample, shifted
+    from gsapp.cli._table_processing import (
+        check_rate_option,
+        load_samples,
+        output_format,
+        write_samples,
+    )
+    from gsapp.cli._usage_errors import CommandUsageError
+    from gsapp.flight.processing import append_records, merge_records, resample, shift_time
 
-    check_out(out)
+    output_format(out)
     if len(flights) < 2:
-        raise WrongCallError("one flight alone cannot be merged; name two or more")
+        raise CommandUsageError("one flight alone cannot be merged; name two or more")
     if append and align:
-        raise WrongCallError(
+        raise CommandUsageError(
             "records one after the other have no moments in common to align; give one of --append "
             "and --align"
         )
-    check_rate(rate)
+    check_rate_option(rate)
     shifts = _shifts(shift, len(flights))
-    loaded = [load(path, channel_map, calibration) for path in flights]
+    loaded = [load_samples(path, channel_map, calibration) for path in flights]
     blocks = [each.block for each in loaded]
     for number, seconds in shifts.items():
-        blocks[number - 1] = shifted(blocks[number - 1], seconds)
+        blocks[number - 1] = shift_time(blocks[number - 1], seconds)
     if rate is not None:
         blocks = [resample(block, rate) for block in blocks]
     if align:
         blocks = _aligned(blocks, flights, rate)
     merged = (
-        append_in_time(blocks, pause=pause)
+        append_records(blocks, pause=pause)
         if append
-        else beside_each_other(blocks, conflict=conflict, rate=rate)
+        else merge_records(blocks, conflict=conflict, rate=rate)
     )
-    write(merged, out, units, json, loaded)
+    write_samples(merged, out, units, json, loaded)
 
 
 def _shifts(texts: Sequence[str], count: int) -> dict[int, float]:
-    from gsapp.cli._calls import WrongCallError
+    from gsapp.cli._usage_errors import CommandUsageError
 
     found: dict[int, float] = {}
     for text in texts:
@@ -94,7 +99,7 @@ def _shifts(texts: Sequence[str], count: int) -> dict[int, float]:
         except ValueError:
             colon = ""
         if not colon or not 1 <= int(number) <= count:
-            raise WrongCallError(
+            raise CommandUsageError(
                 f"'{text}' shifts nothing; write K:SECONDS with K from 1 to {count}, such as "
                 "2:-0.35"
             )
@@ -102,25 +107,25 @@ def _shifts(texts: Sequence[str], count: int) -> dict[int, float]:
 
 
 def _aligned(blocks: Sequence[Block], flights: Sequence[Path], rate: float | None) -> list[Block]:
-    from gsapp.cli._screen import Screen
-    from gsapp.flight.onboard.lags import align
-    from gsapp.flight.processing import resample, shifted
-    from gsapp.flight.uniform import typical_step
+    from gsapp.cli._console import PlainConsole
+    from gsapp.flight.onboard_log.cross_correlation import estimate_record_lag
+    from gsapp.flight.processing import resample, shift_time
+    from gsapp.flight.uniform_grid import median_step
     from gsapp.foundation import FlightError
 
-    common = rate or max(1.0 / typical_step(block.times) for block in blocks)
+    common = rate or max(1.0 / median_step(block.times) for block in blocks)
     first = resample(blocks[0], common, corner=0.0)
     moved = [blocks[0]]
     for block, path in zip(blocks[1:], flights[1:], strict=True):
-        found = align(first, resample(block, common, corner=0.0), common)
+        found = estimate_record_lag(first, resample(block, common, corner=0.0), common)
         if found is None:
             raise FlightError(
                 f"{path} could not be aligned with {flights[0]}, since no channel of both moves "
                 "alike; give the difference with --shift"
             )
         seconds = found.rows / common
-        Screen(stderr=True).print(
+        PlainConsole(stderr=True).print(
             f"{path.name}: {seconds:+.3f} s (correlation {found.correlation:.3f})", highlight=False
         )
-        moved.append(shifted(block, seconds))
+        moved.append(shift_time(block, seconds))
     return moved

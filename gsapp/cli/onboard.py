@@ -35,23 +35,23 @@ def run(
     GroundStationError
         If the log does not belong to the flight, or something cannot be read or written.
     """
-    from gsapp.cli._results import on_screen
-    from gsapp.cli._screen import Screen
+    from gsapp.cli._console import PlainConsole
+    from gsapp.cli._json_output import is_stdout
+    from gsapp.flight.flight_loader import load_flight
     from gsapp.flight.folder import FlightFolder
-    from gsapp.flight.loading import load_flight
-    from gsapp.flight.onboard.keeping import place_log, use_log
+    from gsapp.flight.onboard_log.log_storage import activate_log, install_log
 
-    console = Screen(stderr=on_screen(json))
+    console = PlainConsole(stderr=is_stdout(json))
     former, remark = None, ""
     with console.status(f"reading {flight}"):
         if log is not None:
-            placed = place_log(flight, log)
+            placed = install_log(flight, log)
             opened, former, remark = placed.flight, placed.former, placed.remark
         elif use is not None:
-            opened = use_log(flight, "" if use == "none" else use)
+            opened = activate_log(flight, "" if use == "none" else use)
         else:
             opened = load_flight(FlightFolder.open(flight).path)
-    _tell(console, opened, former, remark, json)
+    _print_status(console, opened, former, remark, json)
 
 
 def fetch(
@@ -79,15 +79,15 @@ def fetch(
     KeyboardInterrupt
         If it was broken off; what came is kept for the next time.
     """
-    from gsapp.cli._calls import wrong_call
-    from gsapp.cli._results import on_screen, result_text, write_result
-    from gsapp.cli._screen import Screen
-    from gsapp.flight.onboard.keeping import place_log
+    from gsapp.cli._console import PlainConsole
+    from gsapp.cli._json_output import format_json, is_stdout, write_json
+    from gsapp.cli._usage_errors import as_usage_error
+    from gsapp.flight.onboard_log.log_storage import install_log
     from gsapp.telemetry.log_download import LogFetcher, parse_log_link
 
-    console = Screen(stderr=on_screen(json))
+    console = PlainConsole(stderr=is_stdout(json))
     if link:
-        with wrong_call():
+        with as_usage_error():
             parse_log_link(link)
     with _shown(console) as tell, LogFetcher(flight, link, tell=tell) as fetcher:
         if listing:
@@ -99,14 +99,14 @@ def fetch(
     if listing:
         _list(console, entries)
         if json is not None:
-            write_result(json, result_text([_entry_json(entry) for entry in entries]))
+            write_json(json, format_json([_entry_json(entry) for entry in entries]))
         return
     if fetched is None:
         return
     with console.status("comparing it with the live record"):
-        placed = place_log(flight, fetched.path, begun=fetched.begun)
+        placed = install_log(flight, fetched.path, begun=fetched.begun)
     fetched.path.unlink(missing_ok=True)
-    _tell(console, placed.flight, placed.former, placed.remark, json)
+    _print_status(console, placed.flight, placed.former, placed.remark, json)
 
 
 def _shown(console: Console) -> Any:
@@ -120,12 +120,12 @@ def _shown(console: Console) -> Any:
         TransferSpeedColumn,
     )
 
-    from gsapp.cli._screen import describing
+    from gsapp.cli._console import description_column
 
     @contextlib.contextmanager
     def shown() -> Any:
         with Progress(
-            describing(), BarColumn(), DownloadColumn(),
+            description_column(), BarColumn(), DownloadColumn(),
             TransferSpeedColumn(), TimeRemainingColumn(), console=console, transient=True,
         ) as bar:  # fmt: skip
             task = bar.add_task("listening", total=None)
@@ -143,19 +143,19 @@ def _shown(console: Console) -> Any:
     return shown()
 
 
-def _tell(
+def _print_status(
     console: Console, flight: Flight, former: str | None, remark: str, json: Path | None
 ) -> None:
-    from gsapp.cli._results import on_screen, result_text, write_result
+    from gsapp.cli._json_output import format_json, is_stdout, write_json
     from gsapp.flight.folder import FlightFolder
-    from gsapp.flight.onboard.keeping import logs_in
+    from gsapp.flight.onboard_log.log_storage import list_logs
 
     def say(words: str) -> None:
         console.print(words, highlight=False, soft_wrap=True)
 
-    logs = logs_in(FlightFolder.open(flight.path))
+    logs = list_logs(FlightFolder.open(flight.path))
     state = flight.onboard
-    if not on_screen(json):
+    if not is_stdout(json):
         said = state.remark() if state is not None else _NO_LOG
         say(f"{flight.name}: {said}")
         if remark:
@@ -166,9 +166,9 @@ def _tell(
         if others and former is None:
             say(f"Also in the folder, not in force: {', '.join(others)}")
     if json is not None:
-        write_result(
+        write_json(
             json,
-            result_text(
+            format_json(
                 {
                     "flight": str(flight.path),
                     "onboard": state.to_json() if state is not None else None,

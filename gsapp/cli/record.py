@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from gsapp.telemetry.status import RecorderStatus
+    from gsapp.telemetry.recorder_status import RecorderStatus
 
 _FIRST_DIAGNOSIS = 5.0
 """Seconds without anything useful before it is said what is wrong with the link."""
@@ -49,19 +49,19 @@ def run(
     """
     import threading
 
-    from gsapp.cli._aircraft_text import warn_of_aircraft
-    from gsapp.cli._calls import check_pace, wrong_call
-    from gsapp.cli._results import on_screen, write_result
-    from gsapp.cli._screen import Screen
-    from gsapp.flight.preparing import prepare_flight
+    from gsapp.cli._aircraft_text import print_aircraft_warnings
+    from gsapp.cli._console import PlainConsole
+    from gsapp.cli._json_output import is_stdout, write_json
+    from gsapp.cli._usage_errors import as_usage_error, check_speed
+    from gsapp.flight.folder_setup import prepare_flight_folder
     from gsapp.foundation import GroundStationError
-    from gsapp.foundation.endings import asked_to_end
-    from gsapp.telemetry.address import parse_link
-    from gsapp.telemetry.beginning import new_flight
-    from gsapp.telemetry.recorder_folder import record_state, refuse_finished
-    from gsapp.telemetry.recorder_process import asked_again, record
+    from gsapp.foundation.process_shutdown import on_termination_signal
+    from gsapp.telemetry.flight_folder_rollback import rollback_on_failure
+    from gsapp.telemetry.link_address import parse_link
+    from gsapp.telemetry.recorder_folder import check_not_finished, record_state
+    from gsapp.telemetry.recorder_process import create_stop_handler, record_link
 
-    console = Screen(stderr=on_screen(json))
+    console = PlainConsole(stderr=is_stdout(json))
 
     def say(words: str) -> None:
         # Words that nobody reads any more must not end the record.
@@ -69,24 +69,24 @@ def run(
             console.print(words, highlight=False, soft_wrap=True)
 
     stop, give_up = threading.Event(), threading.Event()
-    teller = _Teller(say, f"Recording {link} into {out}; Ctrl-C ends it.")
+    teller = _StatusPrinter(say, f"Recording {link} into {out}; Ctrl-C ends it.")
     # Before anything is made.
-    check_pace(speed)
-    with wrong_call():
+    check_speed(speed)
+    with as_usage_error():
         parse_link(link)
     _check_other_flight(link, out)
     if not append:
-        refuse_finished(out, "name a new folder, or append to it with --continue")
+        check_not_finished(out, "name a new folder, or append to it with --continue")
     if record_state(out) == "interrupted":
         say(f"The recorder of {out} ended unexpectedly; continuing its flight.")
     options = {} if speed is None else {"speed": speed}
-    with asked_to_end(asked_again(stop, give_up)), new_flight(out):
-        folder = prepare_flight(
+    with on_termination_signal(create_stop_handler(stop, give_up)), rollback_on_failure(out):
+        folder = prepare_flight_folder(
             out, aircraft=aircraft, channel_map=channel_map, calibration=calibration, source=link,
             tell=say,
         )  # fmt: skip
-        warn_of_aircraft(console, [folder.aircraft()])
-        status = record(
+        print_aircraft_warnings(console, [folder.aircraft()])
+        status = record_link(
             link, out, heartbeat=heartbeat, stop=stop, give_up=give_up, on_status=teller.tell,
             **options,
         )  # fmt: skip
@@ -98,7 +98,7 @@ def run(
         f"{seconds:.0f} s{where}."
     )
     if json is not None:
-        write_result(json, status.model_dump_json(indent=2) + "\n")
+        write_json(json, status.model_dump_json(indent=2) + "\n")
     if status.dropped_bytes:
         raise GroundStationError(
             f"{status.unwritten_frames} of {status.frames} frames and {status.unwritten_lines} of "
@@ -125,7 +125,7 @@ def _check_other_flight(link: str, out: Path) -> None:
             )
 
 
-class _Teller:
+class _StatusPrinter:
     """Says how the link fares whenever that changes, and everything else once."""
 
     def __init__(self, say: Callable[[str], None], beginning: str) -> None:
@@ -154,12 +154,12 @@ class _Teller:
 
     def _diagnose(self, status: RecorderStatus) -> None:
         """Say what is wrong with a link that brings nothing useful, at growing intervals."""
-        from gsapp.telemetry.diagnosis import diagnose
+        from gsapp.telemetry.link_diagnosis import diagnose_link
 
         seconds = (status.updated_us - status.started_us) / 1e6
         if status.state != "recording" or seconds < _FIRST_DIAGNOSIS:
             return
-        found = diagnose(status)
+        found = diagnose_link(status)
         problem = "" if found is None else found.problem
         # A link that is not open says so itself, whenever that changes.
         if problem not in ("", "closed") and (problem != self._problem or seconds >= self._due):

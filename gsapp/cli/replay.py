@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gsapp.cli._options import UNITS
-from gsapp.cli._screen import say
+from gsapp.cli._console import print_sentence
+from gsapp.cli._options import DISPLAY_UNITS
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -51,31 +51,35 @@ def run(
     GroundStationError
         If the flight cannot be read, or the speed is none.
     """
-    from gsapp.cli._calls import wrong_call
+    from gsapp.cli._usage_errors import as_usage_error
     from gsapp.session.feeds import parse_speed
 
-    with wrong_call():
+    with as_usage_error():
         times = parse_speed(speed)
-    from gsapp.cli._aircraft_text import warn_of_aircraft
-    from gsapp.cli._results import on_screen
-    from gsapp.cli._screen import Screen
-    from gsapp.session.estimating.workers import AtOnce
+    from gsapp.cli._aircraft_text import print_aircraft_warnings
+    from gsapp.cli._console import PlainConsole
+    from gsapp.cli._json_output import is_stdout
+    from gsapp.session.live_estimation.fit_workers import InlineFitWorker
     from gsapp.session.session import Session
 
-    console = Screen(stderr=on_screen(json))
+    console = PlainConsole(stderr=is_stdout(json))
     session = Session.replay(
-        flight, channel_map=channel_map, certificates=calibration, speed=times, workers=AtOnce()
+        flight,
+        channel_map=channel_map,
+        certificates=calibration,
+        speed=times,
+        workers=InlineFitWorker(),
     )
     try:
-        warn_of_aircraft(console, [session.aircraft])
+        print_aircraft_warnings(console, [session.aircraft])
         _play(session, console)
-        sum_up(session, console, json)
+        print_summary(session, console, json)
     finally:
         session.close()
     return 0
 
 
-def sum_up(session: Session, console: Console, json: Path | None) -> None:
+def print_summary(session: Session, console: Console, json: Path | None) -> None:
     """Print what a replay that has ended showed, and write it for programs.
 
     Parameters
@@ -87,26 +91,26 @@ def sum_up(session: Session, console: Console, json: Path | None) -> None:
     json : Path or None
         See `run`.
     """
-    from gsapp.cli._results import on_screen, result_text, write_result
+    from gsapp.cli._json_output import format_json, is_stdout, write_json
 
     whole = session.flight()
     debrief = session.debrief()
     if json is not None:
-        write_result(json, result_text(summary_of(session)))
-    if not on_screen(json):
-        from gsapp.cli._flight_text import describe
+        write_json(json, format_json(summary_json(session)))
+    if not is_stdout(json):
+        from gsapp.cli._flight_text import print_flight
 
-        describe(console, whole)
+        print_flight(console, whole)
         _print_alarms(session, console)
         if debrief is not None:
-            from gsapp.cli._debrief_text import describe_cues
+            from gsapp.cli._debrief_text import print_cues
 
-            describe_cues(console, debrief)
+            print_cues(console, debrief)
         if json is not None:
             console.print(f"written to {json}", highlight=False, soft_wrap=True)
 
 
-def summary_of(session: Session) -> dict[str, Any]:
+def summary_json(session: Session) -> dict[str, Any]:
     """Return what a replay that has ended showed, for programs; see `summarize`.
 
     Among ``events`` are the alarms: kind ``alarm``, a sentence, the key, the severity, onset and
@@ -119,13 +123,13 @@ def summary_of(session: Session) -> dict[str, Any]:
     the whole record, and the delay of the last one (s, over the quickest of the last minutes) by
     message.
     """
-    from gsapp.flight.events import in_order
-    from gsapp.flight.summary import events_json, summarize
+    from gsapp.flight.events import sort_events
+    from gsapp.flight.summary import events_json, summarize_flight
     from gsapp.session.alarm_log import alarm_events
 
     whole = session.flight()
-    summary = summarize(whole, session.aircraft)
-    summary["events"] = events_json(in_order((*whole.events, *alarm_events(session.board))))
+    summary = summarize_flight(whole, session.aircraft)
+    summary["events"] = events_json(sort_events((*whole.events, *alarm_events(session.board))))
     summary |= _link_json(session.link_report(), whole.duration)
     debrief = session.debrief()
     if debrief is not None:
@@ -175,18 +179,18 @@ def _play(session: Session, console: Console) -> None:
         TimeRemainingColumn,
     )
 
-    from gsapp.cli._screen import describing
-    from gsapp.session.running import run_through
+    from gsapp.cli._console import description_column
+    from gsapp.session.replay_runner import run_replay
 
     columns = (
-        describing(),
+        description_column(),
         BarColumn(),
         TaskProgressColumn(),
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task(f"replaying {session.name}", total=1.0)
-        run_through(session, lambda share: progress.update(task, completed=share))
+        run_replay(session, lambda share: progress.update(task, completed=share))
 
 
 def _print_alarms(session: Session, console: Console) -> None:
@@ -196,6 +200,8 @@ def _print_alarms(session: Session, console: Console) -> None:
     console.print(f"{len(alarms)} alarm{'' if len(alarms) == 1 else 's'}", highlight=False)
     for one in alarms[:_MOST_ALARMS]:
         when = "" if one.onset is None else f"{one.onset:9.2f} s  "
-        say(console, f"{when}{one.severity.name.lower():8} {one.sentence(UNITS.get())}")
+        print_sentence(
+            console, f"{when}{one.severity.name.lower():8} {one.sentence(DISPLAY_UNITS.get())}"
+        )
     if len(alarms) > _MOST_ALARMS:
         console.print(f"and {len(alarms) - _MOST_ALARMS} more", highlight=False)

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from gsapp.cli._options import UNITS
-from gsapp.cli._screen import say
+from gsapp.cli._console import print_sentence
+from gsapp.cli._options import DISPLAY_UNITS
 
 if TYPE_CHECKING:
-    from gsapp.identification.campaign import Step
-    from gsapp.identification.runs.choosing import Doing
-    from gsapp.identification.runs.outcome import Outcome
+    from gsapp.identification.campaign import CampaignProgressCallback
+    from gsapp.identification.runs.maneuver_selection import StatusCallback
+    from gsapp.identification.runs.outcome import RunOutcome
 
 
 def run(
@@ -64,29 +64,29 @@ def run(
     GroundStationError
         If a file or name is wrong, or no maneuver gives anything.
     """
-    from gsapp.cli._calls import check_windows, wrong_call
-    from gsapp.cli._results import on_screen, outcome_content, result_text, write_result
-    from gsapp.cli._running import check_fitted, with_bar
-    from gsapp.cli._screen import Screen
-    from gsapp.cli._targets import check_flights
-    from gsapp.flight.info import now
+    from gsapp.cli._console import PlainConsole
+    from gsapp.cli._json_output import format_json, is_stdout, outcome_json, write_json
+    from gsapp.cli._output_paths import check_distinct_flights
+    from gsapp.cli._progress_bar import check_fitted, run_with_progress_bar
+    from gsapp.cli._usage_errors import as_usage_error, check_windows
+    from gsapp.flight.info import local_timestamp
     from gsapp.identification.campaign import CampaignSettings
+    from gsapp.identification.runs.flight_cache import FlightCache
     from gsapp.identification.runs.request import RunRequest
-    from gsapp.identification.runs.running import run as estimate
-    from gsapp.identification.runs.shelf import FlightShelf
-    from gsapp.report.campaign_writing import write_campaign_report
-    from gsapp.report.estimate_words import headline, wild_words
-    from gsapp.report.linear_words import compare_linear_models, kept_out_numbers
-    from gsapp.report.writing import check_place
+    from gsapp.identification.runs.run_execution import execute_run as estimate
+    from gsapp.report.campaign_report import write_campaign_report
+    from gsapp.report.document_writer import check_report_path
+    from gsapp.report.estimate_text import estimate_headline, outlier_maneuver_text
+    from gsapp.report.linear_text import compare_linear_models, validation_flight_numbers
 
-    with wrong_call():
-        check_place(out)
-    console = Screen(stderr=on_screen(json))
-    paths = flights_in(flights)
-    check_flights(paths)  # one may be named beside the folder that holds it
+    with as_usage_error():
+        check_report_path(out)
+    console = PlainConsole(stderr=is_stdout(json))
+    paths = find_flights(flights)
+    check_distinct_flights(paths)  # one may be named beside the folder that holds it
     check_windows(maneuver, paths)
-    with wrong_call():
-        kept_out_numbers(paths, validate)
+    with as_usage_error():
+        validation_flight_numbers(paths, validate)
     request = RunRequest(
         flights=paths,
         settings=CampaignSettings(method=method, axis=axis, joint=joint),
@@ -99,32 +99,34 @@ def run(
         weights=weights or "",
         model=model or "",
     )
-    shelf = FlightShelf()
+    shelf = FlightCache()
 
-    def work(doing: Doing, step: Step) -> tuple[Outcome, tuple[Path, ...]]:
+    def work(
+        doing: StatusCallback, step: CampaignProgressCallback
+    ) -> tuple[RunOutcome, tuple[Path, ...]]:
         outcome = estimate(request, flights=shelf, doing=doing, progress=step)
         check_fitted(outcome)
         linear = None
         if validate:
             linear = compare_linear_models(outcome, validate, flights=shelf, progress=step)
         written = write_campaign_report(
-            outcome, out, units=UNITS.get(), written=now() if dated else None, linear=linear,
+            outcome, out, units=DISPLAY_UNITS.get(), written=local_timestamp() if dated else None, linear=linear,
             flights=shelf, progress=step,
         )  # fmt: skip
         return outcome, written
 
-    outcome, written = with_bar(console, work)
+    outcome, written = run_with_progress_bar(console, work)
     if json is not None:
-        content = outcome_content(outcome, shelf) | {"written": [str(one) for one in written]}
-        write_result(json, result_text(content))
-    say(console, headline(outcome.summary, outcome.result))
-    for sentence in wild_words(outcome.summary):
-        say(console, sentence, "yellow")
+        content = outcome_json(outcome, shelf) | {"written": [str(one) for one in written]}
+        write_json(json, format_json(content))
+    print_sentence(console, estimate_headline(outcome.summary, outcome.result))
+    for sentence in outlier_maneuver_text(outcome.summary):
+        print_sentence(console, sentence, "yellow")
     place = out if out.is_dir() else written[0]
     console.print(f"written to {place}", highlight=False, soft_wrap=True)
 
 
-def flights_in(paths: Sequence[Path]) -> tuple[Path, ...]:
+def find_flights(paths: Sequence[Path]) -> tuple[Path, ...]:
     """Return the flights among some paths, and those in folders that are no flight themselves.
 
     Raises
@@ -132,10 +134,10 @@ def flights_in(paths: Sequence[Path]) -> tuple[Path, ...]:
     FlightError
         If a folder holds none.
     """
+    from gsapp.flight.flight_loader import LOG_SUFFIXES
     from gsapp.flight.folder import is_flight_folder
-    from gsapp.flight.loading import LOG_ENDINGS
     from gsapp.foundation import FlightError
-    from gsapp.foundation.files import files_of
+    from gsapp.foundation.files import list_files
 
     found: list[Path] = []
     for path in paths:
@@ -144,8 +146,8 @@ def flights_in(paths: Sequence[Path]) -> tuple[Path, ...]:
             continue
         inside = [
             one
-            for one in files_of(path)
-            if (one.is_dir() and is_flight_folder(one)) or one.suffix.casefold() in LOG_ENDINGS
+            for one in list_files(path)
+            if (one.is_dir() and is_flight_folder(one)) or one.suffix.casefold() in LOG_SUFFIXES
         ]
         if not inside:
             raise FlightError(

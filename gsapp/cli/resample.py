@@ -43,19 +43,26 @@ def run(
     GroundStationError
         If something cannot be read, does not fit the rate, or cannot be written.
     """
-    from gsapp.cli._calls import WrongCallError
-    from gsapp.cli._processed import check_out, check_rate, load, new_names, selected, write
+    from gsapp.cli._table_processing import (
+        check_rate_option,
+        load_samples,
+        output_format,
+        parse_renames,
+        select_channels,
+        write_samples,
+    )
+    from gsapp.cli._usage_errors import CommandUsageError
     from gsapp.flight import processing
 
-    check_out(out)
+    output_format(out)
     if rate is None and not low_pass:
-        raise WrongCallError("nothing to do; give --rate HZ, --low-pass HZ, or both")
-    check_rate(rate)
-    names = new_names(rename)
-    loaded = load(flight, channel_map, calibration)
-    block = selected(loaded.block, channels, without, names)
+        raise CommandUsageError("nothing to do; give --rate HZ, --low-pass HZ, or both")
+    check_rate_option(rate)
+    names = parse_renames(rename)
+    loaded = load_samples(flight, channel_map, calibration)
+    block = select_channels(loaded.block, channels, without, names)
     if rate is None:
         block = processing.low_pass(block, low_pass or 0.0)
     else:
         block = processing.resample(block, rate, corner=low_pass, kind=kind)
-    write(block, out, units, json, [loaded])
+    write_samples(block, out, units, json, [loaded])

@@ -6,19 +6,19 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from gsapp.cli._options import UNITS
+from gsapp.cli._options import DISPLAY_UNITS
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from gsapp.flight.catalog import Catalog
-    from gsapp.identification.campaign import Step
-    from gsapp.identification.runs.choosing import Doing
-    from gsapp.identification.runs.keeping import KeptRun
+    from gsapp.identification.campaign import CampaignProgressCallback
+    from gsapp.identification.runs.maneuver_selection import StatusCallback
+    from gsapp.identification.runs.run_store import StoredRun
 
-What = Literal["list", "show", "compare", "repeat", "report", "forget", "recall", "rename"]
+RunsAction = Literal["list", "show", "compare", "repeat", "report", "forget", "recall", "rename"]
 
-NEEDED: dict[What, str] = {
+REQUIRED_ARGUMENTS: dict[RunsAction, str] = {
     "list": "",
     "show": "N",
     "compare": "N M",
@@ -31,20 +31,20 @@ NEEDED: dict[What, str] = {
 """What is typed after each word: numbers of runs, and a label."""
 
 
-def check(what: What, rest: Sequence[str], out: Path | None) -> None:
+def check_arguments(what: RunsAction, rest: Sequence[str], out: Path | None) -> None:
     """Raise `ValueError`, with the right call in words, where it cannot be what was meant."""
-    typed, _, place = NEEDED[what].partition("--out")
+    typed, _, place = REQUIRED_ARGUMENTS[what].partition("--out")
     needed = typed.split()
     numbers = rest[: needed.count("N") + needed.count("M")]
     fits = len(rest) == len(needed) and all(number.isdecimal() for number in numbers)
     if not fits or bool(place) != (out is not None):
-        raise ValueError(f"write: gsapp runs CATALOG {what} {NEEDED[what]}".rstrip())
+        raise ValueError(f"write: gsapp runs CATALOG {what} {REQUIRED_ARGUMENTS[what]}".rstrip())
 
 
 def run(
     *,
     catalog: Path,
-    what: What = "list",
+    what: RunsAction = "list",
     rest: Sequence[str] = (),
     out: Path | None = None,
     dated: bool = True,
@@ -57,7 +57,7 @@ def run(
     catalog : Path
     what : str
     rest : sequence of str
-        As `check` lets through.
+        As `check_arguments` lets through.
     out : Path, optional
         Where the report of a run goes.
     dated : bool
@@ -70,37 +70,37 @@ def run(
     GroundStationError
         If there is no such catalog or run, or a run cannot be done again.
     """
+    from gsapp.cli._console import PlainConsole
     from gsapp.cli._flight_text import check_is_catalog
-    from gsapp.cli._results import on_screen, result_text, write_result
-    from gsapp.cli._screen import Screen
+    from gsapp.cli._json_output import format_json, is_stdout, write_json
     from gsapp.flight.catalog import Catalog
 
     check_is_catalog(catalog, "gsapp estimate --catalog makes one")
-    console = Screen(stderr=on_screen(json), highlight=False)
+    console = PlainConsole(stderr=is_stdout(json), highlight=False)
     with Catalog(catalog) as store:
         if out is not None:
             content = _report(console, store, int(rest[0]), out, dated)
         else:
-            content = _DO[what](console, store, rest)
+            content = _ACTIONS[what](console, store, rest)
     if json is not None:
-        write_result(json, result_text(content))
+        write_json(json, format_json(content))
 
 
 def _list(console: Console, store: Catalog, _: Sequence[str]) -> Any:
-    from gsapp.cli._runs_text import tell_list
-    from gsapp.identification.runs.keeping import kept_runs
+    from gsapp.cli._runs_text import print_runs
+    from gsapp.identification.runs.run_store import stored_runs
 
-    found = kept_runs(store)
-    tell_list(console, found)
+    found = stored_runs(store)
+    print_runs(console, found)
     return [_brief(one) for one in found]
 
 
 def _show(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
-    from gsapp.cli._runs_text import tell_run
-    from gsapp.identification.runs.keeping import kept
+    from gsapp.cli._runs_text import print_run
+    from gsapp.identification.runs.run_store import load_run
 
-    found = kept(store, int(rest[0]))
-    tell_run(console, found)
+    found = load_run(store, int(rest[0]))
+    print_run(console, found)
     return {
         **_brief(found),
         "settings": dict(found.settings),
@@ -126,12 +126,14 @@ def _show(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
 def _compare(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
     from dataclasses import asdict
 
-    from gsapp.cli._runs_text import tell_comparison
-    from gsapp.identification.runs.comparing import compare
-    from gsapp.identification.runs.keeping import kept
+    from gsapp.cli._runs_text import print_run_comparison
+    from gsapp.identification.runs.run_comparison import compare_runs
+    from gsapp.identification.runs.run_store import load_run
 
-    found = compare(kept(store, int(rest[0])), kept(store, int(rest[1])), means="campaign")
-    tell_comparison(console, found)
+    found = compare_runs(
+        load_run(store, int(rest[0])), load_run(store, int(rest[1])), means="campaign"
+    )
+    print_run_comparison(console, found)
     return {
         **asdict(found),
         "values": [{**asdict(one), "differs": one.differs} for one in found.values],
@@ -139,14 +141,16 @@ def _compare(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
 
 
 def _repeat(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
-    from gsapp.cli._running import with_bar
-    from gsapp.cli._runs_text import tell_repeated
+    from gsapp.cli._progress_bar import run_with_progress_bar
+    from gsapp.cli._runs_text import print_repeat_result
     from gsapp.identification.estimate_json import campaign_json
-    from gsapp.identification.runs.repeating import repeat
+    from gsapp.identification.runs.run_repetition import repeat_run
 
     number = int(rest[0])
-    found = with_bar(console, lambda doing, step: repeat(store, number, doing=doing, progress=step))
-    tell_repeated(console, number, found)
+    found = run_with_progress_bar(
+        console, lambda doing, step: repeat_run(store, number, doing=doing, progress=step)
+    )
+    print_repeat_result(console, number, found)
     return {
         "same": found.same,
         "differences": list(found.differences),
@@ -164,27 +168,29 @@ def _report(
     """Repeat a run, and write its report."""
     from dataclasses import replace
 
-    from gsapp.cli._running import with_bar
-    from gsapp.cli._runs_text import tell_repeated
-    from gsapp.flight.info import now
-    from gsapp.identification.runs.repeating import Repeated, repeat
-    from gsapp.identification.runs.shelf import FlightShelf
-    from gsapp.report.campaign_writing import write_campaign_report
-    from gsapp.report.writing import check_place
+    from gsapp.cli._progress_bar import run_with_progress_bar
+    from gsapp.cli._runs_text import print_repeat_result
+    from gsapp.flight.info import local_timestamp
+    from gsapp.identification.runs.flight_cache import FlightCache
+    from gsapp.identification.runs.run_repetition import RepeatedRun, repeat_run
+    from gsapp.report.campaign_report import write_campaign_report
+    from gsapp.report.document_writer import check_report_path
 
-    check_place(out)
-    shelf = FlightShelf()
+    check_report_path(out)
+    shelf = FlightCache()
 
-    def work(doing: Doing, step: Step) -> tuple[Repeated, tuple[Path, ...]]:
-        found = repeat(store, number, flights=shelf, doing=doing, progress=step)
+    def work(
+        doing: StatusCallback, step: CampaignProgressCallback
+    ) -> tuple[RepeatedRun, tuple[Path, ...]]:
+        found = repeat_run(store, number, flights=shelf, doing=doing, progress=step)
         written = write_campaign_report(
-            replace(found.outcome, number=number), out, units=UNITS.get(),
-            written=now() if dated else None, flights=shelf, progress=step,
+            replace(found.outcome, number=number), out, units=DISPLAY_UNITS.get(),
+            written=local_timestamp() if dated else None, flights=shelf, progress=step,
         )  # fmt: skip
         return found, written
 
-    found, written = with_bar(console, work)
-    tell_repeated(console, number, found)
+    found, written = run_with_progress_bar(console, work)
+    print_repeat_result(console, number, found)
     place = out if out.is_dir() else written[0]
     console.print(f"written to {place}", soft_wrap=True)
     return {
@@ -195,9 +201,9 @@ def _report(
 
 
 def _forget(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
-    from gsapp.identification.runs.keeping import forget
+    from gsapp.identification.runs.run_store import forget_run
 
-    forget(store, int(rest[0]))
+    forget_run(store, int(rest[0]))
     console.print(
         f"run {rest[0]} is forgotten; 'gsapp runs {store.path} recall {rest[0]}' brings it back",
         soft_wrap=True,
@@ -206,28 +212,28 @@ def _forget(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
 
 
 def _recall(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
-    from gsapp.identification.runs.keeping import recall
+    from gsapp.identification.runs.run_store import recall_run
 
-    recall(store, int(rest[0]))
+    recall_run(store, int(rest[0]))
     console.print(f"run {rest[0]} is back")
     return _list_json(store)
 
 
 def _rename(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
-    from gsapp.identification.runs.keeping import rename
+    from gsapp.identification.runs.run_store import rename_run
 
-    rename(store, int(rest[0]), rest[1])
+    rename_run(store, int(rest[0]), rest[1])
     console.print(f"run {rest[0]} is called '{rest[1].strip()}'", soft_wrap=True)
     return _list_json(store)
 
 
 def _list_json(store: Catalog) -> list[dict[str, Any]]:
-    from gsapp.identification.runs.keeping import kept_runs
+    from gsapp.identification.runs.run_store import stored_runs
 
-    return [_brief(one) for one in kept_runs(store)]
+    return [_brief(one) for one in stored_runs(store)]
 
 
-def _brief(one: KeptRun) -> dict[str, Any]:
+def _brief(one: StoredRun) -> dict[str, Any]:
     from dataclasses import asdict
 
     return {
@@ -246,7 +252,7 @@ def _brief(one: KeptRun) -> dict[str, Any]:
     }
 
 
-_DO = {
+_ACTIONS = {
     "list": _list,
     "show": _show,
     "compare": _compare,

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gsapp.cli._screen import say
-from gsapp.cli._tables import print_whole
+from gsapp.cli._console import print_sentence
+from gsapp.cli._tables import print_unwrapped
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from gsapp.identification.equation_error.stepwise import Selection
+    from gsapp.identification.equation_error.stepwise_regression import TermSelection
     from gsapp.identification.maneuver import Maneuver
 
 _AXES = {
@@ -52,32 +52,32 @@ def run(
     GroundStationError
         If a flight cannot be read, or no coefficient can be had.
     """
-    from gsapp.cli._aircraft_text import warn_of_aircraft
-    from gsapp.cli._calls import WrongCallError, check_windows
-    from gsapp.cli._maneuvers import flown_flights
-    from gsapp.cli._results import on_screen, result_text, write_result
-    from gsapp.cli._screen import Screen
+    from gsapp.cli._aircraft_text import print_aircraft_warnings
+    from gsapp.cli._console import PlainConsole
+    from gsapp.cli._flown_flights import load_flown_flights
+    from gsapp.cli._json_output import format_json, is_stdout, write_json
+    from gsapp.cli._usage_errors import CommandUsageError, check_windows
     from gsapp.dynamics.model import load_model
     from gsapp.foundation import FlightError
-    from gsapp.foundation.naming import did_you_mean
-    from gsapp.identification.equation_error.stepwise import choose_terms
-    from gsapp.identification.flights import reasons_for_none
+    from gsapp.foundation.name_suggestions import did_you_mean
+    from gsapp.identification.equation_error.stepwise_regression import select_terms
+    from gsapp.identification.maneuver_extraction import no_maneuvers_text
 
     unknown = [name for name in coefficient if name not in _AXES]
     if unknown:
         hint = did_you_mean(unknown[0], _AXES, f"there are {', '.join(_AXES)}")
-        raise WrongCallError(f"there is no coefficient '{unknown[0]}'; {hint}")
+        raise CommandUsageError(f"there is no coefficient '{unknown[0]}'; {hint}")
     check_windows(maneuver, flights)
-    console = Screen(stderr=on_screen(json))
+    console = PlainConsole(stderr=is_stdout(json))
     known = None if model is None else load_model(model)
-    flown = flown_flights(
+    flown = load_flown_flights(
         flights, aircraft=aircraft, channel_map=channel_map, calibration=calibration,
         given=maneuver, console=console,
     )  # fmt: skip
     every = [one for flight in flown for one in flight.maneuvers]
     if not every:
-        raise FlightError(f"no maneuver to choose terms by: {reasons_for_none(flown)}")
-    found: list[Selection] = []
+        raise FlightError(f"no maneuver to choose terms by: {no_maneuvers_text(flown)}")
+    found: list[TermSelection] = []
     reasons = [one.assumed for one in flown if one.assumed]
     for name in coefficient or _AXES:
         own = _moving(every, name)
@@ -86,30 +86,30 @@ def run(
             continue
         with console.status(f"choosing the terms of {name}"):
             try:
-                found.append(choose_terms(own, name, model=known))
+                found.append(select_terms(own, name, model=known))
             except FlightError as error:
                 reasons.append(str(error))
     if not found:
         raise FlightError(f"no terms can be chosen: {'; '.join(reasons)}")
     if json is not None:
         content = {"coefficients": {one.coefficient: _content(one) for one in found}}
-        write_result(json, result_text({**content, "remarks": reasons}))
-    warn_of_aircraft(console, (one.file for one in flown))
+        write_json(json, format_json({**content, "remarks": reasons}))
+    print_aircraft_warnings(console, (one.file for one in flown))
     for one in found:
         _describe(console, one)
     for sentence in reasons:
-        say(console, sentence, "yellow")
+        print_sentence(console, sentence, "yellow")
 
 
 def _moving(maneuvers: Sequence[Maneuver], coefficient: str) -> list[Maneuver]:
     """Return the maneuvers whose input shows a coefficient."""
-    from gsapp.identification.axes import SURFACES
+    from gsapp.identification.axes import AXIS_SURFACES
 
-    surfaces = set(SURFACES["lon" if _AXES[coefficient] == "lon" else "lat"])
+    surfaces = set(AXIS_SURFACES["lon" if _AXES[coefficient] == "lon" else "lat"])
     return [one for one in maneuvers if surfaces & set(one.inputs)]
 
 
-def _content(one: Selection) -> dict[str, Any]:
+def _content(one: TermSelection) -> dict[str, Any]:
     return {
         "terms": {name: {"value": value, "std": std} for name, (value, std) in one.values.items()},
         "beyond_linear": list(one.beyond_linear),
@@ -125,7 +125,7 @@ def _content(one: Selection) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _describe(console: Console, one: Selection) -> None:
+def _describe(console: Console, one: TermSelection) -> None:
     from rich import box
     from rich.table import Table
 
@@ -138,8 +138,8 @@ def _describe(console: Console, one: Selection) -> None:
     for name, (value, std) in one.values.items():
         beyond = "beyond the linear build-up" if name in one.beyond_linear else ""
         table.add_row(name, f"{value:z.4g}", f"{std:z.2g}", beyond)
-    print_whole(console, table)
+    print_unwrapped(console, table)
     for step in one.steps:
-        say(console, f"  {step.action} {step.term}: {step.why}")
+        print_sentence(console, f"  {step.action} {step.term}: {step.why}")
     if one.unexcited:
-        say(console, f"  not excited: {', '.join(one.unexcited)}")
+        print_sentence(console, f"  not excited: {', '.join(one.unexcited)}")

@@ -45,7 +45,7 @@ from typing import Any, Literal, get_args
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from gsapp.decoding.conversions import CONVERSIONS
-from gsapp.decoding.messages import MessageLayout, message_id, message_layout, stamp_of
+from gsapp.decoding.messages import MessageLayout, message_id, message_layout, stamp_field_of
 from gsapp.foundation import (
     FileProblem,
     FileProblemsError,
@@ -54,15 +54,15 @@ from gsapp.foundation import (
     UnknownNameError,
     read_toml,
 )
-from gsapp.foundation.naming import did_you_mean, nearest
-from gsapp.foundation.shipped import Shipped
-from gsapp.foundation.toml import validate
+from gsapp.foundation.name_suggestions import close_matches, did_you_mean
+from gsapp.foundation.shipped_files import ShippedFiles
+from gsapp.foundation.toml import validate_content
 from gsapp.quantities import CHANNELS, base_id, channel, normalize_unit
 from gsapp.quantities.fields import Time
 
-SHIPPED = Shipped(folder=Path(__file__).parent / "maps", kind="channel map")
+SHIPPED_CHANNEL_MAPS = ShippedFiles(folder=Path(__file__).parent / "maps", kind="channel map")
 
-Kind = Literal["measured", "estimated"]
+SourceKind = Literal["measured", "estimated"]
 Format = Literal["mavlink", "ardupilot-log", "px4-log", "table"]
 LINE = "line"
 TABLE = "table"
@@ -153,7 +153,7 @@ class MapEntry:
     scale: float = 1.0
     offset: float = 0.0
     priority: int = 1
-    kind: Kind = "measured"
+    kind: SourceKind = "measured"
     calibration: str | None = None
     time: str | None = None
     convert: str | None = None
@@ -239,7 +239,7 @@ class ChannelMap:
 
 def shipped_channel_maps() -> tuple[str, ...]:
     """Return the names of the channel maps that come with the program."""
-    return SHIPPED.names()
+    return SHIPPED_CHANNEL_MAPS.names()
 
 
 def load_channel_map(name_or_path: str | Path) -> ChannelMap:
@@ -257,7 +257,7 @@ def load_channel_map(name_or_path: str | Path) -> ChannelMap:
     UnknownNameError
         If there is neither such a file nor such a shipped map.
     """
-    path = SHIPPED.find(name_or_path)
+    path = SHIPPED_CHANNEL_MAPS.find(name_or_path)
     raw = read_toml(path, _AnyTable).model_extra or {}
     reader = _Reader(path, raw)
     return reader.read()
@@ -274,7 +274,7 @@ class _EntryTable(StrictModel):
     scale: float = 1.0
     offset: float = 0.0
     priority: int = 1
-    kind: Kind = "measured"
+    kind: SourceKind = "measured"
     calibration: str | None = None
     time: str | None = None
     convert: str | None = None
@@ -287,7 +287,7 @@ class _TextTable(StrictModel):
     delimiter: str = Field(default=",", min_length=1, max_length=1)
 
 
-class _Head(StrictModel):
+class _MapHeader(StrictModel):
     name: str
     format: Format = "mavlink"
     system: int | None = Field(default=None, ge=1, le=255)
@@ -314,7 +314,7 @@ class _Reader:
 
     def read(self) -> ChannelMap:
         head = self._head()
-        meant = _meant_format(self._raw) if head is None else head.format
+        meant = _guess_format(self._raw) if head is None else head.format
         layouts = meant == "mavlink"
         # Of a format that nobody knows, any source may be one.
         self._table = meant in (TABLE, None)
@@ -351,10 +351,10 @@ class _Reader:
     def _report_error(self, where: str, error: Exception) -> None:
         self._problems.append(FileProblem.of(where, error))
 
-    def _head(self) -> _Head | None:
+    def _head(self) -> _MapHeader | None:
         known = {key: value for key, value in self._raw.items() if key not in ("channels", "text")}
         try:
-            return validate(self._path, known, _Head)
+            return validate_content(self._path, known, _MapHeader)
         except FileProblemsError as error:
             self._problems.extend(error.problems)
             return None
@@ -373,9 +373,9 @@ class _Reader:
         if "text" not in self._raw:
             return []
         try:
-            self._text = validate(self._path, self._raw["text"], _TextTable)
+            self._text = validate_content(self._path, self._raw["text"], _TextTable)
         except FileProblemsError as error:
-            self._problems.extend(_within("text", problem) for problem in error.problems)
+            self._problems.extend(_prefix_problem("text", problem) for problem in error.problems)
             return []
         entries = []
         for index, column in enumerate(self._text.columns):
@@ -410,16 +410,16 @@ class _Reader:
     def _entry(self, where: str, table: Any, *, mavlink: bool) -> MapEntry | None:
         before = len(self._problems)
         try:
-            row = validate(self._path, table, _EntryTable)
+            row = validate_content(self._path, table, _EntryTable)
         except FileProblemsError as error:
-            self._problems.extend(_within(where, problem) for problem in error.problems)
+            self._problems.extend(_prefix_problem(where, problem) for problem in error.problems)
             # One mistake must not hide the others.
             wrong = {re.split(r"[.\[]", problem.where)[0] for problem in error.problems}
             keys = [] if wrong == {"file"} else _EntryTable.model_fields.keys() - wrong
             rest = {key: table[key] for key in keys if key in table}
             if not {"id", "source", "unit"} <= rest.keys():
                 return None
-            row = validate(self._path, rest, _EntryTable)
+            row = validate_content(self._path, rest, _EntryTable)
         unit = self._unit(where, row.id, row.unit, volts=row.calibration is not None)
         self._check_calibration(where, row)
         parsed = self._sources(f"{where}.source", row.source)
@@ -590,7 +590,7 @@ class _Reader:
         if time not in layout.fields:
             remedy = did_you_mean(str(time), layout.fields, f'write time = "{ARRIVAL}"', most=1)
             self._report(f"{where}.time", f"{layout.name} has no field '{time}'", remedy)
-        elif stamp_of(layout, str(time)) is None:
+        elif stamp_field_of(layout, str(time)) is None:
             self._report(
                 f"{where}.time",
                 f"{time} does not count milliseconds or microseconds",
@@ -643,10 +643,10 @@ class _Reader:
                 )
 
 
-def _meant_format(raw: Mapping[str, Any]) -> str | None:
+def _guess_format(raw: Mapping[str, Any]) -> str | None:
     """Return the format that a head with mistakes means; None where that cannot be told."""
     written = raw.get("format", "mavlink")
-    near = nearest(str(written), get_args(Format), most=1)
+    near = close_matches(str(written), get_args(Format), most=1)
     return near[0] if near else None
 
 
@@ -661,6 +661,6 @@ def _selector_field(layout: MessageLayout, *, number: bool) -> str:
     return "name" if "name" in layout.fields else ""
 
 
-def _within(where: str, problem: FileProblem) -> FileProblem:
+def _prefix_problem(where: str, problem: FileProblem) -> FileProblem:
     inner = where if problem.where == "file" else f"{where}.{problem.where}"
     return FileProblem(where=inner, what=problem.what, remedy=problem.remedy)

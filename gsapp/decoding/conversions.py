@@ -9,7 +9,7 @@ import numpy as np
 
 from gsapp.quantities import FloatArray
 
-Compute = Callable[[tuple[FloatArray, ...]], FloatArray]
+ConvertFunction = Callable[[tuple[FloatArray, ...]], FloatArray]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,7 +30,7 @@ class Conversion:
 
     name: str
     inputs: int
-    compute: Compute
+    compute: ConvertFunction
     meaning: str
 
 
@@ -49,7 +49,7 @@ def _quaternion_psi(q: tuple[FloatArray, ...]) -> FloatArray:
     return np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
-def _length(v: tuple[FloatArray, ...]) -> FloatArray:
+def _vector_norm(v: tuple[FloatArray, ...]) -> FloatArray:
     return np.sqrt(v[0] * v[0] + v[1] * v[1])
 
 
@@ -86,7 +86,7 @@ CONVERSIONS: dict[str, Conversion] = {
         Conversion(
             name="horizontal.length",
             inputs=2,
-            compute=_length,
+            compute=_vector_norm,
             meaning="north, east -> length, in their unit",
         ),
         Conversion(

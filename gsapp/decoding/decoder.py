@@ -18,32 +18,32 @@ import numpy as np
 from calibration import Certificate, load_certificates
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ARRIVAL, LINE, ChannelMap, MapEntry
-from gsapp.decoding.clock import FlightClock
+from gsapp.decoding.flight_clock import FlightClock
 from gsapp.decoding.grid import Numbers
 from gsapp.decoding.health import (
-    AUTOPILOT,
+    AUTOPILOT_COMPONENT,
     FIRST_GROUND_SYSTEM,
-    HEARTBEAT,
+    HEARTBEAT_ID,
     RADIO_MESSAGES,
     LinkHealth,
     is_vehicle,
 )
 from gsapp.decoding.landed_state import STATE_MESSAGES, LandedState
+from gsapp.decoding.message_stream import MessageColumns, MessageStream
 from gsapp.decoding.messages import (
-    Stamp,
+    StampField,
     decode_columns,
     is_known,
     message_id,
     message_layout,
     message_name,
     number_reader,
-    stamp_of,
+    stamp_field_of,
 )
 from gsapp.decoding.pipeline import ChannelSource, Pipeline
-from gsapp.decoding.stream import Columns, Stream
-from gsapp.decoding.texts import Text, TextJoiner
+from gsapp.decoding.status_text import StatusText, StatusTextAssembler
 from gsapp.foundation import FlightError
-from gsapp.foundation.numbers import number_in
+from gsapp.foundation.number_parsing import parse_finite_number
 from gsapp.quantities import Block
 
 _STATUSTEXT = 253
@@ -55,8 +55,8 @@ _AUTOPILOT_PATIENCE = 3_000_000
 second."""
 
 
-class Record(Protocol):
-    """What is fed: a `gsapp.flight.records.RawRecord`, or anything like it."""
+class RawRecordLike(Protocol):
+    """What is fed: a `gsapp.flight.raw_record.RawRecord`, or anything like it."""
 
     @property
     def stamp_us(self) -> int:
@@ -87,7 +87,7 @@ class Notice:
     kind : str
         ``statustext`` for what the vehicle says; ``restart``, ``step``, ``outlier``,
         ``other-clock``, ``frozen-clock``, ``no-clock``, ``host-step`` of its clock (see
-        `gsapp.decoding.clock.ClockEvent`); ``other-system``, ``other-component``,
+        `gsapp.decoding.flight_clock.ClockEvent`); ``other-system``, ``other-component``,
         ``unknown-message``, ``bad-line`` of what was left out.
     time : float or None
         Flight time, s; None if no clock was known yet.
@@ -217,7 +217,7 @@ class Decoder:
             None if stream.message == LINE else message_id(stream.message)
             for stream in self._pipeline.streams
         ]
-        self._readers = [_reader(stream) for stream in self._pipeline.streams]
+        self._readers = [_sample_reader(stream) for stream in self._pipeline.streams]
         self._next_give_up = 0
         self._routes: dict[int, list[_Route]] = {}
         # By system, component and message, as they stand in a header.
@@ -231,11 +231,11 @@ class Decoder:
         self._undecided: list[tuple[int, bytes]] = []  # frames, until the flown system is known
         if self._system is not None:
             self.health.chosen = True
-            self.health.flown = self._system, channel_map.component or AUTOPILOT
+            self.health.flown = self._system, channel_map.component or AUTOPILOT_COMPONENT
         self.data_stamp: int | None = None
         self._components: dict[int, int] = {}
         self._left_out: set[tuple[str, int, int]] = set()
-        self._texts = TextJoiner()
+        self._texts = StatusTextAssembler()
         self.landed_state = LandedState()
 
     @property
@@ -285,7 +285,7 @@ class Decoder:
         """Return `sources` with what arrived of each so far."""
         return self._pipeline.counted_sources()
 
-    def feed(self, records: Sequence[Record]) -> list[Block]:
+    def feed(self, records: Sequence[RawRecordLike]) -> list[Block]:
         """Take records in the order of their arrival; return the rows that they complete.
 
         Parameters
@@ -298,7 +298,7 @@ class Decoder:
         list of Block
             Each with the channels of one message (or of one choice of sources). Blocks of a
             channel follow each other without gap or overlap, but for pauses longer than
-            `gsapp.decoding.grid.LONGEST_FILL`.
+            `gsapp.decoding.grid.MAX_FILLED_PAUSE`.
         """
         blocks: list[Block] = []
         self.health.feed(records)  # type: ignore[arg-type]
@@ -336,7 +336,7 @@ class Decoder:
             elif number is None:
                 self._pipeline.push(stream, times, nows, {"": np.array(items)})
             else:
-                columns = cast(Columns, decode_columns(number, cast(list[bytes], items)))
+                columns = cast(MessageColumns, decode_columns(number, cast(list[bytes], items)))
                 self._pipeline.push(stream, times, nows, columns)
             times.clear()
             nows.clear()
@@ -386,7 +386,7 @@ class Decoder:
         if number not in RADIO_MESSAGES:  # those tell of the link, whatever system they name
             if system != self._system and not self._follow(host, system, component, data):
                 return []
-            self._hear_flown(component, autopilot=component == AUTOPILOT)
+            self._hear_flown(component, autopilot=component == AUTOPILOT_COMPONENT)
         taken = [
             route
             for route in routes
@@ -424,7 +424,7 @@ class Decoder:
         if system >= FIRST_GROUND_SYSTEM:
             return False
         if self._system is None:
-            if component == AUTOPILOT:
+            if component == AUTOPILOT_COMPONENT:
                 self._fly(system)
                 return True
             if not self._undecided or host - self._undecided[0][0] <= _AUTOPILOT_PATIENCE:
@@ -484,8 +484,10 @@ class Decoder:
             self._say(self._texts.give_up(host))
         if system < FIRST_GROUND_SYSTEM and (
             is_vehicle(component, payload)
-            if number == HEARTBEAT
-            else component == AUTOPILOT and number not in RADIO_MESSAGES and is_known(number)
+            if number == HEARTBEAT_ID
+            else component == AUTOPILOT_COMPONENT
+            and number not in RADIO_MESSAGES
+            and is_known(number)
         ):
             if self._system is None:
                 self._fly(system)
@@ -517,7 +519,7 @@ class Decoder:
         piece = bytes(row["text"])
         self._say(self._texts.take(host, system, component, severity, number, place, piece))
 
-    def _say(self, texts: Iterable[Text]) -> None:
+    def _say(self, texts: Iterable[StatusText]) -> None:
         self.messages.extend(
             Notice(
                 kind="statustext",
@@ -566,7 +568,7 @@ class Decoder:
             return
         cells = data.decode("utf-8", "replace").strip().split(self.channel_map.delimiter)
         numbers = (
-            number_in(cell) if place in self._line_used else math.nan
+            parse_finite_number(cell) if place in self._line_used else math.nan
             for place, cell in enumerate(cells[: self._line_columns])
         )
         item = [number for number in numbers if number is not None]
@@ -612,11 +614,11 @@ class Decoder:
         return self._stamp(entry) is not None
 
     @staticmethod
-    def _stamp(entry: MapEntry) -> Stamp | None:
+    def _stamp(entry: MapEntry) -> StampField | None:
         layout = message_layout(message_id(entry.message))
         if entry.time == ARRIVAL:
             return None
-        return layout.stamp if entry.time is None else stamp_of(layout, entry.time)
+        return layout.stamp if entry.time is None else stamp_field_of(layout, entry.time)
 
     def _make_routes(self) -> None:
         for number, stream in enumerate(self._pipeline.streams):
@@ -632,7 +634,9 @@ class Decoder:
                 field, value = stream.selector.field, stream.selector.value
                 start = layout.offset(field)
                 select_at = slice(start, start + layout.dtype[field].itemsize)
-                selected = value.encode() if layout.is_text(field) else _sent(int(value))
+                selected = (
+                    value.encode() if layout.is_text(field) else _stripped_payload_bytes(int(value))
+                )
             route = _Route(
                 stream=number,
                 message=stream.message,
@@ -656,12 +660,12 @@ class Decoder:
         self._line_used = frozenset(columns)
 
 
-def _sent(number: int) -> bytes:
+def _stripped_payload_bytes(number: int) -> bytes:
     """Return a number as the bytes of a payload, without zero bytes at the end."""
     return number.to_bytes(number.bit_length() // 8 + 1, "little").rstrip(b"\0")
 
 
-def _reader(stream: Stream) -> Callable[[Any], Numbers]:
+def _sample_reader(stream: MessageStream) -> Callable[[Any], Numbers]:
     """Return what takes the numbers that a stream wants out of its items."""
     if stream.message == LINE:
         places = [ref.index or 0 for ref in stream.wanted]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 
-class Frame(NamedTuple):
+class MavlinkFrame(NamedTuple):
     """One whole MAVLink frame, checked as far as its id is known.
 
     Attributes

@@ -24,12 +24,12 @@ from typing import Final, NamedTuple
 from fastcrc import crc16
 
 from gsapp.decoding.dialect import wire_formats
-from gsapp.decoding.frames import Frame, Residue
+from gsapp.decoding.frames import MavlinkFrame, Residue
 
 MAGIC_1: Final = 0xFE
 MAGIC_2: Final = 0xFD
-SIGNED: Final = 0x01
-LONGEST_FRAME: Final = 280
+SIGNED_FLAG: Final = 0x01
+MAX_FRAME_LENGTH: Final = 280
 SIGNATURE_BYTES: Final = 13
 
 _HEADER_1: Final = Struct("<BBBBBB").unpack_from
@@ -37,7 +37,7 @@ _HEADER_2: Final = Struct("<BBBBBBBHB").unpack_from
 _NEXT_MAGIC: Final = re.compile(rb"[\xfd\xfe]").search
 
 
-class _Verdict(Enum):
+class _Decision(Enum):
     """What the bytes at hand say about a candidate."""
 
     ACCEPT = 1
@@ -45,7 +45,7 @@ class _Verdict(Enum):
     WAIT = 3
 
 
-class _Head(NamedTuple):
+class _FrameHeader(NamedTuple):
     """A header that could begin a frame; it may extend beyond the bytes at hand."""
 
     start: int
@@ -58,7 +58,7 @@ class _Head(NamedTuple):
     known: bool
 
 
-class _Named(NamedTuple):
+class _KnownHeader(NamedTuple):
     """What a header says of a message of known id: all but sequence and length."""
 
     version: int
@@ -70,7 +70,7 @@ class _Named(NamedTuple):
 
 
 @cache
-def _known_heads() -> re.Pattern[bytes]:
+def _known_header_pattern() -> re.Pattern[bytes]:
     """Return a pattern of whole headers that belong to messages of known id.
 
     For MAVLink 1, where the length of each is known, it is exact; for MAVLink 2 it lets pass
@@ -96,9 +96,9 @@ def _byte_set(values: set[int]) -> bytes:
 class Framer:
     """Split a byte stream into MAVLink 1 and 2 frames (signed ones too) and residue.
 
-    Every byte fed comes out exactly once, in order, in a `Frame` or a `Residue`. Frames do not
-    depend on how the stream was cut into pieces. Neither do the bytes of the residue, but a long
-    stretch of it may come out as several adjacent pieces, so that nothing is held back.
+    Every byte fed comes out exactly once, in order, in a `MavlinkFrame` or a `Residue`. Frames do
+    not depend on how the stream was cut into pieces. Neither do the bytes of the residue, but a
+    long stretch of it may come out as several adjacent pieces, so that nothing is held back.
 
     Examples
     --------
@@ -109,13 +109,13 @@ class Framer:
 
     def __init__(self) -> None:
         self._known = wire_formats()
-        self._suspect = _known_heads().search
+        self._suspect = _known_header_pattern().search
         self._buffer = b""
         self._offset = 0  # of the first byte of the buffer in the stream
         self._synchronous = True  # the buffer begins where a frame ended, or the stream began
         self._senders: set[int] = set()  # system and component of frames whose checksum fitted
         # By system, component and message as they stand in the header of such a frame.
-        self._heard: dict[bytes, _Named] = {}
+        self._heard: dict[bytes, _KnownHeader] = {}
 
     @property
     def pending(self) -> int:
@@ -127,7 +127,7 @@ class Framer:
         """Return the stream offset of the first byte that has not come out yet."""
         return self._offset
 
-    def feed(self, data: bytes) -> list[Frame | Residue]:
+    def feed(self, data: bytes) -> list[MavlinkFrame | Residue]:
         """Take the next bytes of the stream.
 
         Parameters
@@ -143,7 +143,7 @@ class Framer:
         self._buffer = self._buffer + data if self._buffer else bytes(data)
         return self._take(*self._scan(final=False))
 
-    def settle(self) -> list[Frame | Residue]:
+    def settle(self) -> list[MavlinkFrame | Residue]:
         """Tell that the link pauses: bring out every frame that is whole by now.
 
         A frame at the end of which only the beginning has arrived stays pending, since a stalled
@@ -156,30 +156,32 @@ class Framer:
             return []
         return self._take(items, items[-1].offset + len(items[-1].data) - self._offset)
 
-    def flush(self) -> list[Frame | Residue]:
+    def flush(self) -> list[MavlinkFrame | Residue]:
         """Tell that the stream ended here: bring out all that is pending."""
         items, _ = self._scan(final=True)
         taken = self._take(items, len(self._buffer))
         self._synchronous = True
         return taken
 
-    def _take(self, items: list[Frame | Residue], position: int) -> list[Frame | Residue]:
+    def _take(
+        self, items: list[MavlinkFrame | Residue], position: int
+    ) -> list[MavlinkFrame | Residue]:
         """Drop what came out from the buffer."""
         if items:
-            self._synchronous = isinstance(items[-1], Frame)
+            self._synchronous = isinstance(items[-1], MavlinkFrame)
         self._buffer = self._buffer[position:]
         self._offset += position
         return items
 
     def _scan(  # noqa: C901 - the hot loop stays in one piece
         self, *, final: bool
-    ) -> tuple[list[Frame | Residue], int]:
+    ) -> tuple[list[MavlinkFrame | Residue], int]:
         """Return what is decided, and the position in the buffer up to which it is."""
         buffer, size, base = self._buffer, len(self._buffer), self._offset
-        heard, accept = self._heard, _Verdict.ACCEPT
+        heard, accept = self._heard, _Decision.ACCEPT
         checksum, find, make = crc16.mcrf4xx, buffer.find, tuple.__new__
         suspect = self._suspect
-        items: list[Frame | Residue] = []
+        items: list[MavlinkFrame | Residue] = []
         append = items.append
         position = done = 0  # of the candidate; of the first byte that has not come out
         while position < size:
@@ -189,7 +191,7 @@ class Framer:
                 flags = buffer[position + 2]
                 body = position + 10 + buffer[position + 1]
                 end = body + 2 if flags == 0 else body + 15
-                if flags <= SIGNED and end <= size:
+                if flags <= SIGNED_FLAG and end <= size:
                     sequence, key = buffer[position + 4], buffer[position + 5 : position + 10]
                     named = heard.get(key) or self._named(key)
             elif magic == MAGIC_1 and position + 8 <= size:
@@ -218,7 +220,7 @@ class Framer:
                     else:
                         verdict = self._overlapped(position, end, final=final)
                 else:
-                    verdict = _Verdict.REJECT
+                    verdict = _Decision.REJECT
             else:
                 verdict, head = self._judge(
                     position, position == done and (bool(items) or self._synchronous), final=final
@@ -233,7 +235,7 @@ class Framer:
                     self._senders.add(system << 8 | component)
                 append(
                     make(
-                        Frame,
+                        MavlinkFrame,
                         (
                             base + position,
                             buffer[position:end],
@@ -247,7 +249,7 @@ class Framer:
                     )
                 )
                 position = done = end
-            elif verdict is _Verdict.REJECT:
+            elif verdict is _Decision.REJECT:
                 after = _NEXT_MAGIC(buffer, position + 1)
                 position = after.start() if after else size
             else:
@@ -256,7 +258,7 @@ class Framer:
             append(Residue(base + done, buffer[done:position]))
         return items, position
 
-    def _named(self, key: bytes) -> _Named | None:
+    def _named(self, key: bytes) -> _KnownHeader | None:
         """Return what a header says by its bytes of system, component and message."""
         message_id = int.from_bytes(key[2:], "little")
         wire = self._known.get(message_id)
@@ -264,34 +266,36 @@ class Framer:
             return None
         version = 2 if len(key) == 5 else 1
         lengths = range(256) if version == 2 else (wire.size, wire.full_size)
-        return _Named(version, key[0], key[1], message_id, wire.crc_extra, lengths)
+        return _KnownHeader(version, key[0], key[1], message_id, wire.crc_extra, lengths)
 
-    def _head(self, start: int) -> _Head | _Verdict:
+    def _head(self, start: int) -> _FrameHeader | _Decision:
         """Read the header at a position: a head, REJECT, or WAIT where bytes are missing."""
         buffer, available = self._buffer, len(self._buffer) - start
         magic = buffer[start]
         if magic == MAGIC_2:
-            if available >= 3 and buffer[start + 2] > SIGNED:
-                return _Verdict.REJECT  # a form of frame that nobody here can read
+            if available >= 3 and buffer[start + 2] > SIGNED_FLAG:
+                return _Decision.REJECT  # a form of frame that nobody here can read
             if available < 10:
-                return _Verdict.WAIT
+                return _Decision.WAIT
             _, length, flags, _, sequence, system, component, low, high = _HEADER_2(buffer, start)
             end = start + 12 + length + (SIGNATURE_BYTES if flags else 0)
             number = low | high << 16
-            return _Head(start, end, 2, sequence, system, component, number, number in self._known)
+            return _FrameHeader(
+                start, end, 2, sequence, system, component, number, number in self._known
+            )
         if magic != MAGIC_1:
-            return _Verdict.REJECT
+            return _Decision.REJECT
         if available < 6:
-            return _Verdict.WAIT
+            return _Decision.WAIT
         _, length, sequence, system, component, number = _HEADER_1(buffer, start)
         wire = self._known.get(number)
         if wire is not None and length not in (wire.size, wire.full_size):
-            return _Verdict.REJECT
-        return _Head(
+            return _Decision.REJECT
+        return _FrameHeader(
             start, start + 8 + length, 1, sequence, system, component, number, wire is not None
         )
 
-    def _fits(self, head: _Head) -> bool:
+    def _fits(self, head: _FrameHeader) -> bool:
         """Return whether the checksum of a whole frame of known id fits."""
         buffer = self._buffer
         header = 10 if head.version == 2 else 6
@@ -302,14 +306,14 @@ class Framer:
             == buffer[body] | buffer[body + 1] << 8
         )
 
-    def _overlapped(self, start: int, end: int, *, final: bool) -> _Verdict:
+    def _overlapped(self, start: int, end: int, *, final: bool) -> _Decision:
         """Judge a frame whose checksum fits, but in which others may start.
 
         Frames that lie wholly within are its payload (a file or a tunnel). One that ends beyond
         it contradicts it: unless a third frame follows the first, the second is the real one.
         """
         buffer = self._buffer
-        signed = buffer[start] == MAGIC_2 and buffer[start + 2] == SIGNED
+        signed = buffer[start] == MAGIC_2 and buffer[start + 2] == SIGNED_FLAG
         # Waiting for every header that begins near the end would delay too many frames. It is
         # needed where the checksum proves little: in the signature, which it does not cover, and
         # at the last byte, where a lost byte of the checksum may equal the next magic byte.
@@ -320,92 +324,92 @@ class Framer:
             needed = 10 if buffer[inner] == MAGIC_2 else 6
             if inner + needed <= end or inner >= unproven:
                 verdict = self._whole(inner, end, final=final)
-                if verdict is _Verdict.ACCEPT:
+                if verdict is _Decision.ACCEPT:
                     verdict = self._whole(end, end, final=final)
-                    if verdict is not _Verdict.ACCEPT:
+                    if verdict is not _Decision.ACCEPT:
                         return verdict
-                elif verdict is _Verdict.WAIT:
+                elif verdict is _Decision.WAIT:
                     return verdict
             match = _NEXT_MAGIC(buffer, inner + 1, end)
-        return _Verdict.ACCEPT
+        return _Decision.ACCEPT
 
-    def _whole(self, start: int, beyond: int, *, final: bool) -> _Verdict:
+    def _whole(self, start: int, beyond: int, *, final: bool) -> _Decision:
         """Judge whether a frame of known id starts here, ends beyond a place, and fits."""
         size = len(self._buffer)
         if start >= size:
-            return _Verdict.REJECT if final else _Verdict.WAIT
+            return _Decision.REJECT if final else _Decision.WAIT
         head = self._head(start)
-        if isinstance(head, _Head):
+        if isinstance(head, _FrameHeader):
             if not head.known or head.end <= beyond:
-                return _Verdict.REJECT
+                return _Decision.REJECT
             if head.end <= size:
-                return _Verdict.ACCEPT if self._fits(head) else _Verdict.REJECT
-            head = _Verdict.WAIT
-        return _Verdict.REJECT if final else head
+                return _Decision.ACCEPT if self._fits(head) else _Decision.REJECT
+            head = _Decision.WAIT
+        return _Decision.REJECT if final else head
 
     def _judge(
         self, position: int, synchronous: bool, *, final: bool
-    ) -> tuple[_Verdict, _Head | None]:
+    ) -> tuple[_Decision, _FrameHeader | None]:
         """Judge a position that does not hold a whole frame of known id."""
         head = self._head(position)
-        if head is _Verdict.WAIT and final:
-            head = _Verdict.REJECT
-        if isinstance(head, _Verdict):
+        if head is _Decision.WAIT and final:
+            head = _Decision.REJECT
+        if isinstance(head, _Decision):
             return head, None
         if head.known:
             # Not whole yet: what lies inside may be its payload.
-            return (_Verdict.REJECT if final else _Verdict.WAIT), None
+            return (_Decision.REJECT if final else _Decision.WAIT), None
         verdict = self._contains_known(head, final=final)
-        if verdict is _Verdict.ACCEPT:
+        if verdict is _Decision.ACCEPT:
             verdict = self._supported(head, synchronous, final=final)
         return verdict, head
 
-    def _contains_known(self, head: _Head, *, final: bool) -> _Verdict:
+    def _contains_known(self, head: _FrameHeader, *, final: bool) -> _Decision:
         """Reject a candidate of unknown id in whose span a frame starts whose checksum fits."""
         size = len(self._buffer)
         match = _NEXT_MAGIC(self._buffer, head.start + 1, head.end)
         waiting = False
         while match:
             inner = self._head(match.start())
-            if inner is _Verdict.WAIT:
+            if inner is _Decision.WAIT:
                 waiting = True
-            elif isinstance(inner, _Head) and inner.known:
+            elif isinstance(inner, _FrameHeader) and inner.known:
                 if inner.end > size:
                     waiting = True
                 elif self._fits(inner):
-                    return _Verdict.REJECT
+                    return _Decision.REJECT
             match = _NEXT_MAGIC(self._buffer, match.start() + 1, head.end)
         if head.end > size:
-            return _Verdict.REJECT if final else _Verdict.WAIT
-        return _Verdict.WAIT if waiting and not final else _Verdict.ACCEPT
+            return _Decision.REJECT if final else _Decision.WAIT
+        return _Decision.WAIT if waiting and not final else _Decision.ACCEPT
 
-    def _supported(self, head: _Head, synchronous: bool, *, final: bool) -> _Verdict:
+    def _supported(self, head: _FrameHeader, synchronous: bool, *, final: bool) -> _Decision:
         """Judge a whole candidate of unknown id by what surrounds it."""
         if head.end >= len(self._buffer):
-            return _Verdict.ACCEPT if final else _Verdict.WAIT
+            return _Decision.ACCEPT if final else _Decision.WAIT
         follower = self._head(head.end)
-        if follower is _Verdict.WAIT:
-            return _Verdict.ACCEPT if final else _Verdict.WAIT
-        if isinstance(follower, _Head):
-            return _Verdict.ACCEPT
+        if follower is _Decision.WAIT:
+            return _Decision.ACCEPT if final else _Decision.WAIT
+        if isinstance(follower, _FrameHeader):
+            return _Decision.ACCEPT
         # Followed by garbage: believed where a frame was due, from a sender known by frames with
         # checksums, unless the sender's next frame seems to start within (a torn frame).
         if not synchronous or head.system << 8 | head.component not in self._senders:
-            return _Verdict.REJECT
+            return _Decision.REJECT
         match = _NEXT_MAGIC(self._buffer, head.start + 1, head.end)
         while match:
             inner = self._head(match.start())
             if (
-                isinstance(inner, _Head)
+                isinstance(inner, _FrameHeader)
                 and (inner.system, inner.component) == (head.system, head.component)
                 and 0 < (inner.sequence - head.sequence) % 256 < 4
             ):
-                return _Verdict.REJECT
+                return _Decision.REJECT
             match = _NEXT_MAGIC(self._buffer, match.start() + 1, head.end)
-        return _Verdict.ACCEPT
+        return _Decision.ACCEPT
 
 
-class Line(NamedTuple):
+class TextLine(NamedTuple):
     """One whole text line.
 
     Attributes
@@ -451,16 +455,16 @@ class LineFramer:
         """Return the stream offset of the first byte that has not come out yet."""
         return self._offset
 
-    def feed(self, data: bytes) -> list[Line | Residue]:
+    def feed(self, data: bytes) -> list[TextLine | Residue]:
         """Take the next bytes of the stream; return the lines that they complete."""
         self._buffer += data
         return self._split(final=False)
 
-    def settle(self) -> list[Line | Residue]:
+    def settle(self) -> list[TextLine | Residue]:
         """Tell that the link pauses: a CR that might have been followed by LF ends its line."""
         return self._split(final=True)
 
-    def flush(self) -> list[Line | Residue]:
+    def flush(self) -> list[TextLine | Residue]:
         """Tell that the stream ended: an unfinished line comes out as it is."""
         items = self._split(final=True)
         if size := len(self._buffer):
@@ -470,8 +474,8 @@ class LineFramer:
         self._overlong = False
         return items
 
-    def _split(self, *, final: bool) -> list[Line | Residue]:
-        items: list[Line | Residue] = []
+    def _split(self, *, final: bool) -> list[TextLine | Residue]:
+        items: list[TextLine | Residue] = []
         buffer, start = self._buffer, 0
         held = len(buffer)
         for match in _LINE_END(buffer):
@@ -487,7 +491,7 @@ class LineFramer:
         self._offset += start
         return items
 
-    def _cut(self, items: list[Line | Residue], start: int, stop: int) -> int:
+    def _cut(self, items: list[TextLine | Residue], start: int, stop: int) -> int:
         """Bring out the blocks of an over-long line, `longest` bytes each."""
         while stop - start > self._longest:
             block = self._buffer[start : start + self._longest]
@@ -496,11 +500,11 @@ class LineFramer:
             self._overlong = True
         return start
 
-    def _item(self, start: int, stop: int, end: int) -> Line | Residue:
+    def _item(self, start: int, stop: int, end: int) -> TextLine | Residue:
         data, offset = self._buffer[start:stop], self._offset + start
         if self._overlong or b"\0" in data or not _is_utf8(data):
             return Residue(offset, self._buffer[start:end])
-        return Line(offset, data, self._buffer[stop:end])
+        return TextLine(offset, data, self._buffer[stop:end])
 
 
 _LINE_END: Final = re.compile(rb"\r\n|\r|\n").finditer

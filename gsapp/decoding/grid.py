@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from gsapp.quantities import FloatArray
 
-LONGEST_FILL = 60.0
+MAX_FILLED_PAUSE = 60.0
 """Seconds of a pause that are filled with NaN rows; after a longer one rows just go on."""
 
 _TABLE_BEFORE = 200
@@ -20,7 +20,7 @@ ColumnIndex = slice | npt.NDArray[np.intp]
 Numbers = Sequence[float]
 
 
-def columns_at(places: Sequence[int] | npt.NDArray[np.intp]) -> ColumnIndex:
+def column_index(places: Sequence[int] | npt.NDArray[np.intp]) -> ColumnIndex:
     """Return columns of a matrix as an index; a slice, which is far quicker, where one does."""
     found = np.asarray(places, dtype=np.intp)
     if not found.size:
@@ -50,7 +50,7 @@ class Grid:
         self.numerator = exact.numerator
         self.denominator = exact.denominator
         self.step = 1_000_000 * exact.denominator
-        self.longest = int(LONGEST_FILL * self.rate)
+        self.longest = int(MAX_FILLED_PAUSE * self.rate)
         self._table_first = 0
         self._table = np.empty(0)
 

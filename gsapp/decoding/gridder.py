@@ -25,13 +25,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gsapp.decoding.grid import BoolArray, Grid, Numbers, columns_at
-from gsapp.decoding.rows import Rows, Sheet
+from gsapp.decoding.grid import BoolArray, Grid, Numbers, column_index
+from gsapp.decoding.grid_rows import GridRows, RowBatch
 from gsapp.quantities import FloatArray
 
 _WINDOW = 9
 _UNKNOWN_PERIOD = 1_000_000
-_TURN = 2.0 * math.pi
+_FULL_TURN = 2.0 * math.pi
 _FEW_ROWS = 20  # are quicker on a sheet
 _FEW_BETWEEN = 4  # rows between two samples are quicker one by one
 
@@ -113,8 +113,8 @@ class Gridder:
         self._longest = grid.longest * grid.step
         self._angles: list[int] = np.flatnonzero(circular).tolist()
         self._steps: list[int] = np.flatnonzero(stepwise).tolist()
-        self._circular = columns_at(self._angles)
-        self._stepwise = columns_at(self._steps)
+        self._circular = column_index(self._angles)
+        self._stepwise = column_index(self._steps)
         self._fallback = fallback
         self._value: Numbers = [math.nan] * circular.size
         self._next = 0
@@ -132,7 +132,7 @@ class Gridder:
         """Return after what silence another source counts, us."""
         return max(self._fallback, self.period * 5 // 2)
 
-    def feed(self, times: Sequence[int], nows: Sequence[int], values: FloatArray) -> list[Rows]:
+    def feed(self, times: Sequence[int], nows: Sequence[int], values: FloatArray) -> list[GridRows]:
         """Take samples and return the rows that they complete.
 
         Parameters
@@ -167,10 +167,10 @@ class Gridder:
         times: Sequence[int],
         nows: Sequence[int],
         samples: Sequence[Numbers],
-        sheet: Sheet,
+        sheet: RowBatch,
         *,
         complete: bool = False,
-    ) -> list[Rows]:
+    ) -> list[GridRows]:
         """Take a few samples: as `feed`, with the same bits, quicker for some ten.
 
         Parameters
@@ -179,7 +179,7 @@ class Gridder:
             As for `feed`.
         samples : sequence of sequences of float
             The samples, none of them infinite. They are kept: the caller writes to them no more.
-        sheet : Sheet
+        sheet : RowBatch
             Where the rows are laid; their values are there once that is done.
         complete : bool
             Whether it is known that no number is missing.
@@ -291,13 +291,13 @@ class Gridder:
         self.gaps += gap
         return gap
 
-    def _laid(self, plan: _Plan, known: FloatArray) -> Rows:
+    def _laid(self, plan: _Plan, known: FloatArray) -> GridRows:
         """Return planned rows between the samples known."""
         result = self._between(plan, known)
         if self._angles:
             angles = result[:, self._circular]
-            result[:, self._circular] = angles - _TURN * np.ceil(angles / _TURN - 0.5)
-        return Rows(plan.first, result, plan.silence())
+            result[:, self._circular] = angles - _FULL_TURN * np.ceil(angles / _FULL_TURN - 0.5)
+        return GridRows(plan.first, result, plan.silence())
 
     def _between(self, plan: _Plan, known: FloatArray) -> FloatArray:
         """Return values of planned rows. On a sample both ends are that sample."""
@@ -307,7 +307,7 @@ class Gridder:
         values += stop * share
         if self._angles:
             turn = stop[:, self._circular] - start[:, self._circular]
-            turn -= _TURN * np.rint(turn / _TURN)
+            turn -= _FULL_TURN * np.rint(turn / _FULL_TURN)
             values[:, self._circular] = start[:, self._circular] + share * turn
         if self._steps:
             values[:, self._stepwise] = start[:, self._stepwise]
@@ -315,7 +315,7 @@ class Gridder:
             values[plan.gaps] = np.nan
         return values
 
-    def _put(self, plan: _Plan, known: Sequence[Numbers], sheet: Sheet) -> Rows:
+    def _put(self, plan: _Plan, known: Sequence[Numbers], sheet: RowBatch) -> GridRows:
         """Put planned rows on a sheet, unless they are many."""
         count, width = len(plan.after), len(known[0])
         if count > _FEW_ROWS:
@@ -334,20 +334,20 @@ class Gridder:
         silent = plan.silence() if plan.silent else None
         return sheet.add(plan.first, count, width, silent)
 
-    def _mend(self, sheet: Sheet, begin: int, count: int, width: int) -> None:
+    def _mend(self, sheet: RowBatch, begin: int, count: int, width: int) -> None:
         """Replace what is not a straight line between two samples by what it is."""
         starts, stops, shares = sheet.starts, sheet.stops, sheet.shares
         end = begin + count * width
         for column in self._angles:
             for place in range(begin + column, end, width):
-                stops[place] = _angle_between(starts[place], stops[place], shares[place])
+                stops[place] = _interpolate_angle(starts[place], stops[place], shares[place])
                 starts[place], shares[place] = 0.0, 1.0
         for column in self._steps:
             for place in range(begin + column, end, width):
                 stops[place], shares[place] = starts[place], 1.0
 
 
-def _angle_between(start: float, stop: float, share: float) -> float:
+def _interpolate_angle(start: float, stop: float, share: float) -> float:
     """Return an angle between two, the shorter way round, from -pi to pi.
 
     The steps of `Gridder._between` and `Gridder._laid` for a single number.
@@ -356,9 +356,9 @@ def _angle_between(start: float, stop: float, share: float) -> float:
     if not -3.0 < turn < 3.0:
         if math.isnan(turn):
             return math.nan
-        turn -= _TURN * round(turn / _TURN)
+        turn -= _FULL_TURN * round(turn / _FULL_TURN)
     angle = start + share * turn
     if not -3.0 < angle < 3.0:
-        angle -= _TURN * math.ceil(angle / _TURN - 0.5)
+        angle -= _FULL_TURN * math.ceil(angle / _FULL_TURN - 0.5)
     # Where NumPy subtracts a negative zero, whole numbers have a positive one.
     return angle + 0.0

@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from gsapp.decoding.dialect import TimeField, dialect, time_fields, wire_formats
-from gsapp.decoding.framing import LONGEST_FRAME
+from gsapp.decoding.framing import MAX_FRAME_LENGTH
 
 # Frames behind the newest by up to this many sequence numbers are late or doubled, not new.
 _WINDOW = 128
@@ -20,8 +20,8 @@ _WINDOW = 128
 _FAR = 16
 _RATE_SPAN_US = 2_000_000
 _OFFSET_SPAN_US = 60_000_000
-HEARTBEAT = 0
-AUTOPILOT = 1
+HEARTBEAT_ID = 0
+AUTOPILOT_COMPONENT = 1
 """The component of an autopilot (MAV_COMP_ID_AUTOPILOT1)."""
 FIRST_GROUND_SYSTEM = 250
 """By convention, ground stations use system ids from here on."""
@@ -117,7 +117,7 @@ class SenderHealth:
         """Return whether it can be the flown aircraft."""
         return self.system < FIRST_GROUND_SYSTEM and (
             self.aircraft
-            or (self.component == AUTOPILOT and not self.vehicle_type and not self.radio)
+            or (self.component == AUTOPILOT_COMPONENT and not self.vehicle_type and not self.radio)
         )
 
     @property
@@ -224,7 +224,7 @@ class _Rate:
 
 
 @dataclass(slots=True)
-class _Offset:
+class _ClockOffset:
     """Smallest difference between arrival and the sender's stamp, over one to two minutes.
 
     The clocks drift apart, so that the smallest of all times would age.
@@ -251,7 +251,7 @@ class _Message:
     time: TimeField | None
     known: bool
     heartbeat: bool
-    offset: _Offset | None = None  # where stamps count from the boot, the sender's
+    offset: _ClockOffset | None = None  # where stamps count from the boot, the sender's
     count: int = 0
     delay: int = 0
 
@@ -264,7 +264,7 @@ class _Sender:
     recent: list[bytes] = field(default_factory=lambda: [b""] * 256)
     missing: set[int] = field(default_factory=set)
     messages: dict[int, _Message] = field(default_factory=dict)
-    boot: _Offset | None = None
+    boot: _ClockOffset | None = None
     good: int = 0
     unknown: int = 0
     lost: int = 0
@@ -346,7 +346,7 @@ class LinkHealth:
         ----------
         records : iterable of (int, str, bytes)
             Stamp in microseconds, kind (``frame``, ``line``, ``residue``) and bytes, as
-            `gsapp.flight.records.RawRecord` holds them, in the order of the stamps.
+            `gsapp.flight.raw_record.RawRecord` holds them, in the order of the stamps.
         """
         for stamp, kind, data in records:
             if self.last_stamp is None:
@@ -361,7 +361,7 @@ class LinkHealth:
                 self.lines += 1
                 self._line_stamp = stamp
                 self._line_rate = self._line_rate or _Rate(stamp)
-                _tick(self._line_rate, stamp)
+                _count_event(self._line_rate, stamp)
                 self._maybe_read(data)
             self.last_stamp = stamp
 
@@ -456,9 +456,9 @@ class LinkHealth:
             if not 0 <= stamp - rate.start < _RATE_SPAN_US:
                 rate.close(stamp)
         if message.time is not None:
-            _take_delay(sender, message, message.time, stamp, data, header)
+            _measure_delay(sender, message, message.time, stamp, data, header)
         elif message.heartbeat:
-            _take_kind(sender, head[1], data, header)
+            _read_heartbeat(sender, head[1], data, header)
 
     def _hear(self, head: bytes, stamp: int, sequence: int) -> tuple[_Sender, _Message]:
         """Take up system, component and message as they stand in a header."""
@@ -471,7 +471,7 @@ class LinkHealth:
                 rate=_Rate(stamp),
                 time=self._times.get(number),
                 known=known,
-                heartbeat=number == HEARTBEAT,
+                heartbeat=number == HEARTBEAT_ID,
             )
         if sender is None:
             if not known:
@@ -581,8 +581,8 @@ class LinkHealth:
             rate=sender.rate.at(now, sender.heard),
             age=max(0.0, (now - (sender.heard or sender.last)) / 1e6),
             aircraft=sender.aircraft,
-            vehicle_type=_enum_words("MAV_TYPE", sender.kind),
-            autopilot=_enum_words("MAV_AUTOPILOT", sender.autopilot),
+            vehicle_type=_enum_text("MAV_TYPE", sender.kind),
+            autopilot=_enum_text("MAV_AUTOPILOT", sender.autopilot),
             radio=RADIO_MESSAGES.issuperset(sender.messages),
         )
 
@@ -641,14 +641,14 @@ class LinkHealth:
     def _foreign(self) -> list[int]:
         """Return the messages that come often and never whole."""
         # Where most of what came belongs to no header, the headers were chance.
-        if self.unreadable and self._heads.total() * LONGEST_FRAME < self.residue_bytes:
+        if self.unreadable and self._heads.total() * MAX_FRAME_LENGTH < self.residue_bytes:
             return []
         often = {number for number, count in self._heads.items() if count >= _FOREIGN_HEADS}
         whole = {number for sender in self._senders.values() for number in sender.messages}
         return sorted(often - whole)
 
 
-def _tick(rate: _Rate, stamp: int) -> None:
+def _count_event(rate: _Rate, stamp: int) -> None:
     """Count one event, and close the span when it is long enough."""
     rate.count += 1
     if not 0 <= stamp - rate.start < _RATE_SPAN_US:
@@ -664,10 +664,10 @@ def is_vehicle(component: int, heartbeat: bytes) -> bool:
     kind, autopilot = heartbeat[4:5], heartbeat[5:6]
     if not kind or kind[0] in _NOT_VEHICLES:
         return False
-    return component == AUTOPILOT or bool(autopilot and autopilot[0] != _NO_AUTOPILOT)
+    return component == AUTOPILOT_COMPONENT or bool(autopilot and autopilot[0] != _NO_AUTOPILOT)
 
 
-def _take_kind(sender: _Sender, component: int, data: bytes, header: int) -> None:
+def _read_heartbeat(sender: _Sender, component: int, data: bytes, header: int) -> None:
     """Take what a sender is from its heartbeat."""
     body = data[header : header + 6]
     if len(body) == 6:
@@ -676,7 +676,7 @@ def _take_kind(sender: _Sender, component: int, data: bytes, header: int) -> Non
         sender.aircraft = is_vehicle(component, body)
 
 
-def _enum_words(enum: str, value: int | None) -> str:
+def _enum_text(enum: str, value: int | None) -> str:
     """Return the name of a MAVLink enum's value in words: "fixed wing"."""
     known = None if value is None else dialect().enums[enum].get(value)
     if known is None:
@@ -684,7 +684,7 @@ def _enum_words(enum: str, value: int | None) -> str:
     return str(known.name).removeprefix(f"{enum}_").replace("_", " ").lower()
 
 
-def _take_delay(
+def _measure_delay(
     sender: _Sender, message: _Message, place: TimeField, stamp: int, data: bytes, header: int
 ) -> None:
     """Tell how late a frame came by the stamp that it carries."""
@@ -695,7 +695,7 @@ def _take_delay(
     difference = stamp - time * place.microseconds
     offset = message.offset or (sender.boot if place.since_boot else None)
     if offset is None:
-        offset = _Offset(stamp, difference, difference)
+        offset = _ClockOffset(stamp, difference, difference)
         if place.since_boot:
             sender.boot = offset
     message.offset = offset

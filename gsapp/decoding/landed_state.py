@@ -5,11 +5,13 @@ from __future__ import annotations
 import bisect
 from typing import Final
 
-from gsapp.decoding.health import AUTOPILOT, HEARTBEAT, is_vehicle
+from gsapp.decoding.health import AUTOPILOT_COMPONENT, HEARTBEAT_ID, is_vehicle
 
 EXTENDED_SYS_STATE: Final = 245
 STATE_MESSAGES: Final = frozenset(
-    number.to_bytes(size, "little") for number in (HEARTBEAT, EXTENDED_SYS_STATE) for size in (1, 3)
+    number.to_bytes(size, "little")
+    for number in (HEARTBEAT_ID, EXTENDED_SYS_STATE)
+    for size in (1, 3)
 )
 """Ids as they stand in headers: one byte in MAVLink 1, three in MAVLink 2."""
 
@@ -43,11 +45,11 @@ class LandedState:
         time : float or None
             Flight time of its arrival, s; None before there is one.
         """
-        if number == HEARTBEAT and is_vehicle(component, payload) and len(payload) > _BASE_MODE:
+        if number == HEARTBEAT_ID and is_vehicle(component, payload) and len(payload) > _BASE_MODE:
             armed = bool(payload[_BASE_MODE] & _ARMED)
             if armed or self._armed is not None:
                 self._armed = armed
-        elif number == EXTENDED_SYS_STATE and component == AUTOPILOT:
+        elif number == EXTENDED_SYS_STATE and component == AUTOPILOT_COMPONENT:
             self._landed_state = payload[_LANDED_STATE] if len(payload) > _LANDED_STATE else 0
         state = self._state()
         if time is not None and state != (self._states[-1] if self._states else None):

@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from gsapp.decoding.dialect import dialect
 from gsapp.foundation import UnknownNameError
-from gsapp.foundation.naming import did_you_mean
+from gsapp.foundation.name_suggestions import did_you_mean
 
 # The codes of Python's struct module, as pymavlink writes them, in NumPy's words.
 _CODES = {
@@ -29,12 +29,12 @@ _CODES = {
 
 _STRUCT_CODES = {np.dtype(text): code for code, text in _CODES.items()}
 
-_STAMPS = ("time_boot_ms", "time_boot_us", "time_usec", "timestamp")
+_STAMP_FIELD_NAMES = ("time_boot_ms", "time_boot_us", "time_usec", "timestamp")
 _MICROSECONDS = {"ms": 1000, "us": 1}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Stamp:
+class StampField:
     """Where a message carries the vehicle's time.
 
     Attributes
@@ -69,7 +69,7 @@ class MessageLayout:
         Units that the dialect states, by field.
     instance_field : str or None
         The field that tells several senders of the same message apart.
-    stamp : Stamp or None
+    stamp : StampField or None
         The vehicle's time; None where the message carries none.
     """
 
@@ -78,7 +78,7 @@ class MessageLayout:
     dtype: np.dtype[np.void]
     units: Mapping[str, str]
     instance_field: str | None
-    stamp: Stamp | None
+    stamp: StampField | None
 
     @property
     def fields(self) -> tuple[str, ...]:
@@ -165,26 +165,30 @@ def message_layout(message_id: int) -> MessageLayout:
     )
 
 
-def stamp_of(layout: MessageLayout, field: str) -> Stamp | None:
+def stamp_field_of(layout: MessageLayout, field: str) -> StampField | None:
     """Return a field as the vehicle's time; None if it is no unsigned count of ms or us."""
-    return _stamp(layout.dtype, layout.units, field)
+    return _make_stamp_field(layout.dtype, layout.units, field)
 
 
-def _find_stamp(dtype: np.dtype[np.void], units: Mapping[str, str]) -> Stamp | None:
-    for name in _STAMPS:
-        found = _stamp(dtype, units, name)
+def _find_stamp(dtype: np.dtype[np.void], units: Mapping[str, str]) -> StampField | None:
+    for name in _STAMP_FIELD_NAMES:
+        found = _make_stamp_field(dtype, units, name)
         if found is not None:
             return found
     return None
 
 
-def _stamp(dtype: np.dtype[np.void], units: Mapping[str, str], field: str) -> Stamp | None:
+def _make_stamp_field(
+    dtype: np.dtype[np.void], units: Mapping[str, str], field: str
+) -> StampField | None:
     if field not in (dtype.names or ()):
         return None
     scale = _MICROSECONDS.get(units.get(field, ""))
     if scale is None or dtype[field].kind != "u" or dtype[field].itemsize < 4:
         return None
-    return Stamp(field=field, offset=_offset(dtype, field), size=dtype[field].itemsize, scale=scale)
+    return StampField(
+        field=field, offset=_offset(dtype, field), size=dtype[field].itemsize, scale=scale
+    )
 
 
 def _offset(dtype: np.dtype[np.void], field: str) -> int:

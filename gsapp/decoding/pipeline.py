@@ -17,21 +17,21 @@ import numpy as np
 from calibration import Certificate
 from gsapp.aircraft import Aircraft
 from gsapp.decoding.channel_map import ChannelMap, MapEntry
-from gsapp.decoding.derived import (
+from gsapp.decoding.derived_channels import (
     LONGEST_HOLD,
-    Compute,
+    DeriveFunction,
     SlowInput,
-    derivations_for,
+    select_derivations,
 )
-from gsapp.decoding.grid import LONGEST_FILL, ColumnIndex, Grid, Numbers, columns_at
+from gsapp.decoding.grid import MAX_FILLED_PAUSE, ColumnIndex, Grid, Numbers, column_index
+from gsapp.decoding.grid_rows import GridRows, RowBatch
 from gsapp.decoding.gridder import Gridder
-from gsapp.decoding.merging import Merger
-from gsapp.decoding.rows import Rows, Sheet
-from gsapp.decoding.stream import Columns, Stream
+from gsapp.decoding.message_stream import MessageColumns, MessageStream
+from gsapp.decoding.source_selection import SourceSelector
 from gsapp.quantities import Block, FloatArray
 
 _FORGET = 4 * LONGEST_HOLD
-_LONGEST_WAIT = 2 * round(LONGEST_FILL * 1e6)
+_LONGEST_WAIT = 2 * round(MAX_FILLED_PAUSE * 1e6)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,7 +71,7 @@ class ChannelSource:
     gaps: int | None = None
 
 
-class _Step(NamedTuple):
+class _ColumnStep(NamedTuple):
     """One more column of a group: a slow input, or what is computed from columns before it.
 
     Attributes
@@ -84,7 +84,7 @@ class _Step(NamedTuple):
         The slow input.
     """
 
-    compute: Compute | None
+    compute: DeriveFunction | None
     inputs: tuple[int, ...] = ()
     slow: SlowInput | None = None
 
@@ -107,16 +107,16 @@ class _Group:
         Columns that follow its own; some of them are derived channels, others lead to them.
     derived : list of int
         Places of the derived channels among all columns.
-    ready : list of Rows
+    ready : list of GridRows
         What waits for the next pull.
     """
 
     channels: tuple[str, ...]
     width: int
     join: _Join | None = None
-    steps: list[_Step] = field(default_factory=list)
+    steps: list[_ColumnStep] = field(default_factory=list)
     derived: list[int] = field(default_factory=list)
-    ready: list[Rows] = field(default_factory=list)
+    ready: list[GridRows] = field(default_factory=list)
 
     @property
     def emitted(self) -> tuple[str, ...]:
@@ -128,21 +128,21 @@ class _Group:
         index = self.channels.index(name)
         return index if index < self.width else self.derived[index - self.width]
 
-    def add(self, step: _Step) -> int:
+    def add(self, step: _ColumnStep) -> int:
         """Add a column, unless it is there already; return its place."""
         if step not in self.steps:
             self.steps.append(step)
         return self.width + self.steps.index(step)
 
-    def derive(self, grid: Grid, rows: Rows) -> Rows:
+    def derive(self, grid: Grid, rows: GridRows) -> GridRows:
         """Add the derived columns."""
         found = self._derived_singly(grid, rows) if rows.few else None
         values = np.empty((len(rows.values), len(self.channels)))
         values[:, : self.width] = rows.values
         values.T[self.width :] = self._derived(grid, rows) if found is None else found
-        return Rows(rows.first, values)
+        return GridRows(rows.first, values)
 
-    def _derived(self, grid: Grid, rows: Rows) -> list[FloatArray]:
+    def _derived(self, grid: Grid, rows: GridRows) -> list[FloatArray]:
         """Return the derived columns."""
         # Each by itself: a function may round differently on one that is strided.
         columns = list(np.ascontiguousarray(rows.values.T))
@@ -153,7 +153,7 @@ class _Group:
                 columns.append(slow.at(grid.micros(rows.first, len(rows))))
         return [columns[place] for place in self.derived]
 
-    def _derived_singly(self, grid: Grid, rows: Rows) -> list[Numbers] | None:
+    def _derived_singly(self, grid: Grid, rows: GridRows) -> list[Numbers] | None:
         """Return the derived columns, computed number by number: quicker for a few rows.
 
         None where Python refuses what NumPy answers with infinity.
@@ -170,7 +170,7 @@ class _Group:
             return None
         return [columns[place] for place in self.derived]
 
-    def block(self, grid: Grid, rows: Rows) -> Block:
+    def block(self, grid: Grid, rows: GridRows) -> Block:
         """Return rows, derived columns included, as a block."""
         values = rows.values
         times = grid.times(rows.first, len(values))
@@ -184,13 +184,13 @@ class _Join:
     """Rows of several groups, where all of them have one."""
 
     parents: list[tuple[_Group, int]]
-    waiting: list[deque[Rows]]
+    waiting: list[deque[GridRows]]
 
-    def pull(self) -> list[Rows]:
+    def pull(self) -> list[GridRows]:
         """Return the rows that all parents have by now."""
         for queue, (parent, column) in zip(self.waiting, self.parents, strict=True):
             # A copy: what waits may wait long, and should not hold the other columns.
-            queue += [Rows(rows.first, rows.values[:, column].copy()) for rows in parent.ready]
+            queue += [GridRows(rows.first, rows.values[:, column].copy()) for rows in parent.ready]
         found = []
         while all(self.waiting):
             heads = [queue[0] for queue in self.waiting]
@@ -198,7 +198,7 @@ class _Join:
             end = min(head.end for head in heads)
             if first < end:
                 parts = [head.values[first - head.first : end - head.first] for head in heads]
-                found.append(Rows(first, np.column_stack(parts)))
+                found.append(GridRows(first, np.column_stack(parts)))
             self.drop(end)
         return found
 
@@ -208,7 +208,7 @@ class _Join:
             while queue and queue[0].end <= end:
                 queue.popleft()
             if queue and queue[0].first < end:
-                queue[0] = Rows(end, queue[0].values[end - queue[0].first :])
+                queue[0] = GridRows(end, queue[0].values[end - queue[0].first :])
 
 
 class Pipeline:
@@ -231,7 +231,7 @@ class Pipeline:
     ----------
     grid : Grid
         The grid.
-    streams : tuple of Stream
+    streams : tuple of MessageStream
         One for each message and sender; their numbers are those of `push`.
     sources : dict of str to ChannelSource
         Every channel that it can yield.
@@ -261,13 +261,15 @@ class Pipeline:
             )
             for stream in self.streams
         )
-        self._sheet = Sheet()
-        self._rows: list[tuple[int, list[Rows]]] = []  # completed since the last pull
+        self._sheet = RowBatch()
+        self._rows: list[tuple[int, list[GridRows]]] = []  # completed since the last pull
         self.sources: dict[str, ChannelSource] = {}
         self._groups: list[_Group] = []
         self._direct: list[tuple[ColumnIndex | None, _Group] | None] = [None] * len(self.streams)
-        self._mergers: list[tuple[Merger, _Group]] = []
-        self._merged: list[list[tuple[Merger, int, ColumnIndex]]] = [[] for _ in self.streams]
+        self._mergers: list[tuple[SourceSelector, _Group]] = []
+        self._merged: list[list[tuple[SourceSelector, int, ColumnIndex]]] = [
+            [] for _ in self.streams
+        ]
         self._inputs: dict[str, tuple[str, ...]] = {}
         self._slow: dict[str, SlowInput] = {}
         self._slow_feeds: list[list[tuple[SlowInput, int, int]]] = [[] for _ in self.streams]
@@ -295,7 +297,7 @@ class Pipeline:
         return sum(gridder.overtaken for gridder in self._gridders)
 
     def push(
-        self, stream: int, times: Sequence[int], nows: Sequence[int], columns: Columns
+        self, stream: int, times: Sequence[int], nows: Sequence[int], columns: MessageColumns
     ) -> None:
         """Take samples of one stream.
 
@@ -349,7 +351,7 @@ class Pipeline:
         self._rows.clear()
 
     def pull(self, first: int | None, now: int, *, final: bool = False) -> list[Block]:
-        """Return the blocks that are complete; see `Merger.pull` for the parameters."""
+        """Return the blocks that are complete; see `SourceSelector.pull` for the parameters."""
         self._distribute()
         for merger, group in self._mergers:
             group.ready += merger.pull(first, now, final=final)
@@ -388,7 +390,7 @@ class Pipeline:
                 self._counted(name, source)
                 if inputs is None
                 # Derivations stand after their inputs.
-                else _like(source, min((counted[each] for each in inputs), key=_samples_of))
+                else _with_counts(source, min((counted[each] for each in inputs), key=_samples_of))
             )
         return counted
 
@@ -437,10 +439,10 @@ class Pipeline:
             group = self._new_group(names)
             own = [self._candidates[name][0][1] for name in names]
             every = len(own) == len(self.streams[number].outputs)
-            self._direct[number] = (None if every else columns_at(own), group)
+            self._direct[number] = (None if every else column_index(own), group)
         for numbers, names in competing.items():
             group = self._new_group(names)
-            merger = Merger(
+            merger = SourceSelector(
                 self.grid,
                 [self._gridders[number] for number in numbers],
                 len(names),
@@ -449,7 +451,7 @@ class Pipeline:
             self._mergers.append((merger, group))
             for source, number in enumerate(numbers):
                 columns = [self._candidates[name][source][1] for name in names]
-                self._merged[number].append((merger, source, columns_at(columns)))
+                self._merged[number].append((merger, source, column_index(columns)))
 
     def _new_group(self, names: Sequence[str], join: _Join | None = None) -> _Group:
         group = _Group(channels=tuple(names), width=len(names), join=join)
@@ -457,21 +459,21 @@ class Pipeline:
         return group
 
     def _add_derived(self) -> None:
-        for derivation in derivations_for(list(self._candidates)):
+        for derivation in select_derivations(list(self._candidates)):
             group = self._group_with(derivation.quick)
             quick = [group.place(name) for name in derivation.quick]
             slow = [
                 group.place(name)
                 if name in group.channels
-                else group.add(_Step(None, slow=self._slow_input(name)))
+                else group.add(_ColumnStep(None, slow=self._slow_input(name)))
                 for name in derivation.slow
             ]
             if derivation.density is not None:
-                slow = [group.add(_Step(derivation.density, tuple(slow)))]
+                slow = [group.add(_ColumnStep(derivation.density, tuple(slow)))]
             if derivation.same:
                 group.derived += quick
             else:
-                group.derived.append(group.add(_Step(derivation.compute, (*quick, *slow))))
+                group.derived.append(group.add(_ColumnStep(derivation.compute, (*quick, *slow))))
             group.channels += (derivation.output,)
             self._inputs[derivation.output] = tuple(derivation.quick)
             used = [self.sources[name] for name in derivation.inputs]
@@ -509,7 +511,7 @@ def _samples_of(source: ChannelSource) -> int:
     return source.samples or 0
 
 
-def _like(source: ChannelSource, counted: ChannelSource) -> ChannelSource:
+def _with_counts(source: ChannelSource, counted: ChannelSource) -> ChannelSource:
     return replace(source, samples=counted.samples, rate=counted.rate, gaps=counted.gaps)
 
 
@@ -517,13 +519,13 @@ def _streams(
     channel_map: ChannelMap,
     certificates: Mapping[str, Certificate],
     vehicle_time: Callable[[MapEntry], bool],
-) -> tuple[Stream, ...]:
+) -> tuple[MessageStream, ...]:
     gathered: dict[object, list[MapEntry]] = {}
     for entry in channel_map.entries:
         key = (entry.message, entry.selector, entry.time)
         gathered.setdefault(key, []).append(entry)
     return tuple(
-        Stream(entries, certificates, vehicle_time=vehicle_time(entries[0]))
+        MessageStream(entries, certificates, vehicle_time=vehicle_time(entries[0]))
         for entries in gathered.values()
     )
 

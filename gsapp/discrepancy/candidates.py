@@ -12,32 +12,32 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.discrepancy.catalog import EffectRecord
-from gsapp.discrepancy.filtering.columns import Column, Entry
-from gsapp.discrepancy.filtering.linearizing import Linearization
-from gsapp.dynamics.flight_model import INPUTS
-from gsapp.dynamics.recorded_controls import acted
-from gsapp.dynamics.signals import (
-    SURFACES,
+from gsapp.discrepancy.effect_catalog import EffectRecord
+from gsapp.discrepancy.filter_error.motion_linearization import Linearization
+from gsapp.discrepancy.filter_error.sensitivity_columns import SensitivityColumn, SensitivityEntry
+from gsapp.dynamics.flight_model import MODEL_INPUTS
+from gsapp.dynamics.recorded_controls import simulate_control_path
+from gsapp.dynamics.signal_terms import (
+    SURFACE_CHANNELS,
     Backlash,
     Bias,
     Delay,
     Lag,
     RateLimit,
     Saturation,
-    Scale,
+    ScaleFactor,
     SignalTerm,
-    channels_of,
-    lagged,
+    apply_lag,
+    channels_of_target,
 )
-from gsapp.dynamics.terms import COEFFICIENTS, Term, make_term
+from gsapp.dynamics.terms import COEFFICIENTS, Term, create_term
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE
 
-Maker = Callable[[Linearization], Column | None]
-SMALL_PLAY = 0.06 * DEGREE
+ColumnBuilder = Callable[[Linearization], SensitivityColumn | None]
+TRIAL_BACKLASH = 0.06 * DEGREE
 """Width at which play is tried, rad: hands turn it over at every move, noise of a pot does not."""
-MEMORY = 0.15
+TRIAL_TIME_CONSTANT = 0.15
 """Time constant of lags without a name, s."""
 _AXES = {"CX": ("CA", -1.0), "CZ": ("CN", -1.0)}
 _LOADS = {
@@ -52,7 +52,7 @@ _LOADS = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Competitor:
+class CandidateEffect:
     """One competitor for the place of the missing effect.
 
     Attributes
@@ -84,24 +84,24 @@ class Competitor:
     neutral: float
     low: float = -np.inf
     high: float = np.inf
-    make: Maker
+    make: ColumnBuilder
     start: Callable[[Sequence[Linearization]], float] | None = None
 
 
-def named_competitors(
+def catalog_candidates(
     records: Sequence[EffectRecord], aircraft: Aircraft
-) -> tuple[Competitor, ...]:
+) -> tuple[CandidateEffect, ...]:
     """Return the competitors for effects of the catalog that can be made a column."""
     found = []
     for record in records:
-        term = make_term(record.id, aircraft)
-        maker = _maker(term, aircraft)
+        term = create_term(record.id, aircraft)
+        maker = _column_builder(term, aircraft)
         free = [item for item in term.parameters if item.free]
         if maker is None or not free:
             continue
         item = free[0]
         found.append(
-            Competitor(
+            CandidateEffect(
                 id=record.id,
                 title=record.title,
                 named=not record.decoy,
@@ -111,33 +111,34 @@ def named_competitors(
                 low=item.bounds[0] - item.neutral,
                 high=item.bounds[1] - item.neutral,
                 make=maker,
-                start=_start(term),
+                start=_initial_value(term),
             )
         )
     return tuple(found)
 
 
-def _maker(term: Term, aircraft: Aircraft) -> Maker | None:
+def _column_builder(term: Term, aircraft: Aircraft) -> ColumnBuilder | None:
     if term.target.startswith("control."):
-        return _control_maker(term)
+        return _control_column_builder(term)
     if term.target.startswith("sensor."):
-        return _sensor_maker(term)
+        return _sensor_column_builder(term)
     if term.target in COEFFICIENTS or term.target in _AXES or term.target in _LOADS:
-        return _equation_maker(term, aircraft)
+        return _equation_column_builder(term, aircraft)
     return None
 
 
-def _equation_maker(term: Term, aircraft: Aircraft) -> Maker:
+def _equation_column_builder(term: Term, aircraft: Aircraft) -> ColumnBuilder:
     index = next((k for k, item in enumerate(term.parameters) if item.free), 0)
     neutral = [item.neutral for item in term.parameters]
 
-    def make(found: Linearization) -> Column | None:
+    def make(found: Linearization) -> SensitivityColumn | None:
         reads = [found.variables[name] for name in term.reads]
         states: tuple[FloatArray, ...] = ()
         if term.states:
             taus = [item.default for item in term.parameters if item.name in ("tau", "lag")]
             states = tuple(
-                lagged(reads[0], taus[0] if taus else MEMORY, found.record.dt) for _ in term.states
+                apply_lag(reads[0], taus[0] if taus else TRIAL_TIME_CONSTANT, found.record.dt)
+                for _ in term.states
             )
         history = np.broadcast_to(
             np.asarray(term.jacobian(reads, states, neutral).parameters[index], dtype=float),
@@ -155,92 +156,92 @@ def _equation_maker(term: Term, aircraft: Aircraft) -> Maker:
 
 def coefficient_entry(
     target: str, history: FloatArray, found: Linearization, aircraft: Aircraft
-) -> Entry:
+) -> SensitivityEntry:
     """Return what adds to a coefficient, force or moment as an entry of a coefficient."""
     if target in COEFFICIENTS:
-        return Entry(place=target, history=history)
+        return SensitivityEntry(place=target, history=history)
     if target in _AXES:
         place, sign = _AXES[target]
-        return Entry(place=place, history=sign * history)
+        return SensitivityEntry(place=place, history=sign * history)
     place, sign, arm = _LOADS[target]
     geometry = aircraft.geometry
     size = found.variables["qbar"] * geometry.wing_area
     length = geometry.span if arm == "span" else geometry.chord if arm == "chord" else 1.0
-    return Entry(place=place, history=sign * history / (size * length))
+    return SensitivityEntry(place=place, history=sign * history / (size * length))
 
 
-def _control_maker(term: Term) -> Maker | None:
-    channel = SURFACES[term.target.partition(".")[2]]
+def _control_column_builder(term: Term) -> ColumnBuilder | None:
+    channel = SURFACE_CHANNELS[term.target.partition(".")[2]]
     if not isinstance(term, SignalTerm):
         return None
 
-    def make(found: Linearization) -> Column | None:
-        signal = found.inputs[INPUTS.index(channel)]
+    def make(found: Linearization) -> SensitivityColumn | None:
+        signal = found.inputs[MODEL_INPUTS.index(channel)]
         dt = found.record.dt
         if isinstance(term, Lag | Delay):
             change = -np.gradient(signal, dt)
-        elif isinstance(term, Scale):
+        elif isinstance(term, ScaleFactor):
             change = signal
         else:
-            size = finite_size(term, signal, dt)
-            change = acted(((term, (size,)),), signal, dt).values - signal
+            size = trial_size(term, signal, dt)
+            change = simulate_control_path(((term, (size,)),), signal, dt).values - signal
             if isinstance(term, Backlash):
                 change = change / size
         if not np.any(change):
             return None
-        return (Entry(place=channel, history=change),)
+        return (SensitivityEntry(place=channel, history=change),)
 
     return make
 
 
-def _start(term: Term) -> Callable[[Sequence[Linearization]], float] | None:
+def _initial_value(term: Term) -> Callable[[Sequence[Linearization]], float] | None:
     if not isinstance(term, Saturation | RateLimit) or not term.target.startswith("control."):
         return None
-    channel = SURFACES[term.target.partition(".")[2]]
+    channel = SURFACE_CHANNELS[term.target.partition(".")[2]]
 
     def start(found: Sequence[Linearization]) -> float:
-        row = INPUTS.index(channel)
-        return max(finite_size(term, one.inputs[row], one.record.dt) for one in found)
+        row = MODEL_INPUTS.index(channel)
+        return max(trial_size(term, one.inputs[row], one.record.dt) for one in found)
 
     return start
 
 
-def finite_size(term: SignalTerm, signal: FloatArray, dt: float) -> float:
+def trial_size(term: SignalTerm, signal: FloatArray, dt: float) -> float:
     """Return the size at which an effect that is not linear in it is tried."""
     if isinstance(term, Saturation):
         # The column is then the whole effect: its size is 1.
         return 0.85 * float(np.abs(signal).max())
     if isinstance(term, RateLimit):
         return 0.7 * float(np.abs(np.gradient(signal, dt)).max())
-    return SMALL_PLAY
+    return TRIAL_BACKLASH
 
 
-def _sensor_maker(term: Term) -> Maker | None:
+def _sensor_column_builder(term: Term) -> ColumnBuilder | None:
     name = term.target.partition(".")[2]
-    channels = channels_of(name)
-    if not isinstance(term, Lag | Delay | Scale | Bias):
+    channels = channels_of_target(name)
+    if not isinstance(term, Lag | Delay | ScaleFactor | Bias):
         return None
 
-    def make(found: Linearization) -> Column | None:
+    def make(found: Linearization) -> SensitivityColumn | None:
         entries = []
         for channel in channels:
             if channel in ("de", "da", "dr", "flap"):
                 if isinstance(term, Lag | Delay):
-                    signal = found.inputs[INPUTS.index(channel)]
+                    signal = found.inputs[MODEL_INPUTS.index(channel)]
                     # What was recorded late came earlier.
                     change = np.gradient(signal, found.record.dt)
-                    entries.append(Entry(place=channel, history=change))
+                    entries.append(SensitivityEntry(place=channel, history=change))
                 continue
             if channel not in found.record.channels:
                 continue
             column = found.record.channels.index(channel)
             if isinstance(term, Lag | Delay):
                 history = -found.output_rates[:, column]
-            elif isinstance(term, Scale):
+            elif isinstance(term, ScaleFactor):
                 history = found.computed[:, column]
             else:
                 history = np.ones(len(found.record))
-            entries.append(Entry(place=f"channel.{channel}", history=history))
+            entries.append(SensitivityEntry(place=f"channel.{channel}", history=history))
         return tuple(entries) or None
 
     return make

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from gsapp.aircraft import Aircraft
-from gsapp.discrepancy.catalog import left_out
-from gsapp.discrepancy.checking import moving_inputs
-from gsapp.foundation.naming import listed
+from gsapp.discrepancy.effect_catalog import excluded_effects
+from gsapp.discrepancy.search_checks import moving_inputs
+from gsapp.foundation.name_suggestions import format_names
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import channel
 
@@ -27,10 +27,14 @@ def record_remarks(maneuvers: Sequence[Maneuver], aircraft: Aircraft) -> tuple[s
     maneuvers : sequence of Maneuver
     aircraft : Aircraft
     """
-    return (*_clipped(maneuvers), *_lacking(maneuvers, aircraft), *_moved(maneuvers))
+    return (
+        *_clipping_remarks(maneuvers),
+        *_missing_channel_remarks(maneuvers, aircraft),
+        *_cg_remarks(maneuvers),
+    )
 
 
-def _moved(maneuvers: Sequence[Maneuver]) -> list[str]:
+def _cg_remarks(maneuvers: Sequence[Maneuver]) -> list[str]:
     """Return what another CG than the aircraft file's means for moments."""
     ahead = [1e3 * one.cg_shift[0] for one in maneuvers]
     if not ahead or max(map(abs, ahead)) < _SAME_CG:
@@ -49,7 +53,7 @@ def _moved(maneuvers: Sequence[Maneuver]) -> list[str]:
     return found
 
 
-def _clipped(maneuvers: Sequence[Maneuver]) -> list[str]:
+def _clipping_remarks(maneuvers: Sequence[Maneuver]) -> list[str]:
     places: dict[str, list[str]] = {}
     for one in maneuvers:
         for name, flags in one.clipped.items():
@@ -64,13 +68,15 @@ def _clipped(maneuvers: Sequence[Maneuver]) -> list[str]:
     ]
 
 
-def _lacking(maneuvers: Sequence[Maneuver], aircraft: Aircraft) -> list[str]:
+def _missing_channel_remarks(maneuvers: Sequence[Maneuver], aircraft: Aircraft) -> list[str]:
     channels = {name for one in maneuvers for name in one.block.channels if one.has(name)}
     effects: dict[str, list[str]] = {}
-    for effect, reason in left_out(aircraft, channels, moving=moving_inputs(maneuvers)).items():
+    for effect, reason in excluded_effects(
+        aircraft, channels, moving=moving_inputs(maneuvers)
+    ).items():
         if reason.startswith(_NEEDS):
             effects.setdefault(reason, []).append(effect)
     return [
-        f"{listed(names, _NAMED)} cannot be judged: {'each ' if len(names) > 1 else 'it '}{reason}"
+        f"{format_names(names, _NAMED)} cannot be judged: {'each ' if len(names) > 1 else 'it '}{reason}"
         for reason, names in effects.items()
     ]

@@ -13,15 +13,23 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from gsapp.discrepancy.results import Alternative, Discrepancy, FoundEffect, Observability, Step
+from gsapp.discrepancy.results import (
+    Alternative,
+    DiscrepancyResult,
+    FoundEffect,
+    ModelStep,
+    Observability,
+)
 
 
-def discrepancy_json(found: Discrepancy, *, model: Path | str | None = None) -> dict[str, Any]:
+def discrepancy_json(
+    found: DiscrepancyResult, *, model: Path | str | None = None
+) -> dict[str, Any]:
     """Return what `found` says, as strict JSON can hold it.
 
     Parameters
     ----------
-    found : Discrepancy
+    found : DiscrepancyResult
     model : Path or str, optional
         Where the revised model was written; null where it was not.
 
@@ -85,7 +93,7 @@ def _alternative(one: Alternative) -> dict[str, Any]:
     return {"effect": "+".join(one.effects), **asdict(one)}
 
 
-def _step(one: Step) -> dict[str, Any]:
+def _step(one: ModelStep) -> dict[str, Any]:
     return {
         "added": one.added or None,
         "model": one.model.name,

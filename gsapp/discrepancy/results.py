@@ -1,7 +1,7 @@
 """What the search for a missing effect returns: everything that is told, drawn or written.
 
-One `Discrepancy` holds the answer; its `steps` tell the story from the baseline to the revised
-model, its `maneuvers` the histories behind every picture. All numbers are SI and radians.
+One `DiscrepancyResult` holds the answer; its `steps` tell the story from the baseline to the
+revised model, its `maneuvers` the histories behind every picture. All numbers are SI and radians.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Literal
 from gsapp.dynamics.model import Model
 from gsapp.quantities import FloatArray
 
-Verdict = Literal[
+DiscrepancyVerdict = Literal[
     "effects-found", "values-wrong", "model-adequate", "ambiguous", "unexplained", "not-observable"
 ]
 EffectClass = Literal["A", "B", "C"]
@@ -22,7 +22,7 @@ trusted prior values."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Region:
+class FlightRegion:
     """Where in the flight envelope a disagreement grows.
 
     Attributes
@@ -59,8 +59,8 @@ class Disagreement:
         Of the missing part of the coefficient over that time, and what noise alone would give.
     p_value : float
         Chance of as much, corrected for all that was looked at; see
-        `gsapp.discrepancy.placing.Place`.
-    region : Region or None
+        `gsapp.discrepancy.localization.ModelErrorLocation`.
+    region : FlightRegion or None
     """
 
     coefficient: str
@@ -71,7 +71,7 @@ class Disagreement:
     rms: float
     noise_floor: float
     p_value: float
-    region: Region | None = None
+    region: FlightRegion | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,7 +102,7 @@ class Observability:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Candidate:
+class RankedCandidate:
     """One effect in the competition of one step.
 
     Attributes
@@ -238,7 +238,7 @@ class Gap:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Step:
+class ModelStep:
     """One model on the way from the baseline (step 0) to the revised one.
 
     Attributes
@@ -246,7 +246,7 @@ class Step:
     model : Model
     added : str
         Id of the effect that this step added; empty for the baseline.
-    ranking : tuple of Candidate
+    ranking : tuple of RankedCandidate
         Of the competition that this step's model then faced, best first: what to add next.
     map : ndarray, shape (n_maneuvers, n_coefficients)
         Missing part of each coefficient in units of the noise floor (1: nothing but noise).
@@ -258,14 +258,14 @@ class Step:
 
     model: Model
     added: str
-    ranking: tuple[Candidate, ...]
+    ranking: tuple[RankedCandidate, ...]
     map: FloatArray
     gap: Mapping[str, float]
     misfit: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ManeuverView:
+class ManeuverHistories:
     """Histories of one maneuver.
 
     Attributes
@@ -324,7 +324,7 @@ class InstrumentRemark:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Discrepancy:
+class DiscrepancyResult:
     """The answer.
 
     Attributes
@@ -335,7 +335,7 @@ class Discrepancy:
     disagreements : tuple of Disagreement
         Of the baseline, most significant first.
     observability : tuple of Observability
-    steps : tuple of Step
+    steps : tuple of ModelStep
         The baseline first.
     effects : tuple of FoundEffect
     values : mapping of str to ChangedValue
@@ -343,31 +343,31 @@ class Discrepancy:
     disturbance : mapping of str to float
         ``gust``: rms of turbulence, m/s; with ``gust_std``.
     gap : Gap
-    maneuvers : tuple of ManeuverView
+    maneuvers : tuple of ManeuverHistories
     coefficients, channels : tuple of str
         Order of the maps and histories.
     instruments : tuple of InstrumentRemark
     warnings : tuple of str
     """
 
-    verdict: Verdict
+    verdict: DiscrepancyVerdict
     why: str
     disagreements: tuple[Disagreement, ...]
     observability: tuple[Observability, ...]
-    steps: tuple[Step, ...]
+    steps: tuple[ModelStep, ...]
     effects: tuple[FoundEffect, ...]
     values: Mapping[str, ChangedValue]
     alternatives: tuple[Alternative, ...]
     disturbance: Mapping[str, float]
     gap: Gap
-    maneuvers: tuple[ManeuverView, ...]
+    maneuvers: tuple[ManeuverHistories, ...]
     coefficients: tuple[str, ...]
     channels: tuple[str, ...]
     instruments: tuple[InstrumentRemark, ...] = ()
     warnings: tuple[str, ...] = ()
 
     @property
-    def ranking(self) -> tuple[Candidate, ...]:
+    def ranking(self) -> tuple[RankedCandidate, ...]:
         """Return the competition that the baseline faced."""
         return self.steps[0].ranking if self.steps else ()
 

@@ -7,24 +7,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gsapp.discrepancy.candidates import Competitor
-from gsapp.discrepancy.filtering.columns import Column
-from gsapp.discrepancy.filtering.fitting import Fit
-from gsapp.discrepancy.filtering.information import Information
-from gsapp.discrepancy.filtering.linearizing import Linearization
+from gsapp.discrepancy.candidates import CandidateEffect
+from gsapp.discrepancy.filter_error.filter_error_fit import FilterErrorFit
+from gsapp.discrepancy.filter_error.information_matrix import InformationMatrix
+from gsapp.discrepancy.filter_error.motion_linearization import Linearization
+from gsapp.discrepancy.filter_error.sensitivity_columns import SensitivityColumn
 from gsapp.quantities import FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Screening:
+class CandidateScreening:
     """What single candidates would gain.
 
     Attributes
     ----------
-    competitors : tuple of Competitor
-    whole, left : Information
+    competitors : tuple of CandidateEffect
+    whole, left : InformationMatrix
         Before and after the model's own parameters took what they can.
-    parts : mapping of str to Information
+    parts : mapping of str to InformationMatrix
         Before that, of each maneuver.
     gain : ndarray, shape (n_competitors,)
         Fall of the sum of squares; 0 for a size that bounds forbid.
@@ -32,10 +32,10 @@ class Screening:
         Difference from neutral, and its standard deviation.
     """
 
-    competitors: tuple[Competitor, ...]
-    whole: Information
-    left: Information
-    parts: Mapping[str, Information]
+    competitors: tuple[CandidateEffect, ...]
+    whole: InformationMatrix
+    left: InformationMatrix
+    parts: Mapping[str, InformationMatrix]
     gain: FloatArray
     size: FloatArray
     std: FloatArray
@@ -64,12 +64,16 @@ class Screening:
         return self.left.cosines(effect)
 
 
-def candidate_columns(competitors: Sequence[Competitor], found: Linearization) -> list[Column]:
+def candidate_columns(
+    competitors: Sequence[CandidateEffect], found: Linearization
+) -> list[SensitivityColumn]:
     """Return the columns of competitors in one maneuver; empty where one cannot act."""
     return [one.make(found) or () for one in competitors]
 
 
-def screen(fit: Fit, competitors: Sequence[Competitor]) -> Screening:
+def screen_candidates(
+    fit: FilterErrorFit, competitors: Sequence[CandidateEffect]
+) -> CandidateScreening:
     """Return what single candidates would gain; the fit must have made a pass."""
     names = tuple(one.id for one in competitors)
     columns = (names, lambda linearization: candidate_columns(competitors, linearization))
@@ -81,7 +85,7 @@ def screen(fit: Fit, competitors: Sequence[Competitor]) -> Screening:
     allowed = np.array(
         [one.low <= step <= one.high for one, step in zip(competitors, size, strict=True)]
     )
-    return Screening(
+    return CandidateScreening(
         competitors=tuple(competitors),
         whole=whole,
         left=left,

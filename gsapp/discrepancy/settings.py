@@ -48,12 +48,12 @@ class DiscrepancySettings:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Progress:
+class SearchProgress:
     """How far a search has come: share done (0 to 1) and what it is doing."""
 
     share: float
     doing: str
 
 
-Callback = Callable[[Progress], bool | None]
+SearchProgressCallback = Callable[[SearchProgress], bool | None]
 """Called often; returning False stops the search with `SearchStoppedError`."""

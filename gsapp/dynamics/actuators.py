@@ -11,19 +11,19 @@ from typing import NamedTuple
 
 from gsapp.aircraft import Aircraft, Control
 from gsapp.dynamics.flight_model import FlightModel
-from gsapp.dynamics.signals import (
-    SURFACES,
+from gsapp.dynamics.signal_terms import (
+    SURFACE_CHANNELS,
     Backlash,
     Delay,
     Lag,
-    Path,
+    PathTerms,
     RateLimit,
     Saturation,
-    Scale,
+    ScaleFactor,
     SignalPath,
     SignalTerm,
 )
-from gsapp.dynamics.terms import Term, make_term
+from gsapp.dynamics.terms import Term, create_term
 
 _NO_LIMIT = 1e6
 
@@ -44,7 +44,7 @@ class ControlPosition(NamedTuple):
 
 def control_paths(
     aircraft: Aircraft, channel: str, effects: Sequence[tuple[Term, tuple[float, ...]]] = ()
-) -> tuple[Path, Path]:
+) -> tuple[PathTerms, PathTerms]:
     """Return the path from command to servo and from servo to surface.
 
     Parameters
@@ -55,12 +55,12 @@ def control_paths(
         Effects of the model on this control, with their parameters.
     """
     control: Control = getattr(aircraft.controls, channel)
-    name = next(word for word, known in SURFACES.items() if known == channel)
+    name = next(word for word, known in SURFACE_CHANNELS.items() if known == channel)
     servo: list[tuple[SignalTerm, tuple[float, ...]]] = []
     linkage: list[tuple[SignalTerm, tuple[float, ...]]] = []
 
     def own(kind: str, value: float) -> tuple[SignalTerm, tuple[float, ...]]:
-        term = make_term(f"control.{name}.{kind}", aircraft)
+        term = create_term(f"control.{name}.{kind}", aircraft)
         assert isinstance(term, SignalTerm)  # noqa: S101  every control effect is one
         return term, (value,)
 
@@ -75,7 +75,7 @@ def control_paths(
     for term, values in effects:
         if isinstance(term, (Delay, Lag, RateLimit)):
             servo.append((term, values))
-        elif isinstance(term, (Backlash, Saturation, Scale)):
+        elif isinstance(term, (Backlash, Saturation, ScaleFactor)):
             linkage.append((term, values))
     return tuple(servo), tuple(linkage)
 
@@ -113,9 +113,9 @@ class Actuator:
         return ControlPosition(command, servo, self._linkage.step(servo))
 
 
-def actuators(model: FlightModel, dt: float) -> dict[str, Actuator]:
+def create_actuators(model: FlightModel, dt: float) -> dict[str, Actuator]:
     """Return the actuators of de, da, dr and flap with the model's control effects."""
     return {
         channel: Actuator(model.aircraft, channel, dt, model.control_terms.get(name, ()))
-        for name, channel in SURFACES.items()
+        for name, channel in SURFACE_CHANNELS.items()
     }

@@ -19,7 +19,7 @@ Value = float | FloatArray
 """A number, or an array of shape (n,) with one number for each sample."""
 
 
-def functions(value: Value | Dual) -> Any:
+def array_namespace(value: Value | Dual) -> Any:
     """Return `math` for a single float, `Dual` for one with derivatives, else `numpy`."""
     if isinstance(value, float):
         return math
@@ -33,7 +33,7 @@ def clip(value: Value, low: Value, high: Value) -> Value:
     return np.clip(value, low, high)
 
 
-def choose(condition: Any, yes: Value, no: Value) -> Value:
+def where(condition: Any, yes: Value, no: Value) -> Value:
     """Return `yes` where the condition holds, `no` elsewhere."""
     if isinstance(condition, bool):
         return yes if condition else no

@@ -25,7 +25,7 @@ GAS_CONSTANT = 287.05287
 _EXPONENT = GRAVITY / (GAS_CONSTANT * LAPSE_RATE)
 
 
-class Air(NamedTuple):
+class AirState(NamedTuple):
     """State of the air at one height, or at many.
 
     Attributes
@@ -81,11 +81,11 @@ class Atmosphere:
         """Return the density (kg/m^3) at a geometric altitude above sea level (m)."""
         return self.pressure(altitude) / (GAS_CONSTANT * self.temperature(altitude))
 
-    def at(self, altitude: Value) -> Air:
+    def at(self, altitude: Value) -> AirState:
         """Return density, pressure and temperature at an altitude (m)."""
         temperature = self.temperature(altitude)
         pressure = self.pressure(altitude)
-        return Air(
+        return AirState(
             density=pressure / (GAS_CONSTANT * temperature),
             pressure=pressure,
             temperature=temperature,
@@ -132,7 +132,7 @@ class Wind:
         return factor * self.north, factor * self.east, self.down
 
 
-class Turbulence:
+class DrydenTurbulence:
     """Dryden turbulence along the flight path, stepped exactly for any step and speed.
 
     The longitudinal gust is a first-order process with the time constant L/V, the lateral and

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from gsapp.dynamics.terms import COEFFICIENTS, LinearTerm, Parameter
 
-LONGITUDINAL_READS = {"alpha": "alpha", "q": "q_hat", "de": "de"}
-LATERAL_READS = {"beta": "beta", "p": "p_hat", "r": "r_hat", "da": "da", "dr": "dr"}
+LONGITUDINAL_VARIABLES = {"alpha": "alpha", "q": "q_hat", "de": "de"}
+LATERAL_VARIABLES = {"beta": "beta", "p": "p_hat", "r": "r_hat", "da": "da", "dr": "dr"}
 """Suffix of the derivative: variable that it multiplies."""
 
 COEFFICIENT_TITLES = {
@@ -18,9 +18,9 @@ COEFFICIENT_TITLES = {
 }
 
 
-def reads_of(coefficient: str) -> dict[str, str]:
+def linear_variables(coefficient: str) -> dict[str, str]:
     """Return suffix -> variable of the linear terms of one coefficient."""
-    return LONGITUDINAL_READS if coefficient in ("CN", "CA", "Cm") else LATERAL_READS
+    return LONGITUDINAL_VARIABLES if coefficient in ("CN", "CA", "Cm") else LATERAL_VARIABLES
 
 
 def derivative_names() -> tuple[str, ...]:
@@ -28,15 +28,15 @@ def derivative_names() -> tuple[str, ...]:
     return tuple(
         f"{coefficient}_{suffix}"
         for coefficient in COEFFICIENTS
-        for suffix in ("0", *reads_of(coefficient))
+        for suffix in ("0", *linear_variables(coefficient))
     )
 
 
-def linear_build_up() -> tuple[LinearTerm, ...]:
+def create_linear_terms() -> tuple[LinearTerm, ...]:
     """Return the six linear terms, each with the derivatives of one coefficient."""
     terms = []
     for coefficient in COEFFICIENTS:
-        reads = reads_of(coefficient)
+        reads = linear_variables(coefficient)
         names = [f"{coefficient}_{suffix}" for suffix in ("0", *reads)]
         products = [f"{coefficient}_{suffix} {variable}" for suffix, variable in reads.items()]
         terms.append(

@@ -67,7 +67,7 @@ class Dual:
         inverse = 1.0 / self.value
         return self._chain(other * inverse, -other * inverse * inverse)
 
-    # The functions of `gsapp.dynamics.arithmetic.functions`.
+    # The functions of `gsapp.dynamics.arithmetic.array_namespace`.
 
     @staticmethod
     def sin(x: Dual) -> Dual:

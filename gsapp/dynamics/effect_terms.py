@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from gsapp.dynamics.arithmetic import Value, choose
+from gsapp.dynamics.arithmetic import Value, where
 from gsapp.dynamics.terms import Term, TermJacobian, Values
 
 
@@ -31,7 +31,7 @@ class SpeedTerm(Term):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MemoryTerm(Term):
+class UnsteadyTerm(Term):
     """Target that follows a variable with one lag: scale * parameter * (x - lagged x).
 
     For slow changes it equals scale * parameter * tau * x'.
@@ -103,27 +103,27 @@ class StallTerm(Term):
         shape = excess * excess / (excess + width)
         by_excess = slope * sign * excess * (excess + 2.0 * width) / (excess + width) ** 2
         above = reads[0] > parameters[3]
-        direction = choose(above, 1.0, -1.0)
+        direction = where(above, 1.0, -1.0)
         return TermJacobian(
             reads=(by_excess * direction,),
             parameters=(
                 sign * shape,
                 -slope * sign * shape / (excess + width),
-                choose(above, 0.0, 1.0) * by_excess,
-                choose(above, -1.0, 0.0) * by_excess,
+                where(above, 0.0, 1.0) * by_excess,
+                where(above, -1.0, 0.0) * by_excess,
             ),
         )
 
     def _excess(self, alpha: Value, parameters: Values) -> tuple[Value, Value]:
         low, high = parameters[2], parameters[3]
-        above = choose(alpha > high, alpha - high, 0.0)
-        below = choose(alpha < low, low - alpha, 0.0)
-        sign = 1.0 if self.even else choose(alpha < low, -1.0, 1.0)
+        above = where(alpha > high, alpha - high, 0.0)
+        below = where(alpha < low, low - alpha, 0.0)
+        sign = 1.0 if self.even else where(alpha < low, -1.0, 1.0)
         return above + below, sign
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FallOffTerm(Term):
+class EffectivenessLossTerm(Term):
     """Effectiveness of a surface that falls off beyond a deflection, alike to both sides.
 
     Exactly zero up to `onset`; with e = |x| - onset beyond it, slope * e^2/(e + width) * sign(x).
@@ -132,14 +132,14 @@ class FallOffTerm(Term):
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:
         """Return the change of the coefficient."""
         del states
-        excess, sign = _beyond(reads[0], parameters[1])
+        excess, sign = _onset_excess(reads[0], parameters[1])
         return parameters[0] * sign * excess * excess / (excess + parameters[2])
 
     def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
         """Return the partial derivatives."""
         del states
         slope, width = parameters[0], parameters[2]
-        excess, sign = _beyond(reads[0], parameters[1])
+        excess, sign = _onset_excess(reads[0], parameters[1])
         shape = excess * excess / (excess + width)
         by_excess = slope * excess * (excess + 2.0 * width) / (excess + width) ** 2
         return TermJacobian(
@@ -148,15 +148,15 @@ class FallOffTerm(Term):
         )
 
 
-def _beyond(x: Value, onset: Value) -> tuple[Value, Value]:
+def _onset_excess(x: Value, onset: Value) -> tuple[Value, Value]:
     """Return how far |x| lies beyond the onset, zero before it, and the sign of x."""
-    over = choose(x > onset, x - onset, 0.0)
-    under = choose(x < -onset, -onset - x, 0.0)
-    return over + under, choose(x < 0.0, -1.0, 1.0)
+    over = where(x > onset, x - onset, 0.0)
+    under = where(x < -onset, -onset - x, 0.0)
+    return over + under, where(x < 0.0, -1.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ThrustFadeTerm(Term):
+class ThrustSpeedTerm(Term):
     """Thrust that changes otherwise with speed: parameter * T * (V/V_ref - 1)."""
 
     def value(self, reads: Values, states: Values, parameters: Values) -> Value:

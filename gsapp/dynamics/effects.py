@@ -11,15 +11,15 @@ from collections.abc import Callable, Sequence
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
-from gsapp.dynamics.buildup import COEFFICIENT_TITLES, reads_of
+from gsapp.dynamics.buildup import COEFFICIENT_TITLES, linear_variables
 from gsapp.dynamics.effect_terms import (
-    FallOffTerm,
-    MemoryTerm,
+    EffectivenessLossTerm,
     OffsetTerm,
     SpeedTerm,
     StallTerm,
     ThrustErrorTerm,
-    ThrustFadeTerm,
+    ThrustSpeedTerm,
+    UnsteadyTerm,
 )
 from gsapp.dynamics.terms import (
     COEFFICIENTS,
@@ -27,7 +27,7 @@ from gsapp.dynamics.terms import (
     Parameter,
     Term,
     TermFactory,
-    register,
+    register_effect,
 )
 
 _REFERENCE_SPEED = 28.956  # 95 ft/s, the middle of the flight-test speeds
@@ -44,7 +44,7 @@ _V_REF = Parameter(
 
 # --- aerodynamic effects ------------------------------------------------------------------------
 
-_WORDS = {
+_VARIABLE_TITLES = {
     "alpha": "angle of attack",
     "beta": "sideslip",
     "p_hat": "roll rate",
@@ -89,7 +89,7 @@ def _monomial(
             ),
         ),
     )
-    register(term.id, lambda _: term)
+    register_effect(term.id, lambda _: term)
 
 
 def _title(target: str) -> str:
@@ -168,7 +168,7 @@ def _register_surfaces() -> None:
             f"{surface}3",
             [(surface, 3)],
             size,
-            f"{_loses(target, surface)} at large deflection",
+            f"{_describe_effectiveness_loss(target, surface)} at large deflection",
         )
     for target, surface, size in (
         ("Cm", "de", 2.5),
@@ -181,7 +181,7 @@ def _register_surfaces() -> None:
         ("Cl", "dr", -0.1),
         ("CY", "dr", -0.4),
     ):
-        word = _WORDS[surface].capitalize()
+        word = _VARIABLE_TITLES[surface].capitalize()
         main = _MAIN_SURFACE.get(target) == surface
         own = "" if main else f" on the {COEFFICIENT_TITLES[target]}"
         _monomial(
@@ -193,14 +193,14 @@ def _register_surfaces() -> None:
         )
     _monomial("CA", "de2", [("de", 2)], 0.3, "Elevator brakes to either side")
     for target, surface, size in (("Cm", "de", 0.9), ("Cl", "da", -0.32), ("Cn", "dr", 0.055)):
-        _fall_off(target, surface, size)
+        _register_effectiveness_loss(target, surface, size)
 
 
 _MAIN_SURFACE = {"Cm": "de", "Cl": "da", "Cn": "dr"}
 
 
-def _loses(target: str, surface: str) -> str:
-    word = _WORDS[surface].capitalize()
+def _describe_effectiveness_loss(target: str, surface: str) -> str:
+    word = _VARIABLE_TITLES[surface].capitalize()
     if _MAIN_SURFACE.get(target) == surface:
         return f"{word} loses effect"
     return f"{word} loses {COEFFICIENT_TITLES[target]}"
@@ -217,7 +217,7 @@ def _register_damping() -> None:
         ("Cn", "r_hat", -1.0),
         ("CY", "r_hat", 1.0),
     ):
-        word = _WORDS[rate].capitalize()
+        word = _VARIABLE_TITLES[rate].capitalize()
         damping = (target, rate) in {("Cm", "q_hat"), ("Cl", "p_hat"), ("Cn", "r_hat")}
         _monomial(
             target,
@@ -226,24 +226,24 @@ def _register_damping() -> None:
             size,
             f"{word.removesuffix(' rate')} damping changes with angle of attack"
             if damping
-            else f"{_title(target)} from {_WORDS[rate]} changes with angle of attack",
+            else f"{_title(target)} from {_VARIABLE_TITLES[rate]} changes with angle of attack",
         )
 
 
 def _register_linear() -> None:
     """Enter every single linear derivative, and those that couple the two planes, as effects."""
     for target in COEFFICIENTS:
-        for suffix, variable in reads_of(target).items():
+        for suffix, variable in linear_variables(target).items():
             _monomial(
                 target,
                 suffix,
                 [(variable, 1)],
                 _LINEAR_SIZES[target][suffix],
-                f"{_title(target)} from {_WORDS[variable]} is missing",
+                f"{_title(target)} from {_VARIABLE_TITLES[variable]} is missing",
             )
-        foreign = reads_of("CY" if target in ("CN", "CA", "Cm") else "CN")
+        foreign = linear_variables("CY" if target in ("CN", "CA", "Cm") else "CN")
         for suffix, variable in foreign.items():
-            title = f"{_title(target)} from {_WORDS[variable]}: left and right differ"
+            title = f"{_title(target)} from {_VARIABLE_TITLES[variable]}: left and right differ"
             if (target, suffix) == ("Cl", "alpha"):
                 title = "Left and right wing differ: roll with alpha"
             _monomial(
@@ -255,9 +255,9 @@ def _register_linear() -> None:
             )
 
 
-def _fall_off(target: str, surface: str, default: float) -> None:
-    word = _WORDS[surface]
-    term = FallOffTerm(
+def _register_effectiveness_loss(target: str, surface: str, default: float) -> None:
+    word = _VARIABLE_TITLES[surface]
+    term = EffectivenessLossTerm(
         id=f"aero.{target}.{surface}_falloff",
         title=f"{word.capitalize()} loses effect beyond a certain deflection",
         equation=(
@@ -292,10 +292,10 @@ def _fall_off(target: str, surface: str, default: float) -> None:
             ),
         ),
     )
-    register(term.id, lambda _: term)
+    register_effect(term.id, lambda _: term)
 
 
-def _speed(target: str, coefficient_title: str, default: float) -> None:
+def _register_speed_effect(target: str, coefficient_title: str, default: float) -> None:
     name = f"{target}_V"
     term = SpeedTerm(
         id=f"aero.{target}.speed",
@@ -314,11 +314,11 @@ def _speed(target: str, coefficient_title: str, default: float) -> None:
             _V_REF,
         ),
     )
-    register(term.id, lambda _: term)
+    register_effect(term.id, lambda _: term)
 
 
-def _memory(target: str, default: float) -> None:
-    term = MemoryTerm(
+def _register_unsteady(target: str, default: float) -> None:
+    term = UnsteadyTerm(
         id=f"aero.{target}.memory",
         title="The flow takes time to settle (one lag)",
         equation=f"{target} += {target}_memory (alpha - x), x' = (alpha - x)/tau",
@@ -343,13 +343,13 @@ def _memory(target: str, default: float) -> None:
             ),
         ),
     )
-    register(term.id, lambda _: term)
+    register_effect(term.id, lambda _: term)
 
 
 # --- stall --------------------------------------------------------------------------------------
 
 
-def _stall(target: str, default: float, *, even: bool, words: str) -> TermFactory:
+def _stall_factory(target: str, default: float, *, even: bool, words: str) -> TermFactory:
     def make(aircraft: Aircraft) -> Term:
         low, high = aircraft.limits.alpha_linear
         limit = (-math.pi / 2.0, math.pi / 2.0)
@@ -488,7 +488,7 @@ def _thrust_product(
         scale=scale,
         parameters=(parameter,),
     )
-    register(term.id, lambda _: term)
+    register_effect(term.id, lambda _: term)
 
 
 def _register_thrust() -> None:
@@ -527,7 +527,7 @@ def _register_thrust() -> None:
         "Throttle changes the flow over the tail: pitches alike at every speed",
         group="propulsion",
     )
-    fade = ThrustFadeTerm(
+    fade = ThrustSpeedTerm(
         id="propulsion.thrust.speed",
         title="Thrust falls with speed otherwise than the aircraft file says",
         equation="X += fade T (V/V_ref - 1)",
@@ -544,8 +544,8 @@ def _register_thrust() -> None:
             _V_REF,
         ),
     )
-    register(fade.id, lambda _: fade)
-    late = MemoryTerm(
+    register_effect(fade.id, lambda _: fade)
+    late = UnsteadyTerm(
         id="propulsion.thrust.lag",
         title="Engines follow the throttle later than the aircraft file says",
         equation="X += share (x - T), x' = (T - x)/tau",
@@ -571,10 +571,10 @@ def _register_thrust() -> None:
             ),
         ),
     )
-    register(late.id, lambda _: late)
+    register_effect(late.id, lambda _: late)
 
 
-def _offset(
+def _register_offset(
     term_id: str, target: str, unit: str, size: Callable[[Aircraft], float], title: str
 ) -> None:
     """Enter a value of the aircraft file in error, by `size` where nothing else is said."""
@@ -600,60 +600,60 @@ def _offset(
             ),
         )
 
-    register(term_id, make)
+    register_effect(term_id, make)
 
 
 def _register_mass() -> None:
-    _offset(
+    _register_offset(
         "mass.cg.x",
         "cg.x",
         "m",
         lambda aircraft: 0.05 * aircraft.geometry.chord,
         "Center of gravity lies further forward or aft",
     )
-    _offset(
+    _register_offset(
         "mass.cg.y",
         "cg.y",
         "m",
         lambda aircraft: 0.005 * aircraft.geometry.span,
         "Center of gravity lies to one side",
     )
-    _offset(
+    _register_offset(
         "mass.cg.z",
         "cg.z",
         "m",
         lambda aircraft: 0.05 * aircraft.geometry.chord,
         "Center of gravity lies higher or lower",
     )
-    _offset(
+    _register_offset(
         "mass.mass.error",
         "mass",
         "kg",
         lambda aircraft: -0.05 * aircraft.mass.mass,
         "Mass differs from the aircraft file",
     )
-    _offset(
+    _register_offset(
         "mass.inertia.ixx",
         "ixx",
         "kg*m^2",
         lambda aircraft: 0.1 * aircraft.mass.ixx,
         "Roll inertia differs",
     )
-    _offset(
+    _register_offset(
         "mass.inertia.iyy",
         "iyy",
         "kg*m^2",
         lambda aircraft: 0.1 * aircraft.mass.iyy,
         "Pitch inertia differs",
     )
-    _offset(
+    _register_offset(
         "mass.inertia.izz",
         "izz",
         "kg*m^2",
         lambda aircraft: 0.1 * aircraft.mass.izz,
         "Yaw inertia differs",
     )
-    _offset(
+    _register_offset(
         "mass.inertia.ixz",
         "ixz",
         "kg*m^2",
@@ -662,14 +662,14 @@ def _register_mass() -> None:
     )
 
 
-_PLACE_WORDS = {
+_POSITION_TITLES = {
     "alpha_vane": "Alpha vane",
     "beta_vane": "Beta vane",
     "accelerometer": "Accelerometer",
     "air_data": "Pitot tube",
 }
-_AXIS_WORDS = {"x": "further forward or aft", "y": "to one side", "z": "higher or lower"}
-_MATTERS = (
+_AXIS_TITLES = {"x": "further forward or aft", "y": "to one side", "z": "higher or lower"}
+_POSITION_AXES = (
     ("alpha_vane", "xy"), ("beta_vane", "xz"), ("accelerometer", "xyz"), ("air_data", "yz"),
 )  # fmt: skip
 """The axes along which a place shows: a pitot tube further forward sees the same speed."""
@@ -679,17 +679,17 @@ def _of_span(share: float) -> Callable[[Aircraft], float]:
     return lambda aircraft: share * aircraft.geometry.span
 
 
-def _register_places() -> None:
-    for instrument, axes in _MATTERS:
+def _register_positions() -> None:
+    for instrument, axes in _POSITION_AXES:
         far = 0.02 if instrument == "accelerometer" else 0.1
         for axis in axes:
             target = f"place.{instrument}.{axis}"
-            _offset(
+            _register_offset(
                 f"sensor.{instrument}.{axis}",
                 target,
                 "m",
                 _of_span(far),
-                f"{_PLACE_WORDS[instrument]} sits {_AXIS_WORDS[axis]} than the aircraft file says",
+                f"{_POSITION_TITLES[instrument]} sits {_AXIS_TITLES[axis]} than the aircraft file says",
             )
 
 
@@ -697,17 +697,19 @@ _register_polynomials()
 _register_surfaces()
 _register_damping()
 _register_linear()
-_speed("CX", "Axial force", 0.03)
-_speed("CZ", "Lift", -0.15)
-_speed("Cm", "Pitching moment", 0.04)
-_memory("Cm", -0.8)
-_memory("CN", 0.8)
-register("aero.CN.stall", _stall("CN", -4.6, even=False, words="the wing stops lifting"))
-register("aero.CA.stall", _stall("CA", 1.6, even=True, words="the drag rises"))
-register("aero.Cm.stall", _stall("Cm", -0.6, even=False, words="the nose drops"))
-register("propulsion.Cm.throttle", _throttle_pitch)
-register("propulsion.Cn.asymmetry", _asymmetric_thrust)
-register("propulsion.thrust.scale", _thrust_error)
+_register_speed_effect("CX", "Axial force", 0.03)
+_register_speed_effect("CZ", "Lift", -0.15)
+_register_speed_effect("Cm", "Pitching moment", 0.04)
+_register_unsteady("Cm", -0.8)
+_register_unsteady("CN", 0.8)
+register_effect(
+    "aero.CN.stall", _stall_factory("CN", -4.6, even=False, words="the wing stops lifting")
+)
+register_effect("aero.CA.stall", _stall_factory("CA", 1.6, even=True, words="the drag rises"))
+register_effect("aero.Cm.stall", _stall_factory("Cm", -0.6, even=False, words="the nose drops"))
+register_effect("propulsion.Cm.throttle", _throttle_pitch)
+register_effect("propulsion.Cn.asymmetry", _asymmetric_thrust)
+register_effect("propulsion.thrust.scale", _thrust_error)
 _register_thrust()
 _register_mass()
-_register_places()
+_register_positions()

@@ -20,16 +20,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gsapp.dynamics.arithmetic import Value, functions
+from gsapp.dynamics.arithmetic import Value, array_namespace
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
 
 POLAR_STATES = ("V", "alpha", "beta", "p", "q", "r", "phi", "theta", "psi")
-INERTIAL = ("mass", "ixx", "iyy", "izz", "ixz")
+INERTIA_NAMES = ("mass", "ixx", "iyy", "izz", "ixz")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Body:
+class RigidBody:
     """Mass (kg) and moments of inertia (kg m^2) about the center of gravity.
 
     Each may be an array of shape (n,): mass falls as fuel burns.
@@ -67,7 +67,7 @@ class Loads(NamedTuple):
     N: Value
 
 
-def flow_rates(
+def wind_axis_rates(
     state: PolarState, X: Value, Y: Value, Z: Value, mass: Value
 ) -> tuple[Value, Value, Value]:
     """Return V', alpha', beta' (4.1.15)-(4.1.17), mended.
@@ -81,7 +81,7 @@ def flow_rates(
         kg.
     """
     V, a, b, p, q, r, phi, theta, _ = state
-    m = functions(V)
+    m = array_namespace(V)
     sa, ca, sb, cb = m.sin(a), m.cos(a), m.sin(b), m.cos(b)
     st, ct, sp, cp = m.sin(theta), m.cos(theta), m.sin(phi), m.cos(phi)
     ax = X / mass - GRAVITY * st
@@ -95,7 +95,7 @@ def flow_rates(
 
 
 def angular_accelerations(
-    p: Value, q: Value, r: Value, L: Value, M: Value, N: Value, body: Body
+    p: Value, q: Value, r: Value, L: Value, M: Value, N: Value, body: RigidBody
 ) -> tuple[Value, Value, Value]:
     """Return p', q', r' (rad/s^2) from the moments about the CG (N m)."""
     ixx, iyy, izz, ixz = body.ixx, body.iyy, body.izz, body.ixz
@@ -113,15 +113,15 @@ def attitude_rates(
     p: Value, q: Value, r: Value, phi: Value, theta: Value
 ) -> tuple[Value, Value, Value]:
     """Return phi', theta', psi' (rad/s) (4.1.8), (4.1.9); singular at theta = +/-90 deg."""
-    m = functions(phi)
+    m = array_namespace(phi)
     sp, cp = m.sin(phi), m.cos(phi)
     turn = (q * sp + r * cp) / m.cos(theta)
     return p + turn * m.sin(theta), q * cp - r * sp, turn
 
 
-def polar_rates(state: PolarState, loads: Loads, body: Body) -> tuple[Value, ...]:
+def polar_rates(state: PolarState, loads: Loads, body: RigidBody) -> tuple[Value, ...]:
     """Return the rates of the nine polar states, in their order."""
-    flow = flow_rates(state, loads.X, loads.Y, loads.Z, body.mass)
+    flow = wind_axis_rates(state, loads.X, loads.Y, loads.Z, body.mass)
     spin = angular_accelerations(state.p, state.q, state.r, loads.L, loads.M, loads.N, body)
     turn = attitude_rates(state.p, state.q, state.r, state.phi, state.theta)
     return (*flow, *spin, *turn)
@@ -137,7 +137,7 @@ class PolarJacobian(NamedTuple):
     loads : ndarray, shape (n, 9, 6)
         With respect to the loads, in the order of `Loads`.
     body : ndarray, shape (n, 9, 5)
-        With respect to `INERTIAL`.
+        With respect to `INERTIA_NAMES`.
     """
 
     states: FloatArray
@@ -145,7 +145,7 @@ class PolarJacobian(NamedTuple):
     body: FloatArray
 
 
-def polar_jacobian(state: PolarState, loads: Loads, body: Body) -> PolarJacobian:
+def polar_jacobian(state: PolarState, loads: Loads, body: RigidBody) -> PolarJacobian:
     """Return the exact derivatives of `polar_rates`; numbers count as arrays of length 1."""
     V, a, b, p, q, r, phi, theta, _ = (np.atleast_1d(np.asarray(x)) for x in state)
     X, Y, Z, L, M, N = (np.atleast_1d(np.asarray(x)) for x in loads)
@@ -223,7 +223,7 @@ def _angular_jacobian(
     f_b: FloatArray,
     rates: tuple[FloatArray, FloatArray, FloatArray],
     moments: tuple[FloatArray, FloatArray, FloatArray],
-    body: Body,
+    body: RigidBody,
 ) -> None:
     """Fill the rows of p', q', r'."""
     p, q, r = rates
@@ -264,7 +264,7 @@ def _angular_jacobian(
 
 def body_from_polar(V: Value, alpha: Value, beta: Value) -> tuple[Value, Value, Value]:
     """Return u, v, w (m/s) from speed and flow angles."""
-    m = functions(V)
+    m = array_namespace(V)
     forward = V * m.cos(beta)
     return forward * m.cos(alpha), V * m.sin(beta), forward * m.sin(alpha)
 
@@ -306,7 +306,7 @@ Matrix = tuple[float, float, float, float, float, float, float, float, float]
 
 def quaternion_from_euler(phi: float, theta: float, psi: float) -> Quaternion:
     """Return the attitude quaternion (scalar first, Earth to body)."""
-    m = functions(phi)
+    m = array_namespace(phi)
     sp, cp = m.sin(phi / 2.0), m.cos(phi / 2.0)
     st, ct = m.sin(theta / 2.0), m.cos(theta / 2.0)
     ss, cs = m.sin(psi / 2.0), m.cos(psi / 2.0)
@@ -320,8 +320,8 @@ def quaternion_from_euler(phi: float, theta: float, psi: float) -> Quaternion:
 
 def euler_from_quaternion(attitude: Quaternion) -> tuple[float, float, float]:
     """Return phi, theta, psi (rad), psi in (-pi, pi]."""
-    matrix = rotation(attitude)
-    m = functions(attitude[0])
+    matrix = body_to_earth_matrix(attitude)
+    m = array_namespace(attitude[0])
     return (
         m.atan2(matrix[7], matrix[8]),
         m.asin(min(1.0, max(-1.0, -matrix[6]))),
@@ -329,7 +329,7 @@ def euler_from_quaternion(attitude: Quaternion) -> tuple[float, float, float]:
     )
 
 
-def rotation(attitude: Quaternion) -> Matrix:
+def body_to_earth_matrix(attitude: Quaternion) -> Matrix:
     """Return the body-to-Earth matrix, row by row: north = m[0] x + m[1] y + m[2] z, ..."""
     e0, e1, e2, e3 = attitude
     return (

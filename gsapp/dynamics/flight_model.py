@@ -4,7 +4,7 @@
 moments to the equations of motion. The same object serves the simulator (single floats), the
 estimators (arrays, Jacobians) and trim.
 
-States are the nine polar ones followed by those of the terms; inputs are `INPUTS`; parameters
+States are the nine polar ones followed by those of the terms; inputs are `MODEL_INPUTS`; parameters
 are those of all terms in the equations, named by `parameter_names`. Effects of control paths and
 instruments lie outside the equations and are found in `control_terms` and `sensor_terms`.
 """
@@ -21,23 +21,23 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.arithmetic import Value
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
-from gsapp.dynamics.buildup import linear_build_up
+from gsapp.dynamics.buildup import create_linear_terms
 from gsapp.dynamics.equations import (
     POLAR_STATES,
-    Body,
     Loads,
     PolarState,
-    flow_rates,
+    RigidBody,
     polar_jacobian,
     polar_rates,
+    wind_axis_rates,
 )
 from gsapp.dynamics.model import Model
-from gsapp.dynamics.signals import Exchanged, Path, SignalTerm, channels_of
-from gsapp.dynamics.terms import PLACED, TARGETS, VARIABLES, Term, TermJacobian
+from gsapp.dynamics.signal_terms import PathTerms, SignalTerm, SwappedChannels, channels_of_target
+from gsapp.dynamics.terms import POSITIONED_INSTRUMENTS, TARGETS, VARIABLES, Term, TermJacobian
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.quantities import FloatArray
 
-INPUTS = ("de", "da", "dr", "flap", "throttle", "throttle_difference", "rho", "mass")
+MODEL_INPUTS = ("de", "da", "dr", "flap", "throttle", "throttle_difference", "rho", "mass")
 """Inputs of the equations: surfaces (rad), throttle as the engines follow it, half the left
 throttle minus the right, air density (kg/m^3), mass of the aircraft (kg)."""
 
@@ -50,10 +50,12 @@ _BETA_DOT = _VARIABLE_INDEX["beta_dot_hat"]
 _PREFIXES = ("control.", "sensor.")
 
 # Terms are summed in three passes: what they read must be known by then.
-_PLACES = {name: tuple(f"place.{name}.{axis}" for axis in "xyz") for name in PLACED}
+_POSITION_TARGETS = {
+    name: tuple(f"place.{name}.{axis}" for axis in "xyz") for name in POSITIONED_INSTRUMENTS
+}
 _OFFSETS = (
     "thrust", "mass", "ixx", "iyy", "izz", "ixz", "cg.x", "cg.y", "cg.z",
-    *(target for targets in _PLACES.values() for target in targets),
+    *(target for targets in _POSITION_TARGETS.values() for target in targets),
 )  # fmt: skip
 _FORCES = ("CN", "CA", "CY", "CX", "CZ", "X", "Y", "Z")
 
@@ -69,7 +71,7 @@ class _Entry(NamedTuple):
     parameters: slice
 
 
-class Totals(NamedTuple):
+class ModelEvaluation(NamedTuple):
     """Everything on the way from states to rates.
 
     Attributes
@@ -80,7 +82,7 @@ class Totals(NamedTuple):
         Forces (N) and moments about the CG (N m), thrust included.
     thrust : float or ndarray
         N.
-    body : Body
+    body : RigidBody
         Mass and inertia with the effects' offsets.
     cg : tuple
         Where the CG lies from the aircraft file's, m.
@@ -95,7 +97,7 @@ class Totals(NamedTuple):
     coefficients: dict[str, Value]
     loads: Loads
     thrust: Value
-    body: Body
+    body: RigidBody
     cg: tuple[Value, Value, Value]
     term_rates: tuple[Value, ...]
     variables: list[Value]
@@ -103,12 +105,12 @@ class Totals(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Differential:
-    """Total derivatives by all states, then `INPUTS`, then the free parameters: n_all columns.
+class ModelJacobian:
+    """Total derivatives by all states, then `MODEL_INPUTS`, then the free parameters: n_all columns.
 
     Attributes
     ----------
-    totals : Totals
+    totals : ModelEvaluation
         The values, arrays of shape (n,) or floats.
     coefficients : ndarray, shape (n, 6, n_all)
         Of CN, CA, CY, Cl, Cm, Cn.
@@ -125,7 +127,7 @@ class Differential:
         The parameters in the last columns.
     """
 
-    totals: Totals
+    totals: ModelEvaluation
     coefficients: FloatArray
     thrust: FloatArray
     loads: FloatArray
@@ -138,7 +140,7 @@ class Differential:
     def split(self, array: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the columns by states, by inputs and by parameters of one of the arrays."""
         one = self.rates.shape[1]
-        two = one + len(INPUTS)
+        two = one + len(MODEL_INPUTS)
         return array[..., :one], array[..., one:two], array[..., two:]
 
 
@@ -159,7 +161,7 @@ class FlightModel:
         A derivative keeps its name; a parameter of an effect is ``<effect id>.<name>``.
     defaults : tuple of float
         Values of the parameters in the model file.
-    control_terms, sensor_terms : dict of str to Path
+    control_terms, sensor_terms : dict of str to PathTerms
         Effects outside the equations, by surface (``elevator``) or channel, with values. An
         effect on a box stands with every channel of the box.
     exchanged : tuple of (str, str)
@@ -179,8 +181,8 @@ class FlightModel:
         self._engine_offsets = _engine_offsets(propulsion.position)
         mass = aircraft.mass
         self._inertia = (mass.ixx, mass.iyy, mass.izz, mass.ixz)
-        self.control_terms: dict[str, Path] = {}
-        self.sensor_terms: dict[str, Path] = {}
+        self.control_terms: dict[str, PathTerms] = {}
+        self.sensor_terms: dict[str, PathTerms] = {}
         self.exchanged: tuple[tuple[str, str], ...] = ()
         states: list[str] = list(POLAR_STATES)
         names: list[str] = []
@@ -216,7 +218,7 @@ class FlightModel:
         self._entries = tuple(entries)
         offset = {entry.term.target for entry in entries}
         self.misplaced = tuple(
-            name for name, targets in _PLACES.items() if not offset.isdisjoint(targets)
+            name for name, targets in _POSITION_TARGETS.items() if not offset.isdisjoint(targets)
         )
         self._needs_flow_rates = any(
             index in entry.reads for entry in entries for index in (_ALPHA_DOT, _BETA_DOT)
@@ -233,7 +235,7 @@ class FlightModel:
     def _all_terms(self, extra: Sequence[Term]) -> list[tuple[Term, tuple[float, ...]]]:
         terms: list[tuple[Term, tuple[float, ...]]] = [
             (term, tuple(self.model.derivative(item.name) for item in term.parameters))
-            for term in linear_build_up()
+            for term in create_linear_terms()
         ]
         terms += [
             (effect.term(self.aircraft), effect.values(self.aircraft))
@@ -243,14 +245,14 @@ class FlightModel:
         return terms
 
     def _outside(self, term: Term, values: tuple[float, ...]) -> None:
-        if isinstance(term, Exchanged):
+        if isinstance(term, SwappedChannels):
             self.exchanged = (*self.exchanged, term.pair)
             return
         if not isinstance(term, SignalTerm):
             raise TypeError(f"the effect '{term.id}' on '{term.target}' is no signal term")
         group, _, target = term.target.partition(".")
         table = self.control_terms if group == "control" else self.sensor_terms
-        for name in channels_of(target):
+        for name in channels_of_target(target):
             table[name] = (*table.get(name, ()), (term, values))
 
     def _check_order(self) -> None:
@@ -322,7 +324,7 @@ class FlightModel:
         state: Sequence[Value],
         inputs: Sequence[Value],
         parameters: Sequence[Value] | None = None,
-    ) -> Totals:
+    ) -> ModelEvaluation:
         """Return coefficients, loads and all else between states and rates.
 
         Parameters
@@ -330,7 +332,7 @@ class FlightModel:
         state : sequence
             Polar states, then the terms' own; each a float or an array (n,).
         inputs : sequence
-            In the order of `INPUTS`.
+            In the order of `MODEL_INPUTS`.
         parameters : sequence, optional
             In the order of `parameter_names`; the model's own by default.
         """
@@ -349,7 +351,7 @@ class FlightModel:
         Y = qS * CY + sums[9]
         Z = sums[10] - qS * CN
         ixx, iyy, izz, ixz = self._inertia
-        body = Body(
+        body = RigidBody(
             mass=inputs[7] + sums[15],
             ixx=ixx + sums[16],
             iyy=iyy + sums[17],
@@ -357,7 +359,7 @@ class FlightModel:
             ixz=ixz + sums[19],
         )
         if self._needs_flow_rates:
-            flow = flow_rates(PolarState(*state[:9]), X, Y, Z, body.mass)
+            flow = wind_axis_rates(PolarState(*state[:9]), X, Y, Z, body.mass)
             variables[_ALPHA_DOT] = flow[1] * self.chord * 0.5 / V
             variables[_BETA_DOT] = flow[2] * self.span * 0.5 / V
         _add(moments, variables, state, values, sums)
@@ -376,7 +378,7 @@ class FlightModel:
                     term_rates += entry.term.rates(
                         entry.read(variables), state[entry.states], values[entry.parameters]
                     )
-        return Totals(
+        return ModelEvaluation(
             {"CN": CN, "CA": CA, "CY": CY, "Cl": Cl, "Cm": Cm, "Cn": Cn},
             Loads(X, Y, Z, L, M, N),
             thrust,
@@ -384,7 +386,7 @@ class FlightModel:
             cg,
             term_rates,
             variables,
-            {name: _place(name, sums) for name in self.misplaced},
+            {name: _position_offset(name, sums) for name in self.misplaced},
         )
 
     def rates(
@@ -407,7 +409,7 @@ class FlightModel:
         parameters: Sequence[Value] | None = None,
         *,
         free: Sequence[str] | None = None,
-    ) -> Differential:
+    ) -> ModelJacobian:
         """Return the exact total derivatives.
 
         Parameters
@@ -472,7 +474,7 @@ class FlightModel:
         for entry in self._entries:
             if entry.term.states:
                 chain.add_rates(entry, rates)
-        return Differential(
+        return ModelJacobian(
             totals=totals,
             coefficients=np.stack([d_coefficients[name] for name in totals.coefficients], axis=1),
             thrust=chain.thrust,
@@ -480,7 +482,7 @@ class FlightModel:
             body=d_body,
             cg=np.stack([gx, gy, gz], axis=1),
             places={
-                name: np.stack([sums(target) for target in _PLACES[name]], axis=1)
+                name: np.stack([sums(target) for target in _POSITION_TARGETS[name]], axis=1)
                 for name in self.misplaced
             },
             rates=rates,
@@ -498,7 +500,7 @@ class _Chain:
     def __init__(
         self,
         model: FlightModel,
-        totals: Totals,
+        totals: ModelEvaluation,
         state: Sequence[Value],
         inputs: Sequence[Value],
         parameters: Sequence[Value],
@@ -513,7 +515,7 @@ class _Chain:
             raise UnknownNameError(
                 f"the model '{model.model.name}' has no parameter {', '.join(unknown)}"
             )
-        first = self._n_states + len(INPUTS)
+        first = self._n_states + len(MODEL_INPUTS)
         place = {name: first + index for index, name in enumerate(self.free)}
         self._columns = [place.get(name) for name in model.parameter_names]
         self.width = first + len(self.free)
@@ -535,7 +537,7 @@ class _Chain:
 
     def input(self, name: str) -> int:
         """Return the column of an input."""
-        return self._n_states + INPUTS.index(name)
+        return self._n_states + MODEL_INPUTS.index(name)
 
     def has(self, *targets: str) -> bool:
         """Return whether any term adds to one of the targets."""
@@ -557,7 +559,7 @@ class _Chain:
 
     def thrust_of(self, lever: str, per_density: float, slope: float) -> FloatArray:
         """Return the derivatives of the thrust that one of the throttle inputs makes."""
-        rho, V, setting = self._inputs[6], self._state[0], self._inputs[INPUTS.index(lever)]
+        rho, V, setting = self._inputs[6], self._state[0], self._inputs[MODEL_INPUTS.index(lever)]
         fade = 1.0 - slope * V
         out = np.zeros((self.count, self.width))
         out[:, self.input(lever)] = per_density * rho * fade
@@ -573,13 +575,13 @@ class _Chain:
     def add_flow_rate(self, index: int, d_rate: FloatArray, length: float) -> None:
         """Enter the derivatives of rate * length/(2V)."""
         V = self._state[0]
-        out = _column(0.5 * length / V) * d_rate
+        out = _as_column(0.5 * length / V) * d_rate
         out[:, 0] -= self._totals.variables[index] / V
         self._dense[index] = out
 
     def times_qbar(self, slopes: FloatArray, name: str, size: float) -> FloatArray:
         """Return the derivatives of size * qbar * coefficient."""
-        out = _column(size * self._totals.variables[16]) * slopes
+        out = _as_column(size * self._totals.variables[16]) * slopes
         for column, slope in self._d_qbar:
             out[:, column] += size * self._totals.coefficients[name] * slope
         return out
@@ -621,7 +623,7 @@ class _Chain:
     ) -> None:
         for index, slope in zip(entry.reads, by_reads, strict=True):
             if index in self._dense:
-                out += _column(slope) * self._dense[index]
+                out += _as_column(slope) * self._dense[index]
             else:
                 for column, part in self._sparse[index]:
                     out[:, column] += slope * part
@@ -633,7 +635,7 @@ class _Chain:
                 out[:, place] += slope
 
 
-def _column(value: Value) -> FloatArray:
+def _as_column(value: Value) -> FloatArray:
     """Return the value ready to multiply arrays of shape (n, n_all)."""
     return np.asarray(value, dtype=float)[..., None]
 
@@ -643,12 +645,12 @@ def _cross(
     da: FloatArray, db: FloatArray, dc: FloatArray, dd: FloatArray,
 ) -> FloatArray:  # fmt: skip
     """Return the derivative of a b - c d."""
-    return _column(a) * db + _column(b) * da - _column(c) * dd - _column(d) * dc
+    return _as_column(a) * db + _as_column(b) * da - _as_column(c) * dd - _as_column(d) * dc
 
 
-def _place(name: str, sums: Sequence[Value]) -> tuple[Value, Value, Value]:
+def _position_offset(name: str, sums: Sequence[Value]) -> tuple[Value, Value, Value]:
     """Return how far an instrument sits from where the aircraft file says, m."""
-    x, y, z = (sums[_TARGET_INDEX[target]] for target in _PLACES[name])
+    x, y, z = (sums[_TARGET_INDEX[target]] for target in _POSITION_TARGETS[name])
     return x, y, z
 
 

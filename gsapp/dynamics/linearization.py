@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gsapp.dynamics.flight_model import INPUTS, FlightModel
+from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
 from gsapp.dynamics.sensors import OutputModel
 from gsapp.dynamics.trim import Trim
 from gsapp.quantities import FloatArray
@@ -22,7 +22,7 @@ LATERAL_OUTPUTS = ("beta", "p", "r", "phi", "ay")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Steady:
+class OperatingPoint:
     """The steady flight that a linear model is about.
 
     Attributes
@@ -49,7 +49,7 @@ class LinearModel:
     states, inputs, outputs : tuple of str
         SI and radians.
     A, B, C, D : ndarray
-    about : Steady or None
+    about : OperatingPoint or None
         None where nobody said.
     """
 
@@ -60,11 +60,11 @@ class LinearModel:
     B: FloatArray
     C: FloatArray
     D: FloatArray
-    about: Steady | None = None
+    about: OperatingPoint | None = None
 
     def modes(self) -> tuple[Mode, ...]:
         """Return the modes of A, named where they can be."""
-        return modes(self.A, self.states)
+        return compute_modes(self.A, self.states)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,7 +109,7 @@ def linearize(
     trim: Trim,
     *,
     states: Sequence[str] | None = None,
-    inputs: Sequence[str] = INPUTS,
+    inputs: Sequence[str] = MODEL_INPUTS,
     outputs: Sequence[str] = (),
 ) -> LinearModel:
     """Return the linear model about a trim.
@@ -121,7 +121,7 @@ def linearize(
     states : sequence of str, optional
         From ``model.state_names``; all by default. What is left out is held.
     inputs : sequence of str
-        From `gsapp.dynamics.flight_model.INPUTS`.
+        From `gsapp.dynamics.flight_model.MODEL_INPUTS`.
     outputs : sequence of str
         From `gsapp.dynamics.sensors.OUTPUTS`, at the instruments' places.
     """
@@ -129,7 +129,7 @@ def linearize(
     output_model = OutputModel(model, outputs or ("V",))
     _, slopes, differential = output_model.jacobian(trim.state, trim.inputs)
     rows = [model.state_names.index(name) for name in chosen]
-    columns = [len(model.state_names) + INPUTS.index(name) for name in inputs]
+    columns = [len(model.state_names) + MODEL_INPUTS.index(name) for name in inputs]
     rates, slopes = differential.rates[0], slopes[0][: len(outputs)]
     return LinearModel(
         states=chosen,
@@ -142,7 +142,7 @@ def linearize(
     )
 
 
-def longitudinal(model: FlightModel, trim: Trim) -> LinearModel:
+def linearize_longitudinal(model: FlightModel, trim: Trim) -> LinearModel:
     """Return the model in alpha, V, q, theta, and the states of effects."""
     return linearize(
         model,
@@ -153,14 +153,14 @@ def longitudinal(model: FlightModel, trim: Trim) -> LinearModel:
     )
 
 
-def lateral(model: FlightModel, trim: Trim) -> LinearModel:
+def linearize_lateral(model: FlightModel, trim: Trim) -> LinearModel:
     """Return the model in beta, p, r, phi."""
     return linearize(
         model, trim, states=LATERAL_STATES, inputs=LATERAL_INPUTS, outputs=LATERAL_OUTPUTS
     )
 
 
-def modes(A: FloatArray, states: Sequence[str]) -> tuple[Mode, ...]:
+def compute_modes(A: FloatArray, states: Sequence[str]) -> tuple[Mode, ...]:
     """Return the modes of a system matrix, fastest first.
 
     Names are given to the classic sets of states: (alpha, q) with or without V and theta, and

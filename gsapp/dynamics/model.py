@@ -15,7 +15,7 @@ from pydantic import Field, field_validator
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.buildup import derivative_names
-from gsapp.dynamics.terms import Term, effect_ids, make_term
+from gsapp.dynamics.terms import Term, create_term, effect_ids
 from gsapp.foundation import (
     FileProblem,
     FileProblemsError,
@@ -24,10 +24,10 @@ from gsapp.foundation import (
     toml_text,
     write_atomically,
 )
-from gsapp.foundation.naming import did_you_mean
-from gsapp.foundation.shipped import Shipped
+from gsapp.foundation.name_suggestions import did_you_mean
+from gsapp.foundation.shipped_files import ShippedFiles
 
-SHIPPED = Shipped(folder=Path(__file__).parent / "models", kind="model")
+SHIPPED_MODELS = ShippedFiles(folder=Path(__file__).parent / "models", kind="model")
 
 
 class Effect(StrictModel):
@@ -54,7 +54,7 @@ class Effect(StrictModel):
 
     def term(self, aircraft: Aircraft) -> Term:
         """Return the term for an aircraft."""
-        return make_term(self.id, aircraft)
+        return create_term(self.id, aircraft)
 
     def values(self, aircraft: Aircraft) -> tuple[float, ...]:
         """Return the parameters in the order of the term."""
@@ -151,7 +151,7 @@ class Model(StrictModel):
 
 def shipped_models() -> tuple[str, ...]:
     """Return the names of the models that come with the program."""
-    return SHIPPED.names()
+    return SHIPPED_MODELS.names()
 
 
 def load_model(name_or_path: str | Path) -> Model:
@@ -169,7 +169,7 @@ def load_model(name_or_path: str | Path) -> Model:
     UnknownNameError
         If there is neither such a file nor such a shipped model.
     """
-    path = SHIPPED.find(name_or_path)
+    path = SHIPPED_MODELS.find(name_or_path)
     model = read_toml(path, Model)
     problems = []
     for index, effect in enumerate(model.effects):
@@ -181,10 +181,10 @@ def load_model(name_or_path: str | Path) -> Model:
 
 def save_model(model: Model, path: str | Path) -> Path:
     """Write a model file, atomically."""
-    return write_atomically(path, model_text(model))
+    return write_atomically(path, format_model(model))
 
 
-def model_text(model: Model) -> str:
+def format_model(model: Model) -> str:
     """Return the content of a model file."""
     content = {
         key: value
@@ -196,7 +196,7 @@ def model_text(model: Model) -> str:
 
 def _parameter_problems(index: int, effect: Effect) -> list[FileProblem]:
     # Names, units and kinds of parameters do not depend on the aircraft; only defaults may.
-    known = {item.name: item for item in make_term(effect.id, _ANY_AIRCRAFT).parameters}
+    known = {item.name: item for item in create_term(effect.id, _ANY_AIRCRAFT).parameters}
     problems = []
     for name, value in effect.parameters.items():
         where = f"effects[{index}].parameters.{name}"

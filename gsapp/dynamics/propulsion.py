@@ -11,7 +11,7 @@ import math
 from typing import NamedTuple
 
 from gsapp.aircraft import Aircraft
-from gsapp.dynamics.arithmetic import Value, functions
+from gsapp.dynamics.arithmetic import Value, array_namespace
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 
 _SPOOL_DOWN = 1.0
@@ -39,7 +39,7 @@ def throttle_for(aircraft: Aircraft, thrust: Value, rho: Value, V: Value) -> Val
 def fan_speed(aircraft: Aircraft, throttle: Value) -> Value:
     """Return the fan speed (rad/s): thrust goes with its square, between idle and full."""
     idle, full = aircraft.propulsion.rpm_idle, aircraft.propulsion.rpm_full
-    root = functions(throttle).sqrt
+    root = array_namespace(throttle).sqrt
     return root(idle * idle + (full * full - idle * idle) * throttle)  # type: ignore[no-any-return]
 
 

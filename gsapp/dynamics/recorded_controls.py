@@ -12,43 +12,49 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from gsapp.dynamics.signals import Backlash, Path, Response, respond, undo
+from gsapp.dynamics.signal_terms import (
+    Backlash,
+    PathResponse,
+    PathTerms,
+    invert_path,
+    path_response,
+)
 from gsapp.quantities import FloatArray
 
-STEADIED = 0.1
+SMOOTHING_TIME = 0.1
 """Seconds over which a record is averaged for a play: shorter than any hand's move."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Steadied:
+class _SmoothedBacklash:
     """Play that a noisy record does not turn over."""
 
     play: Backlash
 
-    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> Response:
-        smooth = _smoothed(signal, dt)
+    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+        smooth = _smooth(signal, dt)
         found = self.play.respond(smooth, dt, parameters)
 
         def tangent(change: FloatArray) -> FloatArray:
-            even = _smoothed(change, dt)
+            even = _smooth(change, dt)
             return change + found.tangent(even) - even
 
-        return Response(
+        return PathResponse(
             values=signal + found.values - smooth, parameters=found.parameters, tangent=tangent
         )
 
 
-def _smoothed(history: FloatArray, dt: float) -> FloatArray:
-    half = round(0.5 * STEADIED / dt)
+def _smooth(history: FloatArray, dt: float) -> FloatArray:
+    half = round(0.5 * SMOOTHING_TIME / dt)
     return np.asarray(uniform_filter1d(history, 2 * half + 1, axis=0, mode="nearest"))
 
 
-def acted(moved: Path, recorded: FloatArray, dt: float) -> Response:
+def simulate_control_path(moved: PathTerms, recorded: FloatArray, dt: float) -> PathResponse:
     """Return how a control acted, from a record that its sensor left as it was.
 
     Parameters
     ----------
-    moved : Path
+    moved : PathTerms
         Effects on the control path (``FlightModel.control_terms``).
     recorded : ndarray, shape (n,)
     dt : float
@@ -56,21 +62,24 @@ def acted(moved: Path, recorded: FloatArray, dt: float) -> Response:
 
     Returns
     -------
-    Response
+    PathResponse
         Columns of `parameters`: those of `moved`.
     """
     terms = [
-        (_Steadied(term) if isinstance(term, Backlash) else term, values) for term, values in moved
+        (_SmoothedBacklash(term) if isinstance(term, Backlash) else term, values)
+        for term, values in moved
     ]
-    return respond(terms, recorded, dt)
+    return path_response(terms, recorded, dt)
 
 
-def drive(shown: Path, moved: Path, recorded: FloatArray, dt: float) -> Response:
+def reconstruct_deflection(
+    shown: PathTerms, moved: PathTerms, recorded: FloatArray, dt: float
+) -> PathResponse:
     """Return how a control acted, from its record: its sensor undone, then its control path.
 
     Parameters
     ----------
-    shown, moved : Path
+    shown, moved : PathTerms
         Effects on the sensor (``FlightModel.sensor_terms``) and on the control path.
     recorded : ndarray, shape (n,)
     dt : float
@@ -78,12 +87,12 @@ def drive(shown: Path, moved: Path, recorded: FloatArray, dt: float) -> Response
 
     Returns
     -------
-    Response
+    PathResponse
         Columns of `parameters`: those of `shown`, then those of `moved`.
     """
-    true = undo(shown, recorded, dt)
-    found = acted(moved, true.values, dt)
-    return Response(
+    true = invert_path(shown, recorded, dt)
+    found = simulate_control_path(moved, true.values, dt)
+    return PathResponse(
         values=found.values,
         parameters=np.hstack((found.tangent(true.parameters), found.parameters)),
         tangent=lambda change: found.tangent(true.tangent(change)),

@@ -6,7 +6,7 @@ them behind a `FlightModel`: predicted measurements with their exact Jacobians.
 
 An instrument that sits elsewhere than the aircraft file says, and two that are swapped, belong to
 the model behind an `OutputModel`. Lag, delay, scale and bias of an instrument are terms on the path
-of its signal (`gsapp.dynamics.signals`), found in ``FlightModel.sensor_terms``.
+of its signal (`gsapp.dynamics.signal_terms`), found in ``FlightModel.sensor_terms``.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.dynamics.arithmetic import Value, clip, functions
+from gsapp.dynamics.arithmetic import Value, array_namespace, clip
 from gsapp.dynamics.dual import Dual
 from gsapp.dynamics.equations import POLAR_STATES, angular_accelerations
-from gsapp.dynamics.flight_model import INPUTS, Differential, FlightModel, Totals
+from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel, ModelEvaluation, ModelJacobian
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import FloatArray
 
@@ -59,7 +59,7 @@ def velocity_at(position: Vector, flow: Vector, rates: Vector) -> Vector:
 
 def alpha_vane(flow: Vector, upwash: float = 1.0) -> Any:
     """Return the angle (rad) of an alpha vane in the local flow u, v, w (m/s)."""
-    return upwash * functions(flow[0]).atan2(flow[2], flow[0])
+    return upwash * array_namespace(flow[0]).atan2(flow[2], flow[0])
 
 
 def beta_vane(flow: Vector, kind: str = "fixed", sidewash: float = 1.0) -> Any:
@@ -69,16 +69,16 @@ def beta_vane(flow: Vector, kind: str = "fixed", sidewash: float = 1.0) -> Any:
     alpha and shows asin(v/V).
     """
     u, v, _ = flow
-    m = functions(u)
+    m = array_namespace(u)
     if kind == "fixed":
         return sidewash * m.atan2(v, u)
-    return sidewash * m.asin(v / airspeed(flow))
+    return sidewash * m.asin(v / pitot_airspeed(flow))
 
 
-def airspeed(flow: Vector) -> Any:
+def pitot_airspeed(flow: Vector) -> Any:
     """Return the speed (m/s) of the local flow, as a pitot tube sees it."""
     u, v, w = flow
-    return functions(u).sqrt(u * u + v * v + w * w)
+    return array_namespace(u).sqrt(u * u + v * v + w * w)
 
 
 def accelerations_at(
@@ -123,7 +123,7 @@ def flow_at_cg(
     """
     sensors = aircraft.sensors
     vane, fin, pitot = sensors.alpha_vane, sensors.beta_vane, sensors.air_data
-    m = functions(V)
+    m = array_namespace(V)
     still = (0.0, 0.0, 0.0)
     ahead, _, under = velocity_at(vane.position, still, rates)
     before, beside, below = velocity_at(fin.position, still, rates)
@@ -145,11 +145,11 @@ def flow_at_cg(
         if fin.kind != "fixed":
             slope = (w + below) / (u + before)
             flank = slip * m.sqrt(1.0 + slope * slope)
-    speed = airspeed((u, v, w))
+    speed = pitot_airspeed((u, v, w))
     return speed, m.atan2(w, u), m.atan2(v, m.sqrt(u * u + w * w))
 
 
-def _spin(state: Sequence[Value], totals: Totals) -> tuple[Value, Value, Value]:
+def _spin(state: Sequence[Value], totals: ModelEvaluation) -> tuple[Value, Value, Value]:
     p, q, r = state[3:6]
     return angular_accelerations(p, q, r, *totals.loads[3:], totals.body)
 
@@ -209,15 +209,15 @@ class OutputModel:
         parameters: Sequence[Value] | None = None,
         *,
         free: Sequence[str] | None = None,
-    ) -> tuple[FloatArray, FloatArray, Differential]:
+    ) -> tuple[FloatArray, FloatArray, ModelJacobian]:
         """Return values, total derivatives, and the differential of the equations.
 
         Returns
         -------
         values : ndarray, shape (n, n_channels)
         derivatives : ndarray, shape (n, n_channels, n_all)
-            By all states, then inputs, then the free parameters, as in `Differential`.
-        differential : Differential
+            By all states, then inputs, then the free parameters, as in `ModelJacobian`.
+        differential : ModelJacobian
         """
         differential = self.model.differentiate(state, inputs, parameters, free=free)
         count, n_states, n_all = differential.rates.shape
@@ -235,7 +235,7 @@ class OutputModel:
             tuple(dual(totals.loads[index], differential.loads[:, index]) for index in range(3)),
             dual(totals.body.mass, differential.body[:, 0]),
             tuple(dual(totals.cg[index], differential.cg[:, index]) for index in range(3)),
-            dual(inputs[6], unit[n_states + INPUTS.index("rho")]),
+            dual(inputs[6], unit[n_states + MODEL_INPUTS.index("rho")]),
             {
                 name: tuple(
                     dual(place[index], differential.places[name][:, index]) for index in range(3)
@@ -259,7 +259,7 @@ class OutputModel:
     ) -> dict[str, Any]:
         sensors = self.model.aircraft.sensors
         V, alpha, beta, p, q, r = polar[:6]
-        m = functions(V)
+        m = array_namespace(V)
         rates = (p, q, r)
         forward = V * m.cos(beta)
         flow = (forward * m.cos(alpha), V * m.sin(beta), forward * m.sin(alpha))
@@ -277,7 +277,7 @@ class OutputModel:
         table = dict(zip(POLAR_STATES, polar, strict=True))
         table.update(p_dot=spin[0], q_dot=spin[1], r_dot=spin[2])
         if not _AIR_DATA.isdisjoint(self._needed):
-            speed = airspeed(flow_at("air_data"))
+            speed = pitot_airspeed(flow_at("air_data"))
             table.update(V=speed, qbar=0.5 * rho * speed * speed)
         vane, fin = sensors.alpha_vane, sensors.beta_vane
         if "alpha" in self._needed:

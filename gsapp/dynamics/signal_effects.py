@@ -2,29 +2,29 @@
 
 Importing this module enters ``control.<surface>.<kind>``, ``sensor.<channel>.<kind>``,
 ``sensor.<box>.delay`` and ``sensor.<one>_<other>.swapped`` in the registry of
-`gsapp.dynamics.terms`. What they do to a signal is in `gsapp.dynamics.signals`.
+`gsapp.dynamics.terms`. What they do to a signal is in `gsapp.dynamics.signal_terms`.
 """
 
 from __future__ import annotations
 
-from gsapp.dynamics.signals import (
-    BOXES,
+from gsapp.dynamics.signal_terms import (
     INPUT_CHANNELS,
-    PAIRS,
+    INSTRUMENT_BOXES,
     SENSOR_CHANNELS,
-    SURFACES,
+    SURFACE_CHANNELS,
+    SWAPPABLE_PAIRS,
     Backlash,
     Bias,
     Delay,
-    Exchanged,
     Lag,
     RateLimit,
-    Reversed,
     Saturation,
-    Scale,
+    ScaleFactor,
     SignalTerm,
+    SignReversal,
+    SwappedChannels,
 )
-from gsapp.dynamics.terms import Parameter, Term, TermFactory, register
+from gsapp.dynamics.terms import Parameter, Term, TermFactory, register_effect
 
 
 def _parameter(
@@ -56,7 +56,7 @@ _DELAY = _parameter("delay", "s", 0.05, (0.0, 0.5), "how late the signal is")
 
 
 def _register_controls() -> None:
-    for surface, channel in SURFACES.items():
+    for surface, channel in SURFACE_CHANNELS.items():
         word = surface.capitalize()
         target, reads = f"control.{surface}", (channel,)
         rows: tuple[SignalTerm, ...] = (
@@ -108,7 +108,7 @@ def _register_controls() -> None:
                 target=target,
                 reads=reads,
             ),
-            Scale(
+            ScaleFactor(
                 id=f"control.{surface}.gearing",
                 title=f"{word} moves more or less than recorded",
                 equation=f"{channel} = gearing * recorded",
@@ -120,7 +120,7 @@ def _register_controls() -> None:
             ),
         )
         for term in rows:
-            register(term.id, _constant(term))
+            register_effect(term.id, _constant(term))
 
 
 _UNITS = {
@@ -161,7 +161,7 @@ def _register_sensors() -> None:
             clip_at = 0.1
         target, reads, name = f"sensor.{channel}", (channel,), _INSTRUMENT_TITLES[channel]
         rows: tuple[SignalTerm, ...] = (
-            Scale(
+            ScaleFactor(
                 id=f"sensor.{channel}.scale",
                 title=f"{name} reads too much or too little",
                 equation=f"{channel} recorded = scale * {channel}",
@@ -212,7 +212,7 @@ def _register_sensors() -> None:
                 target=target,
                 reads=reads,
             ),
-            Reversed(
+            SignReversal(
                 id=f"sensor.{channel}.reversed",
                 title=f"{name} has the wrong sign",
                 equation=f"{channel} recorded = -{channel}",
@@ -221,7 +221,7 @@ def _register_sensors() -> None:
             ),
         )
         for term in rows:
-            register(term.id, _constant(term))
+            register_effect(term.id, _constant(term))
 
 
 _BOX_TITLES = {
@@ -233,7 +233,7 @@ _BOX_TITLES = {
 
 
 def _register_boxes() -> None:
-    for box, channels in BOXES.items():
+    for box, channels in INSTRUMENT_BOXES.items():
         term = Delay(
             id=f"sensor.{box}.delay",
             title=_BOX_TITLES[box],
@@ -250,7 +250,7 @@ def _register_boxes() -> None:
             # Of any of its channels: each has a path of its own.
             reads=("signal",),
         )
-        register(term.id, _constant(term))
+        register_effect(term.id, _constant(term))
 
 
 def _small(channel: str) -> str:
@@ -259,8 +259,8 @@ def _small(channel: str) -> str:
 
 
 def _register_pairs() -> None:
-    for one, other in PAIRS:
-        term = Exchanged(
+    for one, other in SWAPPABLE_PAIRS:
+        term = SwappedChannels(
             id=f"sensor.{one}_{other}.swapped",
             title=f"{_INSTRUMENT_TITLES[one]} and {_small(other)} are swapped",
             equation=f"{one} recorded = {other}, {other} recorded = {one}",
@@ -268,7 +268,7 @@ def _register_pairs() -> None:
             reads=(one, other),
             pair=(one, other),
         )
-        register(term.id, _constant(term))
+        register_effect(term.id, _constant(term))
 
 
 _register_controls()

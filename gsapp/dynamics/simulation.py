@@ -4,7 +4,8 @@
 in plain floats: over the ground, in wind and gusts, on its wheels, with fuel burning off. Servos,
 engines and gusts are stepped exactly once per sample and taken as straight lines in between.
 
-`open_loop` integrates the polar equations for given histories of the inputs: what estimators do.
+`simulate_open_loop` integrates the polar equations for given histories of the inputs: what
+estimators do.
 """
 
 from __future__ import annotations
@@ -17,12 +18,12 @@ from typing import Protocol
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.dynamics.actuators import ControlPosition, actuators
+from gsapp.dynamics.actuators import ControlPosition, create_actuators
 from gsapp.dynamics.arithmetic import Value
 from gsapp.dynamics.atmosphere import (
     SEA_LEVEL_DENSITY,
     Atmosphere,
-    Turbulence,
+    DrydenTurbulence,
     Wind,
     pressure_altitude,
 )
@@ -33,15 +34,15 @@ from gsapp.dynamics.equations import (
     angular_accelerations,
     body_from_polar,
     body_rates,
+    body_to_earth_matrix,
     euler_from_quaternion,
     quaternion_from_euler,
     quaternion_rates,
-    rotation,
 )
-from gsapp.dynamics.flight_model import INPUTS, FlightModel, Totals
+from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel, ModelEvaluation
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.propulsion import Engines, EngineState
-from gsapp.dynamics.terms import Term, make_term
+from gsapp.dynamics.terms import Term, create_term
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
@@ -55,7 +56,7 @@ _NO_LOADS = Loads(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Commands:
+class ControlCommands:
     """What the receiver asks of the aircraft during one sample.
 
     Attributes
@@ -86,7 +87,7 @@ class Commands:
     engines: bool = True
 
 
-class Ground(Protocol):
+class GroundContact(Protocol):
     """Whatever pushes back from below, such as a landing gear."""
 
     def loads(
@@ -121,14 +122,14 @@ def stall_terms(aircraft: Aircraft, model: Model) -> tuple[Term, ...]:
     The lift departs with a slope a little steeper than that of the linear model, so that the
     normal force levels off and falls slowly: 61 ft/s for the shipped B777.
     """
-    terms = tuple(make_term(f"aero.{target}.stall", aircraft) for target in ("CN", "CA", "Cm"))
+    terms = tuple(create_term(f"aero.{target}.stall", aircraft) for target in ("CN", "CA", "Cm"))
     lift = terms[0]
     slope = replace(lift.parameters[0], default=-1.04 * model.derivative("CN_alpha"))
     return (replace(lift, parameters=(slope, *lift.parameters[1:])), *terms[1:])
 
 
 @dataclass(slots=True)
-class _Drive:
+class _Excitation:
     """What acts on the aircraft at one instant beside its own motion."""
 
     surfaces: tuple[float, float, float, float]
@@ -136,8 +137,8 @@ class _Drive:
     difference: float
     gust: tuple[float, float, float]
 
-    def halfway(self, other: _Drive) -> _Drive:
-        return _Drive(
+    def halfway(self, other: _Excitation) -> _Excitation:
+        return _Excitation(
             _mean4(self.surfaces, other.surfaces),
             0.5 * (self.throttle + other.throttle),
             0.5 * (self.difference + other.difference),
@@ -165,7 +166,7 @@ class _Instant:
     """Everything computed at one instant; `slope` is the rate of the state."""
 
     slope: list[float]
-    totals: Totals
+    totals: ModelEvaluation
     air: tuple[float, float, float]
     polar: tuple[float, ...]
     matrix: Matrix
@@ -187,8 +188,8 @@ class Simulator:
     atmosphere : Atmosphere
         Of the day; its ground is the runway.
     wind : Wind
-    turbulence : Turbulence or None
-    ground : Ground or None
+    turbulence : DrydenTurbulence or None
+    ground : GroundContact or None
         None lets the aircraft fall through.
     stall : bool
         Whether it stalls beyond the linear range; within it, nothing changes.
@@ -208,8 +209,8 @@ class Simulator:
         *,
         atmosphere: Atmosphere | None = None,
         wind: Wind | None = None,
-        turbulence: Turbulence | None = None,
-        ground: Ground | None = None,
+        turbulence: DrydenTurbulence | None = None,
+        ground: GroundContact | None = None,
         stall: bool = True,
         dt: float = 0.01,
     ) -> None:
@@ -240,7 +241,7 @@ class Simulator:
         attitude: tuple[float, float, float] = (0.0, 0.0, 0.0),
         height: float = 100.0,
         position: tuple[float, float] = (0.0, 0.0),
-        commands: Commands | None = None,
+        commands: ControlCommands | None = None,
         fuel: float | None = None,
     ) -> None:
         """Begin in flight, with servos and engines settled at `commands`.
@@ -255,14 +256,14 @@ class Simulator:
             Of the CG above the runway, m.
         position : tuple of float
             North, east, m.
-        commands : Commands, optional
+        commands : ControlCommands, optional
             Of surfaces and throttles; all at zero by default.
         fuel : float, optional
             On board, kg; the aircraft file's by default.
         """
         quaternion = quaternion_from_euler(*(float(angle) for angle in attitude))
         u, v, w = (float(x) for x in body_from_polar(float(V), float(alpha), float(beta)))
-        wind = _to_body(rotation(quaternion), self.wind.at(height))
+        wind = _to_body(body_to_earth_matrix(quaternion), self.wind.at(height))
         velocity = (u + wind[0], v + wind[1], w + wind[2])
         self._begin(velocity, rates, quaternion, (*position, -height), commands, fuel)
 
@@ -272,7 +273,7 @@ class Simulator:
         heading: float = 0.0,
         height: float = 0.5,
         position: tuple[float, float] = (0.0, 0.0),
-        commands: Commands | None = None,
+        commands: ControlCommands | None = None,
     ) -> None:
         """Begin at rest on the wheels, with the CG at `height` (m) above the runway."""
         quaternion = quaternion_from_euler(0.0, 0.0, float(heading))
@@ -285,16 +286,16 @@ class Simulator:
         rates: tuple[float, float, float],
         quaternion: tuple[float, float, float, float],
         position: tuple[float, float, float],
-        commands: Commands | None,
+        commands: ControlCommands | None,
         fuel: float | None,
     ) -> None:
-        commands = commands or Commands()
+        commands = commands or ControlCommands()
         self.time = 0.0
         self.commands = commands
         self.fuel = self.aircraft.mass.fuel if fuel is None else fuel
-        self._actuators = actuators(self.model, self.dt)
+        self._actuators = create_actuators(self.model, self.dt)
         self._controls = self._move(commands)
-        mean = _levers(commands)
+        mean = _throttle_levers(commands)
         self._engines = Engines(
             self.aircraft, self.dt, throttle=0.5 * sum(mean), running=commands.engines
         )
@@ -310,7 +311,7 @@ class Simulator:
 
     # --- stepping -------------------------------------------------------------------------------
 
-    def step(self, commands: Commands) -> None:
+    def step(self, commands: ControlCommands) -> None:
         """Go on by one step under these commands.
 
         Raises
@@ -323,7 +324,7 @@ class Simulator:
         self.commands = commands
         self._controls = self._move(commands)
         running = commands.engines and (self.fuel > 0.0 or self.aircraft.mass.fuel == 0.0)
-        self._engine = self._engines.step(*_levers(commands), running=running)
+        self._engine = self._engines.step(*_throttle_levers(commands), running=running)
         speed = math.sqrt(sum(x * x for x in now.air))
         gust = self.turbulence.advance(dt, speed) if self.turbulence else (0.0, 0.0, 0.0)
         before, after = self._drive, self._driven(gust)
@@ -350,7 +351,7 @@ class Simulator:
         self.time += dt
         self._instant = None
 
-    def _move(self, commands: Commands) -> dict[str, ControlPosition]:
+    def _move(self, commands: ControlCommands) -> dict[str, ControlPosition]:
         return {
             "de": self._actuators["de"].step(commands.de),
             "da": self._actuators["da"].step(commands.da),
@@ -358,9 +359,9 @@ class Simulator:
             "flap": self._actuators["flap"].step(commands.flap),
         }
 
-    def _driven(self, gust: tuple[float, float, float]) -> _Drive:
+    def _driven(self, gust: tuple[float, float, float]) -> _Excitation:
         controls = self._controls
-        return _Drive(
+        return _Excitation(
             (
                 controls["de"].surface,
                 controls["da"].surface,
@@ -377,7 +378,7 @@ class Simulator:
         """Return the mass now, kg."""
         return self.aircraft.mass.mass - self.aircraft.mass.fuel + self.fuel
 
-    def _inputs(self, drive: _Drive) -> tuple[float, ...]:
+    def _inputs(self, drive: _Excitation) -> tuple[float, ...]:
         altitude = self.atmosphere.ground_altitude - self._state[12]
         rho = float(self.atmosphere.density(altitude))
         return (*drive.surfaces, drive.throttle, drive.difference, rho, self.mass)
@@ -406,13 +407,13 @@ class Simulator:
         held = (min(max(polar[1], -alpha), alpha), min(max(polar[2], -beta), beta))
         return (polar[0], *held, *polar[3:])
 
-    def _slope(self, state: list[float], drive: _Drive) -> list[float]:
+    def _slope(self, state: list[float], drive: _Excitation) -> list[float]:
         return self._evaluate(state, drive).slope
 
-    def _evaluate(self, state: list[float], drive: _Drive) -> _Instant:
+    def _evaluate(self, state: list[float], drive: _Excitation) -> _Instant:
         u, v, w, p, q, r, e0, e1, e2, e3, _, _, down = state[:13]
         attitude = (e0, e1, e2, e3)
-        matrix = rotation(attitude)
+        matrix = body_to_earth_matrix(attitude)
         wind = _to_body(matrix, self.wind.at(-down))
         gust = drive.gust
         air = (u - wind[0] - gust[0], v - wind[1] - gust[1], w - wind[2] - gust[2])
@@ -423,7 +424,7 @@ class Simulator:
         speed2 = air[0] ** 2 + air[1] ** 2 + air[2] ** 2
         if speed2 < _SLOWEST * _SLOWEST:
             scale = speed2 / (_SLOWEST * _SLOWEST)
-            loads = _faded(loads, totals.thrust, scale)
+            loads = _fade_loads(loads, totals.thrust, scale)
         ground, on_ground = _NO_LOADS, False
         if self.ground is not None:
             ground, on_ground = self.ground.loads(
@@ -554,7 +555,7 @@ class Simulator:
         return values
 
 
-def _levers(commands: Commands) -> tuple[float, float]:
+def _throttle_levers(commands: ControlCommands) -> tuple[float, float]:
     left, right = commands.throttle_left, commands.throttle_right
     return (
         commands.throttle if left is None else left,
@@ -571,7 +572,7 @@ def _to_body(matrix: Matrix, earth: tuple[float, float, float]) -> tuple[float, 
     )
 
 
-def _faded(loads: Loads, thrust: Value, scale: float) -> Loads:
+def _fade_loads(loads: Loads, thrust: Value, scale: float) -> Loads:
     """Return the loads with all but the thrust faded out at hardly any airspeed."""
     return Loads(
         thrust + scale * (loads.X - thrust),
@@ -597,13 +598,13 @@ def _air_acceleration(now: _Instant, state: Sequence[float]) -> tuple[float, flo
     )
 
 
-Pilot = Callable[[Simulator], Commands]
+CommandSource = Callable[[Simulator], ControlCommands]
 """Looks at the simulator before each step and gives commands."""
 
 
-def run(
+def run_simulation(
     simulator: Simulator,
-    commands: Pilot | Mapping[str, FloatArray],
+    commands: CommandSource | Mapping[str, FloatArray],
     duration: float | None = None,
 ) -> dict[str, FloatArray]:
     """Simulate and return the truth: channel -> array of shape (n,), ``time`` among them.
@@ -613,7 +614,7 @@ def run(
     simulator : Simulator
         Started. It stands at the last sample afterwards.
     commands : callable or mapping
-        A pilot, or histories of the fields of `Commands`, one value for each step; what a
+        A pilot, or histories of the fields of `ControlCommands`, one value for each step; what a
         mapping leaves out stays as the simulator was started with.
     duration : float, optional
         s; for histories, their length by default.
@@ -628,15 +629,15 @@ def run(
         count = min(len(history) for history in histories.values())
         if duration is not None:
             count = min(count, round(duration / simulator.dt))
-        base = {name: getattr(simulator.commands, name) for name in Commands.__slots__}
+        base = {name: getattr(simulator.commands, name) for name in ControlCommands.__slots__}
         rows = iter(
             [
-                Commands(**{**base, **{name: h[k] for name, h in histories.items()}})
+                ControlCommands(**{**base, **{name: h[k] for name, h in histories.items()}})
                 for k in range(count)
             ]
         )
 
-        def pilot(_: Simulator) -> Commands:
+        def pilot(_: Simulator) -> ControlCommands:
             return next(rows)
 
     samples = [simulator.sample()]
@@ -646,7 +647,7 @@ def run(
     return {name: np.array([sample[name] for sample in samples]) for name in samples[0]}
 
 
-def open_loop(
+def simulate_open_loop(
     model: FlightModel,
     start: Sequence[float],
     inputs: Mapping[str, FloatArray | float],
@@ -663,9 +664,9 @@ def open_loop(
         The nine polar states at the first sample; the terms' own states may follow, else they
         start settled.
     inputs : mapping of str to ndarray of shape (n,) or float
-        By the names in `INPUTS`, straight lines between the samples. What is left out is zero,
-        `rho` that of sea level, `mass` the aircraft file's. `thrust` (N) may stand for throttle
-        where V is of no account; use `gsapp.dynamics.propulsion.throttle_for`.
+        By the names in `MODEL_INPUTS`, straight lines between the samples. What is left out is
+        zero, `rho` that of sea level, `mass` the aircraft file's. `thrust` (N) may stand for
+        throttle where V is of no account; use `gsapp.dynamics.propulsion.throttle_for`.
     dt : float
         Sample time, s.
     parameters : sequence of float, optional
@@ -709,7 +710,7 @@ def open_loop(
 def input_rows(
     model: FlightModel, inputs: Mapping[str, FloatArray | float]
 ) -> list[tuple[float, ...]]:
-    """Return the inputs as one tuple for each sample, in the order of `INPUTS`.
+    """Return the inputs as one tuple for each sample, in the order of `MODEL_INPUTS`.
 
     Raises
     ------
@@ -723,11 +724,11 @@ def input_rows(
 def input_columns(
     model: FlightModel, inputs: Mapping[str, FloatArray | float]
 ) -> tuple[FloatArray, ...]:
-    """Return the inputs as arrays of equal length, in the order of `INPUTS`; see `open_loop`."""
-    unknown = [name for name in inputs if name not in INPUTS]
+    """Return the inputs as arrays of equal length, in the order of `MODEL_INPUTS`; see `simulate_open_loop`."""
+    unknown = [name for name in inputs if name not in MODEL_INPUTS]
     if unknown:
         raise FlightError(
-            f"{', '.join(unknown)} is no input of the equations; they take {', '.join(INPUTS)}"
+            f"{', '.join(unknown)} is no input of the equations; they take {', '.join(MODEL_INPUTS)}"
         )
     arrays = {name: np.atleast_1d(np.asarray(x, dtype=float)) for name, x in inputs.items()}
     sizes = {array.size for array in arrays.values() if array.size > 1}
@@ -736,9 +737,9 @@ def input_columns(
             f"the input histories differ in length ({sorted(sizes)}); give one value per sample"
         )
     count = sizes.pop() if sizes else 1
-    defaults = dict.fromkeys(INPUTS, 0.0)
+    defaults = dict.fromkeys(MODEL_INPUTS, 0.0)
     defaults.update(rho=SEA_LEVEL_DENSITY, mass=model.aircraft.mass.mass)
     return tuple(
         np.array(np.broadcast_to(arrays.get(name, np.array(defaults[name])), (count,)))
-        for name in INPUTS
+        for name in MODEL_INPUTS
     )

@@ -18,7 +18,7 @@ Targets
     ``thrust``                     force along x (N)
     ``mass ixx iyy izz ixz cg.x cg.y cg.z``   offsets of the file's values (kg, kg m^2, m)
     ``place.<instrument>.<axis>``  offset of where an instrument sits, from the file's (m)
-    ``control.<surface>``          the path of a control signal, see `gsapp.dynamics.signals`
+    ``control.<surface>``          the path of a control signal, see `gsapp.dynamics.signal_terms`
     ``sensor.<channel>``           the path of a measured signal, or of all those of a box
 """
 
@@ -33,7 +33,7 @@ from typing import NamedTuple
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.arithmetic import Value
 from gsapp.foundation import UnknownNameError
-from gsapp.foundation.naming import did_you_mean
+from gsapp.foundation.name_suggestions import did_you_mean
 
 Values = Sequence[Value]
 
@@ -62,7 +62,7 @@ VARIABLES: Mapping[str, str] = {
 """What a term of the equations may read."""
 
 COEFFICIENTS = ("CN", "CA", "CY", "Cl", "Cm", "Cn")
-PLACED = ("alpha_vane", "beta_vane", "accelerometer", "air_data")
+POSITIONED_INSTRUMENTS = ("alpha_vane", "beta_vane", "accelerometer", "air_data")
 """Instruments for which it matters where they sit, as the aircraft file calls them."""
 TARGETS = (
     *COEFFICIENTS,
@@ -83,7 +83,7 @@ TARGETS = (
     "cg.x",
     "cg.y",
     "cg.z",
-    *(f"place.{instrument}.{axis}" for instrument in PLACED for axis in "xyz"),
+    *(f"place.{instrument}.{axis}" for instrument in POSITIONED_INSTRUMENTS for axis in "xyz"),
 )
 """What a term of the equations may add to."""
 
@@ -278,11 +278,11 @@ TermFactory = Callable[[Aircraft], Term]
 """Makes a term for an aircraft; its geometry may enter."""
 
 _REGISTRY: dict[str, TermFactory] = {}
-_CATALOGS = ("gsapp.dynamics.effects", "gsapp.dynamics.signal_effects")
+_EFFECT_MODULES = ("gsapp.dynamics.effects", "gsapp.dynamics.signal_effects")
 """They enter their effects when they are imported, and they import this module."""
 
 
-def register(term_id: str, factory: TermFactory) -> None:
+def register_effect(term_id: str, factory: TermFactory) -> None:
     """Enter an effect under its id.
 
     Raises
@@ -296,7 +296,7 @@ def register(term_id: str, factory: TermFactory) -> None:
 
 
 def _registered() -> Mapping[str, TermFactory]:
-    for name in _CATALOGS:
+    for name in _EFFECT_MODULES:
         importlib.import_module(name)
     return _REGISTRY
 
@@ -306,7 +306,7 @@ def effect_ids() -> tuple[str, ...]:
     return tuple(sorted(_registered()))
 
 
-def make_term(term_id: str, aircraft: Aircraft) -> Term:
+def create_term(term_id: str, aircraft: Aircraft) -> Term:
     """Return the term with that id for an aircraft.
 
     Raises

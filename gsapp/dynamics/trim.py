@@ -12,7 +12,7 @@ from scipy.optimize import root
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.equations import PolarState, polar_rates
-from gsapp.dynamics.flight_model import INPUTS, FlightModel
+from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
 from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
@@ -28,7 +28,7 @@ class Trim:
     state : tuple of float
         Polar states, then those of the terms, settled; psi = 0.
     inputs : tuple of float
-        In the order of `gsapp.dynamics.flight_model.INPUTS`.
+        In the order of `gsapp.dynamics.flight_model.MODEL_INPUTS`.
     climb_angle : float
         rad.
     turn_rate : float
@@ -48,7 +48,7 @@ class Trim:
     @property
     def controls(self) -> dict[str, float]:
         """Return the inputs by name."""
-        return dict(zip(INPUTS, self.inputs, strict=True))
+        return dict(zip(MODEL_INPUTS, self.inputs, strict=True))
 
 
 def trim(
@@ -82,7 +82,7 @@ def trim(
     FlightError
         If the aircraft cannot fly so; the sentence names what is wrong.
     """
-    problems = unflyable(model.aircraft, model.model)
+    problems = find_unflyable_reasons(model.aircraft, model.model)
     if problems:
         raise FlightError(f"the model '{model.model.name}' cannot be flown: {'; '.join(problems)}")
     heavy = model.aircraft.mass.mass if mass is None else mass
@@ -146,7 +146,7 @@ def has_rudder(model: Model) -> bool:
     return any(model.derivative(name) != 0.0 for name in ("CY_dr", "Cl_dr", "Cn_dr"))
 
 
-def unflyable(aircraft: Aircraft, model: Model) -> list[str]:
+def find_unflyable_reasons(aircraft: Aircraft, model: Model) -> list[str]:
     """Return what makes it impossible to fly a model, one sentence part each; none if it flies.
 
     Only the signs and absences that no aircraft of the usual layout can have are named.
@@ -174,7 +174,7 @@ def unflyable(aircraft: Aircraft, model: Model) -> list[str]:
     return found
 
 
-def doubtful_signs(model: Model) -> list[str]:
+def find_suspect_signs(model: Model) -> list[str]:
     """Return derivatives whose sign makes an aircraft unstable or undamped, in words.
 
     Such an aircraft can be trimmed; a pilot will hardly hold it.
@@ -195,7 +195,7 @@ def doubtful_signs(model: Model) -> list[str]:
 
 
 def _no_solution(model: FlightModel, V: float, worst: float) -> str:
-    doubts = doubtful_signs(model.model)
+    doubts = find_suspect_signs(model.model)
     hint = f"; {doubts[0]}" if doubts else "; check the derivatives and the speed"
     return (
         f"no steady flight was found for '{model.model.name}' at {V:.1f} m/s "
@@ -205,7 +205,7 @@ def _no_solution(model: FlightModel, V: float, worst: float) -> str:
 
 def _check_limits(model: FlightModel, state: Sequence[float], inputs: Sequence[float]) -> None:
     aircraft = model.aircraft
-    controls = dict(zip(INPUTS, inputs, strict=True))
+    controls = dict(zip(MODEL_INPUTS, inputs, strict=True))
     V = state[0]
     found = []
     if state[1] > aircraft.limits.alpha_stall:

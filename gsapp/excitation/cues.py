@@ -6,20 +6,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal
 
-from gsapp.excitation.dangers.danger import Danger
-from gsapp.excitation.doublets.verdict import InputUnderWay, Verdict
-from gsapp.excitation.information.prospect import Outlook
-from gsapp.excitation.points.point import TestPoint
-from gsapp.excitation.points.wanted import WantedInput
-from gsapp.excitation.trim.cue import TrimCue
+from gsapp.excitation.alerts.alert import Alert
+from gsapp.excitation.doublets.verdict import InputInProgress, InputVerdict
+from gsapp.excitation.information.outlook import Outlook
+from gsapp.excitation.test_points.point import TestPoint
+from gsapp.excitation.test_points.target_input import TargetInput
+from gsapp.excitation.trim.trim_cue import TrimCue
 from gsapp.flight.cards import TestCard
 
 EventKind = Literal["trim", "input", "hands-off", "verdict", "danger", "card"]
 
-Why = Literal["chosen", "captured", "most to gain", "next on the list"]
+CardSelectionReason = Literal["chosen", "captured", "most to gain", "next on the list"]
 """How the card to be flown was found."""
 
-VERDICT_STANDS: Final = 6.0
+VERDICT_DISPLAY_TIME: Final = 6.0
 """Seconds for which a verdict is the news: until then the pilot is busy with the recovery."""
 
 
@@ -72,7 +72,7 @@ class NextCard:
         Repeats that count so far.
     point : TestPoint or None
         None where the card asks for what cannot be flown; `problem` says why.
-    wanted : WantedInput or None
+    wanted : TargetInput or None
         None where no input can be told.
     stick : mapping of str to str
         By surface: "half stick, high rate".
@@ -88,10 +88,10 @@ class NextCard:
     card: TestCard
     good: int
     point: TestPoint | None
-    wanted: WantedInput | None
+    wanted: TargetInput | None
     stick: Mapping[str, str]
     words: str
-    why: Why
+    why: CardSelectionReason
     problem: str = ""
 
 
@@ -105,15 +105,15 @@ class CueSnapshot:
         Flight time of the newest row judged, s; None before the first.
     trim : TrimCue or None
         None before the first row.
-    under_way : InputUnderWay or None
+    under_way : InputInProgress or None
         An input that is being made, or its answer awaited.
-    verdict : Verdict or None
+    verdict : InputVerdict or None
         The latest.
     card : NextCard or None
         None without cards, and once all are flown.
     outlook : Outlook or None
         What was learned and what comes next; None where no model tells.
-    dangers : tuple of Danger
+    dangers : tuple of Alert
         Those that stand, the most urgent first.
     speed, alpha : float or None
         Airspeed, m/s, and angle of attack, rad, over the last half second; None where missing.
@@ -133,11 +133,11 @@ class CueSnapshot:
 
     time: float | None = None
     trim: TrimCue | None = None
-    under_way: InputUnderWay | None = None
-    verdict: Verdict | None = None
+    under_way: InputInProgress | None = None
+    verdict: InputVerdict | None = None
     card: NextCard | None = None
     outlook: Outlook | None = None
-    dangers: tuple[Danger, ...] = ()
+    dangers: tuple[Alert, ...] = ()
     speed: float | None = None
     alpha: float | None = None
     guidance: str = ""
@@ -156,7 +156,7 @@ class CueSnapshot:
         return self.time - self.verdict.given_at
 
     @property
-    def fresh_verdict(self) -> Verdict | None:
-        """Return the latest verdict while it is news: see `VERDICT_STANDS`."""
+    def fresh_verdict(self) -> InputVerdict | None:
+        """Return the latest verdict while it is news: see `VERDICT_DISPLAY_TIME`."""
         age = self.verdict_age
-        return self.verdict if age is not None and age <= VERDICT_STANDS else None
+        return self.verdict if age is not None and age <= VERDICT_DISPLAY_TIME else None

@@ -6,14 +6,14 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from gsapp.excitation.announcer import Announcement
 from gsapp.excitation.cues import CueEvent
-from gsapp.excitation.debrief_maneuver import JudgedManeuver
-from gsapp.excitation.speaking import Spoken
-from gsapp.flight.cards import CardsFlown
+from gsapp.excitation.debrief_maneuver import EvaluatedManeuver
+from gsapp.flight.cards import CardSetProgress
 from gsapp.flight.catalog import CardScore, StoredVerdict
 
 if TYPE_CHECKING:
-    from gsapp.excitation.cueing import Cueing
+    from gsapp.excitation.cueing import CueGenerator
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -24,23 +24,23 @@ class Debrief:
     ----------
     flight : str
         Its name.
-    maneuvers : tuple of JudgedManeuver
+    maneuvers : tuple of EvaluatedManeuver
         Every input, by time.
     cards : tuple of CardScore
         In the order of the cards; empty without cards.
     events : tuple of CueEvent
         All that changed for the crew.
-    spoken : tuple of Spoken
+    spoken : tuple of Announcement
         All that was to be heard.
     missing : tuple of str
         What could not be judged, in words.
     """
 
     flight: str
-    maneuvers: tuple[JudgedManeuver, ...]
+    maneuvers: tuple[EvaluatedManeuver, ...]
     cards: tuple[CardScore, ...] = ()
     events: tuple[CueEvent, ...] = ()
-    spoken: tuple[Spoken, ...] = ()
+    spoken: tuple[Announcement, ...] = ()
     missing: tuple[str, ...] = ()
 
     @property
@@ -111,27 +111,27 @@ class Debrief:
         }
 
 
-def debrief_of(name: str, cueing: Cueing) -> Debrief:
+def create_debrief(name: str, cueing: CueGenerator) -> Debrief:
     """Return the debrief of a flight that was followed.
 
     Parameters
     ----------
     name : str
         Of the flight.
-    cueing : Cueing
+    cueing : CueGenerator
         That followed it.
     """
     return Debrief(
         flight=name,
         maneuvers=tuple(cueing.maneuvers),
-        cards=scores(cueing.flown),
+        cards=score_cards(cueing.flown),
         events=tuple(cueing.log),
         spoken=tuple(cueing.spoken),
         missing=cueing.snapshot().missing,
     )
 
 
-def scores(flown: CardsFlown | None) -> tuple[CardScore, ...]:
+def score_cards(flown: CardSetProgress | None) -> tuple[CardScore, ...]:
     """Return how the cards were flown; empty without cards."""
     return tuple(
         CardScore(

@@ -10,10 +10,10 @@ from typing import Any, Final, cast
 import numpy as np
 from pydantic import TypeAdapter
 
-from gsapp.excitation.doublets.verdict import Verdict
-from gsapp.excitation.points.point import TestPoint
-from gsapp.excitation.points.wanted import WantedInput
-from gsapp.excitation.rows import FlightRows
+from gsapp.excitation.doublets.verdict import InputVerdict
+from gsapp.excitation.flight_rows import FlightRows
+from gsapp.excitation.test_points.point import TestPoint
+from gsapp.excitation.test_points.target_input import TargetInput
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
 
@@ -29,7 +29,7 @@ _ANSWERS: Final[Mapping[str, tuple[str, ...]]] = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Curves:
+class ManeuverCurves:
     """A few samples a second of some channels, for a small plot.
 
     Attributes
@@ -45,13 +45,13 @@ class Curves:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class JudgedManeuver:
+class EvaluatedManeuver:
     """A maneuver with all that the debrief shows of it.
 
     Attributes
     ----------
-    verdict : Verdict
-    wanted : WantedInput or None
+    verdict : InputVerdict
+    wanted : TargetInput or None
         What was asked for when it was flown.
     point : TestPoint or None
         Where it should have begun.
@@ -59,15 +59,15 @@ class JudgedManeuver:
         When GO was given before it, s; None if it was flown without.
     off : mapping of str to float
         What was off as it began, in tolerances, signed; of ``speed``, ``bank`` ...
-    curves : Curves
+    curves : ManeuverCurves
     """
 
-    verdict: Verdict
-    wanted: WantedInput | None
+    verdict: InputVerdict
+    wanted: TargetInput | None
     point: TestPoint | None
     go_at: float | None
     off: Mapping[str, float]
-    curves: Curves
+    curves: ManeuverCurves
 
     def to_json(self) -> dict[str, Any]:
         """Return what a program reads of it, without the curves. SI, absent = None."""
@@ -97,7 +97,7 @@ class JudgedManeuver:
         }
 
     @staticmethod
-    def from_record(record: object) -> JudgedManeuver:
+    def from_record(record: object) -> EvaluatedManeuver:
         """Return the maneuver that `to_record` made.
 
         Raises
@@ -113,7 +113,9 @@ class JudgedManeuver:
             ) from error
 
 
-def curves_of(rows: FlightRows | None, surfaces: tuple[str, ...], rate: float) -> Curves:
+def extract_curves(
+    rows: FlightRows | None, surfaces: tuple[str, ...], rate: float
+) -> ManeuverCurves:
     """Return the surfaces and their answers, thinned.
 
     Parameters
@@ -126,31 +128,31 @@ def curves_of(rows: FlightRows | None, surfaces: tuple[str, ...], rate: float) -
         Of the grid, Hz.
     """
     if rows is None:
-        return Curves(times=np.empty(0), series={})
+        return ManeuverCurves(times=np.empty(0), series={})
     every = max(1, round(rate / PLOT_RATE))
     kept = (rows.first + np.arange(len(rows))) % every == 0
     names = dict.fromkeys((*surfaces, *(name for one in surfaces for name in _ANSWERS[one])))
     series = {name: rows[name][kept] for name in names}
-    return Curves(
+    return ManeuverCurves(
         times=rows.times[kept],
         series={name: values for name, values in series.items() if np.isfinite(values).any()},
     )
 
 
-_VERDICT: Final = TypeAdapter(Verdict)
-_WANTED: Final = TypeAdapter[WantedInput | None](WantedInput | None)
+_VERDICT: Final = TypeAdapter(InputVerdict)
+_WANTED: Final = TypeAdapter[TargetInput | None](TargetInput | None)
 _POINT: Final = TypeAdapter[TestPoint | None](TestPoint | None)
 
 
-def _read(record: Mapping[str, Any]) -> JudgedManeuver:
+def _read(record: Mapping[str, Any]) -> EvaluatedManeuver:
     curves = record["curves"]
-    return JudgedManeuver(
+    return EvaluatedManeuver(
         verdict=_VERDICT.validate_python(record["verdict"]),
         wanted=_WANTED.validate_python(record["wanted"]),
         point=_POINT.validate_python(record["point"]),
         go_at=record["go_at"],
         off={str(name): float(share) for name, share in record["off"].items()},
-        curves=Curves(
+        curves=ManeuverCurves(
             times=np.array(curves["times"], dtype=np.float64),
             series={
                 name: np.array([math.nan if one is None else one for one in values])

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import groupby, pairwise
 from typing import Any
 
-from gsapp.excitation.debrief_maneuver import JudgedManeuver
+from gsapp.excitation.debrief_maneuver import EvaluatedManeuver
 from gsapp.flight.catalog import CardScore, StoredVerdict
 
 
@@ -64,7 +64,7 @@ class FlightTrend:
         }
 
 
-def trends(
+def compute_trends(
     verdicts: Sequence[StoredVerdict], scores: Mapping[str, Sequence[CardScore]] | None = None
 ) -> tuple[FlightTrend, ...]:
     """Return what the flights of a catalog show, in its order.
@@ -82,17 +82,17 @@ def trends(
         If a stored verdict cannot be read.
     """
     return tuple(
-        trend_of(
+        compute_flight_trend(
             flight,
-            [JudgedManeuver.from_record(one.record) for one in stored],
+            [EvaluatedManeuver.from_record(one.record) for one in stored],
             (scores or {}).get(flight, ()),
         )
         for flight, stored in groupby(verdicts, key=lambda one: one.flight)
     )
 
 
-def trend_of(
-    flight: str, maneuvers: Sequence[JudgedManeuver], scores: Sequence[CardScore] = ()
+def compute_flight_trend(
+    flight: str, maneuvers: Sequence[EvaluatedManeuver], scores: Sequence[CardScore] = ()
 ) -> FlightTrend:
     """Return what one flight shows.
 
@@ -100,7 +100,7 @@ def trend_of(
     ----------
     flight : str
         Its name.
-    maneuvers : sequence of JudgedManeuver
+    maneuvers : sequence of EvaluatedManeuver
         By time.
     scores : sequence of CardScore
         Of its cards.

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from gsapp.flight.flight import Flight, FrameCounts
-    from gsapp.flight.loading import load_flight
+    from gsapp.flight.flight_loader import load_flight
 
 __all__ = ["Flight", "FrameCounts", "load_flight"]
 
 _HOMES = {
     "Flight": "gsapp.flight.flight",
     "FrameCounts": "gsapp.flight.flight",
-    "load_flight": "gsapp.flight.loading",
+    "load_flight": "gsapp.flight.flight_loader",
 }
 
 

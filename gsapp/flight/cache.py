@@ -20,20 +20,20 @@ from typing import Any
 import numpy as np
 
 from gsapp.decoding.decoder import ChannelSource
+from gsapp.flight.atomic_files import atomic_flight_file
 from gsapp.flight.events import Event
 from gsapp.flight.flight import FrameCounts
 from gsapp.flight.info import current_versions
-from gsapp.flight.onboard.record import OnboardLogState
-from gsapp.flight.replacing import replacing
+from gsapp.flight.onboard_log.log_state import OnboardLogState
 from gsapp.foundation import GroundStationError
 from gsapp.quantities import Block
 
 _NAME = "engineering.npz"
-_PIECE = 1 << 20
+_CHUNK_BYTES = 1 << 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Decoded:
+class DecodedFlight:
     """What comes of reading raw files or a log; see `gsapp.flight.Flight`."""
 
     block: Block
@@ -58,15 +58,15 @@ def cache_key(files: Iterable[Path], settings: Mapping[str, Any]) -> str:
     for file in files:
         digest.update(f"\0{file.name}\0".encode())
         with file.open("rb") as stream:
-            while piece := stream.read(_PIECE):
+            while piece := stream.read(_CHUNK_BYTES):
                 digest.update(piece)
     digest.update(json.dumps([dict(settings), current_versions()], sort_keys=True).encode())
-    digest.update(_code())
+    digest.update(_code_hash())
     return digest.hexdigest()
 
 
 @cache
-def _code() -> bytes:
+def _code_hash() -> bytes:
     """Return a hash of the program's own modules that shape the numbers, where they are files."""
     import calibration
     import gsapp.decoding
@@ -83,14 +83,14 @@ def _code() -> bytes:
     return digest.digest()
 
 
-def load_cached(folder: Path, key: str) -> Decoded | None:
+def load_cached(folder: Path, key: str) -> DecodedFlight | None:
     """Return what is cached under a key; None if there is nothing, something else, or damage."""
     try:
         with np.load(folder / _NAME, allow_pickle=False) as archive:
             content = json.loads(str(archive["content"]))
             if content["key"] != key:
                 return None
-            return Decoded(
+            return DecodedFlight(
                 block=Block(
                     channels=tuple(content["channels"]),
                     times=archive["times"],
@@ -110,7 +110,7 @@ def load_cached(folder: Path, key: str) -> Decoded | None:
         return None
 
 
-def store_cached(folder: Path, key: str, decoded: Decoded) -> None:
+def store_cached(folder: Path, key: str, decoded: DecodedFlight) -> None:
     """Cache a flight. Where that cannot be done it is left undone: nothing is lost."""
     content = {
         "key": key,
@@ -123,7 +123,7 @@ def store_cached(folder: Path, key: str, decoded: Decoded) -> None:
     }
     with (
         contextlib.suppress(GroundStationError, OSError),
-        replacing(folder / _NAME) as temporary,
+        atomic_flight_file(folder / _NAME) as temporary,
         temporary.open("wb") as stream,
     ):
         np.savez(

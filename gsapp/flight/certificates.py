@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 
 from calibration import Certificate, certificate_content
-from gsapp.decoding.derived import instruments_behind
+from gsapp.decoding.derived_channels import source_instruments
 from gsapp.decoding.pipeline import ChannelSource
 from gsapp.quantities import Block
 
-VOLTS = "_volts"
+VOLTS_SUFFIX = "_volts"
 """Ends the base id of a channel that holds an instrument's volts."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class CertificatesUsed:
+class AppliedCertificates:
     """The certificates behind the numbers of a flight.
 
     Attributes
@@ -89,31 +89,31 @@ def _content(certificate: Certificate | None) -> dict[str, Any] | None:
     return None if certificate is None else certificate_content(certificate)
 
 
-def uncalibrated(sources: Mapping[str, ChannelSource]) -> tuple[str, ...]:
+def uncalibrated_channels(sources: Mapping[str, ChannelSource]) -> tuple[str, ...]:
     """Return the channels whose instruments gave volts only, for want of a certificate, sorted."""
     return tuple(sorted({each.uncalibrated for each in sources.values() if each.uncalibrated}))
 
 
 def calibration_remarks(
-    used: CertificatesUsed, sources: Mapping[str, ChannelSource], block: Block | None = None
+    used: AppliedCertificates, sources: Mapping[str, ChannelSource], block: Block | None = None
 ) -> tuple[str, ...]:
     """Return what is to be said of the calibration behind a flight's numbers, if anything is.
 
     Parameters
     ----------
-    used : CertificatesUsed
+    used : AppliedCertificates
     sources : mapping of str to ChannelSource
     block : Block, optional
         The whole flight, for which channels left the range that was calibrated.
     """
-    listed = ", ".join(uncalibrated(sources))
+    listed = ", ".join(uncalibrated_channels(sources))
     lacking = f"uncalibrated, for want of a certificate, so that there are only volts: {listed}"
-    beyond = "" if block is None else _beyond_words(used, sources, block)
+    beyond = "" if block is None else _out_of_range_text(used, sources, block)
     return tuple(words for words in (used.sentence, lacking if listed else "", beyond) if words)
 
 
-def covered_behind(
-    used: CertificatesUsed, sources: Mapping[str, ChannelSource]
+def calibrated_ranges(
+    used: AppliedCertificates, sources: Mapping[str, ChannelSource]
 ) -> dict[str, dict[str, tuple[float, float]]]:
     """Return what the instruments behind each channel were calibrated for.
 
@@ -128,7 +128,7 @@ def covered_behind(
         for name, certificate in used.used.items()
         if name in sources and sources[name].calibrated
     }
-    behind = instruments_behind([name for name, each in sources.items() if each.kind != "derived"])
+    behind = source_instruments([name for name, each in sources.items() if each.kind != "derived"])
     found = {
         name: {one: covered[one] for one in behind.get(name, ()) if one in covered}
         for name in sources
@@ -136,8 +136,8 @@ def covered_behind(
     return {name: ranges for name, ranges in found.items() if ranges}
 
 
-def beyond_now(
-    used: CertificatesUsed,
+def instruments_out_of_range(
+    used: AppliedCertificates,
     sources: Mapping[str, ChannelSource],
     value_of: Callable[[str], float],
 ) -> tuple[str, ...]:
@@ -145,7 +145,7 @@ def beyond_now(
 
     Parameters
     ----------
-    used : CertificatesUsed
+    used : AppliedCertificates
     sources : mapping of str to ChannelSource
     value_of : callable
         From a channel to what it reads, SI; NaN for nothing.
@@ -157,15 +157,15 @@ def beyond_now(
     )
 
 
-def samples_beyond(
-    used: CertificatesUsed, sources: Mapping[str, ChannelSource], block: Block
+def count_samples_out_of_range(
+    used: AppliedCertificates, sources: Mapping[str, ChannelSource], block: Block
 ) -> dict[str, int]:
     """Return how many samples lie beyond what was calibrated, by channel; those of none left out.
 
     A derived sample does where an instrument behind it does.
     """
     found = {}
-    for name, ranges in covered_behind(used, sources).items():
+    for name, ranges in calibrated_ranges(used, sources).items():
         if name not in block:
             continue
         outside = np.zeros(block.times.size, dtype=bool)
@@ -179,11 +179,11 @@ def samples_beyond(
     return found
 
 
-def _beyond_words(
-    used: CertificatesUsed, sources: Mapping[str, ChannelSource], block: Block
+def _out_of_range_text(
+    used: AppliedCertificates, sources: Mapping[str, ChannelSource], block: Block
 ) -> str:
     """Return which channels left the range that was calibrated, and how often; empty for none."""
-    counts = samples_beyond(used, sources, block)
+    counts = count_samples_out_of_range(used, sources, block)
     if not counts:
         return ""
     shares = ", ".join(
@@ -208,11 +208,11 @@ def uncalibrated_columns(columns: Sequence[str]) -> dict[str, str]:
         Ids, such as ``q_volts`` or ``q_volts.2``.
     """
     there = set(columns)
-    wanted = {column: _channel_of(column) for column in columns}
+    wanted = {column: _channel_of_volts(column) for column in columns}
     return {column: name for column, name in wanted.items() if name and name not in there}
 
 
-def _channel_of(column: str) -> str:
+def _channel_of_volts(column: str) -> str:
     """Return ``q.2`` for ``q_volts.2``; empty for what holds no volts of an instrument."""
     base, dot, number = column.partition(".")
-    return base.removesuffix(VOLTS) + dot + number if base.endswith(VOLTS) else ""
+    return base.removesuffix(VOLTS_SUFFIX) + dot + number if base.endswith(VOLTS_SUFFIX) else ""

@@ -17,23 +17,23 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from gsapp.flight.names import EVENTS_FILE
+from gsapp.flight.file_names import EVENTS_FILE
 from gsapp.foundation import FlightError
+from gsapp.foundation.file_lock import exclusive_lock
 from gsapp.foundation.files import flush_to_disk
-from gsapp.foundation.locking import alone
-from gsapp.foundation.refusals import refusal
+from gsapp.foundation.os_error_text import format_os_error
 
 if TYPE_CHECKING:
     from gsapp.decoding.decoder import Notice
 
 
-VEHICLE: Final = "vehicle"
+VEHICLE_EVENT: Final = "vehicle"
 """Kind of the event that chooses the flown system, in ``data["system"]``."""
 
-CLOCK: Final = "clock"
+CLOCK_EVENT: Final = "clock"
 """Kind of the event that tells the flight time of the system chosen, see `clock_event`."""
 
-_TIMES: Final = frozenset({"end", "time", "raised", "t_input"})
+_TIME_KEYS: Final = frozenset({"end", "time", "raised", "t_input"})
 """Flight times among the data of an event."""
 _SAME_CLOCK: Final = 0.1
 """Seconds within which two readings of one clock agree, however late their messages came."""
@@ -113,7 +113,7 @@ class Event:
         )
 
 
-def event_of(notice: Notice) -> Event:
+def event_from_notice(notice: Notice) -> Event:
     """Return what the vehicle said, or was noticed about it, as an event."""
     return Event(
         kind="status" if notice.kind == "statustext" else notice.kind,
@@ -132,22 +132,22 @@ def vehicle_event(system: int, *, time: float | None = None, stamp_us: int = 0) 
     system : int
     time : float, optional
         Flight time (s) by the clock of the system flown so far, at `stamp_us`; relates the events
-        before to the clock of the system chosen, see `in_flown_time`.
+        before to the clock of the system chosen, see `convert_to_flown_clock`.
     stamp_us : int
         Host stamp of a record, us.
     """
     data = {"system": system} if time is None else {"system": system, "stamp_us": stamp_us}
-    return Event(kind=VEHICLE, text=f"Flown system: {system}", time=time, data=data)
+    return Event(kind=VEHICLE_EVENT, text=f"Flown system: {system}", time=time, data=data)
 
 
-def system_in(event: Event) -> int | None:
+def event_system(event: Event) -> int | None:
     """Return the flown system that an event chooses; None for other events."""
-    system = event.data.get("system") if event.kind == VEHICLE else None
+    system = event.data.get("system") if event.kind == VEHICLE_EVENT else None
     valid = isinstance(system, int) and not isinstance(system, bool) and 0 < system < 256
     return system if valid else None
 
 
-def chosen_system(path: Path) -> int | None:
+def read_selected_system(path: Path) -> int | None:
     """Return the flown system that the crew chose last; None if it never did.
 
     Parameters
@@ -159,32 +159,32 @@ def chosen_system(path: Path) -> int | None:
         events = read_events(path).events
     except FlightError:
         return None  # whoever reads marks and notes reports it
-    return next((found for event in reversed(events) if (found := system_in(event))), None)
+    return next((found for event in reversed(events) if (found := event_system(event))), None)
 
 
-def choice_stamp(event: Event) -> int | None:
+def selection_stamp(event: Event) -> int | None:
     """Return the host stamp (us) at which another system was chosen; None for other events."""
     stamp = event.data.get("stamp_us")
-    is_choice = system_in(event) is not None and event.time is not None
+    is_choice = event_system(event) is not None and event.time is not None
     return stamp if is_choice and isinstance(stamp, int) else None
 
 
 def clock_event(stamp_us: int, time: float) -> Event:
     """Return the event that tells the flight time (s) of the system chosen at a host stamp (us)."""
-    return Event(kind=CLOCK, time=time, data={"stamp_us": stamp_us})
+    return Event(kind=CLOCK_EVENT, time=time, data={"stamp_us": stamp_us})
 
 
-def clocks_told(events: Iterable[Event]) -> dict[int, float]:
+def clock_readings(events: Iterable[Event]) -> dict[int, float]:
     """Return the flight times (s) of the systems chosen, by the host stamp (us) of the choice."""
     told: dict[int, float] = {}
     for event in events:
         stamp = event.data.get("stamp_us")
-        if event.kind == CLOCK and event.time is not None and isinstance(stamp, int):
+        if event.kind == CLOCK_EVENT and event.time is not None and isinstance(stamp, int):
             told.setdefault(stamp, event.time)
     return told
 
 
-def in_flown_time(events: Sequence[Event]) -> tuple[Event, ...]:
+def convert_to_flown_clock(events: Sequence[Event]) -> tuple[Event, ...]:
     """Return events with their times by the clock of the system flown now.
 
     Flight time is the clock of the flown system: what was written before another was chosen
@@ -195,28 +195,28 @@ def in_flown_time(events: Sequence[Event]) -> tuple[Event, ...]:
     events : sequence of Event
         In the order in which they were written.
     """
-    told = clocks_told(events)
+    told = clock_readings(events)
     shift = 0.0
     moved: list[Event] = []
     for event in reversed(events):
-        stamp = choice_stamp(event)
+        stamp = selection_stamp(event)
         if stamp in told and event.time is not None:
             shift += told[stamp] - event.time
-        moved.append(event if abs(shift) < _SAME_CLOCK else _moved(event, shift))
+        moved.append(event if abs(shift) < _SAME_CLOCK else _shift_event(event, shift))
     return tuple(reversed(moved))
 
 
-def _moved(event: Event, shift: float) -> Event:
+def _shift_event(event: Event, shift: float) -> Event:
     times = {
         key: value + shift
         for key, value in event.data.items()
-        if key in _TIMES and isinstance(value, (int, float)) and not isinstance(value, bool)
+        if key in _TIME_KEYS and isinstance(value, (int, float)) and not isinstance(value, bool)
     }
     time = None if event.time is None else event.time + shift
     return replace(event, time=time, data={**event.data, **times})
 
 
-def in_order(events: Iterable[Event]) -> tuple[Event, ...]:
+def sort_events(events: Iterable[Event]) -> tuple[Event, ...]:
     """Return events by flight time.
 
     Those without one come first where they came before it was known by the host's time, else last.
@@ -302,7 +302,7 @@ class EventLog:
             _append_line(self.path, f"{line}\n".encode())
         except OSError as error:
             raise FlightError(
-                refusal(
+                format_os_error(
                     f"the event '{event.text or event.kind}' of {self.path}",
                     error,
                     "check the permissions",
@@ -335,14 +335,14 @@ class EventLog:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class EventRecord:
+class EventFileContent:
     """The events of a file, in the order written, and how many lines were damaged."""
 
     events: tuple[Event, ...]
     damaged: int
 
 
-def read_events(path: Path | str) -> EventRecord:
+def read_events(path: Path | str) -> EventFileContent:
     """Read a whole events file; a missing one holds no events, a torn last line is counted.
 
     Raises
@@ -353,11 +353,11 @@ def read_events(path: Path | str) -> EventRecord:
     try:
         data = Path(path).read_bytes()
     except FileNotFoundError:
-        return EventRecord(events=(), damaged=0)
+        return EventFileContent(events=(), damaged=0)
     except OSError as error:
         raise FlightError(f"{path} cannot be read ({error.strerror}); check it") from error
     events, damaged = _parse(data)
-    return EventRecord(events=tuple(events), damaged=damaged)
+    return EventFileContent(events=tuple(events), damaged=damaged)
 
 
 def _parse(data: bytes) -> tuple[list[Event], int]:
@@ -377,7 +377,7 @@ def _append_line(path: Path, line: bytes) -> None:
     flags = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
     handle = os.open(path, flags, 0o644)
     try:
-        with alone(handle):
+        with exclusive_lock(handle):
             end = os.lseek(handle, 0, os.SEEK_END)
             if end:
                 os.lseek(handle, end - 1, os.SEEK_SET)

@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gsapp.flight.certificates import (
-    CertificatesUsed,
+    AppliedCertificates,
     calibration_remarks,
-    samples_beyond,
-    uncalibrated,
+    count_samples_out_of_range,
+    uncalibrated_channels,
 )
 from gsapp.flight.events import Event
 from gsapp.flight.info import FlightInfo
-from gsapp.flight.onboard.record import OnboardLogState
-from gsapp.flight.uniform import typical_step
+from gsapp.flight.onboard_log.log_state import OnboardLogState
+from gsapp.flight.uniform_grid import median_step
 from gsapp.quantities import Block
 
 if TYPE_CHECKING:
@@ -63,7 +63,8 @@ class Flight:
         The folder or file it was read from.
     block : Block
         All channels on one uniform grid. Pauses without any sample longer than
-        `gsapp.flight.uniform.LONGEST_GAP` are left out but for one missing row at either end.
+        `gsapp.flight.uniform_grid.MAX_FILLED_GAP` are left out but for one missing row at either
+        end.
     sources : mapping of str to ChannelSource
         Where each channel came from, and whether it was measured.
     info : FlightInfo or None
@@ -74,7 +75,7 @@ class Flight:
         Marks, notes and alarms, and what the vehicle said.
     remarks : tuple of str
         What was lost or left out on reading, and how it was read, in words.
-    certificates : CertificatesUsed
+    certificates : AppliedCertificates
         With which volts became engineering units.
     onboard : OnboardLogState or None
         What became of the on-board log; None where the flight has none, or only the live record
@@ -89,13 +90,13 @@ class Flight:
     frames: FrameCounts | None = None
     events: tuple[Event, ...] = ()
     remarks: tuple[str, ...] = ()
-    certificates: CertificatesUsed = field(default_factory=CertificatesUsed)
+    certificates: AppliedCertificates = field(default_factory=AppliedCertificates)
     onboard: OnboardLogState | None = None
 
     @property
     def uncalibrated(self) -> tuple[str, ...]:
         """Return the channels whose instruments gave volts only, for want of a certificate."""
-        return uncalibrated(self.sources)
+        return uncalibrated_channels(self.sources)
 
     @property
     def calibration_remarks(self) -> tuple[str, ...]:
@@ -111,13 +112,13 @@ class Flight:
         return {
             **self.certificates.to_json(),
             "uncalibrated": list(self.uncalibrated),
-            "beyond": samples_beyond(self.certificates, self.sources, self.block),
+            "beyond": count_samples_out_of_range(self.certificates, self.sources, self.block),
         }
 
     @property
     def rate(self) -> float:
         """Return the samples per second of the grid; NaN for fewer than two samples."""
-        return 1.0 / typical_step(self.block.times)
+        return 1.0 / median_step(self.block.times)
 
     @property
     def duration(self) -> float:

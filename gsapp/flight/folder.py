@@ -29,32 +29,32 @@ import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
 from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.flight.atomic_files import copy_atomically, write_flight_file
 from gsapp.flight.cards.card import CardSet, load_cards, save_cards
 from gsapp.flight.events import EventLog
-from gsapp.flight.info import FlightInfo, current_versions, now
-from gsapp.flight.names import (
+from gsapp.flight.file_names import (
     AIRCRAFT_FILE,
     CACHE_FOLDER,
     CALIBRATION_FOLDER,
     CARDS_FILE,
     CHANNEL_MAP_FILE,
     EVENTS_FILE,
+    FLIGHT_FOLDER_FILES,
     FRAMES_FILE,
     INFO_FILE,
     LINES_FILE,
     LOCK_FILE,
-    OWN_FILES,
     RESIDUE_FILE,
     SEND_FILE,
     STATUS_FILE,
 )
-from gsapp.flight.replacing import copy_atomically, write_whole
+from gsapp.flight.info import FlightInfo, current_versions, local_timestamp
 from gsapp.foundation import FlightError, GroundStationError, read_toml
-from gsapp.foundation.files import files_of, is_litter, names_in, stands
-from gsapp.foundation.refusals import refusal
-from gsapp.foundation.toml import validate
+from gsapp.foundation.files import is_system_file, list_files, list_names, path_lexists
+from gsapp.foundation.os_error_text import format_os_error
+from gsapp.foundation.toml import validate_content
 
-_SIGNS_OF_A_FLIGHT = (
+_FLIGHT_FILES = (
     INFO_FILE,
     FRAMES_FILE,
     LINES_FILE,
@@ -91,14 +91,14 @@ class FlightFolder:
             If the place is taken by a file, by a folder of other things, or cannot be written.
         """
         folder = FlightFolder(path=Path(path))
-        _must_not_be_a_file(folder.path)
+        _check_not_file(folder.path)
         if folder.path.is_dir():
             if is_flight_folder(folder.path):
-                _must_be_writable(folder.path)
+                _check_writable(folder.path)
                 if not folder.info_file.exists():
                     folder._write_new_info(info)
                 return folder
-            if not all(map(is_litter, _entries(folder.path))):
+            if not all(map(is_system_file, _entries(folder.path))):
                 raise FlightError(
                     f"{folder.path} is a folder that holds other files; name a new folder for "
                     "the flight"
@@ -108,9 +108,9 @@ class FlightFolder:
         except OSError as error:
             what = f"the flight folder {folder.path}"
             raise FlightError(
-                refusal(what, error, "choose a place where you may write", verb="made")
+                format_os_error(what, error, "choose a place where you may write", verb="made")
             ) from error
-        _must_be_writable(folder.path)
+        _check_writable(folder.path)
         folder._write_new_info(info)
         return folder
 
@@ -127,14 +127,14 @@ class FlightFolder:
         folder = Path(path)
         if not folder.exists():
             raise FlightError(f"there is no flight folder {folder}; check the path")
-        _must_not_be_a_file(folder)
+        _check_not_file(folder)
         if not is_flight_folder(folder):
             names = ", ".join((INFO_FILE, FRAMES_FILE, LINES_FILE))
             raise FlightError(
                 f"{folder} is a folder, but not a flight: it has none of {names}; name the "
                 "folder that 'gsapp record --out' or 'gsapp import --out' made"
             )
-        _must_hold_plain_files(folder)
+        _check_plain_files(folder)
         return FlightFolder(path=folder)
 
     @property
@@ -239,8 +239,8 @@ class FlightFolder:
                 document.pop(key, None)
             else:
                 document[key] = value
-        info = validate(self.info_file, document.unwrap(), FlightInfo)
-        write_whole(self.info_file, tomlkit.dumps(document))
+        info = validate_content(self.info_file, document.unwrap(), FlightInfo)
+        write_flight_file(self.info_file, tomlkit.dumps(document))
         return info
 
     def onboard_log(self) -> Path | None:
@@ -280,7 +280,7 @@ class FlightFolder:
                 "replace the other in the flight folder; rename one"
             )
         kept = tuple(
-            write_whole(self.calibration_folder / name, content)
+            write_flight_file(self.calibration_folder / name, content)
             for name, content in contents.items()
         )
         for old in self.certificate_files():
@@ -293,7 +293,7 @@ class FlightFolder:
         """Copy an on-board log into the folder and name it in ``flight.toml``."""
         source = Path(path)
         target = self.path / (name or source.name)
-        if target.name in (*_SIGNS_OF_A_FLIGHT, AIRCRAFT_FILE, CHANNEL_MAP_FILE):
+        if target.name in (*_FLIGHT_FILES, AIRCRAFT_FILE, CHANNEL_MAP_FILE):
             target = self.path / f"onboard-{target.name}"
         if not (target.exists() and target.samefile(source)):
             copy_atomically(source, target)
@@ -312,7 +312,7 @@ class FlightFolder:
         FileProblemsError
             If the file holds mistakes; all are named.
         """
-        return load_cards(self.cards_file) if stands(self.cards_file) else None
+        return load_cards(self.cards_file) if path_lexists(self.cards_file) else None
 
     def certificate_files(self) -> tuple[Path, ...]:
         """Return the copies of the certificates, sorted.
@@ -322,15 +322,15 @@ class FlightFolder:
         GroundStationError
             If they cannot be told.
         """
-        return files_of(self.calibration_folder, "*.toml")
+        return list_files(self.calibration_folder, "*.toml")
 
     def aircraft(self) -> Aircraft | None:
         """Read the copy of the aircraft file; None if there is none."""
         # A link to nothing is a copy that is lost, not one that never was.
-        return load_aircraft(self.aircraft_file) if stands(self.aircraft_file) else None
+        return load_aircraft(self.aircraft_file) if path_lexists(self.aircraft_file) else None
 
     def _keep(self, source: Path, target: Path) -> Path:
-        return write_whole(target, self._content(source))
+        return write_flight_file(target, self._content(source))
 
     @staticmethod
     def _content(source: Path) -> bytes:
@@ -347,11 +347,11 @@ class FlightFolder:
         filled = given.model_copy(
             update={
                 "name": given.name or self.path.resolve().name,
-                "date": given.date or now(),
+                "date": given.date or local_timestamp(),
                 "versions": dict(given.versions) or current_versions(),
             }
         )
-        write_whole(self.info_file, tomlkit.dumps(filled.content()))
+        write_flight_file(self.info_file, tomlkit.dumps(filled.content()))
 
 
 def is_flight_folder(path: Path | str) -> bool:
@@ -365,29 +365,29 @@ def is_flight_folder(path: Path | str) -> bool:
     folder = Path(path)
     if not folder.is_dir():
         return False
-    return not set(_SIGNS_OF_A_FLIGHT).isdisjoint(_entries(folder))
+    return not set(_FLIGHT_FILES).isdisjoint(_entries(folder))
 
 
 def _entries(folder: Path) -> list[str]:
     try:
-        return names_in(folder)
+        return list_names(folder)
     except GroundStationError as error:
         raise FlightError(str(error)) from error
 
 
-def _must_hold_plain_files(folder: Path) -> None:
-    for name in sorted(OWN_FILES - {SEND_FILE}):
+def _check_plain_files(folder: Path) -> None:
+    for name in sorted(FLIGHT_FOLDER_FILES - {SEND_FILE}):
         path = folder / name
         if path.exists() and not (path.is_file() or path.is_dir()):
             raise FlightError(f"{path} is a pipe or a device, not a file; remove it")
 
 
-def _must_not_be_a_file(path: Path) -> None:
+def _check_not_file(path: Path) -> None:
     if path.exists() and not path.is_dir():
         raise FlightError(f"{path} is a file, where a flight folder is meant; name a folder")
 
 
-def _must_be_writable(path: Path) -> None:
+def _check_writable(path: Path) -> None:
     if not os.access(path, os.W_OK | os.X_OK):
         raise FlightError(
             f"the flight folder {path} may not be written; change its permissions or choose "

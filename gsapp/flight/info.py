@@ -170,10 +170,10 @@ class FlightInfo(StrictModel):
 
     def content(self) -> dict[str, Any]:
         """Return what a TOML file holds: values with units as text, what says nothing left out."""
-        return _written(_plain_first(self.model_dump(exclude_defaults=True)))
+        return _format_table(_tables_last(self.model_dump(exclude_defaults=True)))
 
 
-def _plain_first(values: Mapping[str, Any]) -> dict[str, Any]:
+def _tables_last(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values with tables last: what follows a table in TOML belongs to it."""
     return dict(sorted(values.items(), key=lambda item: _is_table(item[1])))
 
@@ -184,7 +184,7 @@ def _is_table(value: Any) -> bool:
     )
 
 
-def _written(values: Mapping[str, Any], unit: str | None = None) -> dict[str, Any]:
+def _format_table(values: Mapping[str, Any], unit: str | None = None) -> dict[str, Any]:
     """Return a table for TOML; `unit` is that of everything in it where keys are free names."""
     content: dict[str, Any] = {}
     for key, value in values.items():
@@ -192,21 +192,25 @@ def _written(values: Mapping[str, Any], unit: str | None = None) -> dict[str, An
         if value is None or value == "":
             continue
         if isinstance(value, Mapping):
-            inner = _written(value, own)
+            inner = _format_table(value, own)
             if inner:
                 content[key] = inner
         elif _is_table(value):
-            content[key] = [_written(one) for one in value]
+            content[key] = [_format_table(one) for one in value]
         else:
-            content[key] = _text(value, own)
+            content[key] = _format_value(value, own)
     return content
 
 
-def _text(value: Any, unit: str | None) -> Any:
+def _format_value(value: Any, unit: str | None) -> Any:
     if isinstance(value, (list, tuple)):
         # Of a value with its deviation; one that was not given stays unsaid.
         given = value[:1] if len(value) == 2 and value[1] == 0.0 else value
-        return _text(given[0], unit) if len(given) == 1 else [_text(one, unit) for one in given]
+        return (
+            _format_value(given[0], unit)
+            if len(given) == 1
+            else [_format_value(one, unit) for one in given]
+        )
     return f"{value!r} {unit}" if unit is not None and isinstance(value, float) else value
 
 
@@ -221,6 +225,6 @@ def current_versions() -> dict[str, str]:
     return versions
 
 
-def now() -> datetime:
+def local_timestamp() -> datetime:
     """Return the present time, to the second, in the zone of the place."""
     return datetime.now(UTC).astimezone().replace(microsecond=0)

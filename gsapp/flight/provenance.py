@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from gsapp.flight.names import (
+from gsapp.flight.file_names import (
     CACHE_FOLDER,
     EVENTS_FILE,
     LOCK_FILE,
@@ -16,9 +16,9 @@ from gsapp.flight.names import (
     STATUS_FILE,
     STOP_FILE,
 )
-from gsapp.foundation.files import is_litter
+from gsapp.foundation.files import is_system_file
 
-NO_NUMBERS: Final = frozenset({EVENTS_FILE, STATUS_FILE, LOCK_FILE, STOP_FILE, LOG_FILE})
+NON_DATA_FILES: Final = frozenset({EVENTS_FILE, STATUS_FILE, LOCK_FILE, STOP_FILE, LOG_FILE})
 """Files of a flight folder from which no number of the record comes: notes, the recorder's own."""
 
 
@@ -44,7 +44,7 @@ class InputFile:
     parts: Mapping[str, str] = field(default_factory=dict)
 
 
-def input_file(role: str, path: Path, *, name: str = "") -> InputFile:
+def hash_input_file(role: str, path: Path, *, name: str = "") -> InputFile:
     """Return a file or folder with its sum.
 
     Parameters
@@ -63,7 +63,7 @@ def input_file(role: str, path: Path, *, name: str = "") -> InputFile:
     if path.is_dir():
         for inner in sorted(path.rglob("*"), key=lambda one: one.relative_to(path).parts):
             inside = inner.relative_to(path)
-            if inner.is_file() and not is_litter(inner) and inside.parts[0] != CACHE_FOLDER:
+            if inner.is_file() and not is_system_file(inner) and inside.parts[0] != CACHE_FOLDER:
                 parts[inside.as_posix()] = _sum(inner)
         digest = hashlib.sha256()
         for inside_name, found in parts.items():
@@ -72,7 +72,7 @@ def input_file(role: str, path: Path, *, name: str = "") -> InputFile:
     return InputFile(role=role, name=name or str(path), sha256=_sum(path))
 
 
-def changed(before: InputFile, now: InputFile) -> tuple[str, ...]:
+def find_changed_parts(before: InputFile, now: InputFile) -> tuple[str, ...]:
     """Return what changed of an input that can change numbers, by name; empty for nothing.
 
     Marks, notes and edits of maneuvers are no part of the record.
@@ -85,7 +85,7 @@ def changed(before: InputFile, now: InputFile) -> tuple[str, ...]:
         return ()
     if not before.parts or not now.parts:
         return (now.name,)
-    names = sorted({*before.parts, *now.parts} - NO_NUMBERS)
+    names = sorted({*before.parts, *now.parts} - NON_DATA_FILES)
     return tuple(
         f"{now.name}/{name}" for name in names if before.parts.get(name) != now.parts.get(name)
     )

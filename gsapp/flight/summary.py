@@ -12,16 +12,16 @@ from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.decoding.pipeline import ChannelSource
 from gsapp.flight.events import Event
 from gsapp.flight.flight import Flight
-from gsapp.flight.maneuvers import survey
-from gsapp.flight.setting import USUAL_AIRCRAFT
+from gsapp.flight.maneuvers import collect_maneuvers
+from gsapp.flight.read_settings import DEFAULT_AIRCRAFT
 from gsapp.foundation import FlightError
-from gsapp.quantities import CIRCULAR, FloatArray, base_id
+from gsapp.quantities import CIRCULAR_CHANNELS, FloatArray, base_id
 
-GAP = 2.5
+GAP_PERIODS = 2.5
 """Missing for more than so many of its own sample periods, a channel has a gap."""
 
 
-def summarize(flight: Flight, aircraft: Aircraft | None = None) -> dict[str, Any]:
+def summarize_flight(flight: Flight, aircraft: Aircraft | None = None) -> dict[str, Any]:
     """Sum up a flight.
 
     Parameters
@@ -49,9 +49,11 @@ def summarize(flight: Flight, aircraft: Aircraft | None = None) -> dict[str, Any
         "channels": {
             name: {
                 **channel_statistics(
-                    flight.block.times, flight.block[name], circular=base_id(name) in CIRCULAR
+                    flight.block.times,
+                    flight.block[name],
+                    circular=base_id(name) in CIRCULAR_CHANNELS,
                 ),
-                **_arrived(flight, name),
+                **_arrived_samples(flight, name),
                 **_source(flight, name),
             }
             for name in flight.block.channels
@@ -79,7 +81,7 @@ def events_json(events: Iterable[Event]) -> list[dict[str, Any]]:
 
 def _maneuvers(flight: Flight, aircraft: Aircraft | None) -> list[dict[str, Any]]:
     try:
-        found = survey(flight, aircraft or load_aircraft(USUAL_AIRCRAFT)).maneuvers
+        found = collect_maneuvers(flight, aircraft or load_aircraft(DEFAULT_AIRCRAFT)).maneuvers
     except FlightError:
         # A flight without surfaces holds no maneuver that could be seen.
         return []
@@ -105,8 +107,8 @@ def channel_statistics(
     -------
     dict
         ``count`` of samples; ``rate`` by their median spacing, Hz; ``min``, ``max``, ``mean``;
-        ``gaps``, the times that it was missing for more than `GAP` of its own periods between
-        two samples.
+        ``gaps``, the times that it was missing for more than `GAP_PERIODS` of its own periods
+        between two samples.
     """
     present = ~np.isnan(values)
     samples = values[present]
@@ -120,7 +122,7 @@ def channel_statistics(
         "min": float(samples.min()),
         "max": float(samples.max()),
         "mean": _mean_angle(samples) if circular else float(samples.mean()),
-        "gaps": int(np.count_nonzero(spacings > GAP * period)),
+        "gaps": int(np.count_nonzero(spacings > GAP_PERIODS * period)),
     }
 
 
@@ -131,7 +133,7 @@ def _mean_angle(angles: FloatArray) -> float:
     return math.remainder(middle + float(apart.mean()), math.tau)
 
 
-def _arrived(flight: Flight, name: str) -> dict[str, Any]:
+def _arrived_samples(flight: Flight, name: str) -> dict[str, Any]:
     """Return what arrived, where it was counted: the grid has more rows than slow messages."""
     source = flight.sources.get(name)
     if source is None or source.samples is None:

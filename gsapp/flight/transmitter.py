@@ -13,7 +13,7 @@ from gsapp.quantities.fields import Ratio
 Lever = Literal["elevator", "aileron", "rudder", "throttle", "flap", "gear"]
 Stick = Literal["elevator", "aileron", "rudder"]
 
-MOST_THROW = 1.5
+MAX_THROW = 1.5
 """No transmitter gives more than this share of the usual throw."""
 
 
@@ -34,7 +34,7 @@ class DualRate(StrictModel):
 
     @model_validator(mode="after")
     def _must_make_sense(self) -> DualRate:
-        if not 0.0 < self.low <= self.high <= MOST_THROW:
+        if not 0.0 < self.low <= self.high <= MAX_THROW:
             raise ValueError(
                 'needs 0 % < low <= high <= 150 %; write for example high = "100 %", low = "60 %"'
             )
@@ -62,7 +62,7 @@ class Mixer(StrictModel):
     def _must_make_sense(self) -> Mixer:
         if self.source == self.target:
             raise ValueError("mixes a lever into itself; name another target")
-        if not abs(self.share) <= MOST_THROW:
+        if not abs(self.share) <= MAX_THROW:
             raise ValueError('share is beyond 150 %; write for example "15 %"')
         return self
 

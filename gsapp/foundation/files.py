@@ -16,31 +16,31 @@ from pathlib import Path
 
 from gsapp.foundation.errors import GroundStationError
 
-_FULL: int | None = None
+_FULL_FSYNC: int | None = None
 if sys.platform != "win32":
     import fcntl
 
-    _FULL = getattr(fcntl, "F_FULLFSYNC", None)
+    _FULL_FSYNC = getattr(fcntl, "F_FULLFSYNC", None)
 
 _PATIENCE = 1.0
 """Seconds for which what others have open is tried to be renamed on Windows."""
 _PAUSE = 0.01
 """Seconds between two tries."""
-_LITTER = frozenset({".ds_store", "thumbs.db", "desktop.ini"})
+_SYSTEM_FILES = frozenset({".ds_store", "thumbs.db", "desktop.ini"})
 """What file managers lay into folders that were looked at, in small letters."""
 
 
-def is_litter(path: Path | str) -> bool:
+def is_system_file(path: Path | str) -> bool:
     """Return whether a system laid a file there by itself.
 
     Beside those of file managers macOS lays ``._name`` beside every file ``name`` on a disk that
     is not its own: a USB stick, a share.
     """
     name = Path(path).name
-    return name.startswith("._") or name.casefold() in _LITTER
+    return name.startswith("._") or name.casefold() in _SYSTEM_FILES
 
 
-def stands(path: Path | str) -> bool:
+def path_lexists(path: Path | str) -> bool:
     """Return whether anything stands there, be it a link to nothing.
 
     Raises
@@ -55,11 +55,11 @@ def stands(path: Path | str) -> bool:
     return True
 
 
-Stamp = tuple[int, int, int]
+FileStamp = tuple[int, int, int]
 """By which another state of a file is told: time of change (ns), size, and which file it is."""
 
 
-def stamp_of(path: Path) -> Stamp | None:
+def file_stamp(path: Path) -> FileStamp | None:
     """Return the stamp of a file; None where none can be seen."""
     try:
         found = path.stat()
@@ -68,7 +68,7 @@ def stamp_of(path: Path) -> Stamp | None:
     return found.st_mtime_ns, found.st_size, found.st_ino
 
 
-def names_in(folder: Path) -> list[str]:
+def list_names(folder: Path) -> list[str]:
     """Return the names of all that a folder holds.
 
     Raises
@@ -88,7 +88,7 @@ def names_in(folder: Path) -> list[str]:
         ) from error
 
 
-def files_of(folder: Path, pattern: str = "*") -> tuple[Path, ...]:
+def list_files(folder: Path, pattern: str = "*") -> tuple[Path, ...]:
     """Return what a folder holds of a pattern, by name, without litter; nothing if it is missing.
 
     Raises
@@ -98,12 +98,12 @@ def files_of(folder: Path, pattern: str = "*") -> tuple[Path, ...]:
         be replaced by what counts without it. A pipe or a device is no file: its reader would wait.
     """
     with contextlib.suppress(OSError):  # which is told below
-        if not stands(folder):
+        if not path_lexists(folder):
             return ()
-    names = fnmatch.filter(names_in(folder), pattern)
-    found = tuple(sorted(folder / name for name in names if not is_litter(name)))
+    names = fnmatch.filter(list_names(folder), pattern)
+    found = tuple(sorted(folder / name for name in names if not is_system_file(name)))
     for path in found:
-        if _takes_a_stream(path):
+        if _is_stream(path):
             raise GroundStationError(f"{path} is a pipe or a device, not a file; remove it")
     return found
 
@@ -124,9 +124,9 @@ def flush_to_disk(descriptor: int) -> None:
     OSError
         If the disk refuses.
     """
-    if sys.platform != "win32" and _FULL is not None:
+    if sys.platform != "win32" and _FULL_FSYNC is not None:
         try:
-            fcntl.fcntl(descriptor, _FULL)
+            fcntl.fcntl(descriptor, _FULL_FSYNC)
         except OSError:
             pass  # the usual flush says what is wrong, if anything is
         else:
@@ -135,7 +135,7 @@ def flush_to_disk(descriptor: int) -> None:
 
 
 @contextlib.contextmanager
-def replacing(path: Path | str) -> Iterator[Path]:
+def atomic_write(path: Path | str) -> Iterator[Path]:
     """Give a temporary file to write to; if all goes well, flush it to disk and rename it.
 
     For what is too long for memory, or written by a library that wants a file; otherwise see
@@ -158,8 +158,8 @@ def replacing(path: Path | str) -> Iterator[Path]:
         If the disk refuses. The former file then still stands, unchanged.
     """
     named = Path(path)
-    with _told_of(named):
-        if _takes_a_stream(named):
+    with _name_error_target(named):
+        if _is_stream(named):
             with tempfile.TemporaryDirectory() as folder:
                 content = Path(folder) / "content"
                 content.touch()
@@ -168,13 +168,13 @@ def replacing(path: Path | str) -> Iterator[Path]:
                     shutil.copyfileobj(source, stream)
             return
         target = Path(os.path.realpath(named)) if named.is_symlink() else named
-        with _told_of(target):
+        with _name_error_target(target):
             target.parent.mkdir(parents=True, exist_ok=True)
-            with _filled(_file_beside(target), target) as temporary:
+            with _commit_file(_create_sibling_file(target), target) as temporary:
                 yield temporary
 
 
-def _takes_a_stream(path: Path) -> bool:
+def _is_stream(path: Path) -> bool:
     """Return whether something stands there that is neither a file nor a folder."""
     try:
         kind = path.stat().st_mode
@@ -183,7 +183,7 @@ def _takes_a_stream(path: Path) -> bool:
     return not (stat.S_ISREG(kind) or stat.S_ISDIR(kind))
 
 
-def _file_beside(target: Path) -> Path:
+def _create_sibling_file(target: Path) -> Path:
     """Make an empty file beside a path, with the rights that any new file gets.
 
     Those of `tempfile` are its maker's alone, and to open them afterward would pass over what the
@@ -197,7 +197,7 @@ def _file_beside(target: Path) -> Path:
 
 
 @contextlib.contextmanager
-def _told_of(target: Path) -> Iterator[None]:
+def _name_error_target(target: Path) -> Iterator[None]:
     """Let an error of the disk name what was to be written, not its temporary name."""
     try:
         yield
@@ -209,7 +209,7 @@ def _told_of(target: Path) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _filled(temporary: Path, target: Path) -> Iterator[Path]:
+def _commit_file(temporary: Path, target: Path) -> Iterator[Path]:
     try:
         yield temporary
         with temporary.open("rb+") as stream:
@@ -218,15 +218,15 @@ def _filled(temporary: Path, target: Path) -> Iterator[Path]:
             # Windows knows but one right here, and could not take away what must not be written.
             with contextlib.suppress(FileNotFoundError):
                 temporary.chmod(target.stat().st_mode & 0o777)
-        put_in_place(temporary, target)
+        move_into_place(temporary, target)
     except BaseException:
         with contextlib.suppress(OSError):
             temporary.unlink()
         raise
 
 
-def folder_beside(target: Path | str) -> Path:
-    """Make an empty folder beside a path, to be filled and put in its place by `put_in_place`.
+def create_sibling_folder(target: Path | str) -> Path:
+    """Make an empty folder beside a path, to be filled and put in its place by `move_into_place`.
 
     Whoever may read what is made there may read it. A folder of `tempfile` is its maker's alone,
     and stays so under Windows, where no mode opens it.
@@ -255,7 +255,7 @@ def folder_beside(target: Path | str) -> Path:
 
 
 @contextlib.contextmanager
-def appearing(target: Path | str) -> Iterator[Path]:
+def atomic_folder(target: Path | str) -> Iterator[Path]:
     """Give a folder to fill, and put it in place as a whole if all goes well.
 
     Parameters
@@ -267,7 +267,7 @@ def appearing(target: Path | str) -> Iterator[Path]:
     Yields
     ------
     Path
-        An empty folder beside it; see `folder_beside`.
+        An empty folder beside it; see `create_sibling_folder`.
 
     Raises
     ------
@@ -276,19 +276,19 @@ def appearing(target: Path | str) -> Iterator[Path]:
     """
     place = Path(target)
     place.parent.mkdir(parents=True, exist_ok=True)
-    made = folder_beside(place)
+    made = create_sibling_folder(place)
     try:
         yield made
         if place.is_dir():
-            for litter in filter(is_litter, tuple(place.iterdir())):
+            for litter in filter(is_system_file, tuple(place.iterdir())):
                 litter.unlink()
             place.rmdir()
-        put_in_place(made, place)
+        move_into_place(made, place)
     finally:
         shutil.rmtree(made, ignore_errors=True)
 
 
-def put_in_place(temporary: Path, target: Path, patience: float = _PATIENCE) -> None:
+def move_into_place(temporary: Path, target: Path, patience: float = _PATIENCE) -> None:
     """Rename, on Windows again and again for a while.
 
     There neither a file that anyone has open just now, be it the scanner for viruses, can be
@@ -340,6 +340,6 @@ def write_atomically(path: Path | str, content: bytes | str) -> Path:
     OSError
         If the disk refuses. The former file then still stands, unchanged.
     """
-    with replacing(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
     return Path(path)

@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from gsapp.foundation.errors import FileProblem, FileProblemsError
 from gsapp.foundation.files import write_atomically
-from gsapp.foundation.naming import did_you_mean
+from gsapp.foundation.name_suggestions import did_you_mean
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -54,9 +54,9 @@ def read_toml(path: Path | str, model: type[Model], *, distinct: str = "") -> Mo
         model; every mistake is listed with key path and remedy.
     """
     content = _read_table(path)
-    twice = _given_twice(content, distinct)
+    twice = _duplicate_id_problems(content, distinct)
     try:
-        found = validate(path, content, model)
+        found = validate_content(path, content, model)
     except FileProblemsError as error:
         raise FileProblemsError(path, [*error.problems, *twice]) from error
     if twice:
@@ -64,7 +64,7 @@ def read_toml(path: Path | str, model: type[Model], *, distinct: str = "") -> Mo
     return found
 
 
-def _given_twice(content: Mapping[str, Any], key: str) -> list[FileProblem]:
+def _duplicate_id_problems(content: Mapping[str, Any], key: str) -> list[FileProblem]:
     rows = content.get(key)
     tables = [row for row in rows if isinstance(row, dict)] if isinstance(rows, list) else []
     ids = Counter(str(row["id"]) for row in tables if "id" in row)
@@ -98,13 +98,15 @@ def _read_table(path: Path | str) -> dict[str, Any]:
         raise FileProblemsError(path, [_syntax_problem(str(error))]) from error
 
 
-def validate(path: Path | str, content: Mapping[str, Any], model: type[Model]) -> Model:
+def validate_content(path: Path | str, content: Mapping[str, Any], model: type[Model]) -> Model:
     """Fit parsed content into a model; see `read_toml` for the errors."""
     try:
         return model.model_validate(content)
     except ValidationError as error:
         details = [dict(detail) for detail in error.errors()]
-        problems = [_problem(detail, model) for detail in details if not _follows(detail, details)]
+        problems = [
+            _problem(detail, model) for detail in details if not _is_consequence(detail, details)
+        ]
         raise FileProblemsError(path, problems) from error
 
 
@@ -146,7 +148,7 @@ def _key_path(location: Sequence[Any]) -> str:
     return path or "file"
 
 
-def _follows(detail: dict[str, Any], details: Sequence[dict[str, Any]]) -> bool:
+def _is_consequence(detail: dict[str, Any], details: Sequence[dict[str, Any]]) -> bool:
     """Return whether a list is only too short because an item of it is wrong."""
     place = tuple(detail["loc"])
     return detail["type"] == "too_short" and any(

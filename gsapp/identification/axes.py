@@ -10,23 +10,23 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Literal
 
-from gsapp.dynamics.buildup import reads_of
+from gsapp.dynamics.buildup import linear_variables
 
 Axis = Literal["lon", "lat", "both"]
 """Longitudinal, lateral-directional, or six degrees of freedom."""
 
-COEFFICIENTS: dict[Axis, tuple[str, ...]] = {
+AXIS_COEFFICIENTS: dict[Axis, tuple[str, ...]] = {
     "lon": ("CN", "CA", "Cm"),
     "lat": ("CY", "Cl", "Cn"),
     "both": ("CN", "CA", "Cm", "CY", "Cl", "Cn"),
 }
-STATES: dict[Axis, tuple[str, ...]] = {
+AXIS_STATES: dict[Axis, tuple[str, ...]] = {
     "lon": ("alpha", "q"),
     "lat": ("beta", "p", "r"),
     "both": ("V", "alpha", "beta", "p", "q", "r", "phi", "theta"),
 }
 """Active states by default; attitude joins the first two where it was not measured."""
-RESPONSES: dict[Axis, tuple[str, ...]] = {
+AXIS_RESPONSES: dict[Axis, tuple[str, ...]] = {
     "lon": ("alpha", "q", "an", "ax"),
     "lat": ("beta", "p", "r", "ay"),
     "both": ("V", "alpha", "beta", "p", "q", "r", "phi", "theta", "ax", "ay", "an"),
@@ -43,7 +43,7 @@ Where the force coefficients have a bias of their own (CN_0, CY_0), an accelerom
 from it by the flow angle's equation. A second bias in the same balance (q, r) cannot be told from
 the first, and those of alpha, beta, p and, without speed as a state, a_x not from the ``_0`` terms.
 """
-SURFACES: dict[Axis, tuple[str, ...]] = {
+AXIS_SURFACES: dict[Axis, tuple[str, ...]] = {
     "lon": ("de",),
     "lat": ("da", "dr"),
     "both": ("de", "da", "dr"),
@@ -52,12 +52,12 @@ SURFACES: dict[Axis, tuple[str, ...]] = {
 
 def derivatives_of(coefficient: str) -> tuple[str, ...]:
     """Return the names of the linear derivatives of one coefficient, bias first."""
-    return tuple(f"{coefficient}_{suffix}" for suffix in ("0", *reads_of(coefficient)))
+    return tuple(f"{coefficient}_{suffix}" for suffix in ("0", *linear_variables(coefficient)))
 
 
 def axis_derivatives(axis: Axis) -> tuple[str, ...]:
     """Return all derivatives of an axis: 12, 18 or 30."""
-    return tuple(name for one in COEFFICIENTS[axis] for name in derivatives_of(one))
+    return tuple(name for one in AXIS_COEFFICIENTS[axis] for name in derivatives_of(one))
 
 
 def axis_of(inputs: Collection[str]) -> Axis:
@@ -76,5 +76,5 @@ def free_derivatives(axis: Axis, inputs: Collection[str]) -> tuple[str, ...]:
     inputs : collection of str
         The surfaces that were moved. Derivatives of the others are held.
     """
-    still = [f"_{surface}" for surface in SURFACES[axis] if surface not in inputs]
+    still = [f"_{surface}" for surface in AXIS_SURFACES[axis] if surface not in inputs]
     return tuple(name for name in axis_derivatives(axis) if not name.endswith(tuple(still)))

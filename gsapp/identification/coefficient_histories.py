@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from gsapp.dynamics.buildup import reads_of
+from gsapp.dynamics.buildup import linear_variables
 from gsapp.dynamics.terms import COEFFICIENTS
 from gsapp.identification.coefficients import Coefficients
 from gsapp.identification.results import ResponseHistory
@@ -46,7 +46,7 @@ def coefficient_history(
             continue
         reads = {
             suffix: variable
-            for suffix, variable in reads_of(name).items()
+            for suffix, variable in linear_variables(name).items()
             if values.get(f"{name}_{suffix}")
         }
         counts = found.counts(name)
@@ -61,7 +61,9 @@ def coefficient_history(
         given = np.where(counts, found.value(name), np.nan)
         shown.append(name)
         measured.append(given)
-        computed.append(total + _course(found.times, given - total, counts, free_courses[name]))
+        computed.append(
+            total + _polynomial_trend(found.times, given - total, counts, free_courses[name])
+        )
     if not shown:
         return None
     return ResponseHistory(
@@ -73,7 +75,9 @@ def coefficient_history(
     )
 
 
-def _course(times: FloatArray, left: FloatArray, counts: BoolArray, degree: int) -> FloatArray:
+def _polynomial_trend(
+    times: FloatArray, left: FloatArray, counts: BoolArray, degree: int
+) -> FloatArray:
     """Return the polynomial of a degree through what is left where it counts, shape (n,)."""
     if degree < 0:
         return np.zeros(times.size)

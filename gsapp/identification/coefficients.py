@@ -24,29 +24,29 @@ from scipy.integrate import cumulative_trapezoid
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.arithmetic import Value
-from gsapp.dynamics.equations import POLAR_STATES, Body, PolarState, flow_rates
-from gsapp.dynamics.flight_model import INPUTS, FlightModel
+from gsapp.dynamics.equations import POLAR_STATES, PolarState, RigidBody, wind_axis_rates
+from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.sensors import accelerations_at_cg
 from gsapp.dynamics.terms import COEFFICIENTS, Term
 from gsapp.foundation import FlightError
-from gsapp.identification.alignment import advanced
-from gsapp.identification.instrument_effects import freed
+from gsapp.identification.delay_compensation import advance_samples
+from gsapp.identification.instrument_effects import effective_records
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import MeasuredMotion, measured_motion
 from gsapp.identification.smoothing import (
     BoolArray,
     Smoother,
-    bridge,
-    choose_cutoff,
-    runs,
-    smoother,
+    build_smoother,
+    contiguous_slices,
+    interpolate_missing,
+    select_cutoff,
 )
 from gsapp.quantities import FloatArray
 
 REGRESSORS = ("alpha", "beta", "p_hat", "q_hat", "r_hat", "de", "da", "dr")
 """What the linear build-up multiplies; `Coefficients.variables` holds more."""
-NEEDED: Mapping[str, tuple[str, ...]] = {
+COEFFICIENT_CHANNELS: Mapping[str, tuple[str, ...]] = {
     "CN": ("an",),
     "CA": ("ax",),
     "CY": ("ay",),
@@ -55,7 +55,7 @@ NEEDED: Mapping[str, tuple[str, ...]] = {
     "Cn": ("p", "r"),
 }
 """Channels without which a coefficient cannot be had."""
-OPPOSITES = {"CX": "CA", "CZ": "CN"}
+NEGATED_COEFFICIENTS = {"CX": "CA", "CZ": "CN"}
 """Coefficients that point the other way than those of the model."""
 _ACCELERATIONS = ("ax", "ay", "an")
 _VARIABLES = (
@@ -64,7 +64,7 @@ _VARIABLES = (
 )  # fmt: skip
 _RATES = ("p", "q", "r")
 _AIR = ("V", "rho")
-_DEPENDS: Mapping[str, tuple[str, ...]] = {
+_COEFFICIENT_DEPENDENCIES: Mapping[str, tuple[str, ...]] = {
     "CN": ("an", *_AIR, *_RATES),
     "CA": ("ax", *_AIR, *_RATES, "throttle"),
     "CY": ("ay", *_AIR, *_RATES),
@@ -128,13 +128,13 @@ class Coefficients:
 
     def value(self, coefficient: str) -> FloatArray:
         """Return a coefficient, NaN where it does not count; also CX and CZ. Shape (n,)."""
-        sign = -1.0 if coefficient in OPPOSITES else 1.0
+        sign = -1.0 if coefficient in NEGATED_COEFFICIENTS else 1.0
         found = np.where(self.counts(coefficient), self.values[:, self.column(coefficient)], np.nan)
         return np.asarray(sign * found, dtype=np.float64)
 
     def column(self, coefficient: str) -> int:
         """Return where a coefficient stands in `values` and `valid`."""
-        return COEFFICIENTS.index(OPPOSITES.get(coefficient, coefficient))
+        return COEFFICIENTS.index(NEGATED_COEFFICIENTS.get(coefficient, coefficient))
 
     def counts(self, coefficient: str) -> BoolArray:
         """Return the samples of a coefficient that count, shape (n,)."""
@@ -154,7 +154,7 @@ class Coefficients:
         return self.smoother.white_noise(signals)
 
 
-def reconstruct(
+def reconstruct_coefficients(
     maneuver: Maneuver,
     *,
     motion: MeasuredMotion | None = None,
@@ -193,29 +193,29 @@ def reconstruct(
             "give the mass in the aircraft file, or the weights in flight.toml"
         )
     if motion is None:
-        (maneuver,), model = freed([maneuver], model)
+        (maneuver,), model = effective_records([maneuver], model)
     moved = measured_motion(maneuver, stand_ins=stand_ins) if motion is None else motion
     dt = maneuver.dt
     if cutoff is None:
-        cutoff = choose_cutoff(moved.states[:, 1:6], dt)
-    filtering = smoother(dt, cutoff)
+        cutoff = select_cutoff(moved.states[:, 1:6], dt)
+    filtering = build_smoother(dt, cutoff)
     accelerations = np.column_stack([maneuver.samples(name) for name in _ACCELERATIONS])
     gaps = dict(moved.filled)
     for column, name in enumerate(_ACCELERATIONS):
         gaps[name] = ~np.isfinite(accelerations[:, column])
-        accelerations[:, column] = bridge(accelerations[:, column], gaps[name])
+        accelerations[:, column] = interpolate_missing(accelerations[:, column], gaps[name])
     states, inputs_shown = moved.states.copy(), moved.inputs.copy()
     for name, delay in (delays or {}).items():
         for names, values in (
             (POLAR_STATES, states),
-            (INPUTS, inputs_shown),
+            (MODEL_INPUTS, inputs_shown),
             (_ACCELERATIONS, accelerations),
         ):
             if delay and name in names:
                 column = names.index(name)
-                moved_on = advanced(values[:, column], delay / dt)
+                moved_on = advance_samples(values[:, column], delay / dt)
                 unknown = ~np.isfinite(moved_on)
-                values[:, column] = bridge(moved_on, unknown)
+                values[:, column] = interpolate_missing(moved_on, unknown)
                 gaps[name] = gaps.get(name, np.zeros(unknown.size, dtype=bool)) | unknown
     measured = moved.measured | {name for name in _ACCELERATIONS if not gaps[name].all()}
 
@@ -242,7 +242,7 @@ def reconstruct(
     X = body.mass * ax - loads.X
     Y = body.mass * ay - loads.Y
     Z = -body.mass * an - loads.Z
-    L, M, N = moments((p, q, r), (p_dot, q_dot, r_dot), body)
+    L, M, N = moments_from_rates((p, q, r), (p_dot, q_dot, r_dot), body)
     L = L - loads.L - (cz * Y - cy * Z)
     M = M - loads.M - (cx * Z - cz * X)
     N = N - loads.N - (cy * X - cx * Y)
@@ -256,7 +256,7 @@ def reconstruct(
         name: np.broadcast_to(np.asarray(values, dtype=np.float64), qbar.shape)
         for name, values in zip(_VARIABLES, totals.variables, strict=True)
     }
-    flow = _flow_without_vanes(state, (ax, ay, an), measured, moved.times)
+    flow = _integrate_flow_angles(state, (ax, ay, an), measured, moved.times)
     variables.update(flow)
     half = 0.5 / variables["V"]
     turning = {
@@ -269,11 +269,11 @@ def reconstruct(
         given = term.value([variables[name] for name in term.reads], (), parameters)
         raw[:, COEFFICIENTS.index(term.target)] -= given
 
-    good = _usable(gaps, _hard_gaps(gaps, moved.times, dt), filtering)
+    good = _valid_samples(gaps, _unbridgeable_gaps(gaps, moved.times, dt), filtering)
     missing = {
         name: why
-        for name, needs in NEEDED.items()
-        if (why := _why_missing(needs, measured, maneuver))
+        for name, needs in COEFFICIENT_CHANNELS.items()
+        if (why := _missing_text(needs, measured, maneuver))
     }
     for name in flow:
         # Integrated over its own gaps, so that only the samples themselves are lost.
@@ -295,12 +295,12 @@ def reconstruct(
             *(text for text in moved.remarks if text.partition(" ")[0] not in flow),
             *remarks,
             *(f"{name} was not measured; it is integrated from other instruments" for name in flow),
-            *(_SPEED_STANDS_IN for name in ("V",) if name not in measured),
+            *(_ASSUMED_SPEED_TEXT for name in ("V",) if name not in measured),
         ),
     )
 
 
-_SPEED_STANDS_IN = (
+_ASSUMED_SPEED_TEXT = (
     "the airspeed is a guess: coefficients go with its square, and no bound holds its error"
 )
 _INTEGRATED_FROM = {"alpha": "CN", "beta": "CY"}
@@ -308,7 +308,7 @@ _CHANNELS_INTEGRATED = {"alpha": ("q", "an"), "beta": ("p", "r", "ay")}
 _PASSES = 3
 
 
-def _flow_without_vanes(
+def _integrate_flow_angles(
     state: tuple[FloatArray, ...],
     accelerations: tuple[Value, Value, Value],
     measured: AbstractSet[str],
@@ -331,7 +331,7 @@ def _flow_without_vanes(
     angles = {"alpha": state[1], "beta": state[2]}
     for _ in range(_PASSES):
         now = PolarState(state[0], angles["alpha"], angles["beta"], *state[3:])
-        rates = flow_rates(now, ax, ay, -np.asarray(an), 1.0)
+        rates = wind_axis_rates(now, ax, ay, -np.asarray(an), 1.0)
         for name in lacking:
             index = POLAR_STATES.index(name)
             turned = cumulative_trapezoid(np.asarray(rates[index]), times, initial=0.0)
@@ -340,8 +340,8 @@ def _flow_without_vanes(
     return flow
 
 
-def moments(
-    rates: tuple[Value, Value, Value], spin: tuple[Value, Value, Value], body: Body
+def moments_from_rates(
+    rates: tuple[Value, Value, Value], spin: tuple[Value, Value, Value], body: RigidBody
 ) -> tuple[Value, Value, Value]:
     """Return L, M, N (N m) about the CG from rates (rad/s) and their derivatives (rad/s^2).
 
@@ -374,7 +374,9 @@ def _without_derivatives(
         else:
             late.append((term, effect.values(aircraft)))
     flight_model = (
-        FlightModel(aircraft, Model(effects=tuple(now))) if now else bare_flight_model(aircraft)
+        FlightModel(aircraft, Model(effects=tuple(now)))
+        if now
+        else flight_model_without_aero(aircraft)
     )
     outside = [
         *flight_model.control_terms,
@@ -389,7 +391,7 @@ def _without_derivatives(
 
 
 @lru_cache(maxsize=8)
-def bare_flight_model(aircraft: Aircraft) -> FlightModel:
+def flight_model_without_aero(aircraft: Aircraft) -> FlightModel:
     """Return the flight model with neither derivatives nor effects.
 
     Making it takes as long as a step of a fit; a campaign asks for the same one every time.
@@ -421,7 +423,7 @@ def _term_states(
     return tuple(np.array(found).T)
 
 
-def _why_missing(needs: Sequence[str], measured: AbstractSet[str], maneuver: Maneuver) -> str:
+def _missing_text(needs: Sequence[str], measured: AbstractSet[str], maneuver: Maneuver) -> str:
     """Return why a coefficient cannot be had; empty if it can."""
     absent = [name for name in needs if name not in measured]
     if absent:
@@ -434,14 +436,16 @@ def _why_missing(needs: Sequence[str], measured: AbstractSet[str], maneuver: Man
     return ""
 
 
-def _hard_gaps(gaps: Mapping[str, BoolArray], times: FloatArray, dt: float) -> dict[str, BoolArray]:
+def _unbridgeable_gaps(
+    gaps: Mapping[str, BoolArray], times: FloatArray, dt: float
+) -> dict[str, BoolArray]:
     """Return the missing stretches too long to bridge, and the pauses of the record."""
     pauses = np.zeros(times.size, dtype=bool)
     pauses[:-1] = np.diff(times) > 1.5 * dt
     hard = {_PAUSE: pauses} if pauses.any() else {}
     for name, mask in gaps.items():
         long = np.zeros(times.size, dtype=bool)
-        for part in runs(mask):
+        for part in contiguous_slices(mask):
             long[part] = (part.stop - part.start) * dt > _LONGEST_BRIDGE
         if long.any():
             hard[name] = long
@@ -451,14 +455,14 @@ def _hard_gaps(gaps: Mapping[str, BoolArray], times: FloatArray, dt: float) -> d
 _PAUSE = "pause"
 
 
-def _usable(
+def _valid_samples(
     gaps: Mapping[str, BoolArray], hard: Mapping[str, BoolArray], filtering: Smoother
 ) -> dict[str, BoolArray]:
-    """Return the samples that count for each of `_DEPENDS`."""
+    """Return the samples that count for each of `_COEFFICIENT_DEPENDENCIES`."""
     count = next(iter(gaps.values())).size
     known: dict[tuple[str, ...], BoolArray] = {}
     found = {}
-    for name, needs in _DEPENDS.items():
+    for name, needs in _COEFFICIENT_DEPENDENCIES.items():
         touched = tuple(one for one in needs if one in gaps and gaps[one].any())
         if touched not in known:
             missing, out = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)

@@ -15,20 +15,20 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft, Control
 from gsapp.dynamics.actuators import control_paths
-from gsapp.dynamics.recorded_controls import acted
+from gsapp.dynamics.recorded_controls import simulate_control_path
 from gsapp.flight.maneuvers.signals import SURFACES
-from gsapp.flight.uniform import typical_step
-from gsapp.identification.smoothing import bridge
+from gsapp.flight.uniform_grid import median_step
+from gsapp.identification.smoothing import interpolate_missing
 from gsapp.quantities import Block, FloatArray
 
-COMMANDS: Mapping[str, str] = {name: f"{name}_command" for name in SURFACES}
+COMMAND_CHANNELS: Mapping[str, str] = {name: f"{name}_command" for name in SURFACES}
 """The channel of what was asked of each surface's servo."""
 
-_TOUCHED = 1e-3
+_MAX_MISSING_SHARE = 1e-3
 """Share that a missing sample may have in one that counts."""
 
 
-def deflected(block: Block, aircraft: Aircraft) -> Block:
+def reconstruct_deflections(block: Block, aircraft: Aircraft) -> Block:
     """Return a block with de, da and dr as the surfaces stood; even spacing is assumed.
 
     A control that is measured on the surface stays as it is. One of ``kind = "servo"`` passes the
@@ -43,13 +43,13 @@ def deflected(block: Block, aircraft: Aircraft) -> Block:
     """
     if len(block) < 2:
         return block
-    dt = typical_step(block.times)
+    dt = median_step(block.times)
     found = {}
     for name in SURFACES:
         control: Control = getattr(aircraft.controls, name)
-        record = _record(block, name, control)
+        record = _command_record(block, name, control)
         if record is not None:
-            found[name] = _behind(record, aircraft, name, control, dt)
+            found[name] = _actuator_response(record, aircraft, name, control, dt)
     if not found:
         return block
     kept = [name for name in block.channels if name not in found]
@@ -68,32 +68,32 @@ def unmodeled_servos(block: Block, aircraft: Aircraft) -> tuple[str, ...]:
         for name in SURFACES
         if (control := getattr(aircraft.controls, name)).kind == "command"
         and not control_paths(aircraft, name)[0]
-        and (record := _record(block, name, control)) is not None
+        and (record := _command_record(block, name, control)) is not None
         and np.nanmax(record) > np.nanmin(record)
     )
 
 
-def _record(block: Block, name: str, control: Control) -> FloatArray | None:
+def _command_record(block: Block, name: str, control: Control) -> FloatArray | None:
     """Return the record of a control that is not measured on its surface; None without one."""
     if control.kind == "position":
         return None
-    sources = (name, COMMANDS[name]) if control.kind == "command" else (name,)
+    sources = (name, COMMAND_CHANNELS[name]) if control.kind == "command" else (name,)
     for source in sources:
         if source in block and np.isfinite(block[source]).any():
             return block[source]
     return None
 
 
-def _behind(
+def _actuator_response(
     record: FloatArray, aircraft: Aircraft, name: str, control: Control, dt: float
 ) -> FloatArray:
     """Return where the surface stood, missing where it hangs on missing samples."""
     servo, linkage = control_paths(aircraft, name)
     path = linkage if control.kind == "servo" else (*servo, *linkage)
     lost = ~np.isfinite(record)
-    whole = bridge(record, lost)
+    whole = interpolate_missing(record, lost)
     if control.kind == "command":
         whole = np.clip(whole, *control.travel)
-    found = acted(path, whole, dt)
+    found = simulate_control_path(path, whole, dt)
     reach = found.tangent(lost.astype(np.float64)[:, None])[:, 0]
-    return np.where(lost | (np.abs(reach) > _TOUCHED), np.nan, found.values)
+    return np.where(lost | (np.abs(reach) > _MAX_MISSING_SHARE), np.nan, found.values)

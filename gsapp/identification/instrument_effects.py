@@ -17,29 +17,31 @@ from gsapp.aircraft import Aircraft
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
-from gsapp.dynamics.recorded_controls import acted
-from gsapp.dynamics.signals import (
-    SURFACES,
-    Path,
-    Response,
+from gsapp.dynamics.recorded_controls import simulate_control_path
+from gsapp.dynamics.signal_terms import (
+    SURFACE_CHANNELS,
+    PathResponse,
+    PathTerms,
     Saturation,
-    undo,
+    invert_path,
 )
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.smoothing import bridge
+from gsapp.identification.smoothing import interpolate_missing
 from gsapp.quantities import Block, BoolArray, FloatArray
 
-_OUTSIDE = ("control.", "sensor.")
+_OUTSIDE_PREFIXES = ("control.", "sensor.")
 _AT_LIMIT = 1e-9
 """Share of a limit within which a sample was cut off by it."""
 
 
-def acts_outside(model: Model | None) -> bool:
+def has_instrument_effects(model: Model | None) -> bool:
     """Return whether a model has effects on instruments or control paths."""
-    return model is not None and any(one.id.startswith(_OUTSIDE) for one in model.effects)
+    return model is not None and any(one.id.startswith(_OUTSIDE_PREFIXES) for one in model.effects)
 
 
-def true_record(maneuver: Maneuver, model: Model, *, keep: Collection[str] = ()) -> Maneuver:
+def undo_instrument_effects(
+    maneuver: Maneuver, model: Model, *, keep: Collection[str] = ()
+) -> Maneuver:
     """Return a maneuver with what the model says of its instruments undone.
 
     Parameters
@@ -59,27 +61,29 @@ def true_record(maneuver: Maneuver, model: Model, *, keep: Collection[str] = ())
     paths = {
         channel: path for channel, path in flight_model.sensor_terms.items() if channel not in keep
     }
-    return _edited(_unswapped(maneuver, flight_model.exchanged), paths, undo)
+    return _map_channels(_undo_swaps(maneuver, flight_model.exchanged), paths, invert_path)
 
 
-def as_it_acted(maneuver: Maneuver, model: Model) -> Maneuver:
+def effective_record(maneuver: Maneuver, model: Model) -> Maneuver:
     """Return a maneuver as instruments without fault on the surfaces themselves would show it.
 
-    Beyond `true_record`, the record of controls passes their paths, and the aircraft has its
-    instruments where the model says that they sit.
+    Beyond `undo_instrument_effects`, the record of controls passes their paths, and the aircraft
+    has its instruments where the model says that they sit.
     """
-    true = true_record(maneuver, model)
+    true = undo_instrument_effects(maneuver, model)
     flight_model = FlightModel(maneuver.aircraft, model)
-    controls = {SURFACES[surface]: path for surface, path in flight_model.control_terms.items()}
-    moved = _edited(true, controls, acted)
+    controls = {
+        SURFACE_CHANNELS[surface]: path for surface, path in flight_model.control_terms.items()
+    }
+    moved = _map_channels(true, controls, simulate_control_path)
     if not flight_model.misplaced:
         return moved
-    return replace(moved, aircraft=_placed(maneuver.aircraft, flight_model))
+    return replace(moved, aircraft=_relocate_instruments(maneuver.aircraft, flight_model))
 
 
-def without_paths(model: Model) -> Model:
+def without_path_effects(model: Model) -> Model:
     """Return a model without its effects on instruments and control paths."""
-    kept = tuple(one for one in model.effects if not one.id.startswith(_OUTSIDE))
+    kept = tuple(one for one in model.effects if not one.id.startswith(_OUTSIDE_PREFIXES))
     return model.model_copy(update={"effects": kept})
 
 
@@ -89,19 +93,19 @@ def without_swaps(model: Model) -> Model:
     return model.model_copy(update={"effects": kept})
 
 
-def freed(
+def effective_records(
     maneuvers: Sequence[Maneuver], model: Model | None
 ) -> tuple[list[Maneuver], Model | None]:
-    """Return maneuvers as they acted (`as_it_acted`) and the model that is left to account for."""
-    if model is None or not acts_outside(model):
+    """Return maneuvers as they acted (`effective_record`) and the model that is left to account for."""
+    if model is None or not has_instrument_effects(model):
         return list(maneuvers), model
-    return [as_it_acted(one, model) for one in maneuvers], without_paths(model)
+    return [effective_record(one, model) for one in maneuvers], without_path_effects(model)
 
 
 # --- steps --------------------------------------------------------------------------------------
 
 
-def _unswapped(maneuver: Maneuver, pairs: Sequence[tuple[str, str]]) -> Maneuver:
+def _undo_swaps(maneuver: Maneuver, pairs: Sequence[tuple[str, str]]) -> Maneuver:
     """Return the maneuver with pairs of channels back in their places, the last swap first."""
     for one, other in reversed(pairs):
         turned = {one: other, other: one}
@@ -112,10 +116,10 @@ def _unswapped(maneuver: Maneuver, pairs: Sequence[tuple[str, str]]) -> Maneuver
     return maneuver
 
 
-def _edited(
+def _map_channels(
     maneuver: Maneuver,
-    paths: Mapping[str, Path],
-    walk: Callable[[Path, FloatArray, float], Response],
+    paths: Mapping[str, PathTerms],
+    walk: Callable[[PathTerms, FloatArray, float], PathResponse],
 ) -> Maneuver:
     """Return the maneuver with channels sent along their paths, forward or backward."""
     block = maneuver.block
@@ -125,32 +129,32 @@ def _edited(
     values = block.values.copy()
     for name, path in columns:
         column = block.channels.index(name)
-        values[:, column] = _walked(values[:, column], path, maneuver.dt, walk)
+        values[:, column] = _propagate_channel(values[:, column], path, maneuver.dt, walk)
     edited = Block(channels=block.channels, times=block.times, values=values)
     return replace(maneuver, block=edited)
 
 
-def _walked(
+def _propagate_channel(
     samples: FloatArray,
-    path: Path,
+    path: PathTerms,
     dt: float,
-    walk: Callable[[Path, FloatArray, float], Response],
+    walk: Callable[[PathTerms, FloatArray, float], PathResponse],
 ) -> FloatArray:
     """Return a channel after its path; what depends on missing samples is missing."""
     lost = ~np.isfinite(samples)
     if lost.all():
         return samples
-    if walk is undo:
-        lost |= _cut_off(samples, path)
-    found = walk(path, bridge(samples, lost), dt)
+    if walk is invert_path:
+        lost |= _saturated_samples(samples, path)
+    found = walk(path, interpolate_missing(samples, lost), dt)
     reach = found.tangent(lost.astype(np.float64)[:, None])[:, 0]
-    return np.where(np.abs(reach) > _TOUCHED, np.nan, found.values)
+    return np.where(np.abs(reach) > _MAX_MISSING_SHARE, np.nan, found.values)
 
 
-_TOUCHED = 1e-6
+_MAX_MISSING_SHARE = 1e-6
 
 
-def _cut_off(samples: FloatArray, path: Path) -> BoolArray:
+def _saturated_samples(samples: FloatArray, path: PathTerms) -> BoolArray:
     """Return the samples at the end of the range that the path's last effect leaves."""
     if not path or not isinstance(path[-1][0], Saturation):
         return np.zeros(samples.size, dtype=bool)
@@ -158,7 +162,7 @@ def _cut_off(samples: FloatArray, path: Path) -> BoolArray:
     return np.asarray(np.abs(samples) >= limit * (1.0 - _AT_LIMIT), dtype=np.bool_)
 
 
-def _placed(aircraft: Aircraft, flight_model: FlightModel) -> Aircraft:
+def _relocate_instruments(aircraft: Aircraft, flight_model: FlightModel) -> Aircraft:
     """Return the aircraft with its instruments where the model says that they sit."""
     state = (1.0, *(0.0,) * 8)
     inputs = (*(0.0,) * 6, SEA_LEVEL_DENSITY, aircraft.mass.mass)

@@ -10,19 +10,19 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.flight import Flight
 from gsapp.flight.info import FlightInfo
-from gsapp.flight.maneuvers.clipping import at_range_end, instrument_ranges
-from gsapp.flight.maneuvers.dead import dead_instruments, dead_words
-from gsapp.flight.uniform import typical_step
+from gsapp.flight.maneuvers.clipping import clipping_ranges, is_at_range_limit
+from gsapp.flight.maneuvers.dead_instruments import dead_instruments_text, find_dead_instruments
+from gsapp.flight.uniform_grid import median_step
 from gsapp.foundation import FlightError
-from gsapp.identification.air import with_air_data
-from gsapp.identification.alignment import aligned, lateness, touched
-from gsapp.identification.chords import with_curves
-from gsapp.identification.deflections import deflected, unmodeled_servos
+from gsapp.identification.air_data import add_air_data
+from gsapp.identification.deflections import reconstruct_deflections, unmodeled_servos
+from gsapp.identification.delay_compensation import advance_flags, channel_delays, compensate_delays
+from gsapp.identification.interpolation import interpolate_held_samples
 from gsapp.quantities import Block, BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
 from gsapp.quantities.fields import Position
 
-_MARGIN = 32
+_MARGIN_SAMPLES = 32
 """Samples beside a maneuver that bringing late channels to their time may reach into."""
 
 
@@ -80,7 +80,7 @@ class Maneuver:
     @property
     def dt(self) -> float:
         """Return the sample time, s."""
-        return typical_step(self.block.times)
+        return median_step(self.block.times)
 
     def has(self, channel: str) -> bool:
         """Return whether the channel holds any sample here."""
@@ -110,7 +110,7 @@ def mass_over_flight(flight: Flight, aircraft: Aircraft) -> FloatArray:
     ----------
     flight : Flight
     aircraft : Aircraft
-        As that flight flew it (`gsapp.flight.as_flown`).
+        As that flight flew it (`gsapp.flight.flown_aircraft`).
     """
     times = flight.block.times
     properties, info = aircraft.mass, flight.info
@@ -118,7 +118,7 @@ def mass_over_flight(flight: Flight, aircraft: Aircraft) -> FloatArray:
     if info is not None and info.takeoff_weight is not None:
         start = info.takeoff_weight / GRAVITY
     fuel = properties.fuel if info is None or info.fuel is None else info.fuel
-    lost = _lost_in_flight(info, start, fuel)
+    lost = _fuel_burned(info, start, fuel)
     if times.size < 2:
         return np.full(times.size, start)
     idle, full = properties.fuel_flow_idle, properties.fuel_flow_full
@@ -128,7 +128,7 @@ def mass_over_flight(flight: Flight, aircraft: Aircraft) -> FloatArray:
         flow = np.ones(times.size)
     # A pause of the record (the night between two flights) burns nothing.
     steps = np.diff(times)
-    steps = np.where(steps > 2.5 * typical_step(times), 0.0, steps)
+    steps = np.where(steps > 2.5 * median_step(times), 0.0, steps)
     burned = np.concatenate(([0.0], np.cumsum(0.5 * (flow[1:] + flow[:-1]) * steps)))
     if lost is not None and burned[-1] > 0.0:
         burned *= lost / burned[-1]
@@ -139,7 +139,7 @@ def mass_over_flight(flight: Flight, aircraft: Aircraft) -> FloatArray:
     return np.asarray(start - burned, dtype=np.float64)
 
 
-def _lost_in_flight(info: FlightInfo | None, start: float, fuel: float) -> float | None:
+def _fuel_burned(info: FlightInfo | None, start: float, fuel: float) -> float | None:
     """Return what the flight card says was burned, kg; None where it says nothing."""
     if info is None:
         return None
@@ -155,9 +155,9 @@ def clipped_samples(block: Block, aircraft: Aircraft) -> dict[str, BoolArray]:
     such a sample are left out.
     """
     found: dict[str, BoolArray] = {}
-    for name, limits in instrument_ranges(aircraft).items():
+    for name, limits in clipping_ranges(aircraft).items():
         if name in block:
-            at_end = at_range_end(block[name], limits)
+            at_end = is_at_range_limit(block[name], limits)
             if at_end.any():
                 found[name] = at_end
     return found
@@ -177,9 +177,9 @@ def cut_maneuver(
     """Cut one maneuver from a flight, its channels brought to their right times.
 
     An attitude slower than the grid is curved between its samples. Surfaces recorded as commands
-    are where servo and linkage of the aircraft file put them (`deflected`). Speed, dynamic
-    pressure and density are added where they follow from what was measured. Instruments that were
-    dead throughout are left out, and `Maneuver.remarks` says so.
+    are where servo and linkage of the aircraft file put them (`reconstruct_deflections`). Speed,
+    dynamic pressure and density are added where they follow from what was measured. Instruments
+    that were dead throughout are left out, and `Maneuver.remarks` says so.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ def cut_maneuver(
             if times.size
             else f"the flight '{flight.name}' holds no samples"
         )
-    wide = slice(max(0, int(low) - _MARGIN), int(high) + _MARGIN)
+    wide = slice(max(0, int(low) - _MARGIN_SAMPLES), int(high) + _MARGIN_SAMPLES)
     around = Block(
         channels=flight.block.channels,
         times=times[wide],
@@ -218,15 +218,20 @@ def cut_maneuver(
     )
     inner = slice(int(low) - wide.start, int(high) - wide.start)
     weather = None if flight.info is None else flight.info.weather
-    block = deflected(with_air_data(aligned(with_curves(around), aircraft), weather), aircraft)
+    block = reconstruct_deflections(
+        add_air_data(compensate_delays(interpolate_held_samples(around), aircraft), weather),
+        aircraft,
+    )
     block = Block(channels=block.channels, times=block.times[inner], values=block.values[inner])
-    late, step = lateness(aircraft), typical_step(around.times)
+    late, step = channel_delays(aircraft), median_step(around.times)
     clipped = {
-        name: touched(flags, late.get(name, 0.0) / step)[inner]
+        name: advance_flags(flags, late.get(name, 0.0) / step)[inner]
         for name, flags in clipped_samples(around, aircraft).items()
     }
     masses = mass_over_flight(flight, aircraft) if mass is None else mass
-    dead = dead_instruments(lambda name: block[name] if name in block else np.empty(0), aircraft)
+    dead = find_dead_instruments(
+        lambda name: block[name] if name in block else np.empty(0), aircraft
+    )
     gone = {name for names in dead.values() for name in names}
     if gone:
         block = block.select([name for name in block.channels if name not in gone])
@@ -241,11 +246,11 @@ def cut_maneuver(
         clipped={
             name: flags for name, flags in clipped.items() if flags.any() and name not in gone
         },
-        remarks=(*_servo_words(block, aircraft), *((dead_words(dead),) if dead else ())),
+        remarks=(*_servo_text(block, aircraft), *((dead_instruments_text(dead),) if dead else ())),
     )
 
 
-def _servo_words(block: Block, aircraft: Aircraft) -> tuple[str, ...]:
+def _servo_text(block: Block, aircraft: Aircraft) -> tuple[str, ...]:
     names = unmodeled_servos(block, aircraft)
     if not names:
         return ()

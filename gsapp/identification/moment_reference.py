@@ -30,12 +30,12 @@ from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.results import DerivativeEstimate, Estimate
 from gsapp.quantities.fields import Position
 
-_ALIKE = 2e-3
+_CG_TOLERANCE = 2e-3
 """Flights whose CGs lie closer together than this, m, can share one fit."""
-HERE: Final[Position] = (0.0, 0.0, 0.0)
+NO_CG_SHIFT: Final[Position] = (0.0, 0.0, 0.0)
 
 
-def common_shift(maneuvers: Sequence[Maneuver]) -> Position:
+def common_cg_shift(maneuvers: Sequence[Maneuver]) -> Position:
     """Return where the CG of some maneuvers lies from the aircraft file's, m.
 
     Raises
@@ -45,7 +45,7 @@ def common_shift(maneuvers: Sequence[Maneuver]) -> Position:
     """
     shifts = np.array([one.cg_shift for one in maneuvers])
     apart = float(np.ptp(shifts[:, ::2], axis=0).max())
-    if apart > _ALIKE:
+    if apart > _CG_TOLERANCE:
         raise FlightError(
             f"the maneuvers were flown with CGs {1e3 * apart:.0f} mm apart, and one fit has one "
             "reference for moments; fit them one by one, their means are about the aircraft file's"
@@ -54,7 +54,7 @@ def common_shift(maneuvers: Sequence[Maneuver]) -> Position:
     return x, y, z
 
 
-def about_flown_cg(
+def derivatives_about_flown_cg(
     derivatives: Mapping[str, float],
     shift: Position,
     geometry: Geometry,
@@ -76,31 +76,34 @@ def about_flown_cg(
     known = {**(others or {}), **derivatives}
     return {
         name: value
-        - sum(share * known.get(force, 0.0) for force, share in _forces(name, shift, geometry))
+        - sum(
+            share * known.get(force, 0.0)
+            for force, share in _force_contributions(name, shift, geometry)
+        )
         for name, value in derivatives.items()
     }
 
 
 def model_about_flown_cg(model: Model, shift: Position, geometry: Geometry) -> Model:
     """Return a model as it is about the CG flown."""
-    return model.with_derivatives(about_flown_cg(model.derivatives, shift, geometry))
+    return model.with_derivatives(derivatives_about_flown_cg(model.derivatives, shift, geometry))
 
 
-def about_file_cg(estimate: Estimate, shift: Position, geometry: Geometry) -> Estimate:
+def estimate_about_file_cg(estimate: Estimate, shift: Position, geometry: Geometry) -> Estimate:
     """Return an estimate with its moments about the file's CG.
 
     Values and covariance are carried over exactly, uncorrected bounds in the same ratio. A
     moment derivative whose force derivative was not earned stays about the CG flown, and the
     estimate says so.
     """
-    if not any(_forces(name, shift, geometry) for name in estimate.derivatives):
+    if not any(_force_contributions(name, shift, geometry) for name in estimate.derivatives):
         return estimate
     free = estimate.free
     matrix = np.eye(len(free))
     derivatives = dict(estimate.derivatives)
     left: list[str] = []
     for name, one in estimate.derivatives.items():
-        forces = _forces(name, shift, geometry)
+        forces = _force_contributions(name, shift, geometry)
         if one.value is None or not forces:
             continue
         values = [estimate.value(force) for force, _ in forces]
@@ -128,12 +131,14 @@ def about_file_cg(estimate: Estimate, shift: Position, geometry: Geometry) -> Es
     return replace(estimate, derivatives=derivatives, covariance=covariance, warnings=warnings)
 
 
-def _forces(name: str, shift: Position, geometry: Geometry) -> tuple[tuple[str, float], ...]:
+def _force_contributions(
+    name: str, shift: Position, geometry: Geometry
+) -> tuple[tuple[str, float], ...]:
     """Return what a moment derivative takes from each force derivative of its regressor."""
-    return tuple(_shares(name, shift, geometry))
+    return tuple(_force_factors(name, shift, geometry))
 
 
-def _shares(name: str, shift: Position, geometry: Geometry) -> Iterator[tuple[str, float]]:
+def _force_factors(name: str, shift: Position, geometry: Geometry) -> Iterator[tuple[str, float]]:
     coefficient, _, regressor = name.partition("_")
     x, _, z = shift
     by_force = {

@@ -16,21 +16,21 @@ from scipy.integrate import cumulative_trapezoid
 
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.equations import POLAR_STATES, quaternion_from_euler
-from gsapp.dynamics.flight_model import INPUTS
+from gsapp.dynamics.flight_model import MODEL_INPUTS
 from gsapp.dynamics.propulsion import throttle_for
 from gsapp.dynamics.sensors import flow_at_cg
-from gsapp.dynamics.signals import lagged
+from gsapp.dynamics.signal_terms import apply_lag
 from gsapp.foundation import FlightError
-from gsapp.identification.air import air_density, airspeed
+from gsapp.identification.air_data import air_density, airspeed_history
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import BoolArray, FloatArray
 from gsapp.quantities.constants import GRAVITY
 
 CRUISE_OVER_STALL = 1.64
 """Speed that stands in for a missing one, over the stall speed: 100 over 61 ft/s."""
-_NOT_FLYING = 0.5
+_MIN_SPEED_OVER_STALL = 0.5
 """Airspeed over stall speed below which nothing flies."""
-_FIRST = 0.8
+_ATTITUDE_START_TIME = 0.8
 """Seconds at the start of a maneuver over which attitude is found."""
 
 
@@ -45,7 +45,7 @@ class MeasuredMotion:
     states : ndarray, shape (n, 9)
         `gsapp.dynamics.equations.POLAR_STATES`, at the center of gravity.
     inputs : ndarray, shape (n, 8)
-        `gsapp.dynamics.flight_model.INPUTS`.
+        `gsapp.dynamics.flight_model.MODEL_INPUTS`.
     measured : frozenset of str
         Names of states and inputs that come from an instrument; the others are stand-ins.
     filled : mapping of str to ndarray of bool, shape (n,)
@@ -68,7 +68,7 @@ class MeasuredMotion:
 
     def input(self, name: str) -> FloatArray:
         """Return one input, shape (n,)."""
-        return self.inputs[:, INPUTS.index(name)]
+        return self.inputs[:, MODEL_INPUTS.index(name)]
 
     @property
     def qbar(self) -> FloatArray:
@@ -93,10 +93,10 @@ def measured_motion(
     FlightError
         If nothing can stand in for a missing speed, or the aircraft did not fly.
     """
-    return _Completion(maneuver, dict(stand_ins or {})).finish()
+    return _MotionBuilder(maneuver, dict(stand_ins or {})).finish()
 
 
-class _Completion:
+class _MotionBuilder:
     """Collects the signals of one maneuver, noting what was measured, filled or stood in."""
 
     def __init__(self, maneuver: Maneuver, stand_ins: Mapping[str, float]) -> None:
@@ -170,11 +170,11 @@ class _Completion:
         return np.full(self.count, constant)
 
     def _speed(self, rho: FloatArray) -> FloatArray:
-        samples = airspeed(self.maneuver.samples, rho)
+        samples = airspeed_history(self.maneuver.samples, rho)
         stall = self.maneuver.aircraft.limits.stall_speed
         if np.isfinite(samples).any() and float(np.nanmax(samples)) > 0.0:
             usual = float(np.nanmedian(samples))
-            if usual < max(_NOT_FLYING * stall, 1.0):
+            if usual < max(_MIN_SPEED_OVER_STALL * stall, 1.0):
                 raise FlightError(
                     f"maneuver {self.maneuver.id} of '{self.maneuver.flight}' was not flown: its "
                     f"airspeed of {usual:.1f} m/s is far below the stall speed; if the pitot is at "
@@ -210,7 +210,7 @@ class _Completion:
             return given["phi"], given["theta"], psi
         phi, theta = self._start((V, alpha, beta), rates)
         phi, theta = self.stand_ins.get("phi", phi), self.stand_ins.get("theta", theta)
-        rolled, pitched = turned_attitude(self.maneuver.block.times, rates, phi, theta)
+        rolled, pitched = integrate_attitude(self.maneuver.block.times, rates, phi, theta)
         rolled, pitched = given.get("phi", rolled), given.get("theta", pitched)
         self.remarks.append(
             f"{' and '.join(missing)} not measured; gravity at the start and integrated rates "
@@ -227,7 +227,7 @@ class _Completion:
         the first moments; their means belong to the middle, and rates lead back to the start.
         Without a_x the flight counts as level, without a_y as a turn without sideslip.
         """
-        first = slice(0, max(2, min(self.count, round(_FIRST / self.maneuver.dt))))
+        first = slice(0, max(2, min(self.count, round(_ATTITUDE_START_TIME / self.maneuver.dt))))
         times = self.maneuver.block.times[first]
         V, alpha, beta = (one[first] for one in flow)
         p, q, r = (rate[first] for rate in rates)
@@ -283,10 +283,10 @@ class _Completion:
         """Return what the engines make of a lever: first order, settled at the start."""
         if lag <= 0.0 or not np.ptp(lever):
             return lever
-        return lagged(lever, lag, self.maneuver.dt)
+        return apply_lag(lever, lag, self.maneuver.dt)
 
 
-def turned_attitude(
+def integrate_attitude(
     times: FloatArray, rates: tuple[FloatArray, ...], phi: float, theta: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return bank and pitch angle (rad), shape (n,), that body rates turn a first attitude to.

@@ -9,8 +9,8 @@ from typing import Literal
 from gsapp.identification.axes import Axis
 from gsapp.quantities import FloatArray
 
-Method = Literal["ml", "ee", "ftr"]
-Status = Literal["estimated", "held", "unknown", "not-identifiable"]
+EstimationMethod = Literal["ml", "ee", "ftr"]
+DerivativeStatus = Literal["estimated", "held", "unknown", "not-identifiable"]
 """``unknown``: no excitation; ``not-identifiable``: cannot be told apart from others."""
 
 
@@ -37,7 +37,7 @@ class DerivativeEstimate:
     std: float | None = None
     cramer_rao: float | None = None
     offset: float = 0.0
-    status: Status = "estimated"
+    status: DerivativeStatus = "estimated"
     confounded_with: tuple[str, ...] = ()
     why: str = ""
 
@@ -120,7 +120,7 @@ class Estimate:
         Ids of the maneuvers in whose residuals gusts were found; the warnings say more.
     """
 
-    method: Method
+    method: EstimationMethod
     axis: Axis
     maneuvers: tuple[str, ...]
     derivatives: Mapping[str, DerivativeEstimate]

@@ -25,7 +25,7 @@ BoolArray = npt.NDArray[np.bool_]
 
 _SIMPSON = np.array([1.0, 4.0, 1.0]) / 6.0
 _DIFFERENCE = np.array([1.0, 0.0, -1.0]) / 2.0
-_CUT_TIMES_WIDTH = 0.7203
+_CUTOFF_TIMES_WIDTH = 0.7203
 """Product of the -3 dB frequency and the whole width of a raised cosine."""
 LOWEST_CUTOFF, HIGHEST_CUTOFF = 2.0, 10.0
 """Hz: rigid-body motion of such aircraft lies below, noise and structure above."""
@@ -84,7 +84,7 @@ class Smoother:
         """
         count, width = signals.shape
         frequency = np.asarray(np.fft.rfftfreq(count, self.dt), dtype=np.float64)
-        high = _high(frequency, self.dt)
+        high = _high_frequency_mask(frequency, self.dt)
         if count < 64 or high.sum() < 8:
             return np.zeros((width, width))
         # What Simpson's rule took of each frequency is put back.
@@ -110,9 +110,9 @@ class Smoother:
         return good
 
 
-def smoother(dt: float, cutoff: float) -> Smoother:
+def build_smoother(dt: float, cutoff: float) -> Smoother:
     """Return the smoother with this cutoff (Hz); infinite smooths nothing."""
-    half = 0.5 * _CUT_TIMES_WIDTH / (cutoff * dt)
+    half = 0.5 * _CUTOFF_TIMES_WIDTH / (cutoff * dt)
     steps = np.arange(-int(np.ceil(half)) + 1, int(np.ceil(half))) if half > 1.0 else np.zeros(1)
     kernel = np.cos(0.5 * np.pi * steps / max(half, 1.0)) ** 2
     return Smoother(dt=dt, cutoff=cutoff, kernel=kernel / kernel.sum())
@@ -132,7 +132,7 @@ def _transform(signals: FloatArray) -> npt.NDArray[np.complex128]:
     return np.asarray(found / np.sqrt(count), dtype=np.complex128)
 
 
-def choose_cutoff(signals: FloatArray, dt: float) -> float:
+def select_cutoff(signals: FloatArray, dt: float) -> float:
     """Return the frequency up to which signals stand out of their own noise, Hz.
 
     The noise floor of each is the median power between a quarter and nearly half of the sample
@@ -153,7 +153,7 @@ def choose_cutoff(signals: FloatArray, dt: float) -> float:
     frequency = np.asarray(np.fft.rfftfreq(count, dt), dtype=np.float64)
     power = np.abs(_transform(signals)) ** 2
     # The median of an exponential distribution is ln 2 of its mean; tones do not move it.
-    floor = np.median(power[_high(frequency, dt)], axis=0) / np.log(2.0)
+    floor = np.median(power[_high_frequency_mask(frequency, dt)], axis=0) / np.log(2.0)
     width = max(3, round(0.5 * count * dt))
     power = convolve1d(power, np.full(width, 1.0 / width), axis=0, mode="nearest")
     inside = frequency <= highest
@@ -165,11 +165,11 @@ def choose_cutoff(signals: FloatArray, dt: float) -> float:
     return float(np.clip(frequency[lost[seen]].max(initial=0.0), LOWEST_CUTOFF, highest))
 
 
-def _high(frequency: FloatArray, dt: float) -> BoolArray:
+def _high_frequency_mask(frequency: FloatArray, dt: float) -> BoolArray:
     return (frequency > 0.25 / dt) & (frequency < 0.48 / dt)
 
 
-def bridge(signal: FloatArray, missing: BoolArray) -> FloatArray:
+def interpolate_missing(signal: FloatArray, missing: BoolArray) -> FloatArray:
     """Return the signal with missing samples put on straight lines, shape (n,)."""
     if not missing.any() or missing.all():
         return signal
@@ -177,7 +177,7 @@ def bridge(signal: FloatArray, missing: BoolArray) -> FloatArray:
     return np.interp(places, places[~missing], signal[~missing])
 
 
-def runs(good: BoolArray) -> tuple[slice, ...]:
+def contiguous_slices(good: BoolArray) -> tuple[slice, ...]:
     """Return the unbroken stretches of good samples, in order."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], good, [False]))))
     return tuple(

@@ -11,11 +11,11 @@ from pydantic import Field, field_validator
 
 from gsapp.dynamics.sensors import OUTPUTS
 from gsapp.foundation import StrictModel, read_toml
-from gsapp.foundation.naming import did_you_mean
-from gsapp.foundation.shipped import Shipped
+from gsapp.foundation.name_suggestions import did_you_mean
+from gsapp.foundation.shipped_files import ShippedFiles
 from gsapp.quantities import channel, normalize_unit, to_si
 
-SHIPPED = Shipped(folder=Path(__file__).parent / "weights", kind="weights")
+SHIPPED_WEIGHTS = ShippedFiles(folder=Path(__file__).parent / "weights", kind="weights")
 
 
 class Weights(StrictModel):
@@ -68,7 +68,7 @@ class Weights(StrictModel):
         """
         own: Mapping[str, float] = {}
         for name, weights in self.flights.items():
-            if _plain(name) == _plain(flight):
+            if _normalize_flight_name(name) == _normalize_flight_name(flight):
                 own = weights
         found = {}
         for name, weight in {**self.default, **own}.items():
@@ -82,7 +82,7 @@ class Weights(StrictModel):
 
 def shipped_weights() -> tuple[str, ...]:
     """Return the names of the weights files that come with the program."""
-    return SHIPPED.names()
+    return SHIPPED_WEIGHTS.names()
 
 
 def load_weights(name_or_path: str | Path) -> Weights:
@@ -100,10 +100,10 @@ def load_weights(name_or_path: str | Path) -> Weights:
     UnknownNameError
         If there is neither such a file nor such a shipped one.
     """
-    return read_toml(SHIPPED.find(name_or_path), Weights)
+    return read_toml(SHIPPED_WEIGHTS.find(name_or_path), Weights)
 
 
-def _plain(flight: str) -> str:
+def _normalize_flight_name(flight: str) -> str:
     return re.sub(r"^flight", "", re.sub(r"[\s_-]+", "", flight.casefold()))
 
 

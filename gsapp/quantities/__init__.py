@@ -3,9 +3,9 @@
 from gsapp.quantities.block import Block, BoolArray, FloatArray
 from gsapp.quantities.channels import (
     CHANNELS,
-    CIRCULAR,
+    CIRCULAR_CHANNELS,
     INSTRUMENTS,
-    STEPWISE,
+    STEPWISE_CHANNELS,
     ChannelSpec,
     base_id,
     channel,
@@ -20,15 +20,22 @@ from gsapp.quantities.notation import (
     typeset,
     unit_text,
 )
-from gsapp.quantities.sentences import in_units, size_in
-from gsapp.quantities.units import QUANTITIES, Quantity, from_si, normalize_unit, parse, to_si
+from gsapp.quantities.text_units import convert_text_units, convert_value_and_std
+from gsapp.quantities.units import (
+    QUANTITIES,
+    Quantity,
+    from_si,
+    normalize_unit,
+    parse_quantity,
+    to_si,
+)
 
 __all__ = [
     "CHANNELS",
-    "CIRCULAR",
+    "CIRCULAR_CHANNELS",
     "INSTRUMENTS",
     "QUANTITIES",
-    "STEPWISE",
+    "STEPWISE_CHANNELS",
     "TRACE_COLORS",
     "Block",
     "BoolArray",
@@ -38,11 +45,11 @@ __all__ = [
     "base_id",
     "channel",
     "clock_text",
+    "convert_text_units",
+    "convert_value_and_std",
     "from_si",
-    "in_units",
     "normalize_unit",
-    "parse",
-    "size_in",
+    "parse_quantity",
     "symbol_markup",
     "symbol_parts",
     "symbol_text",

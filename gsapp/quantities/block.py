@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.foundation import UnknownNameError
-from gsapp.foundation.naming import did_you_mean
+from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.quantities.channels import channel
 
 FloatArray = npt.NDArray[np.float64]

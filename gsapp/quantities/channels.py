@@ -12,7 +12,7 @@ from functools import cache
 from typing import Final
 
 from gsapp.foundation import UnknownNameError
-from gsapp.foundation.naming import did_you_mean
+from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.quantities import units
 from gsapp.quantities.constants import DEGREE, FOOT, GRAVITY
 
@@ -228,9 +228,9 @@ def _table() -> list[ChannelSpec]:
 CHANNELS: dict[str, ChannelSpec] = {spec.id: spec for spec in _table()}
 """Every channel by its id, in the order in which they are listed."""
 
-CIRCULAR: Final = frozenset({"phi", "psi", "track", "longitude"})
+CIRCULAR_CHANNELS: Final = frozenset({"phi", "psi", "track", "longitude"})
 """Angles that begin anew after a turn: between two samples they take the short way."""
-STEPWISE: Final = frozenset({"rate_switch", "gear", "gps_satellites"})
+STEPWISE_CHANNELS: Final = frozenset({"rate_switch", "gear", "gps_satellites"})
 """Switches and counts: they keep the former value between two samples."""
 _REDUNDANT = re.compile(r"(?P<base>.+)\.(?P<number>[2-9])")
 

@@ -15,7 +15,7 @@ from gsapp.quantities import units
 
 def _reader(key: str) -> BeforeValidator:
     def read(value: Any) -> float:
-        return units.parse(value, key)
+        return units.parse_quantity(value, key)
 
     parser: Callable[[Any], float] = read
     return BeforeValidator(parser)

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.foundation import UnitError, UnknownNameError
-from gsapp.foundation.naming import did_you_mean
+from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.quantities.unit_definitions import DEFINITIONS
 
 if TYPE_CHECKING:
@@ -238,7 +238,7 @@ def from_si(values: Values, unit: str, key: str) -> Values:
     return (values - offset) / factor
 
 
-def parse(text: str | float, key: str) -> float:
+def parse_quantity(text: str | float, key: str) -> float:
     """Read a value with its unit, such as ``"11.33 ft^2"``, into SI.
 
     Parameters

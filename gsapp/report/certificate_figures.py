@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from calibration.fit import polynomial
-from calibration.points import DIRECTION_WORDS, Direction
+from calibration.points import DIRECTION_TEXT, Direction
+from calibration.polynomial_fit import evaluate_polynomial
 from gsapp.quantities import unit_text
-from gsapp.report.document import margins
-from gsapp.report.palette import PAPER
+from gsapp.report.document import set_margins
+from gsapp.report.palette import PRINT_PALETTE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from matplotlib.typing import FillStyleType
 
     from calibration import Certificate
-    from calibration.overview import Standing
-    from calibration.quality import Quality
+    from calibration.certificate_overview import CertificateStatus
+    from calibration.quality import CalibrationQuality
 
-HEIGHT = 2.6
+CERTIFICATE_FIGURE_HEIGHT = 2.6
 _BRANCHES: tuple[tuple[Direction, str, FillStyleType], ...] = (
     ("up", "^", "full"),
     ("down", "v", "none"),
@@ -31,22 +31,22 @@ _BRANCHES: tuple[tuple[Direction, str, FillStyleType], ...] = (
 """Directions with the marker of their points; their color is the channel's."""
 
 
-def draw_certificate(container: FigureBase, standing: Standing) -> None:
+def draw_certificate(container: FigureBase, standing: CertificateStatus) -> None:
     """Draw curve and residuals of a certificate.
 
     Parameters
     ----------
     container : FigureBase
         A figure, or a part of one.
-    standing : Standing
+    standing : CertificateStatus
         The certificate, its quality, and the one before.
     """
     left, right = container.subplots(1, 2, width_ratios=(1.0, 1.25))
-    margins(container, left=0.55, right=0.1, top=0.28, bottom=0.42, wspace=0.26)
+    set_margins(container, left=0.55, right=0.1, top=0.28, bottom=0.42, wspace=0.26)
     _draw_curve(left, standing)
     _draw_residuals(right, standing)
     for axes in (left, right):
-        axes.grid(True, color=PAPER.faint, linewidth=0.4)
+        axes.grid(True, color=PRINT_PALETTE.faint, linewidth=0.4)
         axes.xaxis.set_major_locator(MaxNLocator(nbins=6))
         axes.yaxis.set_major_locator(MaxNLocator(nbins=7))
         axes.set_xlabel("volts [V]")
@@ -54,18 +54,23 @@ def draw_certificate(container: FigureBase, standing: Standing) -> None:
             axes.spines[side].set_visible(False)
 
 
-def _draw_curve(axes: Axes, standing: Standing) -> None:
+def _draw_curve(axes: Axes, standing: CertificateStatus) -> None:
     certificate = standing.certificate
     volts = np.linspace(*certificate.range, 200)
-    axes.plot(volts, polynomial(certificate.coefficients, volts), color=PAPER.ink, linewidth=0.9)
+    axes.plot(
+        volts,
+        evaluate_polynomial(certificate.coefficients, volts),
+        color=PRINT_PALETTE.ink,
+        linewidth=0.9,
+    )
     former = standing.former
     if former is not None:
         old = np.linspace(*former.range, 200)
         axes.plot(
-            old * _ratio(certificate, former), polynomial(former.coefficients, old),
-            color=PAPER.previous, linestyle="--", linewidth=0.9,
+            old * _ratio(certificate, former), evaluate_polynomial(former.coefficients, old),
+            color=PRINT_PALETTE.previous, linestyle="--", linewidth=0.9,
         )  # fmt: skip
-    color = PAPER.channel(certificate.channel)
+    color = PRINT_PALETTE.channel(certificate.channel)
     for direction, marker, fill in _BRANCHES:
         taken = [point for point in certificate.points if point.direction == direction]
         axes.plot(
@@ -76,17 +81,17 @@ def _draw_curve(axes: Axes, standing: Standing) -> None:
     axes.set_ylabel(_label("set to", certificate.unit))
 
 
-def _draw_residuals(axes: Axes, standing: Standing) -> None:
+def _draw_residuals(axes: Axes, standing: CertificateStatus) -> None:
     certificate, quality = standing.certificate, standing.quality
-    axes.axhline(0.0, color=PAPER.ink, linewidth=0.9)
+    axes.axhline(0.0, color=PRINT_PALETTE.ink, linewidth=0.9)
     if quality is not None and quality.places:
         width = np.array(quality.half_widths)
         axes.fill_between(
-            quality.places, -width, width, color=PAPER.band, linewidth=0.0, zorder=0,
+            quality.places, -width, width, color=PRINT_PALETTE.band, linewidth=0.0, zorder=0,
             label="95 % of one reading",
         )  # fmt: skip
     _draw_former(axes, standing)
-    color = PAPER.channel(certificate.channel)
+    color = PRINT_PALETTE.channel(certificate.channel)
     for direction, marker, fill in _BRANCHES:
         taken = sorted(
             (point.volts, point.value - _curve(certificate, point.volts))
@@ -97,7 +102,7 @@ def _draw_residuals(axes: Axes, standing: Standing) -> None:
             axes.plot(
                 *zip(*taken, strict=True), color=color, marker=marker, markersize=4.0,
                 linewidth=0.6, fillstyle=fill,
-                label=DIRECTION_WORDS[direction] or "points",
+                label=DIRECTION_TEXT[direction] or "points",
             )  # fmt: skip
     _ring_outliers(axes, certificate, quality)
     axes.set_title("Points less the curve", loc="left")
@@ -109,7 +114,7 @@ def _draw_residuals(axes: Axes, standing: Standing) -> None:
         axes.legend(loc="upper left", ncols=2, handlelength=1.6, columnspacing=1.2)
 
 
-def _draw_former(axes: Axes, standing: Standing) -> None:
+def _draw_former(axes: Axes, standing: CertificateStatus) -> None:
     """Draw what the certificate before would have said, less what this one says."""
     certificate, former = standing.certificate, standing.former
     if former is None:
@@ -120,27 +125,29 @@ def _draw_former(axes: Axes, standing: Standing) -> None:
     if low >= high:
         return
     volts = np.linspace(low, high, 100)
-    apart = polynomial(former.coefficients, volts / ratio) - polynomial(
+    apart = evaluate_polynomial(former.coefficients, volts / ratio) - evaluate_polynomial(
         certificate.coefficients, volts
     )
     axes.plot(
-        volts, apart, color=PAPER.previous, linestyle="--", linewidth=0.9,
+        volts, apart, color=PRINT_PALETTE.previous, linestyle="--", linewidth=0.9,
         label=f"certificate of {former.stamp:%Y-%m-%d}",
     )  # fmt: skip
 
 
-def _ring_outliers(axes: Axes, certificate: Certificate, quality: Quality | None) -> None:
+def _ring_outliers(
+    axes: Axes, certificate: Certificate, quality: CalibrationQuality | None
+) -> None:
     for place, index in enumerate(() if quality is None else quality.outliers):
         point = certificate.points[index]
         axes.plot(
             [point.volts], [point.value - _curve(certificate, point.volts)],
-            linestyle="none", marker="o", markersize=9.0, color=PAPER.ink, fillstyle="none",
+            linestyle="none", marker="o", markersize=9.0, color=PRINT_PALETTE.ink, fillstyle="none",
             label="" if place else "does not fit",
         )  # fmt: skip
 
 
 def _curve(certificate: Certificate, volts: float) -> float:
-    return float(polynomial(certificate.coefficients, np.array(volts)))
+    return float(evaluate_polynomial(certificate.coefficients, np.array(volts)))
 
 
 def _ratio(new: Certificate, former: Certificate) -> float:

@@ -11,18 +11,25 @@ from typing import Literal
 import numpy as np
 
 from calibration import Certificate
-from calibration.fit import polynomial
-from calibration.overview import Standing
-from calibration.quality import Quality
+from calibration.certificate_overview import CertificateStatus
+from calibration.polynomial_fit import evaluate_polynomial
+from calibration.quality import CalibrationQuality
 from gsapp.flight.info import current_versions
-from gsapp.flight.provenance import input_file
+from gsapp.flight.provenance import hash_input_file
 from gsapp.foundation import GroundStationError, write_atomically
-from gsapp.foundation.refusals import refusal
+from gsapp.foundation.os_error_text import format_os_error
 from gsapp.quantities import channel, from_si
-from gsapp.report.certificate_figures import HEIGHT, draw_certificate
-from gsapp.report.document import Document, Paragraph, Picture, Section, Table, picture_png
-from gsapp.report.html import html_page
-from gsapp.report.pdf import pdf_pages
+from gsapp.report.certificate_figures import CERTIFICATE_FIGURE_HEIGHT, draw_certificate
+from gsapp.report.document import (
+    Document,
+    DocumentFigure,
+    DocumentSection,
+    DocumentTable,
+    Paragraph,
+    render_png,
+)
+from gsapp.report.html_writer import render_html
+from gsapp.report.pdf_writer import render_pdf
 
 _DEGREES = {1: "straight line", 2: "quadratic", 3: "cubic"}
 _MOST_ROWS = 7
@@ -30,14 +37,14 @@ _MOST_ROWS = 7
 
 
 def write_certificate_report(
-    standing: Standing, path: Path, *, written: str = "", units: Literal["US", "SI"] = "US"
+    standing: CertificateStatus, path: Path, *, written: str = "", units: Literal["US", "SI"] = "US"
 ) -> Path:
     """Write the page of a certificate.
 
     Parameters
     ----------
-    standing : Standing
-        The certificate with its quality and the one before (`calibration.overview`).
+    standing : CertificateStatus
+        The certificate with its quality and the one before (`calibration.certificate_overview`).
     path : Path
         Ends in ``.html`` or ``.pdf``.
     written : str
@@ -55,22 +62,22 @@ def write_certificate_report(
     GroundStationError
         If the name ends otherwise, or the file cannot be written.
     """
-    check_ending(path)
+    check_report_suffix(path)
     document = certificate_document(standing, written=written, units=units)
     if path.suffix.casefold() == ".html":
-        images = {picture.name: picture_png(picture) for picture in document.pictures}
-        content = html_page(document, images).encode()
+        images = {picture.name: render_png(picture) for picture in document.pictures}
+        content = render_html(document, images).encode()
     else:
-        content = pdf_pages(document)
+        content = render_pdf(document)
     try:
         return write_atomically(path, content)
     except OSError as error:
         raise GroundStationError(
-            refusal(path, error, "choose a file in a folder where you may write")
+            format_os_error(path, error, "choose a file in a folder where you may write")
         ) from error
 
 
-def check_ending(path: Path) -> None:
+def check_report_suffix(path: Path) -> None:
     """Raise `GroundStationError` where the name of a page does not say what it is to be."""
     if path.suffix.casefold() not in (".html", ".pdf"):
         raise GroundStationError(
@@ -79,30 +86,33 @@ def check_ending(path: Path) -> None:
 
 
 def certificate_document(
-    standing: Standing, *, written: str = "", units: Literal["US", "SI"] = "US"
+    standing: CertificateStatus, *, written: str = "", units: Literal["US", "SI"] = "US"
 ) -> Document:
     """Return the page of a certificate.
 
     Parameters
     ----------
-    standing : Standing
+    standing : CertificateStatus
     written : str
         When.
     units : {"US", "SI"}
     """
     certificate = standing.certificate
     spec = channel(certificate.channel)
-    picture = Picture(
+    picture = DocumentFigure(
         name=certificate.channel,
         caption=_caption(standing),
         # A sheet of Letter is shorter: the page stays one.
-        height=HEIGHT - (0.5 if units == "US" else 0.0),
+        height=CERTIFICATE_FIGURE_HEIGHT - (0.5 if units == "US" else 0.0),
         draw=lambda container: draw_certificate(container, standing),
     )
-    worth = Section(
-        title="What it is worth", parts=(*_words(standing), picture, _quality_table(standing))
+    worth = DocumentSection(
+        title="What it is worth",
+        parts=(*_summary_text(standing), picture, _quality_table(standing)),
     )
-    points = Section(title="Points", parts=(_points_table(certificate), _made_from(standing)))
+    points = DocumentSection(
+        title="Points", parts=(_points_table(certificate), _made_from(standing))
+    )
     return Document(
         title=f"Calibration certificate: {spec.title}",
         facts=_facts(certificate, units),
@@ -114,7 +124,7 @@ def certificate_document(
 
 def _facts(certificate: Certificate, units: str) -> tuple[tuple[str, str], ...]:
     unit = certificate.unit
-    ends = polynomial(certificate.coefficients, np.array(certificate.range))
+    ends = evaluate_polynomial(certificate.coefficients, np.array(certificate.range))
     low, high = (_number(value, _decimals(certificate)) for value in sorted(ends.tolist()))
     supply = certificate.excitation_voltage
     follows = "followed by the volts" if certificate.ratiometric else "not followed by the volts"
@@ -122,7 +132,7 @@ def _facts(certificate: Certificate, units: str) -> tuple[tuple[str, str], ...]:
         "Instrument": certificate.instrument,
         "Channel": f"{certificate.channel}. {channel(certificate.channel).description}",
         "Taken": f"{certificate.stamp:%Y-%m-%d %H:%M:%S} by {certificate.who or 'nobody named'}"
-        + _surroundings(certificate.temperature, units),
+        + _ambient_conditions(certificate.temperature, units),
         "Supply": "" if supply is None else f"{supply:.3f} V, {follows}",
         "Curve": f"{_DEGREES.get(certificate.degree, '')}, {_formula(certificate)}",
         "Range": f"{certificate.range[0]:.4f} to {certificate.range[1]:.4f} V, "
@@ -132,7 +142,7 @@ def _facts(certificate: Certificate, units: str) -> tuple[tuple[str, str], ...]:
     return tuple((label, value) for label, value in found.items() if value)
 
 
-def _surroundings(temperature: float | None, units: str) -> str:
+def _ambient_conditions(temperature: float | None, units: str) -> str:
     if temperature is None:
         return ", temperature not noted"
     unit = channel("temperature").display_unit(units)
@@ -148,7 +158,7 @@ def _formula(certificate: Certificate) -> str:
     return f"{' '.join(terms)} {certificate.unit}, v in volts"
 
 
-def _words(standing: Standing) -> tuple[Paragraph, Paragraph]:
+def _summary_text(standing: CertificateStatus) -> tuple[Paragraph, Paragraph]:
     """Return what to read if nothing else, and how the instrument moved."""
     certificate, quality = standing.certificate, standing.quality
     unit, places = certificate.unit, _decimals(certificate) + 1
@@ -166,7 +176,7 @@ def _words(standing: Standing) -> tuple[Paragraph, Paragraph]:
     return Paragraph(text=first, kind="lead"), Paragraph(text=second)
 
 
-def _caption(standing: Standing) -> str:
+def _caption(standing: CertificateStatus) -> str:
     directions = {point.direction for point in standing.certificate.points}
     loop = (
         "The distance between the increasing and the decreasing points is the hysteresis; the "
@@ -178,20 +188,22 @@ def _caption(standing: Standing) -> str:
     return f"{loop} Shaded: where 95 of 100 readings lie.{former}"
 
 
-def _quality_table(standing: Standing) -> Table:
+def _quality_table(standing: CertificateStatus) -> DocumentTable:
     """Return the figures, two beside each other to spare room."""
     rows = quality_rows(standing.quality, standing.certificate)
     if len(rows) % 2:
         rows = (*rows, ("", ""))
     half = len(rows) // 2
-    return Table(
+    return DocumentTable(
         columns=("", "", "", ""),
         rows=tuple((*one, *other) for one, other in zip(rows[:half], rows[half:], strict=True)),
         numeric=frozenset({1, 3}),
     )
 
 
-def quality_rows(quality: Quality | None, certificate: Certificate) -> tuple[tuple[str, str], ...]:
+def quality_rows(
+    quality: CalibrationQuality | None, certificate: Certificate
+) -> tuple[tuple[str, str], ...]:
     """Return the figures of a calibration with their names, in the unit of its certificate."""
     unit = certificate.unit
     places = _decimals(certificate) + 1
@@ -224,7 +236,7 @@ def quality_rows(quality: Quality | None, certificate: Certificate) -> tuple[tup
     )
 
 
-def _points_table(certificate: Certificate) -> Table:
+def _points_table(certificate: Certificate) -> DocumentTable:
     """Return every point, those of one setting in a row; long lists in two columns."""
     rows = _setting_rows(certificate)
     heads: tuple[str, ...] = ("set to", "V, increasing", "off", "V, decreasing", "off")
@@ -235,7 +247,7 @@ def _points_table(certificate: Certificate) -> Table:
         rest = [*rows[half:], *[("",) * len(heads)] * (2 * half - len(rows))]
         rows = [(*one, *other) for one, other in zip(rows[:half], rest, strict=True)]
         heads = (*heads, *heads)
-    return Table(
+    return DocumentTable(
         columns=heads,
         rows=tuple(rows),
         numeric=frozenset(range(len(heads))),
@@ -251,7 +263,9 @@ def _setting_rows(certificate: Certificate) -> list[tuple[str, ...]]:
     for point in certificate.points:
         setting = f"{point.value:.{places}f}"
         order.setdefault(setting, point.value)
-        off = point.value - float(polynomial(certificate.coefficients, np.array(point.volts)))
+        off = point.value - float(
+            evaluate_polynomial(certificate.coefficients, np.array(point.volts))
+        )
         side = downward if point.direction == "down" else upward
         side.setdefault(setting, []).append((f"{point.volts:.4f}", f"{off:+.{places + 1}f}"))
     rows: list[tuple[str, ...]] = []
@@ -264,12 +278,12 @@ def _setting_rows(certificate: Certificate) -> list[tuple[str, ...]]:
     return rows
 
 
-def _made_from(standing: Standing) -> Paragraph:
+def _made_from(standing: CertificateStatus) -> Paragraph:
     """Return what the page was made from: file, sum, versions."""
     versions = ", ".join(f"{name} {version}" for name, version in current_versions().items())
     source = ""
     if standing.file.is_file():
-        file = input_file("certificate", standing.file, name=standing.file.name)
+        file = hash_input_file("certificate", standing.file, name=standing.file.name)
         source = f"{file.name}, SHA-256 {file.sha256}; "
     return Paragraph(text=f"Made from {source}{versions}.", kind="note")
 

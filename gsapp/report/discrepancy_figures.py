@@ -1,7 +1,7 @@
 """Pictures of a search for a missing effect: where, what, and how far the gap has shrunk.
 
-Each function returns a `Picture`, drawn when the report is written. Measured is solid in the color
-of its channel, computed dashed, the model before gray (ui and paper alike).
+Each function returns a `DocumentFigure`, drawn when the report is written. Measured is solid in
+the color of its channel, computed dashed, the model before gray (ui and paper alike).
 """
 
 from __future__ import annotations
@@ -14,31 +14,31 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import FigureBase
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from gsapp.discrepancy.results import Discrepancy, Gap, ManeuverView, Step
+from gsapp.discrepancy.results import DiscrepancyResult, Gap, ManeuverHistories, ModelStep
 from gsapp.quantities import FloatArray, channel, from_si
-from gsapp.report.discrepancy_words import (
-    channel_map,
-    coefficient_words,
-    gain_words,
-    share_words,
+from gsapp.report.discrepancy_text import (
+    coefficient_label,
+    gain_text,
+    probability_text,
+    residual_map,
 )
-from gsapp.report.document import TALLEST, WIDTH, Picture, margins
-from gsapp.report.figure_parts import (
-    clock_axis,
+from gsapp.report.document import FIGURE_WIDTH, MAX_FIGURE_HEIGHT, DocumentFigure, set_margins
+from gsapp.report.palette import PRINT_PALETTE
+from gsapp.report.plot_elements import (
+    axis_label,
+    format_clock_axis,
     label_channel,
     label_flight_time,
-    labeled,
-    symbol_math,
+    symbol_mathtext,
 )
-from gsapp.report.palette import PAPER
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.image import AxesImage
 
-INK, FAINT, _BEFORE = PAPER.ink, PAPER.faint, PAPER.previous
-_STEP, _BAND = PAPER.traces["blue"], "#dfe3e8"
+INK, FAINT, _BEFORE = PRINT_PALETTE.ink, PRINT_PALETTE.faint, PRINT_PALETTE.previous
+_STEP, _BAND = PRINT_PALETTE.traces["blue"], "#dfe3e8"
 _FEW_ROWS, _FEW_COLUMNS = 12, 8
 """Maneuvers and columns from which those of a map stand closer."""
 _POINTS = 1200
@@ -50,46 +50,46 @@ _BINS, _LEAST, _LEAST_SHARE = 12, 10, 0.01
 """Bins of a condition, and the fewest samples that make a median worth drawing."""
 
 
-def map_picture(found: Discrepancy) -> Picture:
+def coefficient_map_figure(found: DiscrepancyResult) -> DocumentFigure:
     """Return the map maneuver x coefficient in units of the noise floor, before and after."""
     return _maps(
         found,
         "map",
-        tuple(map(symbol_math, found.coefficients)),
+        tuple(map(symbol_mathtext, found.coefficients)),
         (found.steps[0].map, found.steps[-1].map),
         "Missing part of each coefficient in each maneuver, in units of the noise floor: 1 is "
         "nothing but noise. Maneuvers marked * were kept out of naming and fitting.",
     )
 
 
-def channel_map_picture(found: Discrepancy) -> Picture:
+def residual_map_figure(found: DiscrepancyResult) -> DocumentFigure:
     """Return the map maneuver x channel in units of the noise floor, before and after."""
     return _maps(
         found,
         "map-channels",
-        tuple(symbol_math(channel(name).symbol) for name in found.channels),
-        (channel_map(found, 0), channel_map(found, -1)),
+        tuple(symbol_mathtext(channel(name).symbol) for name in found.channels),
+        (residual_map(found, 0), residual_map(found, -1)),
         "Measured less computed of each channel when the model is flown through each maneuver "
         "from its first sample, in units of that channel's noise.",
     )
 
 
 def _maps(
-    found: Discrepancy,
+    found: DiscrepancyResult,
     name: str,
     columns: tuple[str, ...],
     maps: tuple[FloatArray, FloatArray],
     caption: str,
-) -> Picture:
+) -> DocumentFigure:
     """Return two maps beside each other, or one where nothing was added."""
     shown = maps[:1] if len(found.steps) == 1 else maps
     rows = len(found.maneuvers)
-    height = min(TALLEST, 0.75 + (0.26 if rows <= _FEW_ROWS else 0.2) * max(rows, 4))
+    height = min(MAX_FIGURE_HEIGHT, 0.75 + (0.26 if rows <= _FEW_ROWS else 0.2) * max(rows, 4))
     most = max(4.0, *(float(_finite(values).max(initial=1.0)) for values in shown))
 
     def draw(container: FigureBase) -> None:
         charts = container.subplots(1, 2, sharey=True)
-        margins(container, left=1.15, right=0.75, top=0.62, bottom=0.08, wspace=0.08)
+        set_margins(container, left=1.15, right=0.75, top=0.62, bottom=0.08, wspace=0.08)
         for chart in charts[len(shown) :]:
             chart.set_visible(False)
         for chart, values, title in zip(charts, shown, ("before", "after"), strict=False):
@@ -97,24 +97,24 @@ def _maps(
             chart.set_title(title, loc="left", color=INK, pad=16)
         charts[0].set_yticks(range(rows), [_row_label(one) for one in found.maneuvers])
         last = charts[len(shown) - 1]
-        bar = container.colorbar(image, ax=list(charts[: len(shown)]), cax=_beside(last))
+        bar = container.colorbar(image, ax=list(charts[: len(shown)]), cax=_place_colorbar(last))
         bar.set_label("times the noise", color=INK)
         bar.set_ticks([value for value in _SCALE if value <= most], minor=False)
         bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         bar.minorticks_off()
 
-    return Picture(name=name, caption=caption, height=height, draw=draw)
+    return DocumentFigure(name=name, caption=caption, height=height, draw=draw)
 
 
 def _finite(values: FloatArray) -> FloatArray:
     return values[np.isfinite(values)]
 
 
-def _row_label(view: ManeuverView) -> str:
+def _row_label(view: ManeuverHistories) -> str:
     return f"{view.id} {view.kind}{' *' if view.held_out else ''}"
 
 
-def _beside(chart: Axes) -> Axes:
+def _place_colorbar(chart: Axes) -> Axes:
     return chart.inset_axes((1.04, 0.0, 0.05, 1.0))
 
 
@@ -139,16 +139,16 @@ def _draw_map(chart: Axes, columns: tuple[str, ...], values: FloatArray, most: f
     return image
 
 
-def missing_over_time_picture(
-    found: Discrepancy, coefficient: str, maneuvers: Sequence[str]
-) -> Picture:
+def missing_history_figure(
+    found: DiscrepancyResult, coefficient: str, maneuvers: Sequence[str]
+) -> DocumentFigure:
     """Return the missing part of a coefficient over time in some maneuvers, before and after."""
     views = [one for one in found.maneuvers if one.id in maneuvers]
     place = found.coefficients.index(coefficient)
 
     def draw(container: FigureBase) -> None:
         charts = container.subplots(len(views), 1, sharey=True, squeeze=False)[:, 0]
-        margins(container, left=0.72, top=0.42, hspace=0.6)
+        set_margins(container, left=0.72, top=0.42, hspace=0.6)
         for chart, view in zip(charts, views, strict=True):
             floor = view.coefficient_floor.get(coefficient, np.nan)
             chart.axhspan(-2.0 * floor, 2.0 * floor, color=_BAND, linewidth=0, label="noise, ± 2")
@@ -157,37 +157,37 @@ def missing_over_time_picture(
             if len(view.missing) > 1:
                 chart.plot(
                     view.times[few], view.missing[-1][few, place], label="after",
-                    color=PAPER.channel(coefficient),
+                    color=PRINT_PALETTE.channel(coefficient),
                 )  # fmt: skip
             _plain_axes(chart)
-            clock_axis(chart)
+            format_clock_axis(chart)
             chart.set_title(f"maneuver {_row_label(view)}", loc="left", color=INK, fontsize=7.5)
-            chart.set_ylabel(f"missing {symbol_math(coefficient)}", color=INK, parse_math=True)
+            chart.set_ylabel(f"missing {symbol_mathtext(coefficient)}", color=INK, parse_math=True)
             chart.set_xlim(float(view.times[0]), float(view.times[-1]))
         # One maneuver far beyond the others must not flatten them.
         sizes = [_finite(np.abs(view.missing[0][:, place])).max(initial=0.0) for view in views]
         usual = 2.5 * float(np.median(sizes)) if sizes else 0.0
-        _keep_in_view(charts[0], -usual, usual)
-        label_flight_time(charts[-1], PAPER)
+        _clip_axis(charts[0], -usual, usual)
+        label_flight_time(charts[-1], PRINT_PALETTE)
         _legend_above(container, charts[0])
 
-    return Picture(
+    return DocumentFigure(
         name=f"missing-{coefficient}-time",
-        caption=f"The part of the {coefficient_words(coefficient)} that the model lacks, "
+        caption=f"The part of the {coefficient_label(coefficient)} that the model lacks, "
         "over time, slow parts only.",
-        height=min(TALLEST, 0.8 + 1.3 * len(views)),
+        height=min(MAX_FIGURE_HEIGHT, 0.8 + 1.3 * len(views)),
         draw=draw,
     )
 
 
-def missing_over_region_picture(
-    found: Discrepancy, coefficient: str, marked: str = "", units: str = "US"
-) -> Picture:
+def missing_by_condition_figure(
+    found: DiscrepancyResult, coefficient: str, marked: str = "", units: str = "US"
+) -> DocumentFigure:
     """Return the missing part of a coefficient over everything that it might depend on.
 
     Parameters
     ----------
-    found : Discrepancy
+    found : DiscrepancyResult
     coefficient : str
     marked : str
         The variable in which the disagreement grows.
@@ -199,7 +199,7 @@ def missing_over_region_picture(
 
     def draw(container: FigureBase) -> None:
         charts = container.subplots(rows, 4, sharey=True, squeeze=False)
-        margins(container, left=0.72, top=0.5, hspace=0.55, wspace=0.12)
+        set_margins(container, left=0.72, top=0.5, hspace=0.55, wspace=0.12)
         for chart in charts.flat[len(known) :]:
             chart.set_visible(False)
         ranges = []
@@ -207,7 +207,7 @@ def missing_over_region_picture(
             label, values = _condition(found, name, units)
             ranges += _draw_bins(chart, values, _stacked(found, place, 0), _BEFORE, "before", "o")
             if len(found.steps) > 1:
-                color = PAPER.channel(coefficient)
+                color = PRINT_PALETTE.channel(coefficient)
                 ranges += _draw_bins(chart, values, _stacked(found, place, -1), color, "after", "s")
             chart.axhline(0.0, color=INK, linewidth=0.5)
             _plain_axes(chart)
@@ -216,24 +216,24 @@ def missing_over_region_picture(
                 label, color=INK, fontweight="bold" if name == marked else "normal", parse_math=True
             )
         for row in charts:
-            row[0].set_ylabel(f"missing {symbol_math(coefficient)}", color=INK, parse_math=True)
+            row[0].set_ylabel(f"missing {symbol_mathtext(coefficient)}", color=INK, parse_math=True)
         # The medians tell the story; bars of a few wild samples may be cut off.
         low = min((one for one, _ in ranges), default=0.0)
         high = max((one for _, one in ranges), default=0.0)
-        _keep_in_view(charts[0, 0], 2.0 * low - high, 2.0 * high - low)
+        _clip_axis(charts[0, 0], 2.0 * low - high, 2.0 * high - low)
         _legend_above(container, charts[0, 0])
 
     bold = f" It grows most with {channel(marked).title.lower()}." if marked in known else ""
-    return Picture(
+    return DocumentFigure(
         name=f"missing-{coefficient}-region",
-        caption=f"The same part of the {coefficient_words(coefficient)} over the conditions of "
+        caption=f"The same part of the {coefficient_label(coefficient)} over the conditions of "
         f"all maneuvers: median and middle half of the samples in bins.{bold}",
         height=0.95 + 1.75 * rows,
         draw=draw,
     )
 
 
-def _varies(found: Discrepancy, name: str) -> bool:
+def _varies(found: DiscrepancyResult, name: str) -> bool:
     known = [one.conditions[name] for one in found.maneuvers if name in one.conditions]
     if not known:
         return False
@@ -244,17 +244,17 @@ def _varies(found: Discrepancy, name: str) -> bool:
     return bool(high - low > 2.0 * channel(name).precision)
 
 
-def _condition(found: Discrepancy, name: str, units: str) -> tuple[str, FloatArray]:
+def _condition(found: DiscrepancyResult, name: str, units: str) -> tuple[str, FloatArray]:
     """Return the label and the samples of all maneuvers, missing ones as NaN."""
     spec = channel(name)
     unit = spec.display_unit(units)
     values = np.concatenate(
         [one.conditions.get(name, np.full(one.times.size, np.nan)) for one in found.maneuvers]
     )
-    return labeled(name, units), np.asarray(from_si(values, unit, spec.quantity))
+    return axis_label(name, units), np.asarray(from_si(values, unit, spec.quantity))
 
 
-def _stacked(found: Discrepancy, place: int, step: int) -> FloatArray:
+def _stacked(found: DiscrepancyResult, place: int, step: int) -> FloatArray:
     return np.concatenate([one.missing[step][:, place] for one in found.maneuvers])
 
 
@@ -284,12 +284,12 @@ def _draw_bins(
     return [(min(medians), max(medians))] if medians else []
 
 
-def ranking_picture(step: Step, number: int, *, last: bool = False) -> Picture:
+def ranking_figure(step: ModelStep, number: int, *, last: bool = False) -> DocumentFigure:
     """Return the competition that one step's model faced, as bars.
 
     Parameters
     ----------
-    step : Step
+    step : ModelStep
     number : int
         Of the round, from 1.
     last : bool
@@ -299,7 +299,7 @@ def ranking_picture(step: Step, number: int, *, last: bool = False) -> Picture:
 
     def draw(container: FigureBase) -> None:
         chart = container.subplots()
-        margins(container, left=2.95, right=1.75, top=0.3)
+        set_margins(container, left=2.95, right=1.75, top=0.3)
         places = np.arange(len(best))
         chart.barh(places, [one.score for one in best], color=_STEP, height=0.62)
         chart.set_yticks(places, [f"{one.effect}\n{_short(one.title)}" for one in best])
@@ -309,13 +309,13 @@ def ranking_picture(step: Step, number: int, *, last: bool = False) -> Picture:
         chart.axvline(0.0, color=INK, linewidth=0.6)
         for place, one in zip(places, best, strict=True):
             chart.annotate(
-                f"{share_words(one.evidence)}, left out {gain_words(one.held_out)}", (1.02, place),
+                f"{probability_text(one.evidence)}, left out {gain_text(one.held_out)}", (1.02, place),
                 xycoords=("axes fraction", "data"), va="center", fontsize=7.0, color=INK,
                 annotation_clip=False,
             )  # fmt: skip
         chart.set_title("evidence, gain on data left out", loc="right", x=1.36, fontsize=7.0)
 
-    return Picture(
+    return DocumentFigure(
         name=f"ranking-{number}",
         caption=f"Round {number}: the candidates for what is missing, best first"
         + (", none of which was added" if last else "")
@@ -330,7 +330,7 @@ def _short(title: str) -> str:
     return title if len(title) <= _LONGEST_TITLE else f"{title[: _LONGEST_TITLE - 1].rstrip()}…"
 
 
-def overlay_picture(view: ManeuverView, units: str = "US") -> Picture:
+def response_overlay_figure(view: ManeuverHistories, units: str = "US") -> DocumentFigure:
     """Return one maneuver, measured and computed before and after, with what is left beside it."""
     shown = [
         place
@@ -341,7 +341,7 @@ def overlay_picture(view: ManeuverView, units: str = "US") -> Picture:
 
     def draw(container: FigureBase) -> None:
         charts = container.subplots(max(len(shown), 1), 2, sharex=True, squeeze=False)
-        margins(container, left=0.85, top=0.55, hspace=0.18, wspace=0.28)
+        set_margins(container, left=0.85, top=0.55, hspace=0.18, wspace=0.28)
         few = _thinned(view.times)
         times = view.times[few]
         for (left, right), place in zip(charts, shown, strict=False):
@@ -351,7 +351,7 @@ def overlay_picture(view: ManeuverView, units: str = "US") -> Picture:
             measured = from_si(view.measured[few, place], unit, spec.quantity)
             before = from_si(view.computed[0][few, place], unit, spec.quantity)
             after = from_si(view.computed[-1][few, place], unit, spec.quantity)
-            left.plot(times, measured, color=PAPER.channel(spec.id), label="measured")
+            left.plot(times, measured, color=PRINT_PALETTE.channel(spec.id), label="measured")
             left.plot(times, before, color=_BEFORE, linestyle="--", label="computed before")
             if several:
                 left.plot(times, after, color=INK, linestyle="--", label="computed after")
@@ -361,18 +361,20 @@ def overlay_picture(view: ManeuverView, units: str = "US") -> Picture:
             right.axhspan(-2.0 * floor, 2.0 * floor, color=_BAND, linewidth=0, label="noise, ± 2")
             right.plot(times, measured - before, color=_BEFORE)
             if several:
-                right.plot(times, measured - after, color=PAPER.channel(spec.id), linewidth=0.7)
+                right.plot(
+                    times, measured - after, color=PRINT_PALETTE.channel(spec.id), linewidth=0.7
+                )
             for chart in (left, right):
                 _plain_axes(chart)
                 chart.yaxis.set_major_locator(MaxNLocator(nbins=3, min_n_ticks=2))
             low, high = float(np.nanmin(measured)), float(np.nanmax(measured))
-            _keep_in_view(left, 2.0 * low - high, 2.0 * high - low)
-            _keep_in_view(right, low - high, high - low)
-            label_channel(left, spec.id, units, PAPER)
-            clock_axis(left, right)
+            _clip_axis(left, 2.0 * low - high, 2.0 * high - low)
+            _clip_axis(right, low - high, high - low)
+            label_channel(left, spec.id, units, PRINT_PALETTE)
+            format_clock_axis(left, right)
         charts[0, 1].set_title("measured less computed", loc="left", color=INK, fontsize=7.5)
         for chart in charts[-1]:
-            label_flight_time(chart, PAPER)
+            label_flight_time(chart, PRINT_PALETTE)
             chart.set_xlim(float(view.times[0]), float(view.times[-1]))
         _legend_above(container, charts[0, 0], charts[0, 1])
 
@@ -380,23 +382,23 @@ def overlay_picture(view: ManeuverView, units: str = "US") -> Picture:
         " It was kept out of naming and fitting." if view.held_out
         else " It was among those that the model was fitted on."
     )  # fmt: skip
-    return Picture(
+    return DocumentFigure(
         name=f"overlay-{view.id.replace(':', '-')}",
         caption=f"Maneuver {view.id} ({view.kind or 'no name'}) of {view.flight}, every "
         f"channel.{kept}",
-        height=min(TALLEST, 1.1 + 0.72 * max(len(shown), 1)),
+        height=min(MAX_FIGURE_HEIGHT, 1.1 + 0.72 * max(len(shown), 1)),
         draw=draw,
     )
 
 
-def _keep_in_view(chart: Axes, low: float, high: float) -> None:
+def _clip_axis(chart: Axes, low: float, high: float) -> None:
     """Cut the axis off where a model that runs away would flatten everything else."""
     if high > low:
         bottom, top = chart.get_ylim()
         chart.set_ylim(max(bottom, low), min(top, high))
 
 
-def gap_picture(gap: Gap, *, changed: bool = True) -> Picture:
+def gap_figure(gap: Gap, *, changed: bool = True) -> DocumentFigure:
     """Return the residual of each channel over its noise floor, before and after, as bars.
 
     Parameters
@@ -411,7 +413,7 @@ def gap_picture(gap: Gap, *, changed: bool = True) -> Picture:
 
     def draw(container: FigureBase) -> None:
         chart = container.subplots()
-        margins(container, left=0.6, top=0.42, bottom=0.35)
+        set_margins(container, left=0.6, top=0.42, bottom=0.35)
         places = np.arange(len(names))
         kinds = ((-0.2, before, _BEFORE, "before"), (0.2, after, _STEP, "after"))
         for offset, values, color, label in kinds if changed else kinds[:1]:
@@ -423,13 +425,13 @@ def gap_picture(gap: Gap, *, changed: bool = True) -> Picture:
             chart.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
             chart.set_ylim(min(0.7, 0.8 * float(min(before.min(), after.min()))), None)
         chart.margins(y=0.12)
-        symbols = [symbol_math(channel(name).symbol) for name in names]
+        symbols = [symbol_mathtext(channel(name).symbol) for name in names]
         chart.set_xticks(places, symbols, parse_math=True)
         chart.set_ylabel("RMS over the noise floor", color=INK)
         _plain_axes(chart)
         _legend_above(container, chart)
 
-    return Picture(
+    return DocumentFigure(
         name="channels",
         caption="Measured less computed, RMS on the maneuvers kept out, in units of each "
         "channel's noise floor.",
@@ -444,14 +446,14 @@ def _times(value: float) -> str:
     return f"{value:.1f}" if value < 10.0 else f"{value:.0f}" if value < 1000.0 else "> 999"
 
 
-def waterfall_picture(found: Discrepancy) -> Picture:
+def misfit_waterfall_figure(found: DiscrepancyResult) -> DocumentFigure:
     """Return the misfit of all channels together falling from step to step."""
     misfits = [step.misfit for step in found.steps]
     names = ["model before", *(step.added or "values refitted" for step in found.steps[1:])]
 
     def draw(container: FigureBase) -> None:
         chart = container.subplots()
-        margins(container, left=0.6, right=0.45, top=0.15, bottom=0.42)
+        set_margins(container, left=0.6, right=0.45, top=0.15, bottom=0.42)
         places = list(range(len(misfits) + 1))
         tops = [misfits[0], *misfits[:-1], misfits[-1]]
         bottoms = [0.0, *misfits[1:], 0.0]
@@ -477,7 +479,7 @@ def waterfall_picture(found: Discrepancy) -> Picture:
         chart.margins(y=0.12)
         _plain_axes(chart)
 
-    return Picture(
+    return DocumentFigure(
         name="waterfall",
         caption="All channels together on the maneuvers kept out: what each step took away. 1 is "
         "as good as the noise allows.",
@@ -514,6 +516,6 @@ def _legend_above(container: FigureBase, *charts: Axes) -> None:
     height = container.bbox.height / container.dpi  # type: ignore[attr-defined]
     container.legend(
         list(entries.values()), list(entries), loc="upper right",
-        bbox_to_anchor=(1.0 - 0.1 / WIDTH, 1.0 - 0.02 / height), ncols=len(entries),
+        bbox_to_anchor=(1.0 - 0.1 / FIGURE_WIDTH, 1.0 - 0.02 / height), ncols=len(entries),
         borderaxespad=0.0,
     )  # fmt: skip

@@ -13,62 +13,62 @@ from typing import Literal
 
 import numpy as np
 
-from gsapp.discrepancy.results import Discrepancy, ManeuverView
+from gsapp.discrepancy.results import DiscrepancyResult, ManeuverHistories
 from gsapp.foundation import GroundStationError
 from gsapp.quantities import clock_text
 from gsapp.report.discrepancy_figures import (
-    channel_map_picture,
-    gap_picture,
-    map_picture,
-    missing_over_region_picture,
-    missing_over_time_picture,
-    overlay_picture,
-    ranking_picture,
-    waterfall_picture,
+    coefficient_map_figure,
+    gap_figure,
+    misfit_waterfall_figure,
+    missing_by_condition_figure,
+    missing_history_figure,
+    ranking_figure,
+    residual_map_figure,
+    response_overlay_figure,
 )
-from gsapp.report.discrepancy_words import (
+from gsapp.report.discrepancy_text import (
     HEADLINES,
-    chance_words,
-    class_words,
-    closed_words,
-    coefficient_words,
-    disagreement_words,
-    effect_words,
-    gain_words,
-    gust_words,
-    moved_words,
+    change_text,
+    closed_gap_text,
+    coefficient_label,
+    disagreement_sentence,
+    disturbance_text,
+    effect_class_text,
+    effect_text,
+    format_confidence,
+    format_p_value,
+    gain_text,
     parameter_rows,
     rms_rows,
-    sure_words,
-    with_spread,
+    value_with_std,
 )
 from gsapp.report.document import (
     Document,
+    DocumentPart,
+    DocumentSection,
+    DocumentTable,
     Paragraph,
-    Part,
-    Section,
-    Table,
-    in_system,
+    convert_units,
 )
+from gsapp.report.document_writer import check_report_path, write_document
 from gsapp.report.provenance import Provenance, provenance_section
-from gsapp.report.writing import check_place, write_document
 
-Units = Literal["US", "SI"]
+DiscrepancyReportUnits = Literal["US", "SI"]
 
-_NOWHERE = "At no single place do model and flight disagree clearly beyond the noise."
+_NO_DISAGREEMENT_TEXT = "At no single place do model and flight disagree clearly beyond the noise."
 _OPPOSITE = {"CN": "CZ", "CA": "CX"}
-_CLEAR = 5.0
+_MIN_CLEAR_SIGMA = 5.0
 """Standard deviations from which an effect cannot be overlooked."""
 _MOST_COEFFICIENTS, _MOST_OVERLAYS, _MOST_OVER_TIME, _MOST_ROWS = 2, 3, 5, 25
 
 
-def write_report(
-    found: Discrepancy,
+def write_discrepancy_report(
+    found: DiscrepancyResult,
     out: Path,
     *,
     aircraft: str = "",
     provenance: Provenance | None = None,
-    units: Units = "US",
+    units: DiscrepancyReportUnits = "US",
     overlays: Sequence[str] | None = None,
     written: datetime | None = None,
 ) -> tuple[Path, ...]:
@@ -76,7 +76,7 @@ def write_report(
 
     Parameters
     ----------
-    found : Discrepancy
+    found : DiscrepancyResult
     out : Path
         A folder for ``report.html``, ``report.pdf`` and ``figures/*.png``; or one file that ends in
         ``.html`` or ``.pdf``.
@@ -103,7 +103,7 @@ def write_report(
     OSError
         If the disk refuses.
     """
-    check_place(out)
+    check_report_path(out)
     document = discrepancy_document(
         found, aircraft=aircraft, provenance=provenance, units=units, overlays=overlays,
         written=written,
@@ -112,15 +112,15 @@ def write_report(
 
 
 def discrepancy_document(
-    found: Discrepancy,
+    found: DiscrepancyResult,
     *,
     aircraft: str = "",
     provenance: Provenance | None = None,
-    units: Units = "US",
+    units: DiscrepancyReportUnits = "US",
     overlays: Sequence[str] | None = None,
     written: datetime | None = None,
 ) -> Document:
-    """Return the report before it is printed; parameters as `write_report`."""
+    """Return the report before it is printed; parameters as `write_discrepancy_report`."""
     document = Document(
         title="Where simulation and flight disagree",
         written="" if written is None else f"{written:%Y-%m-%d %H:%M %Z}".strip(),
@@ -136,10 +136,10 @@ def discrepancy_document(
             *(() if provenance is None else (provenance_section(provenance),)),
         ),
     )
-    return in_system(document, units)
+    return convert_units(document, units)
 
 
-def _facts(found: Discrepancy, aircraft: str) -> tuple[tuple[str, str], ...]:
+def _facts(found: DiscrepancyResult, aircraft: str) -> tuple[tuple[str, str], ...]:
     flights = dict.fromkeys(one.flight for one in found.maneuvers)
     kept = [one.id for one in found.maneuvers if one.held_out]
     samples = sum(one.times.size for one in found.maneuvers)
@@ -156,21 +156,21 @@ def _facts(found: Discrepancy, aircraft: str) -> tuple[tuple[str, str], ...]:
 # --- the sections -------------------------------------------------------------------------------
 
 
-def _in_short(found: Discrepancy, units: Units) -> Section:
-    parts: list[Part] = [
+def _in_short(found: DiscrepancyResult, units: DiscrepancyReportUnits) -> DocumentSection:
+    parts: list[DocumentPart] = [
         Paragraph(text=HEADLINES[found.verdict], kind="lead"),
         Paragraph(text=found.why),
-        *(Paragraph(text=effect_words(one, units)) for one in found.effects),
-        Paragraph(text=closed_words(found)),
+        *(Paragraph(text=effect_text(one, units)) for one in found.effects),
+        Paragraph(text=closed_gap_text(found)),
     ]
-    if gust_words(found):
-        parts.append(Paragraph(text=gust_words(found)))
+    if disturbance_text(found):
+        parts.append(Paragraph(text=disturbance_text(found)))
     parts += [Paragraph(text=f"Note: {sentence}", kind="note") for sentence in found.warnings]
-    return Section(title="In short", parts=tuple(parts))
+    return DocumentSection(title="In short", parts=tuple(parts))
 
 
-def _find(found: Discrepancy, units: Units) -> Section:
-    parts: list[Part] = [
+def _find(found: DiscrepancyResult, units: DiscrepancyReportUnits) -> DocumentSection:
+    parts: list[DocumentPart] = [
         Paragraph(
             text="The model was flown through every maneuver with the inputs that were measured. "
             "What force and moment it lacked was worked out from the measured motion and compared "
@@ -182,39 +182,39 @@ def _find(found: Discrepancy, units: Units) -> Section:
     if found.instruments:
         good = "All instruments agree with one another." if not odd else ""
         parts.append(Paragraph(text=good or "Instruments: " + "; ".join(one.words for one in odd)))
-    parts += [channel_map_picture(found), map_picture(found)]
+    parts += [residual_map_figure(found), coefficient_map_figure(found)]
     if found.disagreements:
         parts += [
-            Paragraph(text=f"Worst place: {disagreement_words(found.disagreements[0])}"),
+            Paragraph(text=f"Worst place: {disagreement_sentence(found.disagreements[0])}"),
             _disagreements(found),
         ]
     else:
-        parts.append(Paragraph(text=_NOWHERE))
+        parts.append(Paragraph(text=_NO_DISAGREEMENT_TEXT))
     for coefficient in _coefficients(found):
         parts += [
-            missing_over_time_picture(found, coefficient, _worst(found, coefficient)),
-            missing_over_region_picture(found, coefficient, _region(found, coefficient), units),
+            missing_history_figure(found, coefficient, _worst(found, coefficient)),
+            missing_by_condition_figure(found, coefficient, _region(found, coefficient), units),
         ]
-    return Section(title="1. Find: where do they disagree?", parts=tuple(parts))
+    return DocumentSection(title="1. Find: where do they disagree?", parts=tuple(parts))
 
 
-def _disagreements(found: Discrepancy) -> Table:
+def _disagreements(found: DiscrepancyResult) -> DocumentTable:
     shown = found.disagreements[:_MOST_ROWS]
     more = len(found.disagreements) - len(shown)
-    return Table(
+    return DocumentTable(
         caption="Places beyond the noise, most certain first"
         + (f" ({more} more are in the JSON)" if more else ""),
         columns=("what", "most in", "maneuver", "from", "to", "times noise", "chance",
                  "where"),
         rows=tuple(
             (
-                coefficient_words(one.coefficient) if one.coefficient else "instrument",
+                coefficient_label(one.coefficient) if one.coefficient else "instrument",
                 one.channel,
                 one.maneuver,
                 clock_text(one.t_start, decimals=1),
                 clock_text(one.t_end, decimals=1),
                 f"{one.rms / one.noise_floor:.1f}" if one.noise_floor > 0.0 else "",
-                chance_words(one.p_value),
+                format_p_value(one.p_value),
                 one.region.words if one.region else "",
             )
             for one in shown
@@ -223,8 +223,8 @@ def _disagreements(found: Discrepancy) -> Table:
     )  # fmt: skip
 
 
-def _name(found: Discrepancy) -> Section:
-    parts: list[Part] = [
+def _name(found: DiscrepancyResult) -> DocumentSection:
+    parts: list[DocumentPart] = [
         Paragraph(
             text="Every effect of the catalog, and structures without a name, competed for what is "
             "missing. A name is given only if it wins by a margin over what looks most like it, "
@@ -234,23 +234,23 @@ def _name(found: Discrepancy) -> Section:
     if not any(step.ranking for step in found.steps):
         parts.append(Paragraph(text="There was nothing to name."))
     parts += [
-        ranking_picture(step, number, last=step is found.steps[-1])
+        ranking_figure(step, number, last=step is found.steps[-1])
         for number, step in enumerate(found.steps, start=1)
         if step.ranking
     ]
     if found.effects:
         parts.append(
-            Table(
+            DocumentTable(
                 caption="Named",
                 columns=("effect", "in words", "confidence", "next best", "margin", "left out"),
                 rows=tuple(
                     (
                         one.effect,
                         one.title,
-                        sure_words(one),
+                        format_confidence(one),
                         one.runner_up,
                         f"{one.margin:.1f}" if one.runner_up else "",
-                        gain_words(one.held_out),
+                        gain_text(one.held_out),
                     )
                     for one in found.effects
                 ),
@@ -259,7 +259,7 @@ def _name(found: Discrepancy) -> Section:
         )
     if found.alternatives:
         parts.append(
-            Table(
+            DocumentTable(
                 caption="What these flights would look the same with",
                 columns=("effect", "in words", "why", "what would tell"),
                 rows=tuple(
@@ -268,23 +268,23 @@ def _name(found: Discrepancy) -> Section:
                 ),
             )
         )
-    return Section(title="2. Name: what is missing?", parts=tuple(parts))
+    return DocumentSection(title="2. Name: what is missing?", parts=tuple(parts))
 
 
-def _add(found: Discrepancy, units: Units) -> Section:
-    parts: list[Part] = []
+def _add(found: DiscrepancyResult, units: DiscrepancyReportUnits) -> DocumentSection:
+    parts: list[DocumentPart] = []
     if found.effects:
         parts += [
             Paragraph(
                 text="Each effect became a term of the model, and all free values were fitted "
                 "again together, the effect's own among them."
             ),
-            Table(
+            DocumentTable(
                 caption="Effects in the model",
                 columns=("effect", "equation"),
                 rows=tuple((one.effect, one.equation) for one in found.effects),
             ),
-            Table(
+            DocumentTable(
                 caption="Their parameters, with one standard deviation",
                 columns=("effect", "parameter", "value", "unit"),
                 rows=parameter_rows(found.effects, units),
@@ -293,15 +293,15 @@ def _add(found: Discrepancy, units: Units) -> Section:
         ]
     if found.values:
         parts.append(
-            Table(
+            DocumentTable(
                 caption="Values that moved beyond their bounds",
                 columns=("derivative", "before", "after", "moved [std]"),
                 rows=tuple(
                     (
                         name,
                         f"{one.before:.4g}",
-                        with_spread(one.after, one.std),
-                        moved_words(one),
+                        value_with_std(one.after, one.std),
+                        change_text(one),
                     )
                     for name, one in found.values.items()
                 ),
@@ -316,22 +316,24 @@ def _add(found: Discrepancy, units: Units) -> Section:
         parts.append(
             Paragraph(text=f"The model '{model.name}' revises '{model.parent}'.{evidence}")
         )
-    return Section(title="3. Add: the model with the effect", parts=tuple(parts))
+    return DocumentSection(title="3. Add: the model with the effect", parts=tuple(parts))
 
 
-def _show(found: Discrepancy, units: Units, overlays: Sequence[ManeuverView]) -> Section:
-    parts: list[Part] = [Paragraph(text=closed_words(found))]
+def _show(
+    found: DiscrepancyResult, units: DiscrepancyReportUnits, overlays: Sequence[ManeuverHistories]
+) -> DocumentSection:
+    parts: list[DocumentPart] = [Paragraph(text=closed_gap_text(found))]
     if found.gap.channels:
-        parts.append(gap_picture(found.gap, changed=len(found.steps) > 1))
+        parts.append(gap_figure(found.gap, changed=len(found.steps) > 1))
     if len(found.steps) > 1:
-        parts.append(waterfall_picture(found))
+        parts.append(misfit_waterfall_figure(found))
     if found.gap.channels:
         parts.append(_channels(found, units))
-    parts += [overlay_picture(view, units) for view in overlays]
-    return Section(title="4. Show: does the gap shrink?", parts=tuple(parts))
+    parts += [response_overlay_figure(view, units) for view in overlays]
+    return DocumentSection(title="4. Show: does the gap shrink?", parts=tuple(parts))
 
 
-def _channels(found: Discrepancy, units: Units) -> Table:
+def _channels(found: DiscrepancyResult, units: DiscrepancyReportUnits) -> DocumentTable:
     rows: list[tuple[str, ...]] = [
         (
             *rms,
@@ -351,7 +353,7 @@ def _channels(found: Discrepancy, units: Units) -> Table:
         kept = (0, 1, 3, 4, 6, 8)
         columns = ("channel", "RMS", "noise", "over range [%]", "Theil", "within 3 x noise [%]")
         rows = [tuple(row[place] for place in kept) for row in rows]
-    return Table(
+    return DocumentTable(
         caption="Measured less computed on the maneuvers kept out",
         columns=columns,
         rows=tuple(rows),
@@ -359,8 +361,8 @@ def _channels(found: Discrepancy, units: Units) -> Table:
     )
 
 
-def _observable(found: Discrepancy) -> Section:
-    parts: list[Part] = [
+def _observable(found: DiscrepancyResult) -> DocumentSection:
+    parts: list[DocumentPart] = [
         Paragraph(
             text="Worked out before any verdict, for these very maneuvers: how clearly each effect "
             "of usual size would show, after the model's own values have taken what they can, and "
@@ -368,12 +370,12 @@ def _observable(found: Discrepancy) -> Section:
         )
     ]
     order = sorted(found.observability, key=lambda one: -np.nan_to_num(one.sigma))
-    clear = [one for one in order if one.sigma >= _CLEAR]
-    faint = [one for one in order if not one.sigma >= _CLEAR]
+    clear = [one for one in order if one.sigma >= _MIN_CLEAR_SIGMA]
+    faint = [one for one in order if not one.sigma >= _MIN_CLEAR_SIGMA]
     if clear:
         parts.append(
-            Table(
-                caption=f"Would show clearly: {_CLEAR:g} standard deviations or more",
+            DocumentTable(
+                caption=f"Would show clearly: {_MIN_CLEAR_SIGMA:g} standard deviations or more",
                 columns=("effect", "class", "standard deviations", "looks most like"),
                 rows=tuple(
                     (
@@ -393,7 +395,7 @@ def _observable(found: Discrepancy) -> Section:
         together.setdefault(one.fly, []).append(f"{one.effect} ({one.effect_class}{sigma})")
     if faint:
         parts.append(
-            Table(
+            DocumentTable(
                 caption="Would not",
                 columns=("effect (class, standard deviations)", "to see it"),
                 rows=tuple((", ".join(names), fly) for fly, names in together.items()),
@@ -403,15 +405,16 @@ def _observable(found: Discrepancy) -> Section:
         classes = sorted({one.effect_class for one in found.observability})
         parts.append(
             Paragraph(
-                text="; ".join(f"Class {name}: {class_words(name)}" for name in classes) + ".",
+                text="; ".join(f"Class {name}: {effect_class_text(name)}" for name in classes)
+                + ".",
                 kind="note",
             )
         )
-    return Section(title="What these flights could show", parts=tuple(parts))
+    return DocumentSection(title="What these flights could show", parts=tuple(parts))
 
 
-def _terms() -> Section:
-    return Section(
+def _terms() -> DocumentSection:
+    return DocumentSection(
         title="Words used here",
         parts=tuple(
             Paragraph(text=text)
@@ -435,7 +438,7 @@ def _terms() -> Section:
 # --- what is shown ------------------------------------------------------------------------------
 
 
-def _coefficients(found: Discrepancy) -> tuple[str, ...]:
+def _coefficients(found: DiscrepancyResult) -> tuple[str, ...]:
     """Return the coefficients to draw over time: those that effects add to, else the worst."""
     targets = [one.effect.split(".")[1] for one in found.effects if "." in one.effect]
     named = [_OPPOSITE.get(one, one) for one in targets]
@@ -444,20 +447,20 @@ def _coefficients(found: Discrepancy) -> tuple[str, ...]:
     return tuple(dict.fromkeys(known or worst))[:_MOST_COEFFICIENTS]
 
 
-def _region(found: Discrepancy, coefficient: str) -> str:
+def _region(found: DiscrepancyResult, coefficient: str) -> str:
     for one in found.disagreements:
         if one.coefficient == coefficient and one.region is not None:
             return one.region.variable
     return ""
 
 
-def _worst(found: Discrepancy, coefficient: str) -> tuple[str, ...]:
+def _worst(found: DiscrepancyResult, coefficient: str) -> tuple[str, ...]:
     column = found.steps[0].map[:, found.coefficients.index(coefficient)]
     order = np.argsort(-np.nan_to_num(column, nan=-np.inf), kind="stable")
     return tuple(found.maneuvers[place].id for place in order[:_MOST_OVER_TIME])
 
 
-def _chosen(found: Discrepancy, ids: Sequence[str] | None) -> tuple[ManeuverView, ...]:
+def _chosen(found: DiscrepancyResult, ids: Sequence[str] | None) -> tuple[ManeuverHistories, ...]:
     """Return the maneuvers to draw in full, in order of time."""
     if ids is not None:
         known = {one.id: one for one in found.maneuvers}

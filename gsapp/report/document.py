@@ -1,7 +1,7 @@
 """What a report holds, apart from how it is printed: sections of paragraphs, tables, pictures.
 
-Written once, a `Document` becomes a page for a browser (`gsapp.report.html`) and pages for paper
-(`gsapp.report.pdf`).
+Written once, a `Document` becomes a page for a browser (`gsapp.report.html_writer`) and pages for
+paper (`gsapp.report.pdf_writer`).
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from matplotlib import style
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure, FigureBase
 
-from gsapp.quantities import in_units
-from gsapp.report.palette import PAPER, Palette
+from gsapp.quantities import convert_text_units
+from gsapp.report.palette import PRINT_PALETTE, Palette
 
-WIDTH = 7.1
+FIGURE_WIDTH = 7.1
 """Of every picture, inches: a sheet of A4 or Letter less its margins."""
-TALLEST = 9.6
+MAX_FIGURE_HEIGHT = 9.6
 """Height of a picture that fills a page, inches."""
 
 # Whatever the user's own matplotlibrc says, a report looks the same everywhere.
-LOOK = (
+MATPLOTLIB_STYLE = (
     "default",
     {
         "font.family": "DejaVu Sans",
@@ -71,7 +71,7 @@ class Paragraph:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Table:
+class DocumentTable:
     """Rows of text under headings.
 
     Attributes
@@ -90,7 +90,7 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Picture:
+class DocumentFigure:
     """A figure that has not been drawn yet.
 
     Attributes
@@ -100,7 +100,7 @@ class Picture:
     caption : str
         What it shows, in words; stands below it.
     height : float
-        Inches; at most `TALLEST`.
+        Inches; at most `MAX_FIGURE_HEIGHT`.
     draw : callable
         Draws into a figure or a part of one.
     numbers : callable or None
@@ -112,21 +112,21 @@ class Picture:
     caption: str
     height: float
     draw: Callable[[FigureBase], None]
-    numbers: Callable[[], Table] | None = None
+    numbers: Callable[[], DocumentTable] | None = None
 
 
-Part = Paragraph | Table | Picture
+DocumentPart = Paragraph | DocumentTable | DocumentFigure
 
-Tell = Callable[[float, str], None]
+ReportProgress = Callable[[float, str], None]
 """Told how far one is (0 to 1) and what comes next, in words; raises to stop."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Section:
+class DocumentSection:
     """A heading and what stands under it."""
 
     title: str
-    parts: tuple[Part, ...]
+    parts: tuple[DocumentPart, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -140,34 +140,39 @@ class Document:
         Short facts under the title.
     written : str
         When; the only line that differs between two reports on the same.
-    sections : tuple of Section
+    sections : tuple of DocumentSection
     units : {"US", "SI"}
         Decides the paper, too: Letter or A4.
     """
 
     title: str
-    sections: tuple[Section, ...]
+    sections: tuple[DocumentSection, ...]
     units: Literal["US", "SI"] = "US"
     facts: tuple[tuple[str, str], ...] = ()
     written: str = ""
 
     @property
-    def pictures(self) -> tuple[Picture, ...]:
+    def pictures(self) -> tuple[DocumentFigure, ...]:
         """Return all pictures in order."""
         return tuple(
-            part for section in self.sections for part in section.parts if isinstance(part, Picture)
+            part
+            for section in self.sections
+            for part in section.parts
+            if isinstance(part, DocumentFigure)
         )
 
 
-def in_system(document: Document, units: Literal["US", "SI"]) -> Document:
+def convert_units(document: Document, units: Literal["US", "SI"]) -> Document:
     """Return a document with the metric values of its sentences in a system of units."""
 
-    def convert(part: Part) -> Part:
+    def convert(part: DocumentPart) -> DocumentPart:
         if isinstance(part, Paragraph):
-            return replace(part, text=in_units(part.text, units))
-        part = replace(part, caption=in_units(part.caption, units))
-        if isinstance(part, Table):
-            rows = tuple(tuple(in_units(cell, units) for cell in row) for row in part.rows)
+            return replace(part, text=convert_text_units(part.text, units))
+        part = replace(part, caption=convert_text_units(part.caption, units))
+        if isinstance(part, DocumentTable):
+            rows = tuple(
+                tuple(convert_text_units(cell, units) for cell in row) for row in part.rows
+            )
             return replace(part, rows=rows)
         return part
 
@@ -179,7 +184,7 @@ def in_system(document: Document, units: Literal["US", "SI"]) -> Document:
 
 
 @contextlib.contextmanager
-def drawing(palette: Palette = PAPER) -> Iterator[None]:
+def figure_style(palette: Palette = PRINT_PALETTE) -> Iterator[None]:
     """Draw in the look of the reports and the colors of a palette; one thread at a time."""
     colors = {
         "text.color": palette.ink,
@@ -194,14 +199,14 @@ def drawing(palette: Palette = PAPER) -> Iterator[None]:
         "xtick.color": palette.ink,
         "ytick.color": palette.ink,
     }
-    with _DRAWING, style.context([*LOOK, colors]):
+    with _DRAWING, style.context([*MATPLOTLIB_STYLE, colors]):
         yield
 
 
-def picture_png(picture: Picture, *, dpi: float = 150.0) -> bytes:
+def render_png(picture: DocumentFigure, *, dpi: float = 150.0) -> bytes:
     """Return a picture as PNG; the same picture gives the same bytes."""
-    with drawing():
-        figure = Figure(figsize=(WIDTH, picture.height), dpi=dpi)
+    with figure_style():
+        figure = Figure(figsize=(FIGURE_WIDTH, picture.height), dpi=dpi)
         FigureCanvasAgg(figure)
         picture.draw(figure)
         content = io.BytesIO()
@@ -209,7 +214,7 @@ def picture_png(picture: Picture, *, dpi: float = 150.0) -> bytes:
     return content.getvalue()
 
 
-def margins(
+def set_margins(
     container: FigureBase,
     *,
     left: float = 0.6,

@@ -14,41 +14,56 @@ import numpy as np
 
 from gsapp.foundation import FlightError
 from gsapp.identification.campaign import CampaignResult, ManeuverResult
-from gsapp.identification.runs.outcome import Outcome
-from gsapp.identification.runs.words import METHODS
+from gsapp.identification.runs.outcome import RunOutcome
+from gsapp.identification.runs.settings_text import METHOD_TEXT
 from gsapp.identification.summary import CONDITIONS, CampaignSummary
-from gsapp.identification.summary.mode_spread import SpreadMode, mode_spread
-from gsapp.report.document import Document, Paragraph, Part, Picture, Section, Table, in_system
-from gsapp.report.estimate_inputs import campaign_provenance
-from gsapp.report.estimate_trust import fits_section
-from gsapp.report.estimate_words import (
+from gsapp.identification.summary.mode_uncertainty import (
+    ModeUncertainty,
+    propagate_mode_uncertainty,
+)
+from gsapp.report.document import (
+    Document,
+    DocumentFigure,
+    DocumentPart,
+    DocumentSection,
+    DocumentTable,
+    Paragraph,
+    convert_units,
+)
+from gsapp.report.estimate_provenance import campaign_provenance
+from gsapp.report.estimate_text import (
     DERIVATIVE_COLUMNS,
     JOINT_COLUMNS,
+    bound_consistency_text,
     derivative_rows,
-    excluded_words,
-    headline,
-    honesty_words,
+    estimate_headline,
+    exclusion_text,
     joint_rows,
-    known_before,
     maneuver_columns,
     maneuver_rows,
+    outlier_maneuver_text,
     outlier_rows,
-    trend_words,
+    prior_values,
+    trend_text,
     unknown_rows,
-    wild_words,
 )
-from gsapp.report.fit_figures import fit_picture, residual_picture
-from gsapp.report.gust_words import beside_table, gust_words, gusty_table
-from gsapp.report.hearing import MOST_HEARD, Heard
-from gsapp.report.linear_report import LinearComparison, linear_section
-from gsapp.report.linear_words import AXIS_TITLES
-from gsapp.report.mode_figures import modes_picture, modes_table
-from gsapp.report.online_figures import online_picture
+from gsapp.report.fit_diagnostics import fit_diagnostics_section
+from gsapp.report.fit_figures import fit_figure, residual_figure
+from gsapp.report.ftr_histories import MAX_FTR_FLIGHTS, FlightEstimateHistory
+from gsapp.report.gust_text import (
+    gust_comparison_table,
+    gusty_maneuvers_text,
+    method_comparison_table,
+)
+from gsapp.report.linear_report import LinearModelValidation, linear_section
+from gsapp.report.linear_text import AXIS_TITLES
+from gsapp.report.mode_figures import modes_figure, modes_table
+from gsapp.report.online_figures import online_estimates_figure
 from gsapp.report.provenance import provenance_section
-from gsapp.report.residual_words import residual_words
-from gsapp.report.value_figures import values_pictures
+from gsapp.report.residual_text import residual_text
+from gsapp.report.value_figures import value_figures
 
-Units = Literal["US", "SI"]
+ReportUnits = Literal["US", "SI"]
 
 _MOST_FITS: Final = 12
 """Maneuvers whose responses are drawn in full, the worst fitted first; the table lists all."""
@@ -60,7 +75,7 @@ _HOW_TO_READ: Final = (
     "deviation from maneuver to maneuver; over the bounds of single maneuvers it is near 1 where "
     "these are consistent. Before: known before; n: maneuvers that count."
 )
-_IN_ORDER: Final = "Of these {drawn}, the one fitted worst first."
+_ORDER_TEXT: Final = "Of these {drawn}, the one fitted worst first."
 _NO_TREND: Final = "No derivative changes provably with speed, angle of attack or sideslip."
 _NOT_TESTED: Final = (
     "Whether derivatives change with speed, angle of attack or sideslip was not tested: it takes "
@@ -74,21 +89,21 @@ _ONLINE: Final = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Reported:
+class CampaignReportData:
     """All that a report on a campaign is made from.
 
     Attributes
     ----------
-    outcome : Outcome
-    heard : tuple of Heard
+    outcome : RunOutcome
+    heard : tuple of FlightEstimateHistory
         FTR over the flights; may be empty.
-    linear : LinearComparison
+    linear : LinearModelValidation
         Linear models against flight; may be empty.
     """
 
-    outcome: Outcome
-    heard: tuple[Heard, ...] = ()
-    linear: LinearComparison
+    outcome: RunOutcome
+    heard: tuple[FlightEstimateHistory, ...] = ()
+    linear: LinearModelValidation
 
     @property
     def result(self) -> CampaignResult:
@@ -102,13 +117,13 @@ class Reported:
 
 
 def estimate_document(
-    reported: Reported, *, units: Units = "US", written: datetime | None = None
+    reported: CampaignReportData, *, units: ReportUnits = "US", written: datetime | None = None
 ) -> Document:
     """Return the report on a campaign.
 
     Parameters
     ----------
-    reported : Reported
+    reported : CampaignReportData
     units : {"US", "SI"}
         Of pictures and tables.
     written : datetime, optional
@@ -125,7 +140,7 @@ def estimate_document(
         linear_section(reported.linear, units=units),
         _modes_section(reported, units),
         _maneuvers_section(outcome.result, units),
-        fits_section(outcome.result),
+        fit_diagnostics_section(outcome.result),
         provenance_section(campaign_provenance(outcome)),
     )
     document = Document(
@@ -134,11 +149,11 @@ def estimate_document(
         facts=(
             ("Flights", ", ".join(flights)),
             ("Maneuvers", str(len(outcome.result.results))),
-            ("Method", METHODS[outcome.result.settings.method]),
+            ("Method", METHOD_TEXT[outcome.result.settings.method]),
         ),
         sections=tuple(one for one in sections if one.parts),
     )
-    return in_system(document, units)
+    return convert_units(document, units)
 
 
 def _written(when: datetime, number: int | None) -> str:
@@ -147,17 +162,19 @@ def _written(when: datetime, number: int | None) -> str:
     return f"{when:%Y-%m-%d %H:%M}{run}"
 
 
-def _results_section(reported: Reported) -> Section:
+def _results_section(reported: CampaignReportData) -> DocumentSection:
     summary = reported.summary
-    parts: list[Part] = [Paragraph(text=headline(summary, reported.result), kind="lead")]
+    parts: list[DocumentPart] = [
+        Paragraph(text=estimate_headline(summary, reported.result), kind="lead")
+    ]
     if summary.derivatives:
         parts.append(
-            Table(
+            DocumentTable(
                 caption="Derivatives per radian, rates as q c/2V, p b/2V, r b/2V, about the CG of "
                 "the aircraft file; means weighted by the bound of each maneuver and by what the "
                 "maneuvers scatter beyond their bounds",
                 columns=DERIVATIVE_COLUMNS,
-                rows=tuple(derivative_rows(summary, known_before(reported.result))),
+                rows=tuple(derivative_rows(summary, prior_values(reported.result))),
                 numeric=frozenset(range(1, len(DERIVATIVE_COLUMNS))),
             )
         )
@@ -165,7 +182,7 @@ def _results_section(reported: Reported) -> Section:
     joint = joint_rows(reported.result, summary)
     if joint:
         parts.append(
-            Table(
+            DocumentTable(
                 caption="All maneuvers of an axis fitted together, beside the means; both come "
                 "from the same maneuvers, so that more than 1 joint bound is much",
                 columns=JOINT_COLUMNS,
@@ -176,34 +193,36 @@ def _results_section(reported: Reported) -> Section:
     unknown = unknown_rows(reported.result)
     if unknown:
         parts.append(
-            Table(caption="Not earned", columns=("derivative", "status", "why"), rows=unknown)
+            DocumentTable(
+                caption="Not earned", columns=("derivative", "status", "why"), rows=unknown
+            )
         )
-    return Section(title="Results", parts=tuple(parts))
+    return DocumentSection(title="Results", parts=tuple(parts))
 
 
-def _trust_section(reported: Reported, units: Units) -> Section:
+def _trust_section(reported: CampaignReportData, units: ReportUnits) -> DocumentSection:
     summary = reported.summary
-    parts: list[Part] = []
+    parts: list[DocumentPart] = []
     if summary.derivatives:
-        parts.append(Paragraph(text=honesty_words(summary)))
-    parts += [Paragraph(text=text) for text in residual_words(reported.result)]
-    parts += [Paragraph(text=text) for text in gust_words(reported.result)]
-    gusty = gusty_table(reported.result)
+        parts.append(Paragraph(text=bound_consistency_text(summary)))
+    parts += [Paragraph(text=text) for text in residual_text(reported.result)]
+    parts += [Paragraph(text=text) for text in gusty_maneuvers_text(reported.result)]
+    gusty = gust_comparison_table(reported.result)
     if gusty is not None:
         parts.append(gusty)
-    parts += [Paragraph(text=text) for text in excluded_words(summary)]
-    parts += [Paragraph(text=text) for text in wild_words(summary)]
+    parts += [Paragraph(text=text) for text in exclusion_text(summary)]
+    parts += [Paragraph(text=text) for text in outlier_maneuver_text(summary)]
     rows = outlier_rows(summary)
     if rows:
         parts.append(
-            Table(
+            DocumentTable(
                 caption="Values left out of the means: farther off than bounds and chance allow",
                 columns=("derivative", "maneuver", "value", "standard deviations off", "why"),
                 rows=rows,
                 numeric=frozenset({2, 3}),
             )
         )
-    trends = trend_words(summary, units)
+    trends = trend_text(summary, units)
     parts += [Paragraph(text=text) for text in trends]
     if summary.derivatives and not trends:
         tested = any(one.trends for one in summary.derivatives.values())
@@ -211,11 +230,11 @@ def _trust_section(reported: Reported, units: Units) -> Section:
     unheard = (f"{one.flight}: FTR did not listen: {one.why}" for one in reported.heard if one.why)
     said = dict.fromkeys((*reported.outcome.remarks, *unheard, *reported.result.remarks))
     parts += [Paragraph(text=text, kind="note") for text in said]
-    return Section(title="Validity", parts=tuple(parts))
+    return DocumentSection(title="Validity", parts=tuple(parts))
 
 
-def _values_section(reported: Reported, units: Units) -> Section:
-    summary, known = reported.summary, known_before(reported.result)
+def _values_section(reported: CampaignReportData, units: ReportUnits) -> DocumentSection:
+    summary, known = reported.summary, prior_values(reported.result)
     over = [
         name
         for name in CONDITIONS
@@ -223,17 +242,17 @@ def _values_section(reported: Reported, units: Units) -> Section:
             trend.condition == name for one in summary.derivatives.values() for trend in one.trends
         )
     ]
-    parts: list[Part] = []
+    parts: list[DocumentPart] = []
     for name in (*over, "number"):
-        parts += values_pictures(summary, name, units=units, known=known)
-    return Section(title="Each value, maneuver by maneuver", parts=tuple(parts))
+        parts += value_figures(summary, name, units=units, known=known)
+    return DocumentSection(title="Each value, maneuver by maneuver", parts=tuple(parts))
 
 
-def _online_section(reported: Reported) -> Section:
+def _online_section(reported: CampaignReportData) -> DocumentSection:
     result, summary = reported.result, reported.summary
     wanted = [name for names in _ONLINE.values() for name in names]
     parts = []
-    for number, one in enumerate(reported.heard[:MOST_HEARD], start=1):
+    for number, one in enumerate(reported.heard[:MAX_FTR_FLIGHTS], start=1):
         flown = {
             name
             for found in result.results
@@ -248,26 +267,30 @@ def _online_section(reported: Reported) -> Section:
             and (name in flown or np.isfinite(one.histories[name].values).any())
         ]
         if histories:
-            parts.append(online_picture(histories, result, summary, one.flight, number))
-    return Section(title="Estimates in flight", parts=tuple(parts))
+            parts.append(online_estimates_figure(histories, result, summary, one.flight, number))
+    return DocumentSection(title="Estimates in flight", parts=tuple(parts))
 
 
-def _modes_section(reported: Reported, units: Units) -> Section:
-    modes: dict[str, tuple[SpreadMode, ...]] = {}
+def _modes_section(reported: CampaignReportData, units: ReportUnits) -> DocumentSection:
+    modes: dict[str, tuple[ModeUncertainty, ...]] = {}
     for axis in reported.outcome.models:
         try:
-            modes[AXIS_TITLES[axis]] = mode_spread(reported.result, reported.summary, axis)
+            modes[AXIS_TITLES[axis]] = propagate_mode_uncertainty(
+                reported.result, reported.summary, axis
+            )
         except FlightError:
             # Said among the remarks by whatever made the models.
             continue
-    parts: tuple[Part, ...] = (modes_table(modes, units), modes_picture(modes)) if modes else ()
-    return Section(title="Dynamic modes", parts=parts)
+    parts: tuple[DocumentPart, ...] = (
+        (modes_table(modes, units), modes_figure(modes)) if modes else ()
+    )
+    return DocumentSection(title="Dynamic modes", parts=parts)
 
 
-def _maneuvers_section(result: CampaignResult, units: Units) -> Section:
+def _maneuvers_section(result: CampaignResult, units: ReportUnits) -> DocumentSection:
     columns = maneuver_columns(units)
-    parts: list[Part] = [
-        Table(
+    parts: list[DocumentPart] = [
+        DocumentTable(
             caption="Maneuvers, and the response that each fit follows worst",
             columns=columns,
             rows=maneuver_rows(result.results, units),
@@ -276,18 +299,18 @@ def _maneuvers_section(result: CampaignResult, units: Units) -> Section:
     ]
     drawn = sorted(result.results, key=_worst_fit)[:_MOST_FITS]
     few = f"the {len(drawn)} fitted worst are drawn" if len(drawn) < len(result.results) else ""
-    parts.append(Paragraph(text=_IN_ORDER.format(drawn=few or "all are drawn"), kind="note"))
+    parts.append(Paragraph(text=_ORDER_TEXT.format(drawn=few or "all are drawn"), kind="note"))
     for one in drawn:
-        parts += _on_half_a_page(fit_picture(one, units=units))
-        beside = beside_table(one)
+        parts += _on_half_a_page(fit_figure(one, units=units))
+        beside = method_comparison_table(one)
         if beside is not None:
             parts.append(beside)
     for one in drawn[:2]:
-        parts += _on_half_a_page(residual_picture(one, units=units))
-    return Section(title="Maneuvers", parts=tuple(parts))
+        parts += _on_half_a_page(residual_figure(one, units=units))
+    return DocumentSection(title="Maneuvers", parts=tuple(parts))
 
 
-def _on_half_a_page(picture: Picture | None) -> tuple[Picture, ...]:
+def _on_half_a_page(picture: DocumentFigure | None) -> tuple[DocumentFigure, ...]:
     if picture is None:
         return ()
     return (replace(picture, height=min(picture.height, _HALF_A_PAGE)),)

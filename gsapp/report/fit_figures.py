@@ -13,29 +13,29 @@ from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 
 from gsapp.identification.campaign import ManeuverResult
-from gsapp.identification.results import Method, ResponseHistory
+from gsapp.identification.results import EstimationMethod, ResponseHistory
 from gsapp.quantities import FloatArray
-from gsapp.report.document import TALLEST, Picture, Table, margins
-from gsapp.report.figure_parts import (
-    BROAD,
-    PALE,
+from gsapp.report.document import MAX_FIGURE_HEIGHT, DocumentFigure, DocumentTable, set_margins
+from gsapp.report.palette import PRINT_PALETTE, Palette
+from gsapp.report.plot_elements import (
+    UNDERLAY_ALPHA,
+    WIDE_LINE_WIDTH,
     column_title,
+    display_values,
     draw_trace,
+    exact_number_text,
+    format_axes,
     label_flight_time,
-    number_text,
-    plain,
-    shown_values,
 )
-from gsapp.report.palette import PAPER, Palette
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from matplotlib.axes import Axes
 
-_A_ROW = 0.82
+_ROW_HEIGHT = 0.82
 """Height of one chart, inches."""
-_COMPARED: Mapping[Method, str] = {
+_COMPARED: Mapping[EstimationMethod, str] = {
     "ml": "measured (solid) against computed (dashed) responses.",
     "ee": "force and moment coefficients, as measured motion gives them (solid) and as the "
     "derivatives compute them (dashed), both smoothed alike.",
@@ -45,14 +45,14 @@ _COMPARED: Mapping[Method, str] = {
 """What a method holds against each other, in words."""
 
 
-def fit_picture(
+def fit_figure(
     result: ManeuverResult,
     *,
     units: str = "US",
-    palette: Palette = PAPER,
+    palette: Palette = PRINT_PALETTE,
     other: ManeuverResult | None = None,
     other_name: str = "other run",
-) -> Picture | None:
+) -> DocumentFigure | None:
     """Return inputs, and measured against computed responses, of one maneuver.
 
     Parameters
@@ -70,16 +70,16 @@ def fit_picture(
     Picture or None
         None where nothing was computed: the fit failed, or earned no derivative.
     """
-    history, maneuver = history_of(result), result.maneuver
+    history, maneuver = response_history(result), result.maneuver
     if history is None:
         return None
     inputs = [name for name in ("de", "da", "dr") if name in maneuver.inputs]
     rows = len(inputs) + len(history.channels)
-    beside = None if other is None else history_of(other)
+    beside = None if other is None else response_history(other)
 
     def draw(container: FigureBase) -> None:
         charts = container.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
-        margins(container, left=0.95, top=0.32, bottom=0.42, hspace=0.16)
+        set_margins(container, left=0.95, top=0.32, bottom=0.42, hspace=0.16)
         for chart, name in zip(charts, inputs, strict=False):
             times, values = maneuver.block.times, maneuver.samples(name)
             draw_trace(chart, name, times, values, units, palette.channel(name), palette)
@@ -93,11 +93,11 @@ def fit_picture(
             loc="upper right", ncols=3, borderaxespad=0.1,
         )  # fmt: skip
 
-    return Picture(
+    return DocumentFigure(
         name=_named("fit", result),
         caption=f"Maneuver {maneuver.id} of {maneuver.flight}: what was moved, and "
         f"{_COMPARED[result.estimate.method if result.estimate else 'ml']}",
-        height=min(TALLEST, 0.8 + _A_ROW * rows),
+        height=min(MAX_FIGURE_HEIGHT, 0.8 + _ROW_HEIGHT * rows),
         draw=draw,
         numbers=lambda: _numbers(result, inputs, history, units),
     )
@@ -107,15 +107,15 @@ def _handles(palette: Palette, other_name: str) -> list[Line2D]:
     """Return the legend: measured traces have the colors of their channels."""
     return [
         Line2D(
-            [], [], color=palette.quiet, label="measured", linewidth=BROAD * palette.weight,
-            alpha=PALE,
+            [], [], color=palette.quiet, label="measured", linewidth=WIDE_LINE_WIDTH * palette.weight,
+            alpha=UNDERLAY_ALPHA,
         ),
         Line2D([], [], color=palette.ink, linestyle="--", label="computed"),
         Line2D([], [], color=palette.previous, label=other_name),
     ]  # fmt: skip
 
 
-def history_of(result: ManeuverResult) -> ResponseHistory | None:
+def response_history(result: ManeuverResult) -> ResponseHistory | None:
     """Return what was measured and computed in one maneuver; None where nothing was computed."""
     if result.estimate is None or not result.estimate.histories:
         return None
@@ -153,9 +153,9 @@ def _draw_response(
         )  # fmt: skip
 
 
-def residual_picture(
-    result: ManeuverResult, *, units: str = "US", palette: Palette = PAPER
-) -> Picture | None:
+def residual_figure(
+    result: ManeuverResult, *, units: str = "US", palette: Palette = PRINT_PALETTE
+) -> DocumentFigure | None:
     """Return the residuals of one maneuver and how they repeat themselves.
 
     None without any, and where smoothing made them: what it leaves is never white.
@@ -163,14 +163,14 @@ def residual_picture(
     Right of each residual stands its autocorrelation over a second, with the band that white noise
     would keep within in 95 %.
     """
-    history, maneuver = history_of(result), result.maneuver
+    history, maneuver = response_history(result), result.maneuver
     if history is None or result.estimate is None or result.estimate.method != "ml":
         return None
     rows = len(history.channels)
 
     def draw(container: FigureBase) -> None:
         charts = container.subplots(rows, 2, squeeze=False, width_ratios=(2.2, 1.0), sharex="col")
-        margins(container, left=0.95, top=0.25, bottom=0.42, hspace=0.25, wspace=0.18)
+        set_margins(container, left=0.95, top=0.25, bottom=0.42, hspace=0.25, wspace=0.18)
         residuals = history.measured - history.computed
         dt = float(np.median(np.diff(history.times)))
         for row, name in enumerate(history.channels):
@@ -181,17 +181,17 @@ def residual_picture(
             right.axhspan(-band, band, color=palette.band, linewidth=0)
             right.plot(lags, repeated, color=palette.channel(name))
             right.set_ylim(-1.05, 1.05)
-            plain(right, palette)
+            format_axes(right, palette)
         charts[0, 1].set_title("autocorrelation", loc="left", color=palette.ink, y=1.0, pad=3.0)
         label_flight_time(charts[-1, 0], palette)
         charts[-1, 1].set_xlabel("lag [s]", color=palette.ink)
         charts[-1, 0].set_xlim(float(history.times[0]), float(history.times[-1]))
 
-    return Picture(
+    return DocumentFigure(
         name=_named("residuals", result),
         caption=f"Maneuver {maneuver.id} of {maneuver.flight}: measured less computed, and the "
         "autocorrelation; white noise stays within the band.",
-        height=min(TALLEST, 0.8 + _A_ROW * rows),
+        height=min(MAX_FIGURE_HEIGHT, 0.8 + _ROW_HEIGHT * rows),
         draw=draw,
         numbers=lambda: _numbers(result, [], history, units),
     )
@@ -230,18 +230,18 @@ def autocorrelation(values: FloatArray, dt: float) -> tuple[FloatArray, FloatArr
 
 def _numbers(
     result: ManeuverResult, inputs: Sequence[str], history: ResponseHistory, units: str
-) -> Table:
+) -> DocumentTable:
     maneuver = result.maneuver
     at = [int(np.abs(maneuver.block.times - time).argmin()) for time in history.times]
     columns = [history.times]
-    columns += [shown_values(name, maneuver.samples(name)[at], units) for name in inputs]
+    columns += [display_values(name, maneuver.samples(name)[at], units) for name in inputs]
     for column, name in enumerate(history.channels):
-        columns.append(shown_values(name, history.measured[:, column], units))
-        columns.append(shown_values(name, history.computed[:, column], units))
+        columns.append(display_values(name, history.measured[:, column], units))
+        columns.append(display_values(name, history.computed[:, column], units))
     heads = [column_title(name, units) for name in inputs]
     for name in history.channels:
         heads += [f"{column_title(name, units)} measured", f"{column_title(name, units)} computed"]
-    return Table(
+    return DocumentTable(
         columns=("time [s]", *heads),
-        rows=tuple(tuple(map(number_text, row)) for row in np.column_stack(columns)),
+        rows=tuple(tuple(map(exact_number_text, row)) for row in np.column_stack(columns)),
     )

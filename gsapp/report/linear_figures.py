@@ -12,21 +12,21 @@ import numpy as np
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 
-from gsapp.identification.summary.linear_comparison import AxisComparison, LinearTrace
+from gsapp.identification.summary.linear_model_validation import AxisValidation, ValidationTrace
 from gsapp.quantities import FloatArray
-from gsapp.report.document import TALLEST, Picture, Table, margins
-from gsapp.report.figure_parts import (
-    MANEUVER,
-    clock_axis,
+from gsapp.report.document import MAX_FIGURE_HEIGHT, DocumentFigure, DocumentTable, set_margins
+from gsapp.report.linear_text import MODEL_NAMES
+from gsapp.report.palette import PRINT_PALETTE, Palette
+from gsapp.report.plot_elements import (
+    MANEUVER_PREFIX,
     column_title,
+    display_values,
+    exact_number_text,
+    format_axes,
+    format_clock_axis,
     label_channel,
     label_flight_time,
-    number_text,
-    plain,
-    shown_values,
 )
-from gsapp.report.linear_words import MODEL_NAMES
-from gsapp.report.palette import PAPER, Palette
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,39 +39,39 @@ _DASHES: Final[Mapping[str, tuple[float, ...]]] = {
 """Of each model: told apart without color, too."""
 _MOST: Final = 3
 """Maneuvers beside each other."""
-_ROOM: Final = 0.25
+_AXIS_MARGIN: Final = 0.25
 """Of the measured range, left above and below it: a model that runs away leaves the chart."""
 
 
-def shown_traces(one: AxisComparison) -> tuple[LinearTrace, ...]:
+def select_traces(one: AxisValidation) -> tuple[ValidationTrace, ...]:
     """Return the traces that are drawn: as many as fit beside each other, evenly chosen."""
     places = np.linspace(0, len(one.traces) - 1, min(_MOST, len(one.traces))).round()
     return tuple(one.traces[int(place)] for place in places)
 
 
-def linear_picture(
-    one: AxisComparison,
-    traces: Sequence[LinearTrace] = (),
+def linear_model_figure(
+    one: AxisValidation,
+    traces: Sequence[ValidationTrace] = (),
     *,
     units: str = "US",
-    palette: Palette = PAPER,
-) -> Picture:
+    palette: Palette = PRINT_PALETTE,
+) -> DocumentFigure:
     """Return inputs and outputs of maneuvers that were kept out, beside each other.
 
     Parameters
     ----------
-    one : AxisComparison
-    traces : sequence of LinearTrace
-        Of `one`; `shown_traces` where empty.
+    one : AxisValidation
+    traces : sequence of ValidationTrace
+        Of `one`; `select_traces` where empty.
     units : {"US", "SI"}
     palette : Palette
     """
-    drawn = tuple(traces) or shown_traces(one)
+    drawn = tuple(traces) or select_traces(one)
     names = (*one.inputs, *one.outputs)
 
     def draw(container: FigureBase) -> None:
         charts = container.subplots(len(names), len(drawn), squeeze=False, sharex="col")
-        margins(container, left=0.8, top=0.58, bottom=0.42, hspace=0.16, wspace=0.3)
+        set_margins(container, left=0.8, top=0.58, bottom=0.42, hspace=0.16, wspace=0.3)
         for column, trace in enumerate(drawn):
             for row, name in enumerate(names):
                 _draw(charts[row, column], one, trace, name, units, palette)
@@ -88,17 +88,17 @@ def linear_picture(
         )  # fmt: skip
 
     words = "Longitudinal" if one.axis == "lon" else "Lateral-directional"
-    return Picture(
+    return DocumentFigure(
         name=f"linear-{one.axis}",
         caption=f"{words} models on maneuvers that none of them was fitted on: what was moved, "
         "and each variable as measured (solid) and as computed from the inputs alone (dashed).",
-        height=min(TALLEST, 1.1 + 0.86 * len(names)),
+        height=min(MAX_FIGURE_HEIGHT, 1.1 + 0.86 * len(names)),
         draw=draw,
         numbers=lambda: _numbers(one, drawn, units),
     )
 
 
-def _numbers(one: AxisComparison, traces: Sequence[LinearTrace], units: str) -> Table:
+def _numbers(one: AxisValidation, traces: Sequence[ValidationTrace], units: str) -> DocumentTable:
     heads = ["maneuver", "time [s]", *(column_title(name, units) for name in one.inputs)]
     for name in one.outputs:
         heads += [f"{column_title(name, units)} {which}" for which in ("measured", *one.models)]
@@ -106,49 +106,50 @@ def _numbers(one: AxisComparison, traces: Sequence[LinearTrace], units: str) -> 
     for trace in traces:
         columns = [trace.times]
         columns += [
-            shown_values(name, trace.inputs[:, place], units)
+            display_values(name, trace.inputs[:, place], units)
             for place, name in enumerate(one.inputs)
         ]
         for place, name in enumerate(one.outputs):
             every = (trace.measured, *(trace.computed[model] for model in one.models))
-            columns += [shown_values(name, values[:, place], units) for values in every]
+            columns += [display_values(name, values[:, place], units) for values in every]
         rows += [
-            (trace.maneuver, *map(number_text, row)) for row in np.column_stack(columns).tolist()
+            (trace.maneuver, *map(exact_number_text, row))
+            for row in np.column_stack(columns).tolist()
         ]
-    return Table(columns=tuple(heads), rows=tuple(rows))
+    return DocumentTable(columns=tuple(heads), rows=tuple(rows))
 
 
 def _draw(
     chart: Axes,
-    one: AxisComparison,
-    trace: LinearTrace,
+    one: AxisValidation,
+    trace: ValidationTrace,
     name: str,
     units: str,
     palette: Palette,
 ) -> None:
     """Draw one input, or one output as measured and computed; the axes name the maneuver."""
-    chart.set_gid(MANEUVER + trace.maneuver)
+    chart.set_gid(MANEUVER_PREFIX + trace.maneuver)
     if name in one.inputs:
-        moved = shown_values(name, trace.inputs[:, one.inputs.index(name)], units)
+        moved = display_values(name, trace.inputs[:, one.inputs.index(name)], units)
         chart.plot(trace.times, moved, color=palette.channel(name))
-        plain(chart, palette)
-        clock_axis(chart)
+        format_axes(chart, palette)
+        format_clock_axis(chart)
         return
     column = one.outputs.index(name)
-    measured = shown_values(name, trace.measured[:, column], units)
+    measured = display_values(name, trace.measured[:, column], units)
     chart.plot(trace.times, measured, color=palette.channel(name), label="measured")
     for model, computed in trace.computed.items():
-        shown = shown_values(name, computed[:, column], units)
+        shown = display_values(name, computed[:, column], units)
         chart.plot(trace.times, shown, color=_color(model, palette), dashes=_DASHES[model],
                    label=MODEL_NAMES[model])  # fmt: skip
     chart.set_ylim(*_limits(measured))
-    plain(chart, palette)
-    clock_axis(chart)
+    format_axes(chart, palette)
+    format_clock_axis(chart)
 
 
 def _limits(measured: FloatArray) -> tuple[float, float]:
     low, high = float(measured.min()), float(measured.max())
-    room = _ROOM * (high - low) if high > low else 1.0
+    room = _AXIS_MARGIN * (high - low) if high > low else 1.0
     return low - room, high + room
 
 
@@ -157,7 +158,7 @@ def _color(model: str, palette: Palette) -> str:
     return {"bls": palette.traces["olive"], "subspace": palette.quiet}.get(model, palette.ink)
 
 
-def _handles(one: AxisComparison, palette: Palette) -> list[Line2D]:
+def _handles(one: AxisValidation, palette: Palette) -> list[Line2D]:
     return [
         Line2D([], [], color=palette.quiet, label="measured"),
         *(

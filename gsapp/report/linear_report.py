@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
-from gsapp.identification.results import Method
-from gsapp.identification.summary.linear_comparison import AxisComparison, LinearComparison
+from gsapp.identification.results import EstimationMethod
+from gsapp.identification.summary.linear_model_validation import (
+    AxisValidation,
+    LinearModelValidation,
+)
 from gsapp.quantities import channel
 from gsapp.quantities.units import from_si
-from gsapp.report.document import Paragraph, Part, Section, Table
-from gsapp.report.linear_figures import linear_picture
-from gsapp.report.linear_words import (
+from gsapp.report.document import DocumentPart, DocumentSection, DocumentTable, Paragraph
+from gsapp.report.linear_figures import linear_model_figure
+from gsapp.report.linear_text import (
     AXIS_TITLES,
     MODE_COLUMNS,
     compare_linear_models,
     error_rows,
-    kept_out_words,
     mode_rows,
     model_name,
+    validation_text,
 )
 
-__all__ = ["LinearComparison", "compare_linear_models", "error_table", "linear_section"]
+__all__ = ["LinearModelValidation", "compare_linear_models", "error_table", "linear_section"]
 
 
-def error_table(one: AxisComparison, method: Method) -> Table:
+def error_table(one: AxisValidation, method: EstimationMethod) -> DocumentTable:
     """Return RMS error over range in percent by variable and model: tables 7.4.1 and 7.4.2.
 
     Over the maneuvers kept out, then over the whole of the flights where flights were.
@@ -32,7 +35,7 @@ def error_table(one: AxisComparison, method: Method) -> Table:
         whole = error_rows(one.outputs, one.whole)
         rows += tuple((f"{name}, whole flight", *errors) for name, *errors in whole)
         over += f", and the whole of {' and '.join(one.flights)} from first to last maneuver"
-    return Table(
+    return DocumentTable(
         caption=f"RMS error over range, percent, of the {AXIS_TITLES[one.axis]} models over "
         f"{over}; * the least of each row",
         columns=("variable", *(model_name(name, method) for name in one.models)),
@@ -41,8 +44,8 @@ def error_table(one: AxisComparison, method: Method) -> Table:
     )
 
 
-def _mode_table(one: AxisComparison, method: Method, units: str) -> Table:
-    return Table(
+def _mode_table(one: AxisValidation, method: EstimationMethod, units: str) -> DocumentTable:
+    return DocumentTable(
         caption=f"Modes of the {AXIS_TITLES[one.axis]} models that were compared"
         f"{_about(one, units)}",
         columns=("model", *MODE_COLUMNS),
@@ -61,27 +64,27 @@ def _speed(value: float, units: str) -> str:
     return f"{from_si(value, unit, spec.quantity):.{spec.decimals(unit)}f} {unit}"
 
 
-def _about(one: AxisComparison, units: str) -> str:
+def _about(one: AxisValidation, units: str) -> str:
     about = next((fitted.model.about for fitted in one.models.values()), None)
     return "" if about is None else f", about steady flight at {_speed(about.speed, units)}"
 
 
-def linear_section(comparison: LinearComparison, *, units: str) -> Section:
+def linear_section(comparison: LinearModelValidation, *, units: str) -> DocumentSection:
     """Return the section on linear models: how well they follow what they never saw, their modes.
 
     Parameters
     ----------
-    comparison : LinearComparison
+    comparison : LinearModelValidation
     units : {"US", "SI"}
     """
-    parts: list[Part] = []
+    parts: list[DocumentPart] = []
     for one in comparison.axes.values():
-        parts.append(Paragraph(text=kept_out_words(one)))
+        parts.append(Paragraph(text=validation_text(one)))
         parts.append(error_table(one, comparison.method))
-        parts.append(linear_picture(one, units=units))
+        parts.append(linear_model_figure(one, units=units))
         parts.append(_mode_table(one, comparison.method, units))
     parts += [Paragraph(text=f"{_sentence(text)}.", kind="note") for text in comparison.remarks]
-    return Section(title="Linear models against flight", parts=tuple(parts))
+    return DocumentSection(title="Linear models against flight", parts=tuple(parts))
 
 
 def _sentence(text: str) -> str:

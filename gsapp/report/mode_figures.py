@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from matplotlib.figure import FigureBase
 
-from gsapp.identification.summary.mode_spread import SpreadMode
+from gsapp.identification.summary.mode_uncertainty import ModeUncertainty
 from gsapp.quantities import channel
 from gsapp.quantities.units import from_si
-from gsapp.report.document import Picture, Table, margins
-from gsapp.report.figure_parts import SIGMAS, number_text, plain
-from gsapp.report.linear_words import NEUTRAL
-from gsapp.report.palette import PAPER, Palette, marker
+from gsapp.report.document import DocumentFigure, DocumentTable, set_margins
+from gsapp.report.linear_text import NEUTRAL_TIME_CONSTANT
+from gsapp.report.palette import PRINT_PALETTE, Palette, flight_marker
+from gsapp.report.plot_elements import ERROR_BAR_SIGMAS, exact_number_text, format_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,28 +24,28 @@ _DAMPING: Final = (0.2, 0.4, 0.6, 0.8)
 """Damping ratios that have a line."""
 
 
-def modes_picture(
-    modes: Mapping[str, Sequence[SpreadMode]], *, palette: Palette = PAPER
-) -> Picture:
+def modes_figure(
+    modes: Mapping[str, Sequence[ModeUncertainty]], *, palette: Palette = PRINT_PALETTE
+) -> DocumentFigure:
     """Return the poles of the linear models, with lines of equal damping.
 
     Parameters
     ----------
-    modes : mapping of str to sequence of SpreadMode
+    modes : mapping of str to sequence of ModeUncertainty
         By axis in words, ``longitudinal``.
     palette : Palette
     """
 
     def draw(container: FigureBase) -> None:
         charts = container.subplots(1, len(modes), squeeze=False)[0]
-        margins(container, left=0.6, right=0.2, top=0.32, bottom=0.45, wspace=0.25)
+        set_margins(container, left=0.6, right=0.2, top=0.32, bottom=0.45, wspace=0.25)
         for chart, (axis, found) in zip(charts, modes.items(), strict=True):
             _draw_plane(chart, found, palette)
             chart.set_title(axis, loc="left", color=palette.ink, y=1.0)
             chart.set_xlabel("real part [1/s]", color=palette.ink)
         charts[0].set_ylabel("imaginary part [rad/s]", color=palette.ink)
 
-    return Picture(
+    return DocumentFigure(
         name="modes",
         caption="Poles of the linear models made from the means, with 95 % of what the bounds of "
         "the derivatives leave open; the lines are of equal damping ratio. Right of zero a motion "
@@ -56,7 +56,7 @@ def modes_picture(
     )
 
 
-def _draw_plane(chart: Axes, found: Sequence[SpreadMode], palette: Palette) -> None:
+def _draw_plane(chart: Axes, found: Sequence[ModeUncertainty], palette: Palette) -> None:
     poles = np.array([one.mode.pole for one in found])
     left = 1.25 * min(float(poles.real.min()), -0.5)
     right = max(1.25 * float(poles.real.max()), -0.12 * left)
@@ -78,7 +78,7 @@ def _draw_plane(chart: Axes, found: Sequence[SpreadMode], palette: Palette) -> N
         pole = one.mode.pole
         chart.errorbar(
             [pole.real], [pole.imag], xerr=_bar(one.real),
-            yerr=_bar(one.imaginary) if pole.imag else None, marker=marker(place),
+            yerr=_bar(one.imaginary) if pole.imag else None, marker=flight_marker(place),
             markersize=6.0, color=palette.flight(place), linestyle="none",
             elinewidth=1.0 * palette.weight,
         )  # fmt: skip
@@ -89,20 +89,20 @@ def _draw_plane(chart: Axes, found: Sequence[SpreadMode], palette: Palette) -> N
             fontsize=7.5,
             bbox={"facecolor": palette.background, "pad": 0.8, "linewidth": 0.0, "alpha": 0.8},
         )  # fmt: skip
-    plain(chart, palette)
+    format_axes(chart, palette)
     chart.set_xlim(left, right)
     chart.set_ylim(-0.05 * top, top)
 
 
 def _bar(std: float) -> float | None:
-    return SIGMAS * std if math.isfinite(std) else None
+    return ERROR_BAR_SIGMAS * std if math.isfinite(std) else None
 
 
-def modes_table(modes: Mapping[str, Sequence[SpreadMode]], units: str) -> Table:
+def modes_table(modes: Mapping[str, Sequence[ModeUncertainty]], units: str) -> DocumentTable:
     """Return frequency, damping and time constant of all modes, with their bounds, to be read."""
     spec = channel("V")
     unit = spec.display_unit(units)
-    return Table(
+    return DocumentTable(
         caption="Modes of the linear models made from the means, with their bounds",
         columns=(
             "axis",
@@ -128,10 +128,10 @@ def modes_table(modes: Mapping[str, Sequence[SpreadMode]], units: str) -> Table:
     )
 
 
-def _time_constant(one: SpreadMode) -> str:
+def _time_constant(one: ModeUncertainty) -> str:
     """Return a time constant with its bound; what grows is said."""
     value = one.mode.time_constant
-    if not abs(value) < NEUTRAL:
+    if not abs(value) < NEUTRAL_TIME_CONSTANT:
         return "neutral"
     return _with_bound(abs(value), one.time_constant) + (" (grows)" if value < 0.0 else "")
 
@@ -145,8 +145,8 @@ def _with_bound(value: float, std: float) -> str:
     return f"{value:.{digits}f} ± {std:.{digits}f}"
 
 
-def _numbers(modes: Mapping[str, Sequence[SpreadMode]]) -> Table:
-    return Table(
+def _numbers(modes: Mapping[str, Sequence[ModeUncertainty]]) -> DocumentTable:
+    return DocumentTable(
         columns=("axis", "mode", "real [1/s]", "imaginary [rad/s]", "frequency [rad/s]",
                  "frequency bound", "damping", "damping bound", "time constant [s]",
                  "time constant bound"),
@@ -155,7 +155,7 @@ def _numbers(modes: Mapping[str, Sequence[SpreadMode]]) -> Table:
                 axis,
                 one.mode.name,
                 *map(
-                    number_text,
+                    exact_number_text,
                     (one.mode.pole.real, one.mode.pole.imag, one.mode.frequency, one.frequency,
                      one.mode.damping, one.damping, one.mode.time_constant, one.time_constant),
                 ),

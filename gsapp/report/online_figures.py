@@ -15,41 +15,41 @@ from matplotlib.lines import Line2D
 from gsapp.identification.campaign import CampaignResult
 from gsapp.identification.ftr import EstimateHistory
 from gsapp.identification.summary import CampaignSummary, DerivativeSummary
-from gsapp.report.document import Picture, Table, margins
-from gsapp.report.figure_parts import (
-    DERIVATIVE,
-    SIGMAS,
-    clock_axis,
-    grid_of,
+from gsapp.report.document import DocumentFigure, DocumentTable, set_margins
+from gsapp.report.palette import PRINT_PALETTE, Palette
+from gsapp.report.plot_elements import (
+    DERIVATIVE_PREFIX,
+    ERROR_BAR_SIGMAS,
+    create_axes_grid,
+    exact_number_text,
+    format_axes,
+    format_clock_axis,
     label_flight_time,
     name_points,
-    number_text,
-    plain,
-    symbol_math,
+    symbol_mathtext,
 )
-from gsapp.report.palette import PAPER, Palette
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-ACROSS: Final = 2
+ONLINE_FIGURE_COLUMNS: Final = 2
 """Charts beside each other on paper."""
 _MOST: Final = 12
 """Charts of a page."""
-_ROOM: Final = 6.0
+_AXIS_MARGIN: Final = 6.0
 """Bounds above and below the last value that a chart shows."""
 
 
-def online_picture(
+def online_estimates_figure(
     histories: Sequence[EstimateHistory],
     result: CampaignResult,
     summary: CampaignSummary,
     flight: str,
     number: int,
     *,
-    palette: Palette = PAPER,
-    across: int = ACROSS,
-) -> Picture:
+    palette: Palette = PRINT_PALETTE,
+    across: int = ONLINE_FIGURE_COLUMNS,
+) -> DocumentFigure:
     """Return how FTR's values formed over a flight, with the points and means of the campaign.
 
     Parameters
@@ -76,8 +76,8 @@ def online_picture(
     }
 
     def draw(container: FigureBase) -> None:
-        charts, lowest = grid_of(container, len(drawn), across, sharex=True)
-        margins(container, left=0.6, top=0.44, bottom=0.42, hspace=0.32, wspace=0.22)
+        charts, lowest = create_axes_grid(container, len(drawn), across, sharex=True)
+        set_margins(container, left=0.6, top=0.44, bottom=0.42, hspace=0.32, wspace=0.22)
         for chart, one in zip(charts, drawn, strict=True):
             _draw_history(chart, one, summary.derivatives.get(one.name), ends, palette)
         for chart in lowest:
@@ -88,7 +88,7 @@ def online_picture(
             columnspacing=1.2,
         )  # fmt: skip
 
-    return Picture(
+    return DocumentFigure(
         name=f"online-{number}",
         caption=f"{flight}: derivatives as FTR formed them in the air (line, with 95 % of "
         "its bound), what each maneuver gave on the ground (points, with 95 % of their bounds) "
@@ -118,13 +118,13 @@ def _draw_history(
     ends: dict[str, float],
     palette: Palette,
 ) -> None:
-    chart.set_gid(DERIVATIVE + one.name)
+    chart.set_gid(DERIVATIVE_PREFIX + one.name)
     if known is not None:
-        half = SIGMAS * known.value.std
+        half = ERROR_BAR_SIGMAS * known.value.std
         mean = known.value.mean
         chart.axhspan(mean - half, mean + half, color=palette.band, linewidth=0)
         chart.axhline(mean, color=palette.ink, linewidth=0.8 * palette.weight, linestyle="--")
-    low, high = one.values - SIGMAS * one.stds, one.values + SIGMAS * one.stds
+    low, high = one.values - ERROR_BAR_SIGMAS * one.stds, one.values + ERROR_BAR_SIGMAS * one.stds
     color = palette.channel(one.name)
     chart.fill_between(one.times, low, high, color=color, alpha=0.18, linewidth=0)
     chart.plot(one.times, one.values, color=color)
@@ -133,14 +133,16 @@ def _draw_history(
         bars = chart.errorbar(
             [ends[point.maneuver] for point in points],
             [point.value for point in points],
-            yerr=[SIGMAS * point.std for point in points],
+            yerr=[ERROR_BAR_SIGMAS * point.std for point in points],
             linestyle="none", marker="s", markersize=3.5, color=palette.ink,
             elinewidth=0.7 * palette.weight, zorder=3,
         )  # fmt: skip
         name_points(bars.lines[0], [point.maneuver for point in points])
-    plain(chart, palette)
-    clock_axis(chart)
-    chart.set_title(symbol_math(one.name), loc="left", color=palette.ink, y=1.0, parse_math=True)
+    format_axes(chart, palette)
+    format_clock_axis(chart)
+    chart.set_title(
+        symbol_mathtext(one.name), loc="left", color=palette.ink, y=1.0, parse_math=True
+    )
     chart.set_xlim(float(one.times[0]), float(one.times[-1]))
     earned = np.isfinite(one.values)
     if not earned.any():
@@ -151,17 +153,17 @@ def _draw_history(
         return
     # The first moments, with a bound many times the last one, must not flatten the rest.
     last = float(one.values[earned][-1])
-    room = _ROOM * max(float(one.stds[earned][-1]), known.value.std if known else 0.0)
+    room = _AXIS_MARGIN * max(float(one.stds[earned][-1]), known.value.std if known else 0.0)
     shown = [last, *([known.value.mean] if known else ()), *(point.value for point in points)]
     reach = max(room, 1.2 * max(abs(value - last) for value in shown))
     chart.set_ylim(last - reach, last + reach)
 
 
-def _numbers(histories: Sequence[EstimateHistory]) -> Table:
-    return Table(
+def _numbers(histories: Sequence[EstimateHistory]) -> DocumentTable:
+    return DocumentTable(
         columns=("derivative", "time [s]", "value", "bound"),
         rows=tuple(
-            (one.name, number_text(time), number_text(value), number_text(std))
+            (one.name, exact_number_text(time), exact_number_text(value), exact_number_text(std))
             for one in histories
             for time, value, std in zip(one.times, one.values, one.stds, strict=True)
         ),

@@ -8,7 +8,7 @@ from typing import Final
 
 from gsapp.quantities import TRACE_COLORS, trace_color
 
-FLIGHTS: Final = ("blue", "rust", "purple", "olive", "sky", "ink")
+FLIGHT_COLORS: Final = ("blue", "rust", "purple", "olive", "sky", "ink")
 """Trace colors of flights, in the order in which they are handed out."""
 
 
@@ -55,10 +55,10 @@ class Palette:
 
     def flight(self, place: int) -> str:
         """Return the color of a flight by its place among all, from 0."""
-        return self.traces[FLIGHTS[place % len(FLIGHTS)]]
+        return self.traces[FLIGHT_COLORS[place % len(FLIGHT_COLORS)]]
 
 
-PAPER = Palette(
+PRINT_PALETTE = Palette(
     background="#ffffff",
     ink="#20262e",
     quiet="#4a525d",
@@ -76,10 +76,10 @@ PAPER = Palette(
 )
 """Of every report: the Okabe-Ito set, its yellow darkened for white paper."""
 
-MARKERS = "os^Dv<>pXh"
+FLIGHT_MARKERS = "os^Dv<>pXh"
 """Of the flights, in their order."""
 
 
-def marker(place: int) -> str:
+def flight_marker(place: int) -> str:
     """Return the marker of a flight by its place among all, from 0."""
-    return MARKERS[place % len(MARKERS)]
+    return FLIGHT_MARKERS[place % len(FLIGHT_MARKERS)]

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from gsapp.flight.provenance import InputFile
-from gsapp.report.document import Paragraph, Part, Section, Table
+from gsapp.report.document import DocumentPart, DocumentSection, DocumentTable, Paragraph
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -18,9 +18,9 @@ class Provenance:
     versions: Mapping[str, str] = field(default_factory=dict)
 
 
-def provenance_section(provenance: Provenance) -> Section:
+def provenance_section(provenance: Provenance) -> DocumentSection:
     """Return the last section of a report: enough to make it again, and to check that it is it."""
-    parts: list[Part] = [
+    parts: list[DocumentPart] = [
         Paragraph(
             text="The same files, settings and versions give the same report, but for the date.",
             kind="note",
@@ -28,7 +28,7 @@ def provenance_section(provenance: Provenance) -> Section:
     ]
     if provenance.inputs:
         parts.append(
-            Table(
+            DocumentTable(
                 caption="Files",
                 columns=("what", "name", "SHA-256"),
                 rows=tuple((one.role, one.name, one.sha256) for one in provenance.inputs),
@@ -37,5 +37,5 @@ def provenance_section(provenance: Provenance) -> Section:
     for caption, content in (("Settings", provenance.settings), ("Versions", provenance.versions)):
         if content:
             rows = tuple((name, value) for name, value in content.items())
-            parts.append(Table(caption=caption, columns=("", ""), rows=rows))
-    return Section(title="What this report was made from", parts=tuple(parts))
+            parts.append(DocumentTable(caption=caption, columns=("", ""), rows=rows))
+    return DocumentSection(title="What this report was made from", parts=tuple(parts))

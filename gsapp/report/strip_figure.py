@@ -13,16 +13,16 @@ from matplotlib.ticker import MaxNLocator
 
 from gsapp.foundation import write_atomically
 from gsapp.quantities import Block, channel, from_si
-from gsapp.report.figure_parts import clock_axis, label_channel, label_flight_time
-from gsapp.report.palette import PAPER
+from gsapp.report.palette import PRINT_PALETTE
+from gsapp.report.plot_elements import format_clock_axis, label_channel, label_flight_time
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-INK, FAINT = PAPER.ink, PAPER.faint
+INK, FAINT = PRINT_PALETTE.ink, PRINT_PALETTE.faint
 
 
-def strip_figure(
+def write_strip_figure(
     block: Block,
     channels: Sequence[str],
     path: Path | str,
@@ -56,9 +56,9 @@ def strip_figure(
     for row, channel_id in zip(axes, shown, strict=False):
         _draw_strip(row, block, channel_id, units)
     bottom = axes[-1]
-    clock_axis(bottom)
+    format_clock_axis(bottom)
     bottom.tick_params(axis="x", labelsize=8, colors=INK, length=3)
-    label_flight_time(bottom, PAPER)
+    label_flight_time(bottom, PRINT_PALETTE)
     if len(block):
         bottom.set_xlim(float(block.times[0]), float(block.times[-1]))
     figure.suptitle(title, x=0.01, y=0.995, ha="left", va="top", fontsize=11, color=INK)
@@ -75,7 +75,7 @@ def _draw_strip(row: Axes, block: Block, channel_id: str, units: str) -> None:
     spec = channel(channel_id)
     unit = spec.display_unit(units)
     values = from_si(np.asarray(block[channel_id]), unit, spec.quantity)
-    row.plot(block.times, values, color=PAPER.channel(channel_id), linewidth=0.8)
+    row.plot(block.times, values, color=PRINT_PALETTE.channel(channel_id), linewidth=0.8)
     row.grid(True, color=FAINT, linewidth=0.4)
     row.yaxis.set_major_locator(MaxNLocator(nbins=3, min_n_ticks=2))
     row.tick_params(axis="y", labelsize=7, colors=INK, length=2)
@@ -84,4 +84,4 @@ def _draw_strip(row: Axes, block: Block, channel_id: str, units: str) -> None:
         row.spines[side].set_visible(False)
     for side in ("left", "bottom"):
         row.spines[side].set_color(FAINT)
-    label_channel(row, channel_id, units, PAPER)
+    label_channel(row, channel_id, units, PRINT_PALETTE)

@@ -18,29 +18,29 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, Locator
 
-from gsapp.identification.summary import CampaignSummary, DerivativeSummary, Point
+from gsapp.identification.summary import CampaignSummary, DerivativePoint, DerivativeSummary
 from gsapp.quantities import channel
-from gsapp.report.document import Picture, Table, margins
-from gsapp.report.figure_parts import (
-    DERIVATIVE,
-    SIGMAS,
+from gsapp.report.document import DocumentFigure, DocumentTable, set_margins
+from gsapp.report.palette import PRINT_PALETTE, Palette, flight_marker
+from gsapp.report.plot_elements import (
+    DERIVATIVE_PREFIX,
+    ERROR_BAR_SIGMAS,
+    axis_label,
     column_title,
-    grid_of,
-    labeled,
+    create_axes_grid,
+    display_values,
+    exact_number_text,
+    format_axes,
     name_points,
-    number_text,
-    plain,
-    shown_values,
-    symbol_math,
+    symbol_mathtext,
 )
-from gsapp.report.palette import PAPER, Palette, marker
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-ACROSS: Final = 3
+VALUE_FIGURE_COLUMNS: Final = 3
 """Charts of derivatives beside each other on paper."""
-_DOWN: Final = 4
+_FIGURE_ROWS: Final = 4
 """Rows of them on a page."""
 _OUTLIER, _BY_HAND, _UNFIT = "x", "+", "1"
 _SMALL, _LARGE = 3.2, 5.5
@@ -55,7 +55,7 @@ _LETTER: Final = 0.6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Drawn:
+class _ChartStyle:
     """What all charts of a picture share."""
 
     over: str
@@ -66,7 +66,7 @@ class _Drawn:
     size: float = _SMALL
 
 
-class _Places(Locator):
+class _ManeuverLocator(Locator):
     """Marks some of the maneuvers, as many as have room for their names in sight."""
 
     def __init__(self, chart: Axes, names: Mapping[int, str]) -> None:
@@ -100,14 +100,14 @@ def _short(maneuver: str) -> str:
     return maneuver if len(maneuver) <= _LONGEST else f"{maneuver[: _LONGEST - 1]}…"
 
 
-def values_pictures(
+def value_figures(
     summary: CampaignSummary,
     over: str,
     *,
     units: str = "US",
     known: Mapping[str, float] | None = None,
-    palette: Palette = PAPER,
-) -> tuple[Picture, ...]:
+    palette: Palette = PRINT_PALETTE,
+) -> tuple[DocumentFigure, ...]:
     """Return each derivative against a condition or the number of the maneuver, page by page.
 
     Parameters
@@ -126,9 +126,9 @@ def values_pictures(
         As many pages as it takes; derivatives of bias (``_0``) are left to the table.
     """
     names = [name for name in summary.derivatives if not name.endswith("_0")]
-    page = ACROSS * _DOWN
+    page = VALUE_FIGURE_COLUMNS * _FIGURE_ROWS
     return tuple(
-        values_picture(
+        value_figure(
             summary, names[first : first + page], over, units=units, known=known, palette=palette,
             number=first // page + 1,
         )
@@ -136,17 +136,17 @@ def values_pictures(
     )  # fmt: skip
 
 
-def values_picture(
+def value_figure(
     summary: CampaignSummary,
     names: Sequence[str],
     over: str,
     *,
     units: str = "US",
     known: Mapping[str, float] | None = None,
-    palette: Palette = PAPER,
-    across: int = ACROSS,
+    palette: Palette = PRINT_PALETTE,
+    across: int = VALUE_FIGURE_COLUMNS,
     number: int = 1,
-) -> Picture:
+) -> DocumentFigure:
     """Return some derivatives against a condition or the number of the maneuver.
 
     Parameters
@@ -155,7 +155,7 @@ def values_picture(
     names : sequence of str
         Derivatives; one alone is drawn large.
     over, units, known, palette
-        As for `values_pictures`.
+        As for `value_figures`.
     across : int
         Charts beside each other.
     number : int
@@ -163,17 +163,17 @@ def values_picture(
     """
     chosen = [summary.derivatives[name] for name in names]
     across = min(across, len(chosen))
-    drawn = _Drawn(
+    drawn = _ChartStyle(
         over=over, units=units, palette=palette, flights=_flights(summary), known=known or {},
         size=_LARGE if len(chosen) == 1 else _SMALL,
     )  # fmt: skip
-    label = "maneuver" if over == "number" else labeled(over, units)
+    label = "maneuver" if over == "number" else axis_label(over, units)
 
     def draw(container: FigureBase) -> None:
-        charts, lowest = grid_of(container, len(chosen), across)
+        charts, lowest = create_axes_grid(container, len(chosen), across)
         handles = _handles(chosen, drawn)
         rows_of_legend = -(-len(handles) // _FLIGHTS_A_ROW)
-        margins(
+        set_margins(
             container, left=0.6, top=0.27 + 0.15 * rows_of_legend, bottom=0.45, hspace=0.42,
             wspace=0.3,
         )  # fmt: skip
@@ -193,7 +193,7 @@ def values_picture(
     dotted = ", the dotted line what was known before" if there else ""
     out = any(one.outliers or one.excluded or one.unfit for one in chosen)
     gray = " Gray marks were left out of the mean." if out else ""
-    return Picture(
+    return DocumentFigure(
         name=f"values-{over}-{number}",
         caption=f"{subject} {told}: bars are 95 % of its own bound, the band is "
         f"the mean over all with 95 % of its error{dotted}.{gray}{_not_drawn(chosen, over)}",
@@ -223,17 +223,17 @@ def _flights(summary: CampaignSummary) -> dict[str, int]:
     return {name: place for place, name in enumerate(names)}
 
 
-def _place(point: Point, drawn: _Drawn) -> float:
+def _place(point: DerivativePoint, drawn: _ChartStyle) -> float:
     if drawn.over == "number":
         return float(point.number)
     value = point.conditions.get(drawn.over, np.nan)
-    return float(shown_values(drawn.over, np.asarray(value), drawn.units))
+    return float(display_values(drawn.over, np.asarray(value), drawn.units))
 
 
-def _draw_values(chart: Axes, one: DerivativeSummary, drawn: _Drawn) -> None:
+def _draw_values(chart: Axes, one: DerivativeSummary, drawn: _ChartStyle) -> None:
     palette = drawn.palette
-    chart.set_gid(DERIVATIVE + one.name)
-    half = SIGMAS * one.value.std
+    chart.set_gid(DERIVATIVE_PREFIX + one.name)
+    half = ERROR_BAR_SIGMAS * one.value.std
     chart.axhspan(one.value.mean - half, one.value.mean + half, color=palette.band, linewidth=0)
     chart.axhline(one.value.mean, color=palette.ink, linewidth=0.8 * palette.weight)
     for flight, place in drawn.flights.items():
@@ -243,15 +243,15 @@ def _draw_values(chart: Axes, one: DerivativeSummary, drawn: _Drawn) -> None:
         bars = chart.errorbar(
             [_place(point, drawn) for point in points],
             [point.value for point in points],
-            yerr=[SIGMAS * point.std for point in points],
-            linestyle="none", marker=marker(place), markersize=drawn.size,
+            yerr=[ERROR_BAR_SIGMAS * point.std for point in points],
+            linestyle="none", marker=flight_marker(place), markersize=drawn.size,
             color=palette.flight(place), elinewidth=0.7 * palette.weight,
         )  # fmt: skip
         name_points(bars.lines[0], [point.maneuver for point in points])
-    plain(chart, palette)
+    format_axes(chart, palette)
     if drawn.over == "number":
         names = {point.number: point.maneuver for point in (*one.points, *one.unfit)}
-        chart.xaxis.set_major_locator(_Places(chart, names))
+        chart.xaxis.set_major_locator(_ManeuverLocator(chart, names))
         chart.xaxis.set_major_formatter(
             FuncFormatter(lambda place, _: _short(names.get(round(place), "")))
         )
@@ -264,10 +264,14 @@ def _draw_values(chart: Axes, one: DerivativeSummary, drawn: _Drawn) -> None:
             drawn.known[one.name], color=palette.previous, linewidth=0.9 * palette.weight,
             linestyle=":",
         )  # fmt: skip
-    chart.set_title(symbol_math(one.name), loc="left", color=palette.ink, y=1.0, parse_math=True)
+    chart.set_title(
+        symbol_mathtext(one.name), loc="left", color=palette.ink, y=1.0, parse_math=True
+    )
 
 
-def _draw_left_out(chart: Axes, points: Sequence[Point], sign: str, drawn: _Drawn) -> None:
+def _draw_left_out(
+    chart: Axes, points: Sequence[DerivativePoint], sign: str, drawn: _ChartStyle
+) -> None:
     if not points:
         return
     low, high = chart.get_ylim()
@@ -282,12 +286,12 @@ def _draw_left_out(chart: Axes, points: Sequence[Point], sign: str, drawn: _Draw
     chart.set_ylim(low, high)
 
 
-def _handles(chosen: Sequence[DerivativeSummary], drawn: _Drawn) -> list[Line2D]:
+def _handles(chosen: Sequence[DerivativeSummary], drawn: _ChartStyle) -> list[Line2D]:
     """Return what the legend explains: flights, gray marks, the dotted line."""
     palette = drawn.palette
     handles = [
         Line2D(
-            [], [], linestyle="none", marker=marker(place), markersize=4.0,
+            [], [], linestyle="none", marker=flight_marker(place), markersize=4.0,
             color=palette.flight(place), label=name,
         )
         for name, place in drawn.flights.items()
@@ -307,13 +311,13 @@ def _handles(chosen: Sequence[DerivativeSummary], drawn: _Drawn) -> list[Line2D]
     return handles
 
 
-def _why(point: Point, outliers: set[str], by_hand: set[str]) -> str:
+def _why(point: DerivativePoint, outliers: set[str], by_hand: set[str]) -> str:
     if point.maneuver in outliers:
         return "outlier"
     return "by hand" if point.maneuver in by_hand else "did not converge"
 
 
-def _numbers(chosen: Sequence[DerivativeSummary], units: str) -> Table:
+def _numbers(chosen: Sequence[DerivativeSummary], units: str) -> DocumentTable:
     conditions = ("V", "alpha", "beta")
     rows = []
     for one in chosen:
@@ -329,17 +333,17 @@ def _numbers(chosen: Sequence[DerivativeSummary], units: str) -> Table:
                     point.flight,
                     str(point.number),
                     *(
-                        number_text(float(shown_values(name, np.asarray(value), units)))
+                        exact_number_text(float(display_values(name, np.asarray(value), units)))
                         if (value := point.conditions.get(name)) is not None
                         else ""
                         for name in conditions
                     ),
-                    number_text(point.value),
-                    number_text(point.std),
+                    exact_number_text(point.value),
+                    exact_number_text(point.std),
                     "" if kept else _why(point, out, by_hand),
                 )
             )
-    return Table(
+    return DocumentTable(
         columns=(
             "derivative", "maneuver", "flight", "number",
             *(column_title(name, units) for name in conditions), "value", "bound", "left out",

@@ -1,27 +1,27 @@
 """A flight being watched, live or in a replay: history, alarms, marks, equipment. No Qt."""
 
-from gsapp.session.alarms import Alarm, AlarmBoard
-from gsapp.session.feeds import MAX_SPEED
-from gsapp.session.following import Consumer
-from gsapp.session.history import History
-from gsapp.session.limits import Bands, LimitSet, Severity
-from gsapp.session.marks import Mark
+from gsapp.session.alarms import Alarm, AlarmRegistry
+from gsapp.session.channel_states import ChannelState, Freshness
+from gsapp.session.consumer_scheduler import Consumer
+from gsapp.session.feeds import UNLIMITED_SPEED
+from gsapp.session.limits import LimitBands, LimitSet, Severity
+from gsapp.session.marks import FlightMark
+from gsapp.session.sample_history import SampleHistory
 from gsapp.session.session import Session
 from gsapp.session.snapshot import Playhead, SessionSnapshot
-from gsapp.session.states import ChannelState, Freshness
 
 __all__ = [
-    "MAX_SPEED",
+    "UNLIMITED_SPEED",
     "Alarm",
-    "AlarmBoard",
-    "Bands",
+    "AlarmRegistry",
     "ChannelState",
     "Consumer",
+    "FlightMark",
     "Freshness",
-    "History",
+    "LimitBands",
     "LimitSet",
-    "Mark",
     "Playhead",
+    "SampleHistory",
     "Session",
     "SessionSnapshot",
     "Severity",

@@ -10,9 +10,9 @@ from typing import Final
 
 from gsapp.flight.events import Event
 from gsapp.foundation import FlightError
-from gsapp.session.alarms import Alarm, AlarmBoard, Episode
+from gsapp.session.alarms import Alarm, AlarmEpisode, AlarmRegistry
 from gsapp.session.limits import Severity
-from gsapp.session.marks import MarkBook
+from gsapp.session.marks import MarkStore
 
 ACKNOWLEDGE: Final = "acknowledge"
 ALARM: Final = "alarm"
@@ -24,7 +24,7 @@ _SAME_ALARM_S = 10.0
 """What two windows say of the equipment within this time is the same alarm."""
 
 
-def alarm_events(board: AlarmBoard) -> tuple[Event, ...]:
+def alarm_events(board: AlarmRegistry) -> tuple[Event, ...]:
     """Return every alarm so far as an event at its onset, with its end (s); units are SI."""
     return tuple(
         Event(
@@ -54,25 +54,25 @@ class AlarmLog:
 
     Parameters
     ----------
-    board : AlarmBoard
+    board : AlarmRegistry
         The alarms up to now.
-    book : MarkBook
+    book : MarkStore
         The events file.
     wall_us : callable
         Host time, microseconds since 1970.
     others : callable, optional
         Told of every event that is none of its own.
-    ahead : AlarmBoard, optional
+    ahead : AlarmRegistry, optional
         In a replay, the alarms of the whole flight.
     """
 
     def __init__(
         self,
-        board: AlarmBoard,
-        book: MarkBook,
+        board: AlarmRegistry,
+        book: MarkStore,
         wall_us: Callable[[], int],
         others: Callable[[Event], None] = lambda _: None,
-        ahead: AlarmBoard | None = None,
+        ahead: AlarmRegistry | None = None,
     ) -> None:
         self._board = board
         self._boards = (board,) if ahead is None else (board, ahead)
@@ -82,7 +82,7 @@ class AlarmLog:
         self._read = 0  # events of the book
         self._logged = 0  # onsets of the board
         self._active: set[str] = set()  # equipment, at the last look
-        self._recorded: list[Episode] = []
+        self._recorded: list[AlarmEpisode] = []
         self._going_on: dict[str, int] = {}  # index in the list of recorded ones, by key
 
     @property
@@ -91,7 +91,7 @@ class AlarmLog:
         return sum(board.revision for board in self._boards) + self._read + self._logged
 
     @property
-    def episodes(self) -> tuple[Episode, ...]:
+    def episodes(self) -> tuple[AlarmEpisode, ...]:
         """Return every alarm of the flight by onset; those without a flight time first.
 
         In a replay that is the whole flight, whatever the playhead.
@@ -214,7 +214,7 @@ class AlarmLog:
             self._recorded[place] = replace(self._recorded[place], over=True)
         self._going_on[key] = len(self._recorded)
         self._recorded.append(
-            Episode(
+            AlarmEpisode(
                 key=key, severity=severity, onset=event.time, words=event.text, raised=event.time
             )
         )
@@ -231,7 +231,7 @@ class AlarmLog:
             moments += [
                 time
                 for time in (*seen, None if alarm is None else alarm.time)
-                if _near(time, moments[0])
+                if _is_close_in_time(time, moments[0])
             ]
         for board in self._boards:
             for moment in moments:
@@ -246,5 +246,5 @@ class AlarmLog:
         return True
 
 
-def _near(one: float | None, other: float | None) -> bool:
+def _is_close_in_time(one: float | None, other: float | None) -> bool:
     return one is not None and other is not None and abs(one - other) < _SAME_ALARM_S

@@ -56,10 +56,10 @@ class Alarm:
 
     def sentence(self, system: str = "SI") -> str:
         """Return what a field engineer says, with units of the system ``"SI"`` or ``"US"``."""
-        return _told(self.words, self.rule, self.severity, self.value, system)
+        return _alarm_text(self.words, self.rule, self.severity, self.value, system)
 
 
-def _told(
+def _alarm_text(
     words: str, rule: LimitRule | None, severity: Severity, value: float | None, system: str
 ) -> str:
     if rule is None or value is None:
@@ -88,7 +88,7 @@ def _number(value: float, unit: str, quantity: str, decimals: int) -> str:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Onset:
+class AlarmOnset:
     """An alarm at the moment it was raised, for the log and the time axis."""
 
     key: str
@@ -98,7 +98,7 @@ class Onset:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Acknowledgment:
+class AlarmAcknowledgment:
     """Who has seen an alarm, and when.
 
     Attributes
@@ -117,7 +117,7 @@ class Acknowledgment:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Episode:
+class AlarmEpisode:
     """An alarm from when its cause came to when it was gone.
 
     Attributes
@@ -138,7 +138,7 @@ class Episode:
         The farthest value, SI.
     raised : float or None
         Flight time at which it was raised or last grew worse, s.
-    acknowledgment : Acknowledgment or None
+    acknowledgment : AlarmAcknowledgment or None
         Of the alarm since then; None while nobody has seen it.
     over : bool
         Whether the cause is gone, even if nobody knows since when.
@@ -152,7 +152,7 @@ class Episode:
     rule: LimitRule | None = None
     value: float | None = None
     raised: float | None
-    acknowledgment: Acknowledgment | None = None
+    acknowledgment: AlarmAcknowledgment | None = None
     over: bool = False
 
     @property
@@ -172,10 +172,10 @@ class Episode:
 
     def sentence(self, system: str = "SI") -> str:
         """Return what a field engineer says, with units of the system ``"SI"`` or ``"US"``."""
-        return _told(self.words, self.rule, self.severity, self.value, system)
+        return _alarm_text(self.words, self.rule, self.severity, self.value, system)
 
 
-class AlarmBoard:
+class AlarmRegistry:
     """The alarms that stand, whoever raised them, and all that were raised so far.
 
     Attributes
@@ -186,12 +186,12 @@ class AlarmBoard:
 
     def __init__(self) -> None:
         self.revision = 0
-        self._log: list[Onset] = []
-        self._episodes: list[Episode] = []
+        self._log: list[AlarmOnset] = []
+        self._episodes: list[AlarmEpisode] = []
         # Place in the list of the episode that goes on, by key.
         self._going_on: dict[str, int] = {}
         self._alarms: dict[str, Alarm] = {}
-        self._acknowledged: dict[str, list[Acknowledgment]] = {}
+        self._acknowledged: dict[str, list[AlarmAcknowledgment]] = {}
 
     @property
     def standing(self) -> tuple[Alarm, ...]:
@@ -208,7 +208,7 @@ class AlarmBoard:
         )
 
     @property
-    def log(self) -> tuple[Onset, ...]:
+    def log(self) -> tuple[AlarmOnset, ...]:
         """Return every alarm raised so far, by time; those without a flight time first."""
         return tuple(
             sorted(
@@ -218,7 +218,7 @@ class AlarmBoard:
         )
 
     @property
-    def episodes(self) -> tuple[Episode, ...]:
+    def episodes(self) -> tuple[AlarmEpisode, ...]:
         """Return every alarm so far from onset to end, by onset; those without one first."""
         told = (
             replace(one, acknowledgment=self.acknowledgment(one.key, one.raised))
@@ -228,7 +228,7 @@ class AlarmBoard:
             sorted(told, key=lambda one: (-math.inf if one.onset is None else one.onset, one.key))
         )
 
-    def acknowledgment(self, key: str, raised: float | None) -> Acknowledgment | None:
+    def acknowledgment(self, key: str, raised: float | None) -> AlarmAcknowledgment | None:
         """Return who has seen the alarm of a key that was raised at a flight time (s).
 
         An alarm stays until it is seen, so that one which came back is seen together with what
@@ -241,7 +241,7 @@ class AlarmBoard:
                 return one
         return None
 
-    def log_of(self, keys: Collection[str]) -> tuple[Onset, ...]:
+    def log_of(self, keys: Collection[str]) -> tuple[AlarmOnset, ...]:
         """Return the alarms of some keys, in the order in which they were raised."""
         return tuple(onset for onset in self._log if onset.key in keys)
 
@@ -294,7 +294,7 @@ class AlarmBoard:
             acknowledged=self._is_acknowledged(key, time),
             count=1 if former is None else former.count + (not former.active),
         )
-        self._log.append(Onset(key=key, severity=severity, time=time, words=words))
+        self._log.append(AlarmOnset(key=key, severity=severity, time=time, words=words))
         self._go_on(key, severity, time, words, rule, value)
 
     def _go_on(
@@ -311,7 +311,7 @@ class AlarmBoard:
         if place is None:
             self._going_on[key] = len(self._episodes)
             self._episodes.append(
-                Episode(
+                AlarmEpisode(
                     key=key, severity=severity, onset=time, words=words, rule=rule, value=value,
                     raised=time,
                 )
@@ -392,7 +392,7 @@ class AlarmBoard:
         if not self._is_acknowledged(key, raised):
             self.revision += 1
             known = self._acknowledged.setdefault(key, [])
-            known.append(Acknowledgment(raised=raised, by=by, time=time))
+            known.append(AlarmAcknowledgment(raised=raised, by=by, time=time))
             known.sort(key=lambda one: -math.inf if one.raised is None else one.raised)
         alarm = self._alarms.get(key)
         if alarm is None or alarm.acknowledged or alarm.time != raised:

@@ -18,11 +18,16 @@ from typing import NamedTuple, Protocol
 
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
-from gsapp.session.following import Consumer, Follower, Following, Stretches
-from gsapp.session.history import History
+from gsapp.session.consumer_scheduler import (
+    Consumer,
+    ConsumerCursor,
+    ConsumerScheduler,
+    GridSegments,
+)
+from gsapp.session.sample_history import SampleHistory
 
-MAX_SPEED = math.inf
-SLOWEST, FASTEST = 0.1, 50.0
+UNLIMITED_SPEED = math.inf
+MIN_REPLAY_SPEED, MAX_REPLAY_SPEED = 0.1, 50.0
 
 _FEWEST, _MOST = 64, 4096
 """Records read at a time, as their decoding time allows."""
@@ -30,7 +35,7 @@ _FEWEST, _MOST = 64, 4096
 _LONGEST_TICK = 1.0
 """Seconds that a replay moves on at most between two calls, at single speed."""
 
-_NOWHERE = -(2**62)
+_BEFORE_FIRST_INDEX = -(2**62)
 _NEARLY = 0.99
 """The most that is told to be watched while the rest is not."""
 
@@ -47,20 +52,20 @@ def parse_speed(text: str | float) -> float:
         If it is neither ``max`` nor a number from 0.1 to 50.
     """
     if str(text).strip().casefold() == "max":
-        return MAX_SPEED
+        return UNLIMITED_SPEED
     try:
         speed = float(text)
     except ValueError:
         speed = math.nan
-    if speed != MAX_SPEED and not SLOWEST <= speed <= FASTEST:
+    if speed != UNLIMITED_SPEED and not MIN_REPLAY_SPEED <= speed <= MAX_REPLAY_SPEED:
         raise FlightError(
-            f"a replay does not run at speed '{text}'; give {SLOWEST:g} to {FASTEST:g} times real "
+            f"a replay does not run at speed '{text}'; give {MIN_REPLAY_SPEED:g} to {MAX_REPLAY_SPEED:g} times real "
             "time, or max"
         )
     return speed
 
 
-class Step(NamedTuple):
+class ReadResult(NamedTuple):
     """What one reading gave: blocks, whether more is to come, and whether the disk has it still."""
 
     blocks: Sequence[Block]
@@ -68,10 +73,10 @@ class Step(NamedTuple):
     waits: bool = False
 
 
-class Reader(Protocol):
+class BlockReader(Protocol):
     """Gives the blocks of a flight in the order in which they became known."""
 
-    def read(self, limit: int) -> Step:
+    def read(self, limit: int) -> ReadResult:
         """Take at most about `limit` records, and say whether more are waiting."""
 
     def finish(self) -> Sequence[Block]:
@@ -82,7 +87,7 @@ class Reader(Protocol):
         """Return the share of the record that was read, 0 to 1."""
 
 
-class _Pace:
+class _BatchSizer:
     """How many records to read at a time so that a deadline is kept."""
 
     def __init__(self) -> None:
@@ -113,9 +118,9 @@ class LiveFeed:
 
     Parameters
     ----------
-    reader : Reader
+    reader : BlockReader
         The record.
-    history : History
+    history : SampleHistory
         Where samples go.
     consumers : sequence of Consumer
         Who watches them, the most urgent first.
@@ -130,17 +135,17 @@ class LiveFeed:
 
     def __init__(
         self,
-        reader: Reader,
-        history: History,
+        reader: BlockReader,
+        history: SampleHistory,
         consumers: Sequence[Consumer],
         clock: Callable[[], float],
     ) -> None:
         self._reader = reader
         self._history = history
         self._clock = clock
-        self._pace = _Pace()
-        self._stretches = Stretches(history.rate)
-        self._following = Following(history, self._stretches, consumers, clock)
+        self._pace = _BatchSizer()
+        self._stretches = GridSegments(history.rate)
+        self._following = ConsumerScheduler(history, self._stretches, consumers, clock)
         self._listening: list[tuple[Consumer, float]] = []  # and from which flight time on
         self._begun = False
         self.present = False
@@ -203,7 +208,7 @@ class LiveFeed:
         for consumer, begin in self._listening:
             for block in blocks:
                 # What it was given from the history it is not given again.
-                consumer.feed(_from(block, begin))
+                consumer.feed(_rows_from(block, begin))
             consumer.settle()
 
     def _catch_up(self, deadline: float) -> None:
@@ -217,12 +222,14 @@ class LiveFeed:
             for follower in following.followers:
                 follower.next = 0 if first is None else first
         # Slow messages still bring what happened before.
-        target = _NOWHERE if last is None else last - round(_READ_AHEAD * self._history.rate)
+        target = (
+            _BEFORE_FIRST_INDEX if last is None else last - round(_READ_AHEAD * self._history.rate)
+        )
         following.serve(target, deadline)
         for follower in [one for one in following.followers if following.is_at(one, target)]:
             self._hand_over(follower)
 
-    def _hand_over(self, follower: Follower) -> None:
+    def _hand_over(self, follower: ConsumerCursor) -> None:
         """Give somebody who caught up the newest samples, of each channel as far as they came."""
         history, consumer = self._history, follower.consumer
         ends: dict[int, list[str]] = {}
@@ -245,17 +252,17 @@ class ReplayFeed:
 
     Parameters
     ----------
-    reader : Reader
+    reader : BlockReader
         The record.
-    history : History
+    history : SampleHistory
         Filled ahead of the playhead; its horizon is the playhead.
     consumers : sequence of Consumer
         Get samples up to the playhead. After a jump back they are reset and fed again. Those that
-        say when they are `Busy` are waited for.
+        say when they are `SlowConsumer` are waited for.
     clock : callable
         Seconds of a clock that never goes back.
     speed : float
-        Times real time; `MAX_SPEED` for as fast as it goes.
+        Times real time; `UNLIMITED_SPEED` for as fast as it goes.
     playing : bool
         Whether it plays from the start.
     ahead : sequence of Consumer
@@ -269,8 +276,8 @@ class ReplayFeed:
 
     def __init__(
         self,
-        reader: Reader,
-        history: History,
+        reader: BlockReader,
+        history: SampleHistory,
         consumers: Sequence[Consumer],
         clock: Callable[[], float],
         *,
@@ -281,10 +288,10 @@ class ReplayFeed:
         self._reader = reader
         self._history = history
         self._clock = clock
-        self._pace = _Pace()
-        self._stretches = Stretches(history.rate)
-        self._following = Following(history, self._stretches, consumers, clock)
-        self._ahead = Following(history, self._stretches, ahead, clock)
+        self._pace = _BatchSizer()
+        self._stretches = GridSegments(history.rate)
+        self._following = ConsumerScheduler(history, self._stretches, consumers, clock)
+        self._ahead = ConsumerScheduler(history, self._stretches, ahead, clock)
         self._looks_ahead = False  # whether those have been told where the flight begins
         self._complete = False
         self._ticked: float | None = None
@@ -353,14 +360,18 @@ class ReplayFeed:
 
     @property
     def speed(self) -> float:
-        """Times real time, 0.1 to 50, or `MAX_SPEED`."""
+        """Times real time, 0.1 to 50, or `UNLIMITED_SPEED`."""
         return self._speed
 
     @speed.setter
     def speed(self, value: float) -> None:
         if not value > 0.0:
             raise ValueError(f"a replay runs at a positive speed, not {value}; pause it instead")
-        self._speed = value if value == MAX_SPEED else min(max(value, SLOWEST), FASTEST)
+        self._speed = (
+            value
+            if value == UNLIMITED_SPEED
+            else min(max(value, MIN_REPLAY_SPEED), MAX_REPLAY_SPEED)
+        )
 
     # What the user does
 
@@ -407,12 +418,12 @@ class ReplayFeed:
             if start is None:
                 return
             self._move_to(start)
-        if self.playing and self._speed != MAX_SPEED:
+        if self.playing and self._speed != UNLIMITED_SPEED:
             # A window that stood still for long goes on where it was.
             self._play(min(max(elapsed, 0.0), _LONGEST_TICK) * self._speed)
         self._feed(deadline)
         self._read(deadline)
-        if not (self.playing and self._speed == MAX_SPEED):
+        if not (self.playing and self._speed == UNLIMITED_SPEED):
             self._look_ahead(deadline)
 
     def look_ahead_again(self) -> None:
@@ -457,7 +468,7 @@ class ReplayFeed:
         """Return the last place before which nothing can turn up any more."""
         last = self._stretches.last
         if last is None:
-            return _NOWHERE
+            return _BEFORE_FIRST_INDEX
         return last if self._complete else last - round(_READ_AHEAD * self._history.rate)
 
     def _place(self, time: float) -> int:
@@ -490,12 +501,12 @@ class ReplayFeed:
         """Give consumers what lies between where they are and the playhead."""
         if not self._begun or self._position is None:
             return
-        headlong = self.playing and self._speed == MAX_SPEED
+        headlong = self.playing and self._speed == UNLIMITED_SPEED
         readable = self._readable
         target = readable if headlong else min(self._place(self._position), readable)
         # As fast as it goes nobody runs ahead, so that what one tells of another comes in time.
         whole = self._following.serve(
-            target, deadline, abreast=headlong, reach=self._reach if headlong else _stay
+            target, deadline, abreast=headlong, reach=self._reach if headlong else _ignore_playhead
         )
         if headlong and whole and self._complete:
             self.playing = False
@@ -507,11 +518,11 @@ class ReplayFeed:
             self._history.horizon = self._position
 
 
-def _stay(_place: int) -> None:
+def _ignore_playhead(_place: int) -> None:
     """Let the playhead be where it is."""
 
 
-def _from(block: Block, begin: float) -> Block:
+def _rows_from(block: Block, begin: float) -> Block:
     """Return the rows of a block from a flight time (s) on."""
     if not len(block) or block.times[0] >= begin:
         return block

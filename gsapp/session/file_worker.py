@@ -18,7 +18,7 @@ from threading import Thread
 from typing import TypeVar
 
 from gsapp.flight.events import Event, EventLog
-from gsapp.flight.records import RawRecord
+from gsapp.flight.raw_record import RawRecord
 from gsapp.foundation import FlightError
 
 T = TypeVar("T")

@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.quantities import Block, FloatArray
-from gsapp.session.alarms import AlarmBoard
-from gsapp.session.ground import ALTITUDE, SPEED, GroundWatch
+from gsapp.session.alarms import AlarmRegistry
+from gsapp.session.ground_proximity import ALTITUDE_CHANNEL, SPEED_CHANNEL, GroundProximityMonitor
 from gsapp.session.limits import LimitRule, LimitSet, Severity
 
 
@@ -105,7 +105,7 @@ class _Threshold:
             self.interrupt()
 
 
-class _Step(NamedTuple):
+class _SeverityChange(NamedTuple):
     """A change of severity at a sample, and the farthest value until then."""
 
     place: int
@@ -114,7 +114,7 @@ class _Step(NamedTuple):
     value: float
 
 
-class _Watch:
+class _RuleMonitor:
     """One rule at work on the samples of its channel."""
 
     def __init__(self, rule: LimitRule, rate: float) -> None:
@@ -157,7 +157,7 @@ class _Watch:
 
     def feed(
         self, first: int, values: FloatArray, grounded: npt.NDArray[np.bool_] | None = None
-    ) -> list[_Step]:
+    ) -> list[_SeverityChange]:
         """Take in samples from index `first` on; return where the severity changed.
 
         `grounded`, shape (n,), says which samples do not count since they are near the ground.
@@ -169,7 +169,7 @@ class _Watch:
         signed = values if self._sign > 0 else -values
         if self.rule.armed_at is None:
             return self._watch(first, signed)
-        found: list[_Step] = []
+        found: list[_SeverityChange] = []
         for begin, end, armed in self._wakes(signed):
             if armed:
                 found += self._watch_in_the_air(first, begin, end, signed, grounded)
@@ -185,10 +185,10 @@ class _Watch:
         end: int,
         signed: FloatArray,
         grounded: npt.NDArray[np.bool_] | None,
-    ) -> list[_Step]:
+    ) -> list[_SeverityChange]:
         if grounded is None or not self.rule.airborne_only:
             return self._watch(first + begin, signed[begin:end])
-        found: list[_Step] = []
+        found: list[_SeverityChange] = []
         edges = np.flatnonzero(np.diff(grounded[begin:end])) + begin + 1
         for start, stop in pairwise((begin, *edges.tolist(), end)):
             if grounded[start]:
@@ -197,7 +197,7 @@ class _Watch:
                 found += self._watch(first + start, signed[start:stop])
         return found
 
-    def _watch(self, first: int, signed: FloatArray) -> list[_Step]:
+    def _watch(self, first: int, signed: FloatArray) -> list[_SeverityChange]:
         lowest, highest = float(np.min(signed)), float(np.max(signed))
         changes: list[tuple[int, Severity, bool, float]] = []
         for severity, latch in self._latches.items():
@@ -207,15 +207,15 @@ class _Watch:
         steps = []
         for index, severity, on, peak in sorted(changes):
             self._told[severity] = on
-            steps.append(_Step(index, self.rule.key, self._severity(), self._sign * peak))
+            steps.append(_SeverityChange(index, self.rule.key, self._severity(), self._sign * peak))
         return steps
 
-    def _fall_asleep(self, index: int) -> list[_Step]:
+    def _fall_asleep(self, index: int) -> list[_SeverityChange]:
         was, peak = self._severity(), self.peak
         for severity, latch in self._latches.items():
             latch.sleep()
             self._told[severity] = False
-        return [_Step(index, self.rule.key, Severity.NORMAL, peak)] if was else []
+        return [_SeverityChange(index, self.rule.key, Severity.NORMAL, peak)] if was else []
 
     def _severity(self) -> Severity:
         return max((each for each, on in self._told.items() if on), default=Severity.NORMAL)
@@ -238,11 +238,11 @@ class _Watch:
         return stretches
 
 
-class _Watched(NamedTuple):
+class _ChannelMonitors(NamedTuple):
     """The rules of one channel, and its place among all channels."""
 
     place: int
-    watches: list[_Watch]
+    watches: list[_RuleMonitor]
 
 
 class LimitMonitor:
@@ -252,7 +252,7 @@ class LimitMonitor:
     ----------
     limits : LimitSet
         The rules.
-    board : AlarmBoard
+    board : AlarmRegistry
         Where the alarms go.
     rate : float
         Of the grid, Hz.
@@ -264,16 +264,16 @@ class LimitMonitor:
     def __init__(
         self,
         limits: LimitSet,
-        board: AlarmBoard,
+        board: AlarmRegistry,
         rate: float,
         together: Callable[[str, str], bool] = lambda _one, _other: True,
     ) -> None:
         self._limits = limits
         self._together = together
-        self._ground: GroundWatch | None = None
+        self._ground: GroundProximityMonitor | None = None
         self._board = board
         self._rate = rate
-        self._channels: dict[str, _Watched] = {}
+        self._channels: dict[str, _ChannelMonitors] = {}
         self._places: dict[tuple[str, ...], npt.NDArray[np.int64]] = {}
         # Between these nothing happens, by the place of the channel; empty where it might.
         self._lowest = np.empty(0)
@@ -296,8 +296,8 @@ class LimitMonitor:
         watched.watches[:] = self._watches(channel_id)
         self._set_quiet(watched)
 
-    def _watches(self, channel_id: str) -> list[_Watch]:
-        return [_Watch(rule, self._rate) for rule in self._limits.rules(channel_id)]
+    def _watches(self, channel_id: str) -> list[_RuleMonitor]:
+        return [_RuleMonitor(rule, self._rate) for rule in self._limits.rules(channel_id)]
 
     def feed(self, block: Block) -> None:
         """Take in the next samples of some channels, on consecutive places of the grid."""
@@ -313,8 +313,8 @@ class LimitMonitor:
         stirred = (lows < lowest) | (highs > highest) | np.isnan(lowest)
         if not stirred.any():
             return
-        steps: list[tuple[_Step, LimitRule]] = []
-        touched: list[_Watch] = []
+        steps: list[tuple[_SeverityChange, LimitRule]] = []
+        touched: list[_RuleMonitor] = []
         for column in np.flatnonzero(stirred).tolist():
             watched = self._channels[block.channels[column]]
             for watch in watched.watches:
@@ -341,15 +341,17 @@ class LimitMonitor:
 
     def _near_ground(self, first: int, block: Block) -> npt.NDArray[np.bool_] | None:
         """Return which samples are near the ground; None where that cannot be told."""
-        if SPEED not in block.channels or ALTITUDE not in block.channels:
+        if SPEED_CHANNEL not in block.channels or ALTITUDE_CHANNEL not in block.channels:
             return None
         if self._ground is None:
-            rule = next((rule for rule in self._limits.rules(SPEED) if rule.airborne_only), None)
+            rule = next(
+                (rule for rule in self._limits.rules(SPEED_CHANNEL) if rule.airborne_only), None
+            )
             if rule is None or rule.armed_at is None or rule.asleep_at is None:
                 return None
-            if not self._together(SPEED, ALTITUDE):
+            if not self._together(SPEED_CHANNEL, ALTITUDE_CHANNEL):
                 return None
-            self._ground = GroundWatch(rule.armed_at, rule.asleep_at, self._rate)
+            self._ground = GroundProximityMonitor(rule.armed_at, rule.asleep_at, self._rate)
         return self._ground.feed(first, block)
 
     def _places_of(self, channels: tuple[str, ...]) -> npt.NDArray[np.int64]:
@@ -357,7 +359,7 @@ class LimitMonitor:
         if found is None:
             for channel_id in channels:
                 if channel_id not in self._channels:
-                    watched = _Watched(len(self._channels), self._watches(channel_id))
+                    watched = _ChannelMonitors(len(self._channels), self._watches(channel_id))
                     self._channels[channel_id] = watched
                     self._lowest = np.append(self._lowest, 0.0)
                     self._highest = np.append(self._highest, 0.0)
@@ -366,7 +368,7 @@ class LimitMonitor:
             self._places[channels] = found
         return found
 
-    def _set_quiet(self, watched: _Watched) -> None:
+    def _set_quiet(self, watched: _ChannelMonitors) -> None:
         low, high = -math.inf, math.inf
         for watch in watched.watches:
             quiet = watch.quiet_between()

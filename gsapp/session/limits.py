@@ -18,12 +18,12 @@ from pydantic import Field, model_validator
 
 from gsapp.aircraft import Aircraft
 from gsapp.foundation import StrictModel, UnknownNameError, read_toml
-from gsapp.foundation.shipped import Shipped
-from gsapp.quantities import base_id, channel, parse
+from gsapp.foundation.shipped_files import ShippedFiles
+from gsapp.quantities import base_id, channel, parse_quantity
 
-Side = Literal["low", "high"]
+LimitSide = Literal["low", "high"]
 
-LIMIT_TABLES = Shipped(folder=Path(__file__).parent / "files", kind="limits")
+LIMIT_TABLES = ShippedFiles(folder=Path(__file__).parent / "files", kind="limits")
 
 _SHORTEST = 0.1
 """Seconds that a value must stay beyond a limit by default: one spike is no alarm."""
@@ -62,11 +62,11 @@ class LimitRule:
         speed.
     airborne_only : bool
         Whether it waits near the ground from which the aircraft took off; see
-        `gsapp.session.ground`.
+        `gsapp.session.ground_proximity`.
     """
 
     channel: str
-    side: Side
+    side: LimitSide
     caution: float | None = None
     warning: float | None = None
     hysteresis: float = 0.0
@@ -94,7 +94,7 @@ class LimitRule:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Bands:
+class LimitBands:
     """The limits of one channel as a chart draws them, SI; None where there is none."""
 
     warning_low: float | None = None
@@ -141,7 +141,7 @@ class LimitEntry(StrictModel):
                 "high_warning; put them in order"
             )
         self.value("hysteresis")
-        if parse(self.duration, "time") < 0.0:
+        if parse_quantity(self.duration, "time") < 0.0:
             raise ValueError('a duration is not negative; write for example "0.5 s"')
         return self
 
@@ -150,18 +150,18 @@ class LimitEntry(StrictModel):
         text: str | float | None = getattr(self, name)
         if text is None:
             return None
-        value = parse(text, channel(self.channel).quantity)
+        value = parse_quantity(text, channel(self.channel).quantity)
         if name == "hysteresis":
             # A difference: degrees Celsius have an offset that must not count.
             key = channel(self.channel).quantity
             unit = str(text).strip().lstrip("+-0123456789.eE ")
-            value -= parse(f"0 {unit}", key) if unit else 0.0
+            value -= parse_quantity(f"0 {unit}", key) if unit else 0.0
         return value
 
     def rules(self) -> tuple[LimitRule, ...]:
         """Return the rules for the sides that have a limit."""
         found = []
-        sides: tuple[Side, Side] = ("low", "high")
+        sides: tuple[LimitSide, LimitSide] = ("low", "high")
         for side in sides:
             caution, warning = self.value(f"{side}_caution"), self.value(f"{side}_warning")
             if caution is None and warning is None and not self.off:
@@ -173,8 +173,10 @@ class LimitEntry(StrictModel):
                     side=side,
                     caution=caution,
                     warning=warning,
-                    hysteresis=_slack(self.channel) if hysteresis is None else abs(hysteresis),
-                    duration=parse(self.duration, "time"),
+                    hysteresis=_default_hysteresis(self.channel)
+                    if hysteresis is None
+                    else abs(hysteresis),
+                    duration=parse_quantity(self.duration, "time"),
                     caution_words=self.words,
                     warning_words=self.words,
                 )
@@ -205,13 +207,13 @@ def load_limits(name_or_path: Path | str) -> LimitTable:
     return read_toml(LIMIT_TABLES.find(name_or_path), LimitTable)
 
 
-def _slack(channel_id: str, limit: float = 0.0) -> float:
+def _default_hysteresis(channel_id: str, limit: float = 0.0) -> float:
     return max(3.0 * channel(channel_id).precision, 0.02 * abs(limit))
 
 
 def _rule(
     channel_id: str,
-    side: Side,
+    side: LimitSide,
     caution: float | None,
     warning: float | None,
     words: tuple[str, str],
@@ -227,7 +229,7 @@ def _rule(
         side=side,
         caution=caution,
         warning=warning,
-        hysteresis=_slack(channel_id, reference or 0.0),
+        hysteresis=_default_hysteresis(channel_id, reference or 0.0),
         duration=duration,
         caution_words=words[0],
         warning_words=words[1],
@@ -305,10 +307,10 @@ def _with_limits(rules: Sequence[LimitRule]) -> dict[str, LimitRule]:
     }
 
 
-def _typed_rule(
+def _user_rule(
     former: LimitRule | None,
     channel_id: str,
-    side: Side,
+    side: LimitSide,
     caution: float | None,
     warning: float | None,
 ) -> LimitRule:
@@ -344,7 +346,7 @@ class LimitSet:
         self._given = _with_limits(rules)
         self._typed: dict[str, dict[str, LimitRule]] = {}
         self.revision = 0
-        self._ranges = instrument_ranges(aircraft) if aircraft is not None else {}
+        self._ranges = instrument_range_ends(aircraft) if aircraft is not None else {}
 
     def rules(self, channel_id: str) -> tuple[LimitRule, ...]:
         """Return the rules of a channel, low side first.
@@ -354,7 +356,7 @@ class LimitSet:
         given = self._typed.get(channel_id, self._given)
         return tuple(given.get(rule.key, rule) for rule in instrument_rules(channel_id))
 
-    def set_typed(self, channel_id: str, bands: Bands | None) -> None:
+    def set_typed(self, channel_id: str, bands: LimitBands | None) -> None:
         """Let limits typed by the crew take the place of all others of a channel; None ends that.
 
         A side keeps the words, the patience and the sleep of the rule that it had before.
@@ -363,9 +365,9 @@ class LimitSet:
         self.revision += 1
         if bands is None:
             return
-        sides: tuple[Side, Side] = ("low", "high")
+        sides: tuple[LimitSide, LimitSide] = ("low", "high")
         rules = [
-            _typed_rule(
+            _user_rule(
                 self._given.get(f"{channel_id}:{side}"),
                 channel_id,
                 side,
@@ -383,11 +385,11 @@ class LimitSet:
         """Return whether typed limits count for a channel."""
         return channel_id in self._typed
 
-    def bands(self, channel_id: str) -> Bands:
+    def bands(self, channel_id: str) -> LimitBands:
         """Return what a chart draws; not the limits of plausibility, which nobody flies by."""
         given = self._typed.get(channel_id, self._given)
         low, high = given.get(f"{channel_id}:low"), given.get(f"{channel_id}:high")
-        return Bands(
+        return LimitBands(
             warning_low=low.warning if low else None,
             caution_low=low.caution if low else None,
             caution_high=high.caution if high else None,
@@ -404,7 +406,7 @@ class LimitSet:
         return value <= low + slack or value >= high - slack
 
 
-def instrument_ranges(aircraft: Aircraft) -> Mapping[str, tuple[float, float]]:
+def instrument_range_ends(aircraft: Aircraft) -> Mapping[str, tuple[float, float]]:
     """Return the ends of the instruments' ranges by channel, SI."""
     sensors = aircraft.sensors
     ranges: dict[str, tuple[float, float]] = {

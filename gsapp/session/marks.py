@@ -17,24 +17,24 @@ from typing import Any, Final, Literal
 from gsapp.flight.events import (
     Event,
     EventLog,
-    choice_stamp,
     clock_event,
-    clocks_told,
-    in_flown_time,
+    clock_readings,
+    convert_to_flown_clock,
+    selection_stamp,
 )
 from gsapp.foundation import FlightError
 
-MARK: Final = "mark"
-NOTE: Final = "note"
-EDIT: Final = "edit"
-DELETE: Final = "delete"
-UNDO: Final = "undo"
+MARK_EVENT: Final = "mark"
+NOTE_EVENT: Final = "note"
+EDIT_EVENT: Final = "edit"
+DELETE_EVENT: Final = "delete"
+UNDO_EVENT: Final = "undo"
 
 MarkKind = Literal["mark", "note"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Mark:
+class FlightMark:
     """A mark or a note as it stands.
 
     Attributes
@@ -61,7 +61,7 @@ class Mark:
     host_time_us: int
 
 
-class MarkBook:
+class MarkStore:
     """The marks of a flight, for reading, making and changing.
 
     Parameters
@@ -95,11 +95,11 @@ class MarkBook:
         self._all: list[Event] = []
         self._events: list[tuple[str, Event]] = []
         self._own: list[str] = []
-        self._marks: tuple[Mark, ...] = ()
+        self._marks: tuple[FlightMark, ...] = ()
         self._undone: set[str] = set()
 
     @property
-    def marks(self) -> tuple[Mark, ...]:
+    def marks(self) -> tuple[FlightMark, ...]:
         """Return the marks that stand, by flight time; those without one come first."""
         return self._marks
 
@@ -124,11 +124,11 @@ class MarkBook:
         self._waiting += self._log.poll()
         if not self._tell_clocks():
             return others
-        placed = in_flown_time(self._waiting)
+        placed = convert_to_flown_clock(self._waiting)
         self._waiting.clear()
         for event in placed:
             self._all.append(event)
-            if event.kind in (MARK, NOTE, EDIT, DELETE, UNDO):
+            if event.kind in (MARK_EVENT, NOTE_EVENT, EDIT_EVENT, DELETE_EVENT, UNDO_EVENT):
                 self._events.append((self._id_of(event), event))
                 fresh = True
             else:
@@ -144,8 +144,8 @@ class MarkBook:
         text: str = "",
         *,
         end: float | None = None,
-        kind: MarkKind = MARK,
-    ) -> Mark:
+        kind: MarkKind = MARK_EVENT,
+    ) -> FlightMark:
         """Make a mark at a flight time, or over a span of it.
 
         Raises
@@ -155,7 +155,9 @@ class MarkBook:
         """
         data = {} if end is None else {"end": end}
         mark_id = self._write(kind, text, time, data)
-        made = Mark(id=mark_id, kind=kind, time=time, end=end, text=text, host_time_us=self._now())
+        made = FlightMark(
+            id=mark_id, kind=kind, time=time, end=end, text=text, host_time_us=self._now()
+        )
         return next((mark for mark in self._marks if mark.id == mark_id), made)
 
     def edit(
@@ -174,18 +176,18 @@ class MarkBook:
             data["time"] = time
         if end is not None:
             data["end"] = end
-        self._write(EDIT, text or "", None, data)
+        self._write(EDIT_EVENT, text or "", None, data)
 
     def delete(self, mark_id: str) -> None:
         """Take a mark away. It stays in the file, and `undo` brings it back."""
-        self._write(DELETE, "", None, {"of": mark_id})
+        self._write(DELETE_EVENT, "", None, {"of": mark_id})
 
     def undo(self) -> bool:
         """Take back the latest change made here that still stands; return whether there was one."""
         while self._own:
             event_id = self._own.pop()
             if event_id not in self._undone:
-                self._write(UNDO, "", None, {"of": event_id}, remember=False)
+                self._write(UNDO_EVENT, "", None, {"of": event_id}, remember=False)
                 return True
         return False
 
@@ -198,9 +200,9 @@ class MarkBook:
 
         False while nobody knows yet.
         """
-        told = clocks_told(self._waiting)
+        told = clock_readings(self._waiting)
         for event in tuple(self._waiting):
-            stamp = choice_stamp(event)
+            stamp = selection_stamp(event)
             if stamp is None or stamp in told:
                 continue
             time = self._clock_at(event, stamp)
@@ -247,15 +249,15 @@ class MarkBook:
         return given if isinstance(given, str) and given else f"line-{len(self._events)}"
 
     def _fold(self) -> None:
-        self._undone = _undone(self._events)
-        marks: dict[str, Mark] = {}
+        self._undone = _undone_event_ids(self._events)
+        marks: dict[str, FlightMark] = {}
         for event_id, event in self._events:
             if event_id in self._undone:
                 continue
-            if event.kind == MARK or event.kind == NOTE:
-                marks[event_id] = Mark(
+            if event.kind == MARK_EVENT or event.kind == NOTE_EVENT:
+                marks[event_id] = FlightMark(
                     id=event_id,
-                    kind=NOTE if event.kind == NOTE else MARK,
+                    kind=NOTE_EVENT if event.kind == NOTE_EVENT else MARK_EVENT,
                     time=event.time,
                     end=_number(event.data.get("end")),
                     text=event.text,
@@ -263,10 +265,10 @@ class MarkBook:
                 )
                 continue
             target = str(event.data.get("of", ""))
-            if event.kind == DELETE:
+            if event.kind == DELETE_EVENT:
                 marks.pop(target, None)
-            elif event.kind == EDIT and target in marks:
-                marks[target] = _edited(marks[target], event)
+            elif event.kind == EDIT_EVENT and target in marks:
+                marks[target] = _apply_edit(marks[target], event)
         self._marks = tuple(
             sorted(
                 marks.values(),
@@ -280,17 +282,17 @@ class MarkBook:
         )
 
 
-def _undone(events: Iterable[tuple[str, Event]]) -> set[str]:
+def _undone_event_ids(events: Iterable[tuple[str, Event]]) -> set[str]:
     """Return the events taken back; an undo may be taken back itself."""
     undone: set[str] = set()
     # From the last one on: whether an undo counts is settled by later ones.
     for event_id, event in reversed(list(events)):
-        if event.kind == UNDO and event_id not in undone:
+        if event.kind == UNDO_EVENT and event_id not in undone:
             undone.add(str(event.data.get("of", "")))
     return undone
 
 
-def _edited(mark: Mark, event: Event) -> Mark:
+def _apply_edit(mark: FlightMark, event: Event) -> FlightMark:
     text = event.data.get("text")
     time = _number(event.data.get("time"))
     end = _number(event.data.get("end"))

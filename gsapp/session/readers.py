@@ -11,13 +11,13 @@ from calibration import Certificate
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.pipeline import ChannelSource
 from gsapp.flight.flight import Flight
-from gsapp.flight.loading import guess_map
-from gsapp.flight.raw import RAW_FILES, RawDamage, RawTail, read_log
-from gsapp.flight.records import RawRecord
-from gsapp.flight.setting import Setting
+from gsapp.flight.flight_loader import guess_channel_map
+from gsapp.flight.raw_files import RAW_FILES, RawDamage, RawTail, read_nonempty_tlog
+from gsapp.flight.raw_record import RawRecord
+from gsapp.flight.read_settings import FlightReadSettings
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
-from gsapp.session.feeds import Step
+from gsapp.session.feeds import ReadResult
 from gsapp.session.file_worker import FileWorker, RecordBuffer
 
 _GUESS_US = 3_000_000
@@ -36,7 +36,7 @@ class RecordReader:
         Gives at most so many of the next records; none where none are waiting.
     progress : callable
         Gives the share of the records read, 0 to 1.
-    setting : Setting
+    setting : FlightReadSettings
         Map, certificates, aircraft and rate.
     path : Path
         For messages.
@@ -59,7 +59,7 @@ class RecordReader:
         self,
         poll: Callable[[int], list[RawRecord]],
         progress: Callable[[], float],
-        setting: Setting,
+        setting: FlightReadSettings,
         path: Path,
         *,
         grows: bool,
@@ -89,7 +89,7 @@ class RecordReader:
         """Return the share of the record that was read, 0 to 1."""
         return self._progress()
 
-    def read(self, limit: int) -> Step:
+    def read(self, limit: int) -> ReadResult:
         """Decode the next records."""
         records = self._poll(limit)
         waits = self._waits()
@@ -97,8 +97,8 @@ class RecordReader:
         if self.decoder is None:
             records = self._hold(records, more)
         if self.decoder is None or not records:
-            return Step((), more, waits)
-        return Step(self.decoder.feed(records), more, waits)
+            return ReadResult((), more, waits)
+        return ReadResult(self.decoder.feed(records), more, waits)
 
     def finish(self) -> Sequence[Block]:
         """Give what the decoder held back; nothing more will come."""
@@ -125,7 +125,7 @@ class RecordReader:
 
     def _decide(self) -> list[RawRecord]:
         try:
-            channel_map = guess_map(self._held[:_GUESS_RECORDS], self._path)
+            channel_map = guess_channel_map(self._held[:_GUESS_RECORDS], self._path)
         except FlightError as error:
             if not self._grows:
                 raise
@@ -137,7 +137,7 @@ class RecordReader:
         held, self._held = self._held, []
         return held
 
-    def _begin(self, setting: Setting) -> None:
+    def _begin(self, setting: FlightReadSettings) -> None:
         if setting.channel_map is not None:
             self.certificates = setting.certificates_for(setting.channel_map)
             # Read once: the decoder takes those that were found here.
@@ -145,8 +145,8 @@ class RecordReader:
             self.decoder = found.decoder(setting.channel_map)
 
 
-def folder_reader(
-    folder: Path, setting: Setting, *, grows: bool, worker: FileWorker | None = None
+def create_folder_reader(
+    folder: Path, setting: FlightReadSettings, *, grows: bool, worker: FileWorker | None = None
 ) -> tuple[RecordReader, RawTail, Callable[[], bool]]:
     """Return a reader of a flight folder's raw files, the tail it reads with, and what tells news.
 
@@ -161,18 +161,20 @@ def folder_reader(
     if worker is None:
         return RecordReader(tail.poll, progress, setting, folder, grows=grows), tail, tail.has_grown
     buffer = RecordBuffer(worker, tail.poll, tail.has_grown if grows else None, progress)
-    return _buffered(buffer, setting, folder, grows=grows), tail, buffer.has_grown
+    return _create_buffered_reader(buffer, setting, folder, grows=grows), tail, buffer.has_grown
 
 
-def _buffered(buffer: RecordBuffer, setting: Setting, path: Path, *, grows: bool) -> RecordReader:
+def _create_buffered_reader(
+    buffer: RecordBuffer, setting: FlightReadSettings, path: Path, *, grows: bool
+) -> RecordReader:
     return RecordReader(
         buffer.poll, lambda: buffer.progress, setting, path, grows=grows,
         waits=lambda: buffer.waits,
     )  # fmt: skip
 
 
-def tlog_reader(
-    path: Path, setting: Setting, worker: FileWorker | None = None
+def create_tlog_reader(
+    path: Path, setting: FlightReadSettings, worker: FileWorker | None = None
 ) -> tuple[RecordReader, RawDamage]:
     """Return a reader of a ``.tlog`` of any ground station, and what it had to step over.
 
@@ -184,7 +186,7 @@ def tlog_reader(
         If the file cannot be read, or holds no message at all.
     """
     damage = RawDamage(name=path.name)
-    log = read_log(path, damage)
+    log = read_nonempty_tlog(path, damage)
     # The first is read now: what is no log at all does not open.
     records: Iterator[RawRecord] = chain(list(islice(log, 1)), log)
     whole = max(path.stat().st_size, 1)
@@ -202,7 +204,7 @@ def tlog_reader(
     if worker is None:
         return RecordReader(poll, progress, setting, path, grows=False), damage
     buffer = RecordBuffer(worker, poll, None, progress)
-    return _buffered(buffer, setting, path, grows=False), damage
+    return _create_buffered_reader(buffer, setting, path, grows=False), damage
 
 
 class FlightReader:
@@ -218,7 +220,7 @@ class FlightReader:
         """Return the share given, 0 to 1."""
         return self._position / max(len(self._block), 1)
 
-    def read(self, limit: int) -> Step:
+    def read(self, limit: int) -> ReadResult:
         """Give the next rows."""
         block = self._block
         first = self._position
@@ -227,7 +229,7 @@ class FlightReader:
         part = Block(
             channels=block.channels, times=block.times[first:last], values=block.values[first:last]
         )
-        return Step((part,), last < len(block))
+        return ReadResult((part,), last < len(block))
 
     def finish(self) -> Sequence[Block]:
         """Give nothing: everything was given."""

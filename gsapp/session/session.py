@@ -21,56 +21,60 @@ from gsapp.aircraft import Aircraft
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.health import LinkReport
 from gsapp.decoding.pipeline import ChannelSource
+from gsapp.excitation.announcer import Announcement
 from gsapp.excitation.cues import CueSnapshot
-from gsapp.excitation.speaking import Spoken
 from gsapp.flight.cards import CardSet
-from gsapp.flight.certificates import CertificatesUsed, beyond_now, uncalibrated
-from gsapp.flight.events import Event, EventLog, events_path, system_in, vehicle_event
+from gsapp.flight.certificates import (
+    AppliedCertificates,
+    instruments_out_of_range,
+    uncalibrated_channels,
+)
+from gsapp.flight.events import Event, EventLog, event_system, events_path, vehicle_event
 from gsapp.flight.flight import Flight
 from gsapp.flight.folder import FlightFolder
 from gsapp.foundation import FileProblemsError, GroundStationError
-from gsapp.session.account import Account
 from gsapp.session.alarm_log import AlarmLog
-from gsapp.session.alarm_watch import AlarmWatch
-from gsapp.session.alarms import AlarmBoard
-from gsapp.session.cue_watch import CueWatch
-from gsapp.session.equipment import (
-    STUCK_WORDS,
-    DiskView,
-    EquipmentMonitor,
-    LinkView,
-    RecorderProbe,
-    RecorderView,
-    link_view,
+from gsapp.session.alarm_monitor import AlarmMonitor
+from gsapp.session.alarms import AlarmRegistry
+from gsapp.session.channel_states import (
+    DEFAULT_STALE_SECONDS,
+    ChannelState,
+    build_channel_state,
+    share_message,
+    source_message,
+    stale_timeout_by_message,
 )
+from gsapp.session.cue_monitor import CueMonitor
+from gsapp.session.equipment_monitor import (
+    STUCK_DISK_TEXT,
+    DiskSummary,
+    EquipmentMonitor,
+    LinkSummary,
+    RecorderProbe,
+    RecorderSummary,
+    build_link_summary,
+)
+from gsapp.session.failure_guard import FailureGuard, GuardedConsumer
 from gsapp.session.feeds import LiveFeed, ReplayFeed
 from gsapp.session.file_worker import BackgroundEventLog
-from gsapp.session.guarding import Guard, Guarded
-from gsapp.session.history import History
-from gsapp.session.landing import LandingMonitor
-from gsapp.session.limits import Bands, LimitSet, Severity
-from gsapp.session.marks import Mark, MarkBook, MarkKind
-from gsapp.session.opened import Opened, open_growing, open_recorded
+from gsapp.session.flight_metadata import FlightMetadata
+from gsapp.session.landing_monitor import LandingMonitor
+from gsapp.session.limits import LimitBands, LimitSet, Severity
+from gsapp.session.marks import FlightMark, MarkKind, MarkStore
 from gsapp.session.readers import FlightReader
-from gsapp.session.setting import Options
-from gsapp.session.snapshot import Mode, Playhead, SessionSnapshot
-from gsapp.session.states import (
-    USUAL_PATIENCE,
-    ChannelState,
-    channel_state,
-    come_together,
-    message_of,
-    patience_by_message,
-)
+from gsapp.session.sample_history import SampleHistory
+from gsapp.session.session_flight import SessionFlight, open_live_flight, open_recorded_flight
+from gsapp.session.session_setting import SessionOptions
+from gsapp.session.snapshot import Playhead, SessionMode, SessionSnapshot
 from gsapp.telemetry.recorder_control import RecorderHandle
 
 if TYPE_CHECKING:
     from gsapp.excitation.debrief import Debrief
-    from gsapp.excitation.doublets.verdict import Verdict
+    from gsapp.excitation.doublets.verdict import InputVerdict
     from gsapp.flight.info import FlightInfo
-    from gsapp.session.estimating.watch import EstimateWatch
-    from gsapp.session.estimating.workers import Workers
-    from gsapp.session.following import Consumer
+    from gsapp.session.consumer_scheduler import Consumer
+    from gsapp.session.live_estimation.estimate_monitor import EstimateMonitor
+    from gsapp.session.live_estimation.fit_workers import FitWorker
 
 _EVENTS_EVERY = 0.25
 _RELAX_EVERY = 10.0
@@ -101,19 +105,19 @@ class Session:
         Its folder or file.
     mode : {"live", "replay"}
         Whether it is happening.
-    history : History
+    history : SampleHistory
         All samples so far; in a replay up to the playhead.
-    board : AlarmBoard
+    board : AlarmRegistry
         The alarms.
     limits : LimitSet
         The limits in force.
-    book : MarkBook
+    book : MarkStore
         Marks and notes.
     aircraft : Aircraft or None
         From the flight folder, or as given.
-    cue_watch : CueWatch or None
+    cue_watch : CueMonitor or None
         Judges trim, inputs and dangers; None where the options switch it off.
-    estimates : EstimateWatch or None
+    estimates : EstimateMonitor or None
         Derivatives as they form; None without workers or an aircraft.
     landing : LandingMonitor
         Tells when a live flight has landed.
@@ -126,10 +130,10 @@ class Session:
 
     def __init__(
         self,
-        opened: Opened,
-        options: Options,
+        opened: SessionFlight,
+        options: SessionOptions,
         *,
-        mode: Mode,
+        mode: SessionMode,
         speed: float = 1.0,
         playing: bool = True,
     ) -> None:
@@ -138,20 +142,20 @@ class Session:
         wall_us = options.get("wall_us", _wall_us)
         self.path = path
         self.name = FlightFolder(path=path).name if path.is_dir() else path.stem
-        self.mode: Mode = mode
+        self.mode: SessionMode = mode
         self.failed_checks: Mapping[str, datetime] = {}
         self.aircraft: Aircraft | None = setting.aircraft
         self.limits = LimitSet(setting.aircraft, setting.limits)
-        self.board = AlarmBoard()
-        self.history = History((), opened.rate)
+        self.board = AlarmRegistry()
+        self.history = SampleHistory((), opened.rate)
         self._worker = worker = opened.worker
         events = events_path(path)
-        self.book = MarkBook(
+        self.book = MarkStore(
             EventLog(events) if worker is None else BackgroundEventLog(events, worker),
             wall_us,
             self._clock_at,
         )
-        self._account = Account(opened, self.name, self.history, self.book)
+        self._account = FlightMetadata(opened, self.name, self.history, self.book)
         self._reader = opened.reader
         self._setting = setting
         self._system_chosen = setting.system
@@ -163,14 +167,14 @@ class Session:
         self._clock = clock
         self._messages: dict[str, str | None] = {}
         self._next_events = self._next_relax = -math.inf
-        ahead = AlarmBoard() if mode == "replay" else None
+        ahead = AlarmRegistry() if mode == "replay" else None
         self._alarm_log = AlarmLog(self.board, self.book, wall_us, self._take_in, ahead)
         self._watch = self._make_watch(self.board)
         self._watch_ahead = None if ahead is None else self._make_watch(ahead)
-        self.cue_watch: CueWatch | None = None
+        self.cue_watch: CueMonitor | None = None
         if options.get("cues", True):
             self.cue_watch = self._make_cues(options.get("system", "US"))
-        self.estimates: EstimateWatch | None = None
+        self.estimates: EstimateMonitor | None = None
         workers = options.get("workers")
         if workers is not None and self.aircraft is not None:
             self.estimates = self._make_estimates(self.aircraft, workers)
@@ -201,7 +205,7 @@ class Session:
     # Making one
 
     @classmethod
-    def follow(cls, folder: Path | str, **options: Unpack[Options]) -> Session:
+    def follow(cls, folder: Path | str, **options: Unpack[SessionOptions]) -> Session:
         """Watch a flight that is being recorded, from its beginning.
 
         Parameters
@@ -209,7 +213,7 @@ class Session:
         folder : Path or str
             The flight folder, made by the recorder; it finds the recorder that runs there.
         **options
-            See `gsapp.session.setting.Options`.
+            See `gsapp.session.session_setting.SessionOptions`.
 
         Raises
         ------
@@ -218,7 +222,7 @@ class Session:
         FileProblemsError, UnknownNameError
             If a file holds mistakes or a name does not exist.
         """
-        return cls(open_growing(folder, options), options, mode="live")
+        return cls(open_live_flight(folder, options), options, mode="live")
 
     @classmethod
     def replay(
@@ -227,7 +231,7 @@ class Session:
         *,
         speed: float = 1.0,
         playing: bool = True,
-        **options: Unpack[Options],
+        **options: Unpack[SessionOptions],
     ) -> Session:
         """Play a flight that was recorded: a folder, or any file that `load_flight` opens.
 
@@ -239,11 +243,11 @@ class Session:
         flight : Path or str
             The flight.
         speed : float
-            0.1 to 50 times real time, or `gsapp.session.feeds.MAX_SPEED`.
+            0.1 to 50 times real time, or `gsapp.session.feeds.UNLIMITED_SPEED`.
         playing : bool
             Whether it plays at once.
         **options
-            See `gsapp.session.setting.Options`.
+            See `gsapp.session.session_setting.SessionOptions`.
 
         Raises
         ------
@@ -252,7 +256,7 @@ class Session:
         FileProblemsError, UnknownNameError
             If a file holds mistakes or a name does not exist.
         """
-        opened = open_recorded(Path(flight), options)
+        opened = open_recorded_flight(Path(flight), options)
         return cls(opened, options, mode="replay", speed=speed, playing=playing)
 
     # The timer
@@ -385,14 +389,14 @@ class Session:
         return self._account.certificates
 
     @property
-    def calibration(self) -> CertificatesUsed:
+    def calibration(self) -> AppliedCertificates:
         """Return which certificates are in force, and whether in place of the flight's own."""
         return self._account.calibration
 
     @property
     def uncalibrated(self) -> tuple[str, ...]:
         """Return the channels whose instruments give volts only, for want of a certificate."""
-        return uncalibrated(self.sources)
+        return uncalibrated_channels(self.sources)
 
     @property
     def calibration_in_force(self) -> CalibrationInForce:
@@ -407,7 +411,7 @@ class Session:
     @property
     def beyond_calibration(self) -> tuple[str, ...]:
         """Return the instruments that now read beyond what they were calibrated for."""
-        return beyond_now(self.calibration, self.sources, self._reads)
+        return instruments_out_of_range(self.calibration, self.sources, self._reads)
 
     def _reads(self, name: str) -> float:
         """Return the latest value of a channel, SI; NaN for none."""
@@ -430,7 +434,7 @@ class Session:
         return min(self.feed.watched(one) for one in self._urgent)
 
     @property
-    def spoken(self) -> Sequence[Spoken]:
+    def spoken(self) -> Sequence[Announcement]:
         """Return all that is to be heard so far; it shrinks only when a replay goes back."""
         return () if self.cue_watch is None else self.cue_watch.spoken
 
@@ -444,12 +448,12 @@ class Session:
         watch = self.cue_watch
         if watch is None:
             return None
-        from gsapp.excitation.debrief import debrief_of
+        from gsapp.excitation.debrief import create_debrief
 
-        return debrief_of(self.name, watch.cueing)
+        return create_debrief(self.name, watch.cueing)
 
     @property
-    def marks(self) -> tuple[Mark, ...]:
+    def marks(self) -> tuple[FlightMark, ...]:
         """Return marks and notes, by flight time."""
         return self.book.marks
 
@@ -481,8 +485,8 @@ class Session:
             watched=self.watched,
             progress=self.feed.progress,
             link=self._replayed_link() if equipment is None else equipment.link,
-            recorder=RecorderView(words="none") if equipment is None else equipment.recorder,
-            disk=DiskView() if equipment is None else equipment.disk,
+            recorder=RecorderSummary(words="none") if equipment is None else equipment.recorder,
+            disk=DiskSummary() if equipment is None else equipment.disk,
             aircraft="" if self.aircraft is None else self.aircraft.name,
             channel_map="" if decoder is None else decoder.channel_map.name,
             calibration=tuple(sorted(self.certificates)),
@@ -496,7 +500,7 @@ class Session:
 
     def _problem(self) -> str:
         if self.disk_stuck:
-            return f"{self.name}: {STUCK_WORDS}"
+            return f"{self.name}: {STUCK_DISK_TEXT}"
         return next(iter(self._failures.values()), self._account.problem)
 
     def states(self, channel_ids: Sequence[str] | None = None) -> dict[str, ChannelState]:
@@ -507,7 +511,7 @@ class Session:
         now = self._present()
         patience = self.patience(names)
         return {
-            name: channel_state(
+            name: build_channel_state(
                 name,
                 history=self.history,
                 sources=self.sources,
@@ -522,10 +526,10 @@ class Session:
     def patience(self, channel_ids: Sequence[str]) -> dict[str, float]:
         """Return after how many seconds without a sample each channel is stale."""
         decoder = self.decoder
-        late = patience_by_message(None if decoder is None else decoder.health.report())
+        late = stale_timeout_by_message(None if decoder is None else decoder.health.report())
         carriers = {name: self._carrier(name) or "" for name in channel_ids}
         return {
-            name: late.get(message.partition("[")[0], USUAL_PATIENCE)
+            name: late.get(message.partition("[")[0], DEFAULT_STALE_SECONDS)
             for name, message in carriers.items()
         }
 
@@ -551,12 +555,12 @@ class Session:
         return None if chosen == decoded else chosen
 
     def _clock_at(self, choice: Event, stamp_us: int) -> float | None:
-        """Return the time by the clock of the system chosen; see `MarkBook`."""
+        """Return the time by the clock of the system chosen; see `MarkStore`."""
         decoder = self.decoder
         if decoder is None or (decoder.health.last_stamp or 0) < stamp_us:
             return None
         time = decoder.flight_time_at(stamp_us)
-        return time if decoder.system == system_in(choice) and time is not None else math.nan
+        return time if decoder.system == event_system(choice) and time is not None else math.nan
 
     # What the user does
 
@@ -582,7 +586,7 @@ class Session:
         at: float | None = None,
         end: float | None = None,
         kind: MarkKind = "mark",
-    ) -> Mark:
+    ) -> FlightMark:
         """Make a mark or note, by default at the present flight time.
 
         Raises
@@ -592,7 +596,7 @@ class Session:
         """
         return self.book.add(self.now if at is None else at, text, end=end, kind=kind)
 
-    def type_limits(self, channel_id: str, bands: Bands | None) -> None:
+    def type_limits(self, channel_id: str, bands: LimitBands | None) -> None:
         """Let other limits count for a channel from now on; None for those of the flight."""
         self.limits.set_typed(channel_id, bands)
         self._watch.renew(channel_id)
@@ -666,14 +670,16 @@ class Session:
 
     # Inside
 
-    def _make_watch(self, board: AlarmBoard) -> AlarmWatch:
-        return AlarmWatch(board, self.limits, self.history.rate, self._carrier, self._come_together)
+    def _make_watch(self, board: AlarmRegistry) -> AlarmMonitor:
+        return AlarmMonitor(
+            board, self.limits, self.history.rate, self._carrier, self._come_together
+        )
 
-    def _make_cues(self, system: str) -> CueWatch:
-        from gsapp.excitation.cueing import Cueing  # the window starts without it
+    def _make_cues(self, system: str) -> CueMonitor:
+        from gsapp.excitation.cueing import CueGenerator  # the window starts without it
 
         setting = self._setting
-        cueing = Cueing(
+        cueing = CueGenerator(
             self.aircraft,
             setting.model,
             self.history.rate,
@@ -682,7 +688,7 @@ class Session:
             system=system,
         )
         live = self.mode == "live"
-        return CueWatch(
+        return CueMonitor(
             cueing, self.board, self.book, lambda: self._alarm_log.read(refreshed=True), live=live
         )
 
@@ -703,12 +709,16 @@ class Session:
         if self.mode != "live":
             return consumer
         key = f"failed:{type(consumer).__name__}"
-        return Guarded(consumer, Guard(key, what, severity, self.board, lambda: self.now))
+        return GuardedConsumer(
+            consumer, FailureGuard(key, what, severity, self.board, lambda: self.now)
+        )
 
-    def _make_estimates(self, aircraft: Aircraft, workers: Workers) -> EstimateWatch:
-        from gsapp.session.estimating.watch import EstimateWatch  # the window starts without it
+    def _make_estimates(self, aircraft: Aircraft, workers: FitWorker) -> EstimateMonitor:
+        from gsapp.session.live_estimation.estimate_monitor import (
+            EstimateMonitor,
+        )  # the window starts without it
 
-        return EstimateWatch(
+        return EstimateMonitor(
             aircraft,
             self._setting.model,
             self.history,
@@ -732,12 +742,12 @@ class Session:
         """Return what gives the newest of something on the disk, without waiting for it."""
         return read if self._worker is None else self._worker.watch(read, every)
 
-    def _verdicts(self) -> Sequence[Verdict]:
+    def _verdicts(self) -> Sequence[InputVerdict]:
         return () if self.cue_watch is None else self.cue_watch.cueing.verdicts
 
     def _take_in(self, event: Event) -> None:
         """Take in an event of the flight that is no acknowledgment."""
-        chosen = system_in(event)
+        chosen = event_system(event)
         if chosen is not None:
             self._system_chosen = chosen
             if self.decoder is not None and self.decoder.system == chosen:
@@ -767,14 +777,14 @@ class Session:
     def _carrier(self, channel_id: str) -> str | None:
         """Return the message that carries a channel."""
         if channel_id not in self._messages:
-            self._messages[channel_id] = message_of(self.sources.get(channel_id))
+            self._messages[channel_id] = source_message(self.sources.get(channel_id))
         return self._messages[channel_id]
 
     def _come_together(self, one: str, other: str) -> bool:
         """Return whether two channels come in the same blocks."""
         if isinstance(self._reader, FlightReader):
             return True
-        return come_together(one, other, self.sources)
+        return share_message(one, other, self.sources)
 
     def _playhead(self) -> Playhead | None:
         feed = self.replaying
@@ -800,9 +810,13 @@ class Session:
         now = None if self.equipment is None else self.equipment.host_us()
         return self.decoder.health.report(now)
 
-    def _replayed_link(self) -> LinkView:
+    def _replayed_link(self) -> LinkSummary:
         report = self.link_report()
-        return LinkView(words="replay") if report is None else link_view(report, words="replay")
+        return (
+            LinkSummary(words="replay")
+            if report is None
+            else build_link_summary(report, words="replay")
+        )
 
 
 def _wall_us() -> int:

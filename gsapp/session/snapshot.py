@@ -8,9 +8,9 @@ from typing import Literal
 
 from calibration.validity import CalibrationStatus
 from gsapp.session.alarms import Alarm
-from gsapp.session.equipment import DiskView, LinkView, RecorderView
+from gsapp.session.equipment_monitor import DiskSummary, LinkSummary, RecorderSummary
 
-Mode = Literal["live", "replay"]
+SessionMode = Literal["live", "replay"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,14 +82,14 @@ class SessionSnapshot:
 
     name: str
     path: Path
-    mode: Mode
+    mode: SessionMode
     now: float | None
     present: bool
     watched: float
     progress: float
-    link: LinkView
-    recorder: RecorderView
-    disk: DiskView
+    link: LinkSummary
+    recorder: RecorderSummary
+    disk: DiskSummary
     aircraft: str
     channel_map: str
     calibration: tuple[str, ...]

@@ -6,16 +6,16 @@ import os
 import threading
 import time
 
-from gsapp.decoding.frames import Frame, Residue
+from gsapp.decoding.frames import MavlinkFrame, Residue
 from gsapp.decoding.framing import Framer, LineFramer
 from gsapp.decoding.health import LinkHealth, LinkReport
 from gsapp.foundation import LinkError
-from gsapp.telemetry.address import parse_link
 from gsapp.telemetry.clock import HostClock
-from gsapp.telemetry.diagnosis import ContentSample, LinkDiagnosis, diagnose
 from gsapp.telemetry.heartbeat import GroundHeartbeat
-from gsapp.telemetry.sources import LinkAwaitedError, open_source
-from gsapp.telemetry.status import RecorderStatus
+from gsapp.telemetry.link_address import parse_link
+from gsapp.telemetry.link_diagnosis import ContentSample, LinkDiagnosis, diagnose_link
+from gsapp.telemetry.recorder_status import RecorderStatus
+from gsapp.telemetry.sources import LinkUnavailableError, open_source
 
 _READ_SECONDS = 0.1
 _HEARTBEAT_SECONDS = 1.0
@@ -77,7 +77,7 @@ class LinkTest:
         report = self.report()
         if report.vehicles:
             return None
-        return diagnose(
+        return diagnose_link(
             RecorderStatus(
                 pid=os.getpid(),
                 link=str(self._address),
@@ -96,7 +96,7 @@ class LinkTest:
     def _listen(self) -> None:
         try:
             self._source.open()
-        except LinkAwaitedError:
+        except LinkUnavailableError:
             pass
         except LinkError as error:
             self.refusal = str(error)
@@ -118,7 +118,7 @@ class LinkTest:
             self._framers[peer] = framer
         self._received += len(data)
         self._sample.feed(data)
-        kinds = {Frame: "frame", Residue: "residue"}
+        kinds = {MavlinkFrame: "frame", Residue: "residue"}
         with self._lock:
             self._health.feed(
                 (stamp, kinds.get(type(item), "line"), item.data) for item in framer.feed(data)

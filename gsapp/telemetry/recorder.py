@@ -18,18 +18,18 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final, Literal
 
-from gsapp.decoding.frames import Frame, Residue
-from gsapp.decoding.framing import Framer, Line, LineFramer
-from gsapp.flight.names import FRAMES_FILE, LINES_FILE, STATUS_FILE, STOP_FILE
-from gsapp.flight.raw import RawWriter
+from gsapp.decoding.frames import MavlinkFrame, Residue
+from gsapp.decoding.framing import Framer, LineFramer, TextLine
+from gsapp.flight.file_names import FRAMES_FILE, LINES_FILE, STATUS_FILE, STOP_FILE
+from gsapp.flight.raw_files import RawWriter
 from gsapp.foundation import FlightError
-from gsapp.foundation.refusals import refusal
+from gsapp.foundation.os_error_text import format_os_error
 from gsapp.telemetry.clock import Clock
-from gsapp.telemetry.diagnosis import ContentSample
 from gsapp.telemetry.heartbeat import GroundHeartbeat
-from gsapp.telemetry.outbox import Outbox
-from gsapp.telemetry.sources import Chunk, Source
-from gsapp.telemetry.status import RecorderStatus, write_status
+from gsapp.telemetry.link_diagnosis import ContentSample
+from gsapp.telemetry.recorder_status import RecorderStatus, write_status
+from gsapp.telemetry.send_queue import SendQueue
+from gsapp.telemetry.sources import Chunk, LinkSource
 
 _READ_SECONDS: Final = 0.2
 _LOOK_SECONDS: Final = 0.05
@@ -73,7 +73,7 @@ class PeerStream:
         """Return how many bytes wait for a decision."""
         return self._framer.pending
 
-    def feed(self, data: bytes, offset: int) -> list[Frame | Residue | Line]:
+    def feed(self, data: bytes, offset: int) -> list[MavlinkFrame | Residue | TextLine]:
         """Take bytes that lie at an offset of the link; return what is decided."""
         last = self._starts[-1] if self._starts else None
         if last is None or offset - last[1] != self._fed - last[0]:
@@ -81,16 +81,18 @@ class PeerStream:
         self._fed += len(data)
         return self._placed(self._framer.feed(data))
 
-    def settle(self) -> list[Frame | Residue | Line]:
+    def settle(self) -> list[MavlinkFrame | Residue | TextLine]:
         """Bring out what is whole in a pause."""
         return self._placed(self._framer.settle())
 
-    def flush(self) -> list[Frame | Residue | Line]:
+    def flush(self) -> list[MavlinkFrame | Residue | TextLine]:
         """Bring out all at the end."""
         return self._placed(self._framer.flush())
 
-    def _placed(self, items: Sequence[Frame | Residue | Line]) -> list[Frame | Residue | Line]:
-        placed: list[Frame | Residue | Line] = []
+    def _placed(
+        self, items: Sequence[MavlinkFrame | Residue | TextLine]
+    ) -> list[MavlinkFrame | Residue | TextLine]:
+        placed: list[MavlinkFrame | Residue | TextLine] = []
         for item in items:
             self._forget(item.offset)
             if not isinstance(item, Residue):
@@ -117,7 +119,7 @@ class Recorder:
 
     Parameters
     ----------
-    source : Source
+    source : LinkSource
         Where data come from.
     writer : RawWriter
         Where they go.
@@ -137,7 +139,7 @@ class Recorder:
 
     def __init__(
         self,
-        source: Source,
+        source: LinkSource,
         writer: RawWriter,
         *,
         clock: Clock,
@@ -162,7 +164,7 @@ class Recorder:
         self._written = threading.Event()
         self._started_us = clock.now_us()
         self._first_folder = writer.folder
-        self._outbox = Outbox(writer.folder)
+        self._outbox = SendQueue(writer.folder)
         self._relocate = relocate
         self._relocation = ""
         self._folder_error = ""
@@ -366,7 +368,7 @@ class Recorder:
             cause = error.__cause__ if isinstance(error, FlightError) else error
             why = str(error)
             if isinstance(cause, OSError):
-                why = refusal(
+                why = format_os_error(
                     "A folder beside it", cause, "correct the permissions there", verb="made"
                 )
             self._folder_error = f"{gone} {why}."
@@ -375,7 +377,7 @@ class Recorder:
         kept = "everything recorded so far" if whole else "what is received from now on"
         self._relocation = f"{gone} Recording continues in {here} with {kept}."
         self._folder_error = ""
-        self._outbox = Outbox(here)
+        self._outbox = SendQueue(here)
         return True
 
     def _new_stream(self, stamp: int, peer: str) -> PeerStream:
@@ -387,7 +389,7 @@ class Recorder:
         self._streams[peer] = stream
         return stream
 
-    def _write(self, stamp: int, items: Sequence[Frame | Residue | Line]) -> None:
+    def _write(self, stamp: int, items: Sequence[MavlinkFrame | Residue | TextLine]) -> None:
         """Write what came at one time, in batches whose stamps rise.
 
         In a batch the residue comes first; where it came later, another batch begins.

@@ -11,14 +11,14 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from gsapp.flight.names import LOCK_FILE, LOG_FILE, STATUS_FILE, STOP_FILE
+from gsapp.flight.file_names import LOCK_FILE, LOG_FILE, STATUS_FILE, STOP_FILE
 from gsapp.foundation import LinkError
-from gsapp.foundation.locking import holder
-from gsapp.telemetry.address import LinkAddress, parse_link
-from gsapp.telemetry.detaching import start_detached
-from gsapp.telemetry.recorder_folder import note_lock, note_path
-from gsapp.telemetry.sources.serial_port import same_port
-from gsapp.telemetry.status import RecorderStatus, read_status, runtime_folder
+from gsapp.foundation.file_lock import lock_holder
+from gsapp.telemetry.detached_process import start_detached_process
+from gsapp.telemetry.link_address import LinkAddress, parse_link
+from gsapp.telemetry.recorder_folder import runtime_lock_path, runtime_status_path
+from gsapp.telemetry.recorder_status import RecorderStatus, read_status, runtime_folder
+from gsapp.telemetry.sources.serial_port import is_same_port
 
 _START_SECONDS = 20.0
 _LOOK_SECONDS = 0.02
@@ -49,7 +49,7 @@ class RecorderHandle:
     def alive(self) -> bool:
         """Return whether it runs: whether this process holds the lock of the folder."""
         _reap()
-        return _process(self.folder) == self.pid
+        return _recorder_pid(self.folder) == self.pid
 
     def sees_folder(self) -> bool:
         """Return whether the flight folder is where it was: neither its disk nor its name gone."""
@@ -61,7 +61,7 @@ class RecorderHandle:
 
     def status(self) -> RecorderStatus | None:
         """Return its latest state; None before the first."""
-        return last_status(self.folder, self.pid)
+        return read_last_status(self.folder, self.pid)
 
     def stop(self, timeout: float = 10.0) -> bool:
         """Ask it to end, and wait; return whether it has ended.
@@ -106,7 +106,7 @@ def start_recorder(
     folder : Path or str
         The flight folder; made if missing, continued if it holds a record already.
     heartbeat : bool, optional
-        See `gsapp.telemetry.recorder_process.record`.
+        See `gsapp.telemetry.recorder_process.record_link`.
     while_held : Path, optional
         A lock; the recorder ends soon after nobody holds it any more.
 
@@ -137,9 +137,9 @@ def start_recorder(
     deadline = time.monotonic() + _START_SECONDS
     while time.monotonic() < deadline:
         if child.poll() is not None:
-            words = _last_words(place / LOG_FILE, log_start, child.returncode)
-            raise LinkError(_already_recorded(link, place) or words)
-        if (found := _recording(handle)) is not None:
+            words = _startup_error_text(place / LOG_FILE, log_start, child.returncode)
+            raise LinkError(_describe_port_conflict(link, place) or words)
+        if (found := _wait_for_recorder(handle)) is not None:
             _children[found.pid] = child
             return found
         time.sleep(_LOOK_SECONDS)
@@ -154,16 +154,16 @@ def start_recorder(
 def _spawn(command: list[str], log: Path) -> tuple[subprocess.Popen[bytes], int]:
     with log.open("ab") as words:
         start = words.tell()
-        child = start_detached(command, words)
+        child = start_detached_process(command, words)
     return child, start
 
 
-def _recording(handle: RecorderHandle) -> RecorderHandle | None:
+def _wait_for_recorder(handle: RecorderHandle) -> RecorderHandle | None:
     """Return the handle once the child records, and not another that does so already.
 
     Behind a launcher (a virtual environment on Windows has one) the recorder is its child.
     """
-    pid = holder(handle.folder / LOCK_FILE)
+    pid = lock_holder(handle.folder / LOCK_FILE)
     if pid is None:
         return None
     found = RecorderHandle(folder=handle.folder, pid=pid)
@@ -177,7 +177,7 @@ def _recording(handle: RecorderHandle) -> RecorderHandle | None:
     return found if handle.pid in (pid, status.parent) else None
 
 
-def _already_recorded(link: str, place: Path) -> str:
+def _describe_port_conflict(link: str, place: Path) -> str:
     """Return where the port of a link is recorded by another recorder of this user, in words.
 
     To a recorder that meets it, it is one of the programs that keep a port for themselves.
@@ -185,7 +185,7 @@ def _already_recorded(link: str, place: Path) -> str:
     address = parse_link(link)
     for other in find_recorders():
         status = None if other.folder == place else other.status()
-        if status is not None and _meet(address, parse_link(status.link)):
+        if status is not None and _links_conflict(address, parse_link(status.link)):
             return (
                 f"{address}: it is recorded into {other.folder} already; end that recording, or "
                 "name that flight to watch it"
@@ -193,14 +193,14 @@ def _already_recorded(link: str, place: Path) -> str:
     return ""
 
 
-def _meet(one: LinkAddress, other: LinkAddress) -> bool:
+def _links_conflict(one: LinkAddress, other: LinkAddress) -> bool:
     """Return whether two links need one port of this computer for themselves."""
     if one.kind in _SERIAL:
-        return other.kind in _SERIAL and same_port(one.path, other.path)
+        return other.kind in _SERIAL and is_same_port(one.path, other.path)
     return one.kind in _LISTENING and (one.kind, one.port) == (other.kind, other.port)
 
 
-def _last_words(log: Path, start: int, code: int) -> str:
+def _startup_error_text(log: Path, start: int, code: int) -> str:
     with contextlib.suppress(OSError), log.open("rb") as words:
         words.seek(start)
         lines = words.read().decode("utf-8", "replace").strip().splitlines()
@@ -216,17 +216,17 @@ def find_recorder(folder: Path | str) -> RecorderHandle | None:
     handle then names the folder in which the record continues.
     """
     place = Path(folder).absolute()
-    pid = _process(place)
+    pid = _recorder_pid(place)
     if pid is None:
         return None
-    status = last_status(place, pid)
+    status = read_last_status(place, pid)
     moved = Path(status.folder) if status is not None else place
-    if moved != place and holder(moved / LOCK_FILE) == pid:
+    if moved != place and lock_holder(moved / LOCK_FILE) == pid:
         place = moved
     return RecorderHandle(folder=place, pid=pid)
 
 
-def last_status(folder: Path | str, pid: int | None = None) -> RecorderStatus | None:
+def read_last_status(folder: Path | str, pid: int | None = None) -> RecorderStatus | None:
     """Return what the last recorder of a folder, or a given one, told of itself at the latest.
 
     It tells so in the folder, and while it runs or where the folder takes nothing, in a note in
@@ -235,15 +235,15 @@ def last_status(folder: Path | str, pid: int | None = None) -> RecorderStatus | 
     place = Path(folder).absolute()
     found = [
         status
-        for path in (place / STATUS_FILE, note_path(place))
+        for path in (place / STATUS_FILE, runtime_status_path(place))
         if (status := read_status(path)) is not None and pid in (None, status.pid)
     ]
     return max(found, key=lambda status: status.updated_us, default=None)
 
 
-def _process(place: Path) -> int | None:
+def _recorder_pid(place: Path) -> int | None:
     """Return which process records into a folder, be it one that has disappeared."""
-    return holder(place / LOCK_FILE) or holder(note_lock(place))
+    return lock_holder(place / LOCK_FILE) or lock_holder(runtime_lock_path(place))
 
 
 def find_recorders() -> list[RecorderHandle]:

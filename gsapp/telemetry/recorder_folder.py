@@ -8,12 +8,17 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Final, Literal
 
+from gsapp.flight.file_names import CALIBRATION_FOLDER, LOCK_FILE, STATUS_FILE
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.names import CALIBRATION_FOLDER, LOCK_FILE, STATUS_FILE
 from gsapp.foundation import FlightError, GroundStationError
-from gsapp.foundation.locking import FileLock, holder
-from gsapp.foundation.refusals import refusal
-from gsapp.telemetry.status import RecorderStatus, read_status, runtime_folder, write_status
+from gsapp.foundation.file_lock import FileLock, lock_holder
+from gsapp.foundation.os_error_text import format_os_error
+from gsapp.telemetry.recorder_status import (
+    RecorderStatus,
+    read_status,
+    runtime_folder,
+    write_status,
+)
 
 RecordState = Literal["none", "recording", "interrupted", "finished"]
 
@@ -22,15 +27,15 @@ _LARGEST: Final = 4 << 20
 _SMALL_FILES: Final = ("*.toml", "*.jsonl", f"{CALIBRATION_FOLDER}/*.toml")
 
 
-def note_path(folder: Path) -> Path:
+def runtime_status_path(folder: Path) -> Path:
     """Return the note in the runtime folder that leads from there to a recorder."""
     name = sha256(str(folder.absolute()).encode()).hexdigest()[:16]
     return runtime_folder() / f"{name}.json"
 
 
-def note_lock(folder: Path) -> Path:
+def runtime_lock_path(folder: Path) -> Path:
     """Return the lock beside the note, held for as long as the recorder of a folder lives."""
-    return note_path(folder).with_suffix(".lock")
+    return runtime_status_path(folder).with_suffix(".lock")
 
 
 def record_state(folder: Path) -> RecordState:
@@ -39,7 +44,10 @@ def record_state(folder: Path) -> RecordState:
     A recorder that was stopped says so in its status file. One that died cannot. A record
     without any status, such as a copy or an import, counts as finished.
     """
-    if holder(folder / LOCK_FILE) is not None or holder(note_lock(folder)) is not None:
+    if (
+        lock_holder(folder / LOCK_FILE) is not None
+        or lock_holder(runtime_lock_path(folder)) is not None
+    ):
         return "recording"
     if not folder.is_dir() or not _holds_flight(FlightFolder(path=folder)):
         return "none"
@@ -54,7 +62,7 @@ def _holds_flight(folder: FlightFolder) -> bool:
         return True  # a flight card with mistakes, or one whose log is missing
 
 
-def refuse_finished(folder: Path, remedy: str) -> None:
+def check_not_finished(folder: Path, remedy: str) -> None:
     """Refuse to append to a finished flight.
 
     Raises
@@ -66,7 +74,7 @@ def refuse_finished(folder: Path, remedy: str) -> None:
         raise FlightError(f"{folder} already holds a finished flight; {remedy}")
 
 
-def free_name(folder: Path) -> Path:
+def next_free_folder(folder: Path) -> Path:
     """Return the first of ``NAME-2``, ``NAME-3`` ... beside a folder that does not exist."""
     number = 2
     while (found := folder.with_name(f"{folder.name}-{number}")).exists():
@@ -74,7 +82,7 @@ def free_name(folder: Path) -> Path:
     return found
 
 
-class FolderClaim:
+class RecordingClaim:
     """Shows others that a folder is being recorded into: a lock in it, and a note elsewhere.
 
     The note lies in the runtime folder, with a lock of its own. It still leads to the recorder
@@ -94,8 +102,8 @@ class FolderClaim:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._lock = _lock(folder)
-        self._note = note_path(folder)
-        self._beside = FileLock(note_lock(folder))
+        self._note = runtime_status_path(folder)
+        self._beside = FileLock(runtime_lock_path(folder))
         with contextlib.suppress(OSError, FlightError):
             self._beside.acquire(patience=0.0)
 
@@ -104,7 +112,7 @@ class FolderClaim:
 
         A folder that was given up and now belongs to another recorder is left to that one.
         """
-        if holder(self.folder / LOCK_FILE) in (None, status.pid):
+        if lock_holder(self.folder / LOCK_FILE) in (None, status.pid):
             write_status(self._note, status)
 
     def give_up(self) -> None:
@@ -131,7 +139,7 @@ def _lock(place: Path) -> FileLock:
         held = lock.acquire()
     except OSError as error:
         raise FlightError(
-            refusal(
+            format_os_error(
                 place,
                 error,
                 "choose another folder or correct its permissions",
@@ -140,7 +148,7 @@ def _lock(place: Path) -> FileLock:
         ) from error
     if not held:
         status = read_status(place / STATUS_FILE)
-        pid = holder(place / LOCK_FILE)
+        pid = lock_holder(place / LOCK_FILE)
         what = f" {status.link}" if status else ""
         raise FlightError(
             f"{place} is being recorded into already:{what} by process {pid}; stop that, or "
@@ -149,7 +157,7 @@ def _lock(place: Path) -> FileLock:
     return lock
 
 
-class FolderFiles:
+class FolderFileCache:
     """Keeps the small files of a flight folder in memory: flight card, map, certificates, marks.
 
     A record that goes on in another folder is read with them.
@@ -184,7 +192,7 @@ class FolderFiles:
             path.write_bytes(data)
 
 
-def claim_next(former: Path, files: FolderFiles) -> FolderClaim:
+def claim_replacement_folder(former: Path, files: FolderFileCache) -> RecordingClaim:
     """Make the folder in which a record goes on whose own is gone, with the files of that.
 
     Raises
@@ -192,9 +200,9 @@ def claim_next(former: Path, files: FolderFiles) -> FolderClaim:
     OSError, FlightError
         If it cannot be made; nothing is left of it then.
     """
-    folder = free_name(former)
+    folder = next_free_folder(former)
     try:
-        claim = FolderClaim(folder)
+        claim = RecordingClaim(folder)
         try:
             files.write(folder)
         except OSError:

@@ -18,26 +18,31 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from gsapp.flight.names import STATUS_FILE
-from gsapp.flight.raw import RawWriter
+from gsapp.flight.file_names import STATUS_FILE
+from gsapp.flight.raw_files import RawWriter
 from gsapp.foundation import GroundStationError
-from gsapp.foundation.awake import kept_awake
-from gsapp.foundation.endings import asked_to_end
-from gsapp.foundation.locking import holder
-from gsapp.telemetry.address import LinkAddress, parse_link
+from gsapp.foundation.file_lock import lock_holder
+from gsapp.foundation.process_shutdown import on_termination_signal
+from gsapp.foundation.sleep_inhibitor import inhibit_sleep
 from gsapp.telemetry.clock import HostClock
+from gsapp.telemetry.link_address import LinkAddress, parse_link
 from gsapp.telemetry.recorder import Recorder
-from gsapp.telemetry.recorder_folder import FolderClaim, FolderFiles, claim_next, note_path
-from gsapp.telemetry.sources import LinkAwaitedError, open_source
-from gsapp.telemetry.status import RecorderStatus, write_status
+from gsapp.telemetry.recorder_folder import (
+    FolderFileCache,
+    RecordingClaim,
+    claim_replacement_folder,
+    runtime_status_path,
+)
+from gsapp.telemetry.recorder_status import RecorderStatus, write_status
+from gsapp.telemetry.sources import LinkUnavailableError, open_source
 
 # Links whose other side cannot know of us unless we speak first.
-_SPEAKS_FIRST = frozenset({"udpout"})
+_OUTGOING_LINK_KINDS = frozenset({"udpout"})
 _RELEASED_LOOK = 1.0
 """Seconds between looks whether the process that a record is made for still lives."""
 
 
-def record(
+def record_link(
     link: str | LinkAddress,
     folder: Path | str,
     *,
@@ -80,8 +85,8 @@ def record(
         If the folder cannot be written to, or is being recorded into already.
     """
     address = parse_link(link) if isinstance(link, str) else link
-    claims = [FolderClaim(Path(folder).absolute())]
-    files = FolderFiles()
+    claims = [RecordingClaim(Path(folder).absolute())]
+    files = FolderFileCache()
     try:
         writer = RawWriter(claims[0].folder)
         clock = HostClock(after_us=writer.last_stamp)
@@ -95,7 +100,7 @@ def record(
             on_status(status)
 
         def relocate() -> bool:
-            claim = claim_next(claims[0].folder, files)
+            claim = claim_replacement_folder(claims[0].folder, files)
             try:
                 whole = writer.move(claim.folder)
             except OSError:
@@ -106,14 +111,14 @@ def record(
             claims.append(claim)
             return whole
 
-        speaks = address.kind in _SPEAKS_FIRST if heartbeat is None else heartbeat
+        speaks = address.kind in _OUTGOING_LINK_KINDS if heartbeat is None else heartbeat
         recorder = Recorder(
             source, writer, clock=clock, heartbeat=speaks, on_status=tell, relocate=relocate
         )
         try:
-            with contextlib.suppress(LinkAwaitedError):
+            with contextlib.suppress(LinkUnavailableError):
                 source.open()
-            with kept_awake(f"recording {claims[0].folder.name}"):
+            with inhibit_sleep(f"recording {claims[0].folder.name}"):
                 recorder.run(stop or threading.Event(), give_up)
         except BaseException:
             source.close()
@@ -125,7 +130,7 @@ def record(
         status = recorder.status("stopped")
         if not write_status(writer.folder / STATUS_FILE, status):
             # The disk is full or gone: that it was stopped is told all the same.
-            write_status(note_path(claims[0].folder), status)
+            write_status(runtime_status_path(claims[0].folder), status)
         on_status(status)
         return status
     finally:
@@ -133,7 +138,7 @@ def record(
             claim.release()
 
 
-def asked_again(stop: threading.Event, give_up: threading.Event) -> Callable[[int], None]:
+def create_stop_handler(stop: threading.Event, give_up: threading.Event) -> Callable[[int], None]:
     """Return what to do when asked to end: end; and asked again, give up what the disk refuses."""
 
     def ask(_signal: int) -> None:
@@ -148,7 +153,7 @@ def stop_when_released(lock: Path, stop: threading.Event) -> None:
     Parameters
     ----------
     lock : Path
-        Held by it, as by `gsapp.foundation.locking.FileLock`, for as long as it lives.
+        Held by it, as by `gsapp.foundation.file_lock.FileLock`, for as long as it lives.
     stop : threading.Event
         Set when nobody has held it twice in a row.
     """
@@ -156,7 +161,7 @@ def stop_when_released(lock: Path, stop: threading.Event) -> None:
     def watch() -> None:
         missed = 0
         while missed < 2 and not stop.wait(_RELEASED_LOOK):
-            missed = missed + 1 if holder(lock) is None else 0
+            missed = missed + 1 if lock_holder(lock) is None else 0
         stop.set()
 
     threading.Thread(target=watch, name="watching", daemon=True).start()
@@ -177,8 +182,8 @@ def main(arguments: list[str] | None = None) -> int:
         give_up = stop  # nobody is there any more to make room
     options = {} if given.speed is None else {"speed": given.speed}
     try:
-        with asked_to_end(asked_again(stop, give_up)):
-            record(
+        with on_termination_signal(create_stop_handler(stop, give_up)):
+            record_link(
                 given.link, given.folder, heartbeat=given.heartbeat, stop=stop, give_up=give_up,
                 **options,
             )  # fmt: skip

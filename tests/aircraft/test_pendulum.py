@@ -15,12 +15,12 @@ from gsapp.aircraft.pendulum import (
     CompoundSwing,
     bifilar_inertia,
     compound_inertia,
-    parallel_wires,
+    parallel_wire_stiffness,
     product_of_inertia,
-    slanted_wires,
-    small_period,
+    slanted_wire_stiffness,
+    small_amplitude_period,
 )
-from gsapp.aircraft.swings import inertia_of, load_swings
+from gsapp.aircraft.swings import compute_inertia, load_swings
 from gsapp.foundation import FileProblemsError
 from tests.cli.command_kit import gsapp
 
@@ -60,7 +60,7 @@ def test_compound_pendulum_gives_back_the_inertia_of_an_integrated_swing() -> No
     mean = amplitude * math.exp(-zeta * 2.0 * math.pi * 0.75)
     found = compound_inertia(
         CompoundSwing(
-            period=small_period(both, mean, zeta), cradle_period=small_period(alone, mean, zeta),
+            period=small_amplitude_period(both, mean, zeta), cradle_period=small_amplitude_period(alone, mean, zeta),
             aircraft_weight=weight, cradle_weight=cradle, aircraft_arm=arm,
             cradle_arm=cradle_arm, distance=arm, air_mass=air,
         )
@@ -86,7 +86,11 @@ def test_bifilar_pendulum_gives_back_the_inertia_of_an_integrated_swing(slanted:
 
         return swing_period(lambda angle, _: moment(angle) / inertia, 0.02, 20.0)
 
-    stiffness = slanted_wires(height, upper, lower) if slanted else parallel_wires(length, 0.5, 0.5)
+    stiffness = (
+        slanted_wire_stiffness(height, upper, lower)
+        if slanted
+        else parallel_wire_stiffness(length, 0.5, 0.5)
+    )
     found = bifilar_inertia(
         BifilarSwing(
             period=period(izz + cradle_izz, weight + cradle),
@@ -103,7 +107,7 @@ def test_offsets_of_the_bifilar_pendulum_are_taken_off() -> None:
     e_aircraft = apart * cradle / (weight + cradle)
     e_cradle = apart - e_aircraft
     total = 9.45 + 2.1 + (weight * e_aircraft**2 + cradle * e_cradle**2) / G
-    stiffness = parallel_wires(2.0, 0.5, 0.5)
+    stiffness = parallel_wire_stiffness(2.0, 0.5, 0.5)
     found = bifilar_inertia(
         BifilarSwing(
             period=2 * math.pi * math.sqrt(total / ((weight + cradle) * stiffness)),
@@ -157,7 +161,7 @@ def written(folder: Path, text: str = FILE) -> Path:
 def test_uncertainty_is_that_of_a_monte_carlo(tmp_path: Path) -> None:
     """Linear propagation against 4,000 draws of every stated quantity."""
     swings = load_swings(written(tmp_path))
-    found = inertia_of(swings)
+    found = compute_inertia(swings)
     rng = np.random.default_rng(7)
     x = swings.x
     assert x is not None
@@ -197,7 +201,7 @@ def test_the_published_inertias_get_a_warning(tmp_path: Path) -> None:
         f'[z]\ntimes = ["{time!r} s"]\ncycles = 10\nwire_length = "2 m"\n'
         'first_distance = "0.5 m"\nsecond_distance = "0.5 m"\n'
     )
-    found = inertia_of(load_swings(written(tmp_path, text)))
+    found = compute_inertia(load_swings(written(tmp_path, text)))
     for name, value in published.items():
         assert found.values[name].value == pytest.approx(value * SLUG_FT2, rel=1e-9)
     assert any("0.38 m (rms)" in warning for warning in found.warnings)
@@ -228,7 +232,7 @@ def test_command_prints_a_table_and_writes_json(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert "ixx" in done.stdout
     content = json.loads(out.read_text(encoding="utf-8"))
-    expected = inertia_of(load_swings(tmp_path / "swings.toml")).values["ixx"]
+    expected = compute_inertia(load_swings(tmp_path / "swings.toml")).values["ixx"]
     assert content["inertia"]["ixx"]["value"] == pytest.approx(expected.value)
     failed = gsapp("inertia", tmp_path / "none.toml")
     assert failed.returncode == 1

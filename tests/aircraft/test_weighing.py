@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from gsapp.aircraft import load_aircraft
-from gsapp.aircraft.measured import Measured
+from gsapp.aircraft.measured_value import MeasuredValue
 from gsapp.aircraft.weighing import (
     Support,
     WeighingRecord,
     cg_from_axles,
     cg_from_three_points,
-    weigh,
+    evaluate_weighing,
 )
 from gsapp.foundation import FlightError
-from gsapp.foundation.toml import validate
+from gsapp.foundation.toml import validate_content
 from gsapp.quantities.constants import DEGREE, GRAVITY
 
 B777 = load_aircraft("b777")
@@ -46,7 +46,7 @@ def loads_of(mass: float, cg: np.ndarray, pitch: float = 0.0, bank: float = 0.0)
 
 def supports(loads: dict[str, float], std: float = 0.1) -> list[Support]:
     return [
-        Support(name=name, position=tuple(WHEELS[name]), load=Measured(load, std))
+        Support(name=name, position=tuple(WHEELS[name]), load=MeasuredValue(load, std))
         for name, load in loads.items()
     ]
 
@@ -58,9 +58,9 @@ def test_three_wheels_give_back_mass_and_place(tilt: tuple[float, float]) -> Non
     cg = np.array([0.02, -0.007, 0.03])
     found = cg_from_three_points(
         *supports(loads_of(21.0, cg, pitch, bank)),
-        pitch=Measured(pitch, 0.01),
-        bank=Measured(bank, 0.01),
-        height=Measured(0.03),
+        pitch=MeasuredValue(pitch, 0.01),
+        bank=MeasuredValue(bank, 0.01),
+        height=MeasuredValue(0.03),
     )
     assert found.mass.value == pytest.approx(21.0, rel=1e-9)
     # One rotation after the other: the second sees the cosine of the first.
@@ -74,9 +74,13 @@ def test_two_axles_give_the_place_along_x_alone() -> None:
     loads = loads_of(20.0, np.array([-0.015, 0.0, 0.0]))
     main = 0.5 * (WHEELS["left"] + WHEELS["right"])
     found = cg_from_axles(
-        Support(name="nose", position=tuple(WHEELS["nose"]), load=Measured(loads["nose"], 0.1)),
         Support(
-            name="main", position=tuple(main), load=Measured(loads["left"] + loads["right"], 0.2)
+            name="nose", position=tuple(WHEELS["nose"]), load=MeasuredValue(loads["nose"], 0.1)
+        ),
+        Support(
+            name="main",
+            position=tuple(main),
+            load=MeasuredValue(loads["left"] + loads["right"], 0.2),
         ),
     )
     assert found.cg == pytest.approx((-0.015, 0.0, 0.0), abs=1e-9)
@@ -96,12 +100,12 @@ def test_the_stated_uncertainty_is_the_scatter() -> None:
             Support(
                 name=name,
                 position=tuple(WHEELS[name] + place_std * random.standard_normal(3)),
-                load=Measured(load + load_std * random.standard_normal(), load_std),
+                load=MeasuredValue(load + load_std * random.standard_normal(), load_std),
                 position_std=place_std,
             )
             for name, load in loads.items()
         ]
-        level = Measured(0.0, pitch_std)
+        level = MeasuredValue(0.0, pitch_std)
         one = cg_from_three_points(*stands, pitch=level, bank=level)
         found.append(one.cg)
         masses.append(one.mass.value)
@@ -117,13 +121,13 @@ def test_a_card_takes_the_axles_of_the_aircraft() -> None:
         {"loads": {"nose": "4.2 lb", "left": "21.2 lb", "right": "21.1 lb"}}
     )
     axles = WeighingRecord.model_validate({"loads": {"main": "42.3 lb", "nose": "4.2 lb"}})
-    one, two = weigh(whole, B777.axles), weigh(axles, B777.axles)
+    one, two = evaluate_weighing(whole, B777.axles), evaluate_weighing(axles, B777.axles)
     assert one.mass.value == pytest.approx(46.5 * 0.45359237)
     assert one.cg[0] == pytest.approx(two.cg[0], abs=1e-12)
     assert one.cg[0] == pytest.approx((4.2 * 2.62 - 42.3 * 0.26) / 46.5 * 0.3048)
     # The heavier side is the left one.
     assert one.cg[1] < 0.0
-    measured = weigh(
+    measured = evaluate_weighing(
         WeighingRecord.model_validate(
             {"loads": {"nose": ["4.2 lb", "0.3 lb"], "left": "21.2 lb", "right": "21.1 lb"}}
         ),
@@ -136,21 +140,25 @@ def test_nonsense_is_told_in_a_sentence() -> None:
     """Scales that carry nothing, wheels in one line, unknown axles, all mistakes of a card."""
     level = supports(loads_of(20.0, np.zeros(3)))
     with pytest.raises(FlightError, match=r"'left' shows -3 N.*read it again"):
-        cg_from_axles(level[0], Support(name="left", position=(0.0, 0.0, 0.0), load=Measured(-3.0)))
-    same = Support(name="twin", position=level[0].position, load=Measured(20.0))
+        cg_from_axles(
+            level[0], Support(name="left", position=(0.0, 0.0, 0.0), load=MeasuredValue(-3.0))
+        )
+    same = Support(name="twin", position=level[0].position, load=MeasuredValue(20.0))
     with pytest.raises(FlightError, match="same place along x"):
         cg_from_axles(level[0], same)
     with pytest.raises(FlightError, match="in one line"):
         cg_from_three_points(
-            level[1], level[2], Support(name="skid", position=(-0.08, 0.1, 0.3), load=Measured(9.0))
+            level[1],
+            level[2],
+            Support(name="skid", position=(-0.08, 0.1, 0.3), load=MeasuredValue(9.0)),
         )
     record = WeighingRecord.model_validate({"loads": {"tail": "2 lb", "main": "44 lb"}})
     with pytest.raises(FlightError, match=r"weighing\.loads\.tail.*\[axles\] of the aircraft"):
-        weigh(record, B777.axles)
+        evaluate_weighing(record, B777.axles)
     with pytest.raises(
         ValueError, match=r"(?s)2 problems.*loads: nose carries nothing.*pitch: is "
     ):
-        validate(
+        validate_content(
             "flight.toml",
             {"loads": {"nose": "0 lb", "main": "9 lb"}, "pitch": "40 deg"},
             WeighingRecord,

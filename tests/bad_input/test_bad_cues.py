@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calibration.reading import certificate_files
-from gsapp.excitation.cueing import Cueing
-from gsapp.excitation.cueing.judging import NO_AIRCRAFT, NO_CARDS, NO_MODEL
+from calibration.certificate_toml import certificate_paths
+from gsapp.excitation.cueing import CueGenerator
+from gsapp.excitation.cueing.limitations_text import NO_AIRCRAFT, NO_CARDS, NO_MODEL
 from gsapp.flight.folder import FlightFolder
 from gsapp.quantities import Block
-from gsapp.session import MAX_SPEED, Session
-from gsapp.session.running import run_through
+from gsapp.session import UNLIMITED_SPEED, Session
+from gsapp.session.replay_runner import run_replay
 from tests.excitation.cue_kit import CARDS, Record, cueing, feed, flown, part
 
 SURFACES = (
@@ -38,17 +38,17 @@ def changed(block: Block, name: str, change: Callable[[np.ndarray], None]) -> Bl
     return Block(channels=block.channels, times=block.times, values=values)
 
 
-def judged(block: Block, **known: object) -> Cueing:
+def judged(block: Block, **known: object) -> CueGenerator:
     """Return the cues of a whole flight; without the model's look ahead, which costs time."""
     cuts = range(0, len(block), 97)
     return feed(cueing(**{"model": None, **known}), block, cuts)
 
 
-def states(cues: Cueing) -> set[str]:
+def states(cues: CueGenerator) -> set[str]:
     return {event.state for event in cues.log if event.kind == "trim"}
 
 
-def said(cues: Cueing) -> str:
+def said(cues: CueGenerator) -> str:
     """Return all that is said of what can and cannot be judged."""
     snapshot = cues.snapshot()
     doubts = [words for verdict in cues.verdicts for words in verdict.judged_by]
@@ -110,13 +110,13 @@ def test_surfaces_uncalibrated_is_said(tmp_path: Path) -> None:
     record.close()
     some = tmp_path / "some"
     some.mkdir()
-    for path in certificate_files("b777"):
+    for path in certificate_paths("b777"):
         if not path.stem.startswith(SURFACES[:5]):
             shutil.copy(path, some)
     session = Session.replay(
-        folder.path, channel_map="b777", aircraft="b777", certificates=some, speed=MAX_SPEED
+        folder.path, channel_map="b777", aircraft="b777", certificates=some, speed=UNLIMITED_SPEED
     )
-    run_through(session)
+    run_replay(session)
     cues = session.cues
     assert cues is not None
     assert "not calibrated" in cues.missing[0]

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 from gsapp.aircraft import load_aircraft
-from gsapp.aircraft.reading import SHIPPED
+from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
 from gsapp.cli.discrepancy import run
-from gsapp.discrepancy.belonging import check_model
+from gsapp.discrepancy.model_match import check_model_match
 from gsapp.discrepancy.remarks import record_remarks
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.pilot.flight import VirtualFlight
+from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
 from gsapp.flight.writers import write_block
 from gsapp.foundation import GroundStationError
-from gsapp.identification.flights import flown_flights
+from gsapp.identification.maneuver_extraction import open_flights_with_maneuvers
 from gsapp.quantities import Block
 from tests.bad_input.bad_input_kit import everything_in, refused
 
@@ -136,16 +136,16 @@ def test_the_model_of_another_aircraft(write: Write, tmp_path: Path) -> None:
     sentence = told(write(), model=str(tmp_path / "heavy.toml"))
     assert "the model 'heavy' seems to be of another aircraft" in sentence
     assert "check model and aircraft file" in sentence
-    flown = flown_flights([write()], aircraft="b777", given=WINDOWS)[0].maneuvers
+    flown = open_flights_with_maneuvers([write()], aircraft="b777", given=WINDOWS)[0].maneuvers
     model = load_model("b777")
     for factor in (0.8, 1.0, 1.2):
         scaled = {name: factor * value for name, value in model.derivatives.items()}
-        check_model(model.with_derivatives(scaled), flown)
+        check_model_match(model.with_derivatives(scaled), flown)
 
 
 def test_the_aircraft_file_of_another_aircraft(write: Write, tmp_path: Path) -> None:
     """A wing twice as large: the shipped model is right, the file is not."""
-    text = SHIPPED.find("b777").read_text(encoding="utf-8")
+    text = SHIPPED_AIRCRAFT.find("b777").read_text(encoding="utf-8")
     assert 'wing_area = "11.33 ft^2"' in text
     path = tmp_path / "large.toml"
     path.write_text(text.replace("11.33 ft^2", "22.66 ft^2"), encoding="utf-8")
@@ -162,7 +162,7 @@ def test_what_is_clipped_or_lacks_is_told_with_the_answer(write: Write) -> None:
 
     aircraft = load_aircraft("b777")
     path = write(without=("throttle", "thrust", "throttle_left", "throttle_right"), changed=clip)
-    flown = flown_flights([path], aircraft="b777", given=WINDOWS)[0].maneuvers
+    flown = open_flights_with_maneuvers([path], aircraft="b777", given=WINDOWS)[0].maneuvers
     ends = [replace(one, clipped={"q": np.abs(one.block["q"]) >= limit}) for one in flown]
     clipped, *lacking = record_remarks(ends, aircraft)
     assert clipped.startswith("q is clipped in maneuver")
@@ -172,7 +172,7 @@ def test_what_is_clipped_or_lacks_is_told_with_the_answer(write: Write) -> None:
     assert throttle.startswith("propulsion.")
     assert "which is not recorded" in throttle
     # As it was flown q is not clipped, and throttle was recorded and moved.
-    whole = flown_flights([write()], aircraft="b777", given=WINDOWS)[0].maneuvers
+    whole = open_flights_with_maneuvers([write()], aircraft="b777", given=WINDOWS)[0].maneuvers
     said = " ".join(record_remarks(whole, aircraft))
     assert "q is clipped" not in said
     assert "needs throttle" not in said

@@ -14,13 +14,13 @@ from typing import Any
 
 import pytest
 
-from calibration.reading import FOLDER as CERTIFICATES
-from gsapp.aircraft.reading import SHIPPED as AIRCRAFT
-from gsapp.decoding.channel_map import SHIPPED as CHANNEL_MAPS
+from calibration.certificate_toml import SHIPPED_CERTIFICATES_FOLDER as CERTIFICATES
+from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT as AIRCRAFT
+from gsapp.decoding.channel_map import SHIPPED_CHANNEL_MAPS as CHANNEL_MAPS
 from gsapp.decoding.framing import Framer
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.preparing import prepare_flight
-from gsapp.flight.raw import RawWriter
+from gsapp.flight.folder_setup import prepare_flight_folder
+from gsapp.flight.raw_files import RawWriter
 from tests.bad_input.bad_input_kit import GSAPP, Box, everything_in, refused, without_rights
 from tests.cli.command_kit import gsapp
 
@@ -37,7 +37,7 @@ def flight(tmp_path: Path) -> Path:
 
 def made_flight(path: Path) -> Path:
     """Write a flight folder of three seconds."""
-    folder = prepare_flight(path, aircraft="b777", channel_map="b777").path
+    folder = prepare_flight_folder(path, aircraft="b777", channel_map="b777").path
     box, writer, framer = Box(), RawWriter(folder), Framer()
     for k in range(FRAMES):
         stamp = 1_700_000_000_000_000 + 10_000 * k
@@ -166,7 +166,7 @@ def test_a_log_of_nothing_is_no_flight(tmp_path: Path) -> None:
 
 
 def test_a_recording_in_which_nothing_arrived_opens(tmp_path: Path) -> None:
-    done = gsapp("replay", prepare_flight(tmp_path / "silent").path, "--headless")
+    done = gsapp("replay", prepare_flight_folder(tmp_path / "silent").path, "--headless")
     assert done.returncode == 0
     assert "nothing was recorded in this flight" in done.stdout
 
@@ -251,7 +251,7 @@ def test_an_aircraft_with_mistakes(tmp_path: Path) -> None:
 
 
 def test_a_plan_with_mistakes(tmp_path: Path) -> None:
-    from gsapp.dynamics.pilot.plan import SHIPPED as PLANS
+    from gsapp.dynamics.virtual_aircraft.flight_plan import SHIPPED_PLANS as PLANS
 
     name = altered(
         PLANS.find("short"), tmp_path / "mine.toml",

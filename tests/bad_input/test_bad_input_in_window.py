@@ -9,17 +9,17 @@ from pathlib import Path
 import pytest
 from pytestqt.qtbot import QtBot
 
-import ui.window
-from gsapp.flight.preparing import prepare_flight
+import ui.main_window
+from gsapp.flight.folder_setup import prepare_flight_folder
 from tests.ui.window_kit import open_window, until, write_flight
-from ui.dialogs.requests import ConnectRequest
-from ui.window import MainWindow
+from ui.dialogs.flight_requests import ConnectRequest
+from ui.main_window import MainWindow
 
 
 @pytest.fixture
 def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[MainWindow]:
     monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+    monkeypatch.setattr(ui.main_window, "ask_closing", lambda *_: "leave")
     made = open_window(tmp_path)
     qtbot.addWidget(made)
     yield made
@@ -34,11 +34,11 @@ def test_damaged_files_are_told_and_the_next_flight_opens(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     """A flight.toml and a channel map with mistakes; then the window works as ever."""
-    facts = prepare_flight(tmp_path / "facts", channel_map="b777").path
+    facts = prepare_flight_folder(tmp_path / "facts", channel_map="b777").path
     (facts / "flight.toml").write_text('takeoff_weigth = "3 lb"\n')
     window.desk.starter.open_flight(facts)
     until(qtbot, lambda: told(window, "flight.toml", "did you mean 'takeoff_weight'?"))
-    mapped = prepare_flight(tmp_path / "mapped", channel_map="b777").path
+    mapped = prepare_flight_folder(tmp_path / "mapped", channel_map="b777").path
     text = (mapped / "channel_map.toml").read_text()
     (mapped / "channel_map.toml").write_text(text.replace('id = "alpha"', 'id = "alhpa"'))
     window.desk.starter.open_flight(mapped)
@@ -62,7 +62,9 @@ def test_a_recording_in_which_nothing_arrived_opens(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     """It says so, and does not wait for more."""
-    window.desk.starter.open_flight(prepare_flight(tmp_path / "silent", channel_map="b777").path)
+    window.desk.starter.open_flight(
+        prepare_flight_folder(tmp_path / "silent", channel_map="b777").path
+    )
     until(qtbot, lambda: window.desk.is_loaded)
     until(qtbot, lambda: told(window, "othing was recorded in this flight"))
     picture = window.desk.picture("US")

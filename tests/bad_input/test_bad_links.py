@@ -17,8 +17,8 @@ from typing import Any
 
 import pytest
 
-from gsapp.flight.names import STOP_FILE
-from gsapp.flight.raw import RawTail
+from gsapp.flight.file_names import STOP_FILE
+from gsapp.flight.raw_files import RawTail
 from tests.bad_input.bad_input_kit import GSAPP, UNKNOWN_ID, Box, foreign, unknown, wait_for
 
 FRAMES = 200

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gsapp.aircraft.reading import SHIPPED
-from gsapp.dynamics.pilot.flight import VirtualFlight
+from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
+from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
 from gsapp.flight.writers import write_block
 from gsapp.quantities import Block
 from tests.cli.command_kit import gsapp
@@ -94,7 +94,7 @@ def test_ten_samples_are_too_few(flown: Block, tmp_path: Path) -> None:
 
 def test_aircraft_without_mass_is_refused(flown: Block, tmp_path: Path) -> None:
     """The file, the key and the remedy."""
-    text = SHIPPED.find("b777").read_text(encoding="utf-8")
+    text = SHIPPED_AIRCRAFT.find("b777").read_text(encoding="utf-8")
     path = tmp_path / "light.toml"
     path.write_text(text.replace('mass = "1.45 slug"', 'mass = "0 slug"'), encoding="utf-8")
     said, content = estimate(tmp_path, flown, "--aircraft", str(path))

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from gsapp.flight.raw import RawTail
+from gsapp.flight.raw_files import RawTail
 from tests.bad_input.bad_input_kit import GSAPP, Box, refused, wait_for
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals there")

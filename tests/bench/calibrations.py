@@ -20,11 +20,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from calibration.choosing import calibrate, certify
-from calibration.comparing import check, compare
+from calibration.curve_selection import create_certificate, fit_calibration
+from calibration.drift import check_certificate, compute_drift
 from calibration.points import CalibrationPoint
-from calibration.watching import VoltsWatch
-from gsapp.dynamics.pilot.bench import POTENTIOMETERS
+from calibration.voltage_monitor import VoltageMonitor
+from gsapp.dynamics.virtual_aircraft.bench import POTENTIOMETERS
 from tests.calibration.potentiometer_kit import (
     Sweep,
     fault_trial,
@@ -53,7 +53,7 @@ class Tally:
 
     def add(self, points: list[CalibrationPoint], taken: Sweep, seed: int) -> None:
         """Calibrate, and compare with the truth."""
-        made = calibrate(points)
+        made = fit_calibration(points)
         errors, widths = recovered(made, taken.potentiometer, seed)
         self.inside.append(float(np.mean(np.abs(errors) < widths)))
         self.widths.append(float(np.mean(widths)))
@@ -116,12 +116,12 @@ def drifts(seeds: Iterable[int], error: float) -> None:
             former, later = (taken.points(error, seed + again) for again in (0, 10**6))
             later = [replace(point, value=point.value + zero) for point in later]
             certificates = [
-                certify(calibrate(points), points, channel_id="rudder", unit="deg", who="",
+                create_certificate(fit_calibration(points), points, channel_id="rudder", unit="deg", who="",
                         stamp=STAMP)
                 for points in (former, later)
             ]  # fmt: skip
-            significant.append(compare(certificates[1], certificates[0]).significant)
-            failed.append(not check(certificates[0], later[1:4]).passed)
+            significant.append(compute_drift(certificates[1], certificates[0]).significant)
+            failed.append(not check_certificate(certificates[0], later[1:4]).passed)
         print(
             f"zero moved by {zero:3.1f} deg, protractor read to {error:.2f} deg: found by a new "
             f"calibration in {100.0 * np.mean(significant):5.1f} %, by the three-point check in "
@@ -134,9 +134,9 @@ def cost() -> tuple[float, float]:
     points = quick_sweep(FIRST_SEED, "rudder").points()
     start = time.process_time()
     for _ in range(20):
-        calibrate(points)
+        fit_calibration(points)
     once = 1e3 * (time.process_time() - start) / 20.0
-    watch = VoltsWatch()
+    watch = VoltageMonitor()
     times = np.arange(6000) / 100.0
     volts = np.random.default_rng(1).normal(2.5, 0.002, times.size)
     start = time.process_time()

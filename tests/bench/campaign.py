@@ -22,14 +22,22 @@ import numpy as np
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.pilot.flight import fly
-from gsapp.dynamics.pilot.plan import FlightPlan, Maneuver, Pattern, load_plan
+from gsapp.dynamics.virtual_aircraft.flight_plan import (
+    FlightPlan,
+    Pattern,
+    PlannedManeuver,
+    load_flight_plan,
+)
+from gsapp.dynamics.virtual_aircraft.virtual_flight import simulate_flight
 from gsapp.flight import load_flight
+from gsapp.flight.flight_import import import_flight
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.importing import import_flight
 from gsapp.flight.writers import write_block
 from gsapp.identification.campaign import CampaignResult, CampaignSettings, run_campaign
-from gsapp.identification.flights import FlownFlight, flown_flights
+from gsapp.identification.maneuver_extraction import (
+    FlightWithManeuvers,
+    open_flights_with_maneuvers,
+)
 from gsapp.identification.summary import summarize_campaign
 from gsapp.quantities import Block
 
@@ -73,7 +81,7 @@ def estimate(paths: Sequence[Path], folder: Path) -> None:
         np.loadtxt(table)
         read += time.perf_counter() - started
     started = time.perf_counter()
-    flown = flown_flights(paths, aircraft=None)
+    flown = open_flights_with_maneuvers(paths, aircraft=None)
     found = time.perf_counter() - started
     maneuvers = [one for flight in flown for one in flight.maneuvers]
     started, spent = time.perf_counter(), time.process_time()
@@ -90,7 +98,7 @@ def estimate(paths: Sequence[Path], folder: Path) -> None:
     report(result, flown)
 
 
-def report(result: CampaignResult, flown: Sequence[FlownFlight]) -> None:
+def report(result: CampaignResult, flown: Sequence[FlightWithManeuvers]) -> None:
     """Print how many entries hold the truth."""
     failed = [one for one in result.results if one.estimate is None or not one.estimate.converged]
     for one in failed:
@@ -139,7 +147,7 @@ def record(name: str, folder: Path, gusts: float) -> Path:
     kilograms = WEIGHTS[place] * POUND
     file = load_aircraft("b777")
     mass = file.mass.model_copy(update={"mass": kilograms})
-    flight = fly(
+    flight = simulate_flight(
         plan_of(name), aircraft=file.model_copy(update={"mass": mass}), turbulence=gusts,
         seed=FIRST_SEED + place, faults=faults_of(name),
     )  # fmt: skip
@@ -156,14 +164,20 @@ def plan_of(name: str) -> FlightPlan:
     """Return what is flown: elevator doublets, or ailerons and rudder together and apart."""
     if name in LONGITUDINAL:
         sizes = (0.24, 0.27, 0.22, 0.26, 0.25, 0.23)
-        maneuvers = tuple(Maneuver(inputs=("de",), stick=(size,), step="0.45 s") for size in sizes)
+        maneuvers = tuple(
+            PlannedManeuver(inputs=("de",), stick=(size,), step="0.45 s") for size in sizes
+        )
     else:
-        both = Maneuver(inputs=("da", "dr"), stick=(0.3, -0.5), step="0.5 s", stagger="0.3 s")
-        other = Maneuver(inputs=("da", "dr"), stick=(-0.28, 0.5), step="0.5 s", stagger="0.3 s")
-        rudder = Maneuver(inputs=("dr",), stick=(0.55,), step="0.5 s")
-        aileron = Maneuver(inputs=("da",), stick=(0.3,), step="0.4 s")
+        both = PlannedManeuver(
+            inputs=("da", "dr"), stick=(0.3, -0.5), step="0.5 s", stagger="0.3 s"
+        )
+        other = PlannedManeuver(
+            inputs=("da", "dr"), stick=(-0.28, 0.5), step="0.5 s", stagger="0.3 s"
+        )
+        rudder = PlannedManeuver(inputs=("dr",), stick=(0.55,), step="0.5 s")
+        aileron = PlannedManeuver(inputs=("da",), stick=(0.3,), step="0.4 s")
         maneuvers = (both, other, rudder, both, aileron, other, both)
-    plan = load_plan("short")
+    plan = load_flight_plan("short")
     return plan.model_copy(
         update={
             "name": name,

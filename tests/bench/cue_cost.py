@@ -65,14 +65,14 @@ def cost(plan: str, seed: int) -> None:
     """Print the shares of a core that a whole flight takes."""
     from gsapp.aircraft import load_aircraft
     from gsapp.dynamics.model import load_model
-    from gsapp.dynamics.pilot.flight import fly
-    from gsapp.excitation.cueing import Cueing
+    from gsapp.dynamics.virtual_aircraft.virtual_flight import simulate_flight
+    from gsapp.excitation.cueing import CueGenerator
     from gsapp.flight.cards import load_cards
     from gsapp.quantities import Block
 
-    block = fly(plan, seed=seed).measured
+    block = simulate_flight(plan, seed=seed).measured
     seconds = float(block.times[-1] - block.times[0])
-    cues = Cueing(load_aircraft("b777"), load_model("b777"), RATE, cards=load_cards("b777"))
+    cues = CueGenerator(load_aircraft("b777"), load_model("b777"), RATE, cards=load_cards("b777"))
     meter = Meter()
     meter.watch(cues._stream, "_put", "rows joined")
     meter.watch(cues._stream, "_take", "rows joined")
@@ -142,7 +142,7 @@ def sending(port: int) -> Iterator[subprocess.Popen[bytes]]:
 def arrivals(folder: Path) -> dict[int, float]:
     """Return when the recorder stamped the volts of each sample, host s, by place on the grid."""
     from gsapp.decoding.dialect import dialect
-    from gsapp.flight.raw import RawTail
+    from gsapp.flight.raw_files import RawTail
 
     reader = dialect().MAVLink(None)
     found = {}
@@ -158,7 +158,7 @@ def latency() -> None:
     from gsapp.flight.folder import FlightFolder
     from gsapp.session import Session
     from gsapp.telemetry.recorder_control import start_recorder
-    from gsapp.telemetry.virtual.process import free_port
+    from gsapp.telemetry.virtual_aircraft.aircraft_process import find_free_udp_port
     from tests.excitation.cue_kit import CARDS
 
     ticks: dict[int, float] = {}
@@ -167,7 +167,7 @@ def latency() -> None:
         os.environ["GSAPP_RUNTIME_FOLDER"] = str(Path(place) / "runtime")
         folder = Path(place) / "flight"
         FlightFolder.create(folder).keep_cards(CARDS)
-        port = free_port()
+        port = find_free_udp_port()
         recorder = start_recorder(f"udpin:127.0.0.1:{port}", folder)
         session = Session.follow(folder, channel_map="b777", aircraft="b777")
         try:

@@ -17,7 +17,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from gsapp.aircraft import load_aircraft
-from gsapp.excitation.dangers.danger import Danger
+from gsapp.excitation.alerts.alert import Alert
 from gsapp.quantities import Block
 from tests.excitation.danger_kit import (
     BARE,
@@ -72,7 +72,7 @@ def cases() -> dict[str, tuple[str, tuple[str, ...], Harm | None]]:
     return found
 
 
-def borne_out(danger: Danger, flown: Flown) -> bool:
+def borne_out(danger: Alert, flown: Flown) -> bool:
     """Return whether the truth bears out what was said of a sound record."""
     kind = danger.key.partition(".")[0]
     if kind in INSTRUMENTS:
@@ -147,7 +147,7 @@ def main(*options: str) -> dict[str, float]:
     }
 
 
-def outcome(log: tuple[Danger, ...], key: str) -> tuple[bool, float, int]:
+def outcome(log: tuple[Alert, ...], key: str) -> tuple[bool, float, int]:
     """Return whether a failure was named, how late (s), and how many sound instruments beside."""
     after = [danger for danger in log if danger.since >= FAULT_AT]
     times = [danger.since for danger in after if danger.key == key]

@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 from gsapp.aircraft import load_aircraft
 from gsapp.flight import Flight
-from gsapp.flight.maneuvers import ManeuverDetector, find_maneuvers
+from gsapp.flight.maneuvers import ManeuverDetector, detect_maneuvers
 from gsapp.quantities import Block
 from tests.flight.maneuver_kit import Input, make_flight
 
@@ -96,10 +96,10 @@ def main(*options: str) -> dict[str, float]:
     flight = flight_of(300.0 if quick else 600.0)
     block = flight.block
     aircraft = load_aircraft("b777")
-    found = find_maneuvers(flight, aircraft)
+    found = detect_maneuvers(flight, aircraft)
     if live(block) != len(found):
         raise RuntimeError("fed piece by piece, another number of maneuvers was found")
-    whole = best(lambda: find_maneuvers(flight, aircraft), repeats)
+    whole = best(lambda: detect_maneuvers(flight, aircraft), repeats)
     plain = best(lambda: plain_figures(block), repeats)
     pieces = best(lambda: live(block), 1 if quick else 2)
     results = {

@@ -19,8 +19,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from gsapp.discrepancy.settings import DiscrepancySettings, Progress
-from gsapp.discrepancy.workflow import Investigation
+from gsapp.discrepancy.investigation import Investigation
+from gsapp.discrepancy.settings import DiscrepancySettings, SearchProgress
 from tests.discrepancy.blind.cases import Case, hidden
 from tests.discrepancy.blind.flying import FlownCase, fly_case
 
@@ -44,7 +44,7 @@ def searched(flown: FlownCase) -> tuple[dict[str, float], str]:
     """Return CPU seconds by phase, and the verdict."""
     marks: list[tuple[str, float]] = [("making maneuvers ready", time.process_time())]
 
-    def told(progress: Progress) -> None:
+    def told(progress: SearchProgress) -> None:
         marks.append((progress.doing, time.process_time()))
 
     investigation = Investigation(flown.maneuvers, flown.aircraft, flown.model)

@@ -80,8 +80,8 @@ class Result:
 
 def fly(place: Path, seconds: float) -> float:
     """Write the frames of the flight from before its first maneuver on; return the s it took."""
-    from gsapp.telemetry.virtual.onboard import tlog_record
-    from gsapp.telemetry.virtual.settings import FlightSettings
+    from gsapp.telemetry.virtual_aircraft.flight_settings import FlightSettings
+    from gsapp.telemetry.virtual_aircraft.onboard_log import pack_tlog_record
 
     begin = time.monotonic()
     downlink = FlightSettings(plan="default", seed=_SEED).downlink(1_760_000_000_000_000)
@@ -97,7 +97,7 @@ def fly(place: Path, seconds: float) -> float:
                 downlink.stop()
     with place.open("wb") as file:
         for packet in packets:
-            file.write(b"".join(tlog_record(packet.stamp_us, frame) for frame in packet.live))
+            file.write(b"".join(pack_tlog_record(packet.stamp_us, frame) for frame in packet.live))
     return time.monotonic() - begin
 
 
@@ -105,7 +105,7 @@ def send(port: int, place: Path) -> None:
     """Send frames in real time, each tick in one datagram as a router does."""
     import socket
 
-    from gsapp.flight.raw import read_tlog
+    from gsapp.flight.raw_files import read_tlog
 
     ticks: dict[int, bytes] = {}
     for record in read_tlog(place):
@@ -151,14 +151,14 @@ def measure(place: Path, seconds: float, *, estimates: bool) -> Result:
     """Run sender, recorder and window for a while, with or without estimates."""
     from PySide6.QtCore import QEventLoop, Qt, QTimer
 
-    import ui.starter
-    from gsapp.session.estimating.workers import OtherProcess
-    from gsapp.telemetry.virtual.process import free_port
-    from ui.app import make_application
-    from ui.dialogs.requests import ConnectRequest
+    import ui.flight_opener
+    from gsapp.session.live_estimation.fit_workers import ProcessFitWorker
+    from gsapp.telemetry.virtual_aircraft.aircraft_process import find_free_udp_port
+    from ui.app import create_application
+    from ui.dialogs.flight_requests import ConnectRequest
 
-    ui.starter.OtherProcess = OtherProcess if estimates else lambda: None
-    application = make_application()
+    ui.flight_opener.ProcessFitWorker = ProcessFitWorker if estimates else lambda: None
+    application = create_application()
 
     def run(how_long: float) -> None:
         loop = QEventLoop()
@@ -174,7 +174,7 @@ def measure(place: Path, seconds: float, *, estimates: bool) -> Result:
         os.environ["GSAPP_RUNTIME_FOLDER"] = str(Path(scratch) / "runtime")
         folder = Path(scratch) / "flight"
         window = latency.watched_window(Path(scratch), seen)
-        port = free_port()
+        port = find_free_udp_port()
         try:
             window.desk.starter.connect_aircraft(
                 ConnectRequest(

@@ -24,15 +24,15 @@ from gsapp.aircraft import load_aircraft
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.dialect import dialect
-from gsapp.decoding.frames import Frame
+from gsapp.decoding.frames import MavlinkFrame
 from gsapp.decoding.framing import Framer
 from gsapp.decoding.health import LinkHealth
-from gsapp.flight.raw import FRAMES_FILE, RawTail, RawWriter
-from gsapp.flight.records import RawRecord
+from gsapp.flight.raw_files import FRAMES_FILE, RawTail, RawWriter
+from gsapp.flight.raw_record import RawRecord
 
 START_US = 1_700_000_000_000_000
 # Batches of a live link: of a window that has much to do, and of one that takes in every sample
-# of 100 Hz as it comes (`ui.pace`).
+# of 100 Hz as it comes (`ui.frame_rate`).
 LIVE_SECONDS = (0.04, 0.01)
 ROUNDS = 5
 FOREIGN = "pymavlink recv_msg on a log"
@@ -161,7 +161,7 @@ def stored(folder: Path, stream: list[tuple[int, bytes]]) -> None:
     writer, framer = RawWriter(folder), Framer()
     for stamp, group in itertools.groupby(stream, key=lambda entry: entry[0]):
         items = framer.feed(b"".join(frame for _, frame in group))
-        writer.append(stamp, [item for item in items if isinstance(item, Frame)])
+        writer.append(stamp, [item for item in items if isinstance(item, MavlinkFrame)])
     writer.append(stream[-1][0] + 1, framer.flush())
     writer.close()
 

@@ -18,8 +18,12 @@ from scipy.stats import binom
 
 from calibration import load_certificates
 from calibration.inertial import ACCELEROMETERS, GYROS, gyro_scale
-from calibration.pressures import BlowDetector, covered_watch, dynamic_zero
-from gsapp.dynamics.pilot.bench import VirtualBench, parse_bench_fault
+from calibration.pressures import (
+    PitotBlowDetector,
+    create_covered_pitot_monitor,
+    dynamic_pressure_zero,
+)
+from gsapp.dynamics.virtual_aircraft.bench import VirtualBench, parse_bench_fault
 from tests.calibration.ground_crew import STAMP, gyro_work, rest, six_work
 
 SEEDS, QUICK = 200, 20
@@ -74,13 +78,13 @@ def pressures(bench: VirtualBench, errors: Errors) -> bool:
     dynamic, static = shipped["dynamic_pressure"], shipped["static_pressure"]
     truth = bench.pressures["dynamic_pressure"]
     bench.cover()
-    zero = dynamic_zero(
-        rest(bench, covered_watch(dynamic, static)), dynamic, who="crew", stamp=STAMP
+    zero = dynamic_pressure_zero(
+        rest(bench, create_covered_pitot_monitor(dynamic, static)), dynamic, who="crew", stamp=STAMP
     )
     errors["covered pitot, Pa"].append(
         ((zero.volts - truth.zero) / truth.slope, zero.uncertainty / truth.slope)
     )
-    detector = BlowDetector(zero.certificate, static)
+    detector = PitotBlowDetector(zero.certificate, static)
     bench.uncover()
     states = []
     for seconds in (lambda: 8.0, lambda: bench.blow() + 1.0):
@@ -96,7 +100,7 @@ def pressures(bench: VirtualBench, errors: Errors) -> bool:
 def forgotten(bench: VirtualBench) -> bool:
     """Return whether a pitot without its cover passes for a covered one within half a minute."""
     shipped = load_certificates("b777")
-    watch = covered_watch(shipped["dynamic_pressure"], shipped["static_pressure"])
+    watch = create_covered_pitot_monitor(shipped["dynamic_pressure"], shipped["static_pressure"])
     for _ in range(60):
         block = bench.step(0.5)
         watch.feed(block.times, {name: block[f"{name}_volts"] for name in watch.channels})
@@ -130,14 +134,14 @@ def _pair(names: tuple[str, ...], trial: int) -> tuple[str, str]:
 
 def _gyro_verdict(bench: VirtualBench, channel: str) -> str:
     """Return the verdict of a turn about the axis of a gyro; times are those of the bench."""
-    from calibration.inertial import turntable_scale
+    from calibration.inertial import evaluate_turn
 
     bench.step(bench.turn(channel, 0.0, seconds=0.01) + 0.5)
     stop = bench.time + bench.turn(channel, 360.0)
     start = stop - 12.0
     block = bench.step(stop + 2.0 - bench.time)
     volts = {name: block[f"{name}_volts"] for name in GYROS}
-    turn = turntable_scale(channel, block.times, volts, angle=360.0, turning=(start, stop))
+    turn = evaluate_turn(channel, block.times, volts, angle=360.0, turning=(start, stop))
     return turn.verdict.kind
 
 

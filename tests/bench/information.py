@@ -36,22 +36,30 @@ from scipy.signal import lfilter
 
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.model import Model, load_model
-from gsapp.excitation.doublets.verdict import Verdict
-from gsapp.excitation.information.adding import Total
-from gsapp.excitation.information.book import READY, InformationBook
-from gsapp.excitation.information.cutting import maneuver_of
-from gsapp.excitation.information.expected import brought, expected, fitted
-from gsapp.excitation.information.learning import (
-    AXES,
-    Knowledge,
-    Learning,
-    Lesson,
-    axes_of,
-    learn,
-    listen,
+from gsapp.excitation.doublets.verdict import InputVerdict
+from gsapp.excitation.flight_rows import FlightRows, rows_from_block
+from gsapp.excitation.information.card_forecasts import (
+    ForecastRequest,
+    UnfinishedCard,
+    forecast_cards,
 )
-from gsapp.excitation.information.prospects import OpenCard, Request, prospects
-from gsapp.excitation.rows import FlightRows, rows_of
+from gsapp.excitation.information.flight_knowledge import (
+    ESTIMATION_AXES,
+    FlightKnowledge,
+    KnowledgeUpdate,
+    ManeuverData,
+    axes_of,
+    learn_from_maneuver,
+    learn_noise,
+)
+from gsapp.excitation.information.information_matrix import CombinedInformation
+from gsapp.excitation.information.information_tracker import OUTLOOK_DELAY, InformationTracker
+from gsapp.excitation.information.maneuver_extraction import maneuver_from_rows
+from gsapp.excitation.information.predicted_bounds import (
+    fit_maximum_likelihood,
+    information_from_fit,
+    predict_information,
+)
 from gsapp.flight.cards import CardSet, TestCard, load_cards
 from gsapp.identification import maximum_likelihood as likelihood
 from gsapp.identification.campaign import CampaignSettings, run_campaign
@@ -87,7 +95,7 @@ class Case:
     """One maneuver as the book gets it."""
 
     card: TestCard
-    verdict: Verdict
+    verdict: InputVerdict
     rows: FlightRows
     aircraft: Aircraft
     rate: float
@@ -100,7 +108,7 @@ class Case:
     def maneuver(self) -> Maneuver:
         """Return it as it is cut after the flight."""
         verdict = self.verdict
-        return maneuver_of(
+        return maneuver_from_rows(
             self.rows,
             self.aircraft,
             verdict.t_start,
@@ -153,7 +161,7 @@ def _case(first: int, number: int, condition: str, rate: float, cards: CardSet) 
     return Case(
         card=card,
         verdict=verdict_of(flown, f"M{number + 1}", offset),
-        rows=rows_of(block, rate),
+        rows=rows_from_block(block, rate),
         aircraft=flown.aircraft,
         rate=rate,
     )
@@ -204,10 +212,10 @@ def _colored(measured: Block, seed: int, factor: float) -> Block:
     return Block(channels=measured.channels, times=measured.times, values=values)
 
 
-def verdict_of(flown: FlownInput, name: str, offset: float) -> Verdict:
+def verdict_of(flown: FlownInput, name: str, offset: float) -> InputVerdict:
     """Return what a judge who knows the truth says of an input."""
     inside = (flown.truth.times >= flown.t_input) & (flown.truth.times <= flown.t_let_go + 0.3)
-    return Verdict(
+    return InputVerdict(
         id=name,
         given_at=flown.t_hand + 0.5 + offset,
         t_start=flown.t_input - 1.0 + offset,
@@ -262,18 +270,18 @@ def _stds(estimate: Estimate) -> dict[str, float]:
 def follow(cases: Sequence[Case], model: Model) -> Iterator[Outcome]:
     """Let the book follow a flight; give what it expected and what was reported."""
     aircraft = cases[0].aircraft
-    first = Knowledge(given=model, rate=cases[0].rate, mass=aircraft.mass.mass)
+    first = FlightKnowledge(given=model, rate=cases[0].rate, mass=aircraft.mass.mass)
     # The book hears the first air of a flight; here that is the first approach.
-    known = _all_of(listen(first, cases[0].approach, aircraft))
+    known = _all_of(learn_noise(first, cases[0].approach, aircraft))
     for case in cases:
         band = _band(known, case, aircraft)
-        before, known = known, _all_of(learn(known, _lesson(case), aircraft))
+        before, known = known, _all_of(learn_from_maneuver(known, _lesson(case), aircraft))
         maneuver = case.maneuver()
         model, own, booked = before.known(aircraft), {}, {}
         for axis in axes_of(case.verdict.surfaces):
             noise = known.heard[axis][-1]
-            own.update(expected(maneuver, axis, model, noise).stds)
-            booked.update(brought(fitted(maneuver, axis, model)).stds)
+            own.update(predict_information(maneuver, axis, model, noise).stds)
+            booked.update(information_from_fit(fit_maximum_likelihood(maneuver, axis, model)).stds)
         for name, std in reported(maneuver).items():
             if name in band and name in known.foreseen and name in own and name in booked:
                 low, middle, high = band[name]
@@ -290,17 +298,17 @@ def follow(cases: Sequence[Case], model: Model) -> Iterator[Outcome]:
                 )
 
 
-def _all_of(learning: Learning) -> Knowledge:
+def _all_of(learning: KnowledgeUpdate) -> FlightKnowledge:
     while True:
         try:
             next(learning)
         except StopIteration as done:
-            known: Knowledge = done.value
+            known: FlightKnowledge = done.value
             return known
 
 
-def _lesson(case: Case) -> Lesson:
-    return Lesson(
+def _lesson(case: Case) -> ManeuverData:
+    return ManeuverData(
         verdict=case.verdict,
         rows=case.rows,
         card=case.card,
@@ -310,14 +318,14 @@ def _lesson(case: Case) -> Lesson:
 
 
 def _band(
-    known: Knowledge, case: Case, aircraft: Aircraft
+    known: FlightKnowledge, case: Case, aircraft: Aircraft
 ) -> dict[str, tuple[float, float, float]]:
-    request = Request(
+    request = ForecastRequest(
         aircraft=aircraft,
         model=known.known(aircraft),
-        cards=(OpenCard(card=case.card, missing=1),),
-        totals={axis: Total.nothing(axis) for axis in AXES},
-        noise={axis: known.noise(axis, aircraft) for axis in AXES},
+        cards=(UnfinishedCard(card=case.card, missing=1),),
+        totals={axis: CombinedInformation.nothing(axis) for axis in ESTIMATION_AXES},
+        noise={axis: known.noise(axis, aircraft) for axis in ESTIMATION_AXES},
         habits=known.habits,
         channels=known.channels,
         rate=known.rate,
@@ -326,7 +334,7 @@ def _band(
         wanted={},
         lap=35.0,
     )
-    (found,) = prospects(request).by_card.values()
+    (found,) = forecast_cards(request).by_card.values()
     return {gain.name: (gain.low, gain.after, gain.high) for gain in found[0].gains}
 
 
@@ -376,7 +384,7 @@ def print_reached(cases: Sequence[Case], model: Model) -> None:
     """Print the bounds that the book reached over those of a joint fit of the same maneuvers."""
     book = _followed(cases, model)
     ratios = []
-    for axis in AXES:
+    for axis in ESTIMATION_AXES:
         chosen = [case for case in cases if axes_of(case.verdict.surfaces) == (axis,)]
         joint = likelihood.estimate([case.maneuver() for case in chosen], MLSettings(axis=axis))
         ratios += [
@@ -391,11 +399,11 @@ def print_reached(cases: Sequence[Case], model: Model) -> None:
     )
 
 
-def _followed(cases: Sequence[Case], model: Model) -> InformationBook:
-    book = InformationBook(cases[0].aircraft, model, cases[0].rate)
+def _followed(cases: Sequence[Case], model: Model) -> InformationTracker:
+    book = InformationTracker(cases[0].aircraft, model, cases[0].rate)
     for case in cases:
         book.flown(case.verdict, case.rows, card=case.card)
-    book.outlook(cases[-1].verdict.given_at + READY)
+    book.outlook(cases[-1].verdict.given_at + OUTLOOK_DELAY)
     return book
 
 
@@ -406,7 +414,7 @@ def print_cost(cases: Sequence[Case], model: Model) -> None:
     whole = {}
     for title, asked in (("maneuver", None), ("outlook", cards)):
         took = []
-        book = InformationBook(cases[0].aircraft, model)
+        book = InformationTracker(cases[0].aircraft, model)
         for case in cases:
             book.flown(case.verdict, case.rows, card=case.card)
             book.outlook(case.verdict.given_at, asked)
@@ -417,11 +425,11 @@ def print_cost(cases: Sequence[Case], model: Model) -> None:
                 more = book.work(0.0)
                 steps.append(time.process_time() - started)
             took.append(sum(steps[begun:]))
-            book.outlook(case.verdict.given_at + READY, asked)
+            book.outlook(case.verdict.given_at + OUTLOOK_DELAY, asked)
         whole[title] = float(np.median(took))
     started = time.process_time()
     for _ in range(100):
-        book.outlook(case.verdict.given_at + 2.0 * READY, cards)
+        book.outlook(case.verdict.given_at + 2.0 * OUTLOOK_DELAY, cards)
     asking = (time.process_time() - started) / 100.0
     print(
         f"CPU: what a maneuver teaches {1e3 * whole['maneuver']:.0f} ms, prospects of "

@@ -21,8 +21,8 @@ to the session's history
     Until decoded, converted and laid on the grid: without painting.
 
 That this means pixels is proven as it runs: the pitch rate leaps every 0.4 s, and the screen is
-read after every flush for the color of its line at the new value. `ui.pace` tells how the time is
-shared out.
+read after every flush for the color of its line at the new value. `ui.frame_rate` tells how the
+time is shared out.
 
 Beside each run stands what the machine gave to a loop that only looks at the clock, as often as
 the window looks at the record: how late its timer came, and its share of a core.
@@ -73,16 +73,18 @@ def volts_at(tick: int) -> list[float]:
 def send(port: int, seconds: float, shift_us: int) -> None:
     """Send the full-rate link in real time, stamped so much after the places of the grid."""
     from gsapp.decoding.dialect import dialect
-    from gsapp.telemetry.virtual.messages import Tick, layout
+    from gsapp.telemetry.virtual_aircraft.onboard_messages import OnboardSample, telemetry_layout
 
     values = defaultdict(lambda: 0.5)
     values |= {"static_pressure": 98000.0, "temperature": 290.0, "Vc": 30.0, "battery": 11.8}
     packer = dialect().MAVLink(None, srcSystem=1, srcComponent=1)
     line = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    slots = layout(thin=False, attitude_sent=True, position_sent=False)
+    slots = telemetry_layout(thin=False, attitude_sent=True, position_sent=False)
     begin = time.monotonic()
     for number in range(round(seconds * RATE)):
-        tick = Tick(number=number, volts=volts_at(number), values=values, unix_us=1_700_000_000)
+        tick = OnboardSample(
+            number=number, volts=volts_at(number), values=values, unix_us=1_700_000_000
+        )
         frames = []
         for slot in slots:
             if number % slot.every == slot.offset:
@@ -151,7 +153,7 @@ class Frames:
 
 def new_value_on_screen(window, sample: int) -> bool:
     """Tell whether the screen has the color of the leaping line at its new value, newest column."""
-    from ui.strips.raster import value_rows
+    from ui.strips.raster import value_row_transform
 
     charts, history = window.view.charts, window.desk.history
     geometry, picture = charts.geometry_in_pixels, charts.picture
@@ -164,7 +166,7 @@ def new_value_on_screen(window, sample: int) -> bool:
     if not places or math.isnan(value):
         return False
     chart = picture.raster.charts[places[0]]
-    offset, gain = value_rows(chart, picture.raster.pad)
+    offset, gain = value_row_transform(chart, picture.raster.pad)
     corner = charts.mapTo(window, charts.rect().topLeft())
     x = corner.x() + geometry.plot.x + geometry.plot.width - 1
     y = corner.y() + geometry.plot.y + chart.top + int(offset - gain * value)
@@ -179,9 +181,9 @@ def watched_window(folder: Path, frames: Frames):
     """Return the main window, which tells `frames` what it takes in and what it has flushed."""
     from PySide6.QtCore import QEvent
 
-    from ui.faults import FaultDesk
+    from ui.error_reporter import ErrorReporter
+    from ui.main_window import MainWindow
     from ui.settings import SettingsStore
-    from ui.window import MainWindow
 
     class Watched(MainWindow):
         def event(self, event: QEvent) -> bool:
@@ -192,7 +194,7 @@ def watched_window(folder: Path, frames: Frames):
 
     store = SettingsStore(folder / "window.toml")
     store.change(muted=True)
-    window = Watched(store, FaultDesk())
+    window = Watched(store, ErrorReporter())
     # Connected after the charts' own slot: called when their columns are painted.
     window.desk.painted.connect(lambda _: frames.advanced(window))
     window.resize(1280, 800)
@@ -246,21 +248,21 @@ def empty_loop(seconds: float) -> tuple[float, float]:
     """Return share of a core, and the 95th percentile of lateness (ms), of an idle Qt timer."""
     from PySide6.QtCore import QEventLoop, Qt, QTimer
 
-    from ui.app import make_application
-    from ui.pace import LOOK_MS
+    from ui.app import create_application
+    from ui.frame_rate import POLL_INTERVAL_MS
 
-    make_application()
+    create_application()
     ticks: list[float] = []
     loop, timer = QEventLoop(), QTimer()
     timer.setTimerType(Qt.TimerType.PreciseTimer)
     timer.timeout.connect(lambda: ticks.append(time.perf_counter()))
     QTimer.singleShot(round(1000 * seconds), loop.quit)
     used, begin = time.process_time(), time.perf_counter()
-    timer.start(LOOK_MS)
+    timer.start(POLL_INTERVAL_MS)
     loop.exec()
     timer.stop()
     share = (time.process_time() - used) / (time.perf_counter() - begin)
-    late = 1e3 * np.diff(ticks) - LOOK_MS
+    late = 1e3 * np.diff(ticks) - POLL_INTERVAL_MS
     return share, float(np.percentile(late, 95))
 
 
@@ -276,10 +278,10 @@ def measure(seconds: float, shift_us: int = 0) -> Result:
     """
     from PySide6.QtCore import QEventLoop, QTimer
 
-    from ui.app import make_application
-    from ui.dialogs.requests import ConnectRequest
+    from ui.app import create_application
+    from ui.dialogs.flight_requests import ConnectRequest
 
-    application = make_application()
+    application = create_application()
 
     def run(how_long: float) -> None:
         loop = QEventLoop()
@@ -364,7 +366,7 @@ def arrivals(folder: Path) -> dict[int, float]:
     itself, beside it the next row, for which the next sample is needed.
     """
     from gsapp.decoding.dialect import dialect
-    from gsapp.flight.raw import RawTail
+    from gsapp.flight.raw_files import RawTail
 
     reader = dialect().MAVLink(None)
     found = {}

@@ -40,7 +40,7 @@ from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import load_model
 from gsapp.dynamics.propulsion import thrust
 from gsapp.identification import equation_error
-from gsapp.identification.axes import RESPONSES, STATES
+from gsapp.identification.axes import AXIS_RESPONSES, AXIS_STATES
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood import MLSettings, estimate
 from gsapp.identification.motion import measured_motion
@@ -296,12 +296,12 @@ class Case:
     @property
     def states(self) -> tuple[str, ...]:
         """Return the names of the states."""
-        return STATES[AXES[self.kind]]
+        return AXIS_STATES[AXES[self.kind]]
 
 
 def starts(kind: str) -> list[str]:
     """Return the names of the initial states among the unknowns."""
-    return [f"start_{name}" for name in STATES[AXES[kind]]]
+    return [f"start_{name}" for name in AXIS_STATES[AXES[kind]]]
 
 
 def lay_out(kind: str, maneuver: Maneuver, aircraft: Aircraft) -> Case:
@@ -323,11 +323,11 @@ def lay_out(kind: str, maneuver: Maneuver, aircraft: Aircraft) -> Case:
     equations = EQUATIONS[kind](aircraft)
     history = found.histories[0]
     names = {
-        **{f"start_{name}": f"{maneuver.id}.initial.{name}" for name in STATES[axis]},
+        **{f"start_{name}": f"{maneuver.id}.initial.{name}" for name in AXIS_STATES[axis]},
         f"bias_{BIASED[kind]}": f"{maneuver.id}.bias.{BIASED[kind]}",
     }
-    first = dict(equation_error.start_values([maneuver], found.free, model=model))
-    first |= {f"start_{name}": float(motion.state(name)[:5].mean()) for name in STATES[axis]}
+    first = dict(equation_error.estimate_start_values([maneuver], found.free, model=model))
+    first |= {f"start_{name}": float(motion.state(name)[:5].mean()) for name in AXIS_STATES[axis]}
     first |= {f"bias_{BIASED[kind]}": 0.0}
     ours = {name: found.derivatives[name].value for name in found.free}
     ours |= {short: found.nuisance[long][0] for short, long in names.items()}
@@ -338,7 +338,7 @@ def lay_out(kind: str, maneuver: Maneuver, aircraft: Aircraft) -> Case:
         equations=equations,
         times=motion.times - motion.times[0],
         drives=np.column_stack([signals[name] for name in equations.drives]),
-        measured=np.column_stack([maneuver.samples(name) for name in RESPONSES[axis]]),
+        measured=np.column_stack([maneuver.samples(name) for name in AXIS_RESPONSES[axis]]),
         start={
             name: math.copysign(max(abs(value), bounds[name]), value)
             for name, value in first.items()
@@ -413,7 +413,7 @@ def by_aeroid(case: Case, aeroid: ModuleType) -> dict[str, float]:
             return np.zeros(len(responses))
         return case.equations.responses(at(x, given), u.tolist(), given)
 
-    responses = [f"{name}_shown" for name in RESPONSES[AXES[case.kind]]]
+    responses = [f"{name}_shown" for name in AXIS_RESPONSES[AXES[case.kind]]]
     drives = [f"{name}_in" for name in case.equations.drives]
     model = aeroid.Model(
         states=case.states, controls=drives, parameters=case.start, dynamics=dynamics,

@@ -22,7 +22,7 @@ import zlib
 from pathlib import Path
 
 import gsapp
-from gsapp.identification.linear_models.files import published_errors
+from gsapp.identification.linear_models.linear_model_files import published_errors
 
 SEEDS = (1, 2)
 FLOWN_BY = ("dynamics", "aircraft", "calibration", "decoding", "quantities")

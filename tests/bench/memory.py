@@ -23,8 +23,8 @@ from pathlib import Path
 from fastcrc import crc16
 
 from gsapp.decoding.dialect import time_fields, wire_formats
-from gsapp.flight.raw import RawTail, RawWriter
-from gsapp.telemetry.address import LinkAddress, parse_link
+from gsapp.flight.raw_files import RawTail, RawWriter
+from gsapp.telemetry.link_address import LinkAddress, parse_link
 from gsapp.telemetry.recorder import Recorder
 from gsapp.telemetry.sources import Chunk
 
@@ -132,7 +132,7 @@ class Road:
         from PySide6.QtWidgets import QApplication
 
         from gsapp.session import Session
-        from ui.flight.choice import OVERVIEW, shipped_layout
+        from ui.flight.chart_selection import OVERVIEW_LAYOUT, create_shipped_layout
         from ui.strips import StripChart
 
         application = QApplication.instance() or QApplication([])
@@ -148,7 +148,7 @@ class Road:
         )
         chart = StripChart(timed=False)
         chart.resize(1280, 800)
-        chart.set_layout(shipped_layout(OVERVIEW, tuple(session.sources)))
+        chart.set_layout(create_shipped_layout(OVERVIEW_LAYOUT, tuple(session.sources)))
         chart.show()
         chart.set_history(session.history)
         looks = round(1.0 / LOOK)

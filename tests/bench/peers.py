@@ -18,7 +18,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from gsapp.telemetry.virtual.process import free_port
+from gsapp.telemetry.virtual_aircraft.aircraft_process import find_free_udp_port
 
 MAVPROXY = "MAVProxy==1.8.75"
 
@@ -50,7 +50,7 @@ def main(*_: str) -> None:
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         environment = install(folder / "site")
-        first, second = free_port(), free_port()
+        first, second = find_free_udp_port(), find_free_udp_port()
         flight = folder / "flight"
         gsapp = [sys.executable, "-m", "gsapp.cli"]
         recorder = subprocess.Popen(
@@ -93,7 +93,7 @@ def fetch_logs(folder: Path) -> None:
     """Fetch the log of a thin flight through MAVProxy, then let MAVProxy fetch it."""
     os.environ["GSAPP_RUNTIME_FOLDER"] = str(folder / "run")
     environment = install(folder / "site")
-    first, second = free_port(), free_port()
+    first, second = find_free_udp_port(), find_free_udp_port()
     flight, box, theirs = folder / "flight", folder / "box.tlog", folder / "theirs.tlog"
     gsapp = [sys.executable, "-m", "gsapp.cli"]
     said, words = folder / "fly.txt", folder / "proxy.txt"

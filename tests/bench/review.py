@@ -18,8 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gsapp.flight.names import CACHE_FOLDER, FRAMES_FILE
-from gsapp.session.review import ReviewedFlight, open_reviewed
+from gsapp.flight.file_names import CACHE_FOLDER, FRAMES_FILE
+from gsapp.session.review import ReviewedFlight, open_reviewed_flight
 
 TEN_MINUTES = 600.0
 GOAL = 1.0
@@ -47,7 +47,7 @@ def pymavlink_reads(record: Path) -> None:
 
 def opening(folder: Path, quick: bool) -> ReviewedFlight:
     """Print how long a flight takes to open."""
-    flight = open_reviewed(folder)
+    flight = open_reviewed_flight(folder)
     first, last = flight.span
     scale = TEN_MINUTES / (last - first)
     block = flight.flight.block
@@ -58,13 +58,13 @@ def opening(folder: Path, quick: bool) -> ReviewedFlight:
 
     def anew() -> None:
         shutil.rmtree(folder / CACHE_FOLDER)
-        open_reviewed(folder)
+        open_reviewed_flight(folder)
 
     print(f"{len(block.times)} samples of {len(block.channels)} channels, "
           f"{len(flight.maneuvers)} maneuvers")  # fmt: skip
     for words, seconds, other, program in (
         ("just landed", timed(anew, 2), messages, "pymavlink reading the messages"),
-        ("opened before", timed(lambda: open_reviewed(folder), 5), text, "numpy.loadtxt"),
+        ("opened before", timed(lambda: open_reviewed_flight(folder), 5), text, "numpy.loadtxt"),
     ):
         print(
             f"{words:14} {scale * seconds:6.2f} s for ten minutes ({seconds / other:.3f} of "
@@ -77,15 +77,15 @@ def working(folder: Path) -> None:
     """Print what a key, a drag and a picture of the time line cost."""
     from PySide6.QtWidgets import QApplication
 
-    from ui.photographer import Guise, studio, wait
+    from ui.screenshot_taker import WindowAppearance, screenshot_window, wait_until
 
-    with studio(Guise()) as window:
+    with screenshot_window(WindowAppearance()) as window:
         window.store.change(review_flights=(str(folder),))
         window.show_place("review")
         window.review.go("maneuvers")
         page, work = window.review.page, QApplication.processEvents
         started = time.perf_counter()
-        wait(work, lambda: bool(page.review.flights), "the flight to open")
+        wait_until(work, lambda: bool(page.review.flights), "the flight to open")
         print(f"window: {time.perf_counter() - started:.2f} s from asking to the time line")
         actions = window.commands.actions
         one = page.editing.row.maneuver

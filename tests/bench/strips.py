@@ -23,8 +23,8 @@ from PySide6.QtCore import QEventLoop, Qt, QTimer
 from PySide6.QtWidgets import QApplication
 
 from gsapp.quantities import CHANNELS, Block
-from gsapp.session.history import History
-from gsapp.session.limits import Bands
+from gsapp.session.limits import LimitBands
+from gsapp.session.sample_history import SampleHistory
 from ui.strips import Strip, StripChart, StripGroup, StripLayout, Trace
 
 SIZE = (1280, 800)
@@ -44,7 +44,7 @@ class Stream:
     def __init__(self, channels: int, rate: float, noise: float = 0.03) -> None:
         self.names = NAMES[:channels]
         self.rate = rate
-        self.history = History(self.names, rate)
+        self.history = SampleHistory(self.names, rate)
         self._rng = np.random.default_rng(1)
         self._noise = noise
         self.next = 0
@@ -72,7 +72,7 @@ def strip_chart(stream: Stream, window: float, *, cursors: bool = True) -> Strip
     chart = StripChart(timed=False)
     chart.resize(*SIZE)
     chart.set_layout(StripLayout(window=window, groups=(StripGroup(strips=strips),)))
-    limits = Bands(warning_low=-0.4, caution_low=-0.2, caution_high=0.4, warning_high=0.6)
+    limits = LimitBands(warning_low=-0.4, caution_low=-0.2, caution_high=0.4, warning_high=0.6)
     chart.set_limits(dict.fromkeys(stream.names, limits))
     chart.show()
     chart.set_history(stream.history)

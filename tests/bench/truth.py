@@ -18,7 +18,7 @@ import numpy as np
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
 from gsapp.identification import equation_error
-from gsapp.identification.axes import RESPONSES, STATES, Axis, axis_derivatives
+from gsapp.identification.axes import AXIS_RESPONSES, AXIS_STATES, Axis, axis_derivatives
 from gsapp.identification.maximum_likelihood import DEFAULT_BIASES, MLSettings, fit
 from gsapp.identification.results import Estimate
 from gsapp.quantities import FloatArray
@@ -151,8 +151,8 @@ def agreement(kind: str, seed: int) -> tuple[float, float, float]:
     reference = Reference(
         maneuvers=[maneuver],
         model=model,
-        states=STATES[axis],
-        responses=RESPONSES[axis],
+        states=AXIS_STATES[axis],
+        responses=AXIS_RESPONSES[axis],
         free=axis_derivatives(axis),
         biases=DEFAULT_BIASES[axis],
         lags=50,

@@ -21,8 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsapp.dynamics.model import Model
-from gsapp.excitation.points.wanted import WantedInput
-from gsapp.excitation.points.wanting import wanted_input
+from gsapp.excitation.test_points.target_input import TargetInput
+from gsapp.excitation.test_points.target_selection import select_target_input
 from gsapp.quantities.constants import DEGREE
 from tests.excitation.points_kit import BEFORE, DT, b777, flown, nearest_limit, point, standing_out
 
@@ -101,7 +101,9 @@ def _case(seed: int) -> _Case:
     speed = float(random.uniform(75.0, 120.0))
     surfaces = _SURFACES[seed % len(_SURFACES)]
     began = time.process_time()
-    wanted = wanted_input(surfaces, "doublet", aircraft=aircraft, model=model, point=point(speed))
+    wanted = select_target_input(
+        surfaces, "doublet", aircraft=aircraft, model=model, point=point(speed)
+    )
     cost = time.process_time() - began
     noise = best = left = float("nan")
     if len(surfaces) == 1:
@@ -117,7 +119,7 @@ def _case(seed: int) -> _Case:
     )
 
 
-def _limit(wanted: WantedInput, speed: float, model: Model) -> float:
+def _limit(wanted: TargetInput, speed: float, model: Model) -> float:
     used = []
     for sign in (1.0, -1.0):
         sizes = {name: band.high for name, band in wanted.amplitudes.items()}
@@ -126,14 +128,14 @@ def _limit(wanted: WantedInput, speed: float, model: Model) -> float:
     return max(used)
 
 
-def _noise(wanted: WantedInput, speed: float, model: Model) -> float:
+def _noise(wanted: TargetInput, speed: float, model: Model) -> float:
     (surface,) = wanted.surfaces
     play = 0.5 * getattr(b777()[0].controls, surface).slop
     size, width = wanted.amplitudes[surface].low + play, wanted.width.best
     return standing_out(flown(speed, {surface: size}, width, model=model), surface, width)
 
 
-def _scanned(wanted: WantedInput, speed: float, model: Model) -> tuple[float, float]:
+def _scanned(wanted: TargetInput, speed: float, model: Model) -> tuple[float, float]:
     (surface,) = wanted.surfaces
     left = []
     for width in (wanted.width.best * _SCAN).tolist():

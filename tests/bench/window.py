@@ -23,10 +23,10 @@ def start(scratch: Path, flight: Path | None) -> None:
     """Open the window as the program does; print the host times of its first pictures."""
     from PySide6.QtCore import QEvent, QTimer
 
-    from ui.app import make_application
-    from ui.faults import FaultDesk
+    from ui.app import create_application
+    from ui.error_reporter import ErrorReporter
+    from ui.main_window import MainWindow
     from ui.settings import SettingsStore
-    from ui.window import MainWindow
 
     class Watched(MainWindow):
         pictures = 0
@@ -44,9 +44,9 @@ def start(scratch: Path, flight: Path | None) -> None:
             if self.pictures == (1 if flight is None else 2):
                 application.quit()
 
-    application = make_application()
+    application = create_application()
     store = SettingsStore(scratch / "window.toml")
-    window = Watched(store, FaultDesk(), offer_recorders=False)
+    window = Watched(store, ErrorReporter(), offer_recorders=False)
     window.show()
     if flight is not None:
         QTimer.singleShot(0, lambda: window.desk.starter.open_flight(flight))

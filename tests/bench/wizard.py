@@ -24,9 +24,9 @@ from pathlib import Path
 import numpy as np
 
 from calibration.certificate import Certificate
-from calibration.plan import load_plan
-from gsapp.dynamics.pilot.bench import (
-    KINDS,
+from calibration.plan import load_calibration_plan
+from gsapp.dynamics.virtual_aircraft.bench import (
+    BENCH_FAULT_KINDS,
     POTENTIOMETERS,
     BenchFault,
     Potentiometer,
@@ -35,7 +35,7 @@ from gsapp.dynamics.pilot.bench import (
 from tests.calibration.wizard.bench_crew import BenchCrew
 from tests.calibration.wizard.bench_truth import within
 
-PLAN = load_plan("b777").only(("surface", "vane"))
+PLAN = load_calibration_plan("b777").only(("surface", "vane"))
 
 
 def whole_aircraft(seeds: int) -> None:
@@ -66,7 +66,7 @@ def whole_aircraft(seeds: int) -> None:
 
 def faults(trials: int) -> None:
     """Move faulty instruments."""
-    for kind in (*KINDS, None):
+    for kind in (*BENCH_FAULT_KINDS, None):
         right = 0
         for seed in range(trials):
             channel = POTENTIOMETERS[seed % 7]

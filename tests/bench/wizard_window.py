@@ -19,11 +19,16 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 import numpy as np
 from PySide6.QtCore import Qt
 
-from gsapp.dynamics.pilot.bench import KINDS, POTENTIOMETERS, BenchFault, VirtualBench
-from gsapp.dynamics.pilot.bench.hand import SETTING_ERROR
+from gsapp.dynamics.virtual_aircraft.bench import (
+    BENCH_FAULT_KINDS,
+    POTENTIOMETERS,
+    BenchFault,
+    VirtualBench,
+)
+from gsapp.dynamics.virtual_aircraft.bench.operator_motion import ANGLE_SETTING_ERROR
 from tests.calibration.wizard.bench_truth import within
 from tests.ui.bench_kit import BenchWindow, leave_only, try_out, work_through
-from ui.app import make_application
+from ui.app import create_application
 
 
 def whole_aircraft(seeds: int, setting_error: float) -> None:
@@ -72,7 +77,7 @@ def whole_aircraft(seeds: int, setting_error: float) -> None:
 
 def faults(trials: int) -> None:
     """Move faulty instruments."""
-    for kind in (*KINDS, None):
+    for kind in (*BENCH_FAULT_KINDS, None):
         right = 0
         for seed in range(trials):
             channel = POTENTIOMETERS[seed % 7]
@@ -94,8 +99,8 @@ def faults(trials: int) -> None:
 def main(*arguments: str) -> None:
     """Run all; a tenth of it with ``--quick``."""
     quick = "--quick" in arguments
-    application = make_application()
-    for setting_error in (0.0, SETTING_ERROR):
+    application = create_application()
+    for setting_error in (0.0, ANGLE_SETTING_ERROR):
         whole_aircraft(20 if quick else 200, setting_error)
     faults(5 if quick else 50)
     application.quit()

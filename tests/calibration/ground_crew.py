@@ -12,20 +12,20 @@ from calibration.inertial import (
     POSITIONS,
     GyroZero,
     PositionReading,
-    SixPositions,
+    SixPositionResult,
     Turn,
-    TurnWatch,
+    TurnMonitor,
+    calibrate_accelerometers,
+    create_inertial_rest_monitor,
     gyro_zero,
-    six_positions,
-    still_watch,
 )
-from calibration.rest import Rest, RestWatch
-from gsapp.dynamics.pilot.bench import VirtualBench
+from calibration.rest_detection import RestMonitor, RestPeriod
+from gsapp.dynamics.virtual_aircraft.bench import VirtualBench
 
 STAMP = dt.datetime(2026, 5, 12, 9, 30)  # noqa: DTZ001 - a field's local time
 
 
-def rest(bench: VirtualBench, watch: RestWatch, *, patience: float = 20.0) -> Rest:
+def rest(bench: VirtualBench, watch: RestMonitor, *, patience: float = 20.0) -> RestPeriod:
     """Wait until the watch has seen its rest; channels are fed as they come from the bench."""
     watch.restart()
     until = bench.time + patience
@@ -42,7 +42,7 @@ def turned(bench: VirtualBench, channel: str, angle: float) -> Turn:
     """Turn the table and return what was seen."""
     seconds = bench.turn(channel, 0.0, seconds=0.01)  # only brought upright
     bench.step(seconds + 0.5)
-    watch = TurnWatch(GYROS, least=0.5 * abs(angle))
+    watch = TurnMonitor(GYROS, least=0.5 * abs(angle))
     seconds = bench.turn(channel, angle)
     block = bench.step(seconds + 3.0)
     watch.feed(block.times, {name: block[f"{name}_volts"] for name in GYROS})
@@ -60,18 +60,18 @@ class GyroWork:
 
 def gyro_work(bench: VirtualBench, channel: str) -> GyroWork:
     """Take the zero of a gyro, and turn the table once to either side."""
-    still = rest(bench, still_watch((*GYROS, *ACCELEROMETERS)))
+    still = rest(bench, create_inertial_rest_monitor((*GYROS, *ACCELEROMETERS)))
     zero = gyro_zero(channel, still)
     turns = tuple(turned(bench, channel, angle) for angle in (360.0, -360.0))
     return GyroWork(zero=zero, zero_time=0.5 * (still.start + still.end), turns=turns)
 
 
-def six_work(bench: VirtualBench, positions: Sequence[str] = POSITIONS) -> SixPositions:
+def six_work(bench: VirtualBench, positions: Sequence[str] = POSITIONS) -> SixPositionResult:
     """Lay the aircraft in all positions and take the rest in each."""
     readings = []
     for position in POSITIONS:
         if position in positions:
             bench.step(bench.lie(position))
-            found = rest(bench, still_watch(ACCELEROMETERS, seconds=3.0))
+            found = rest(bench, create_inertial_rest_monitor(ACCELEROMETERS, seconds=3.0))
             readings.append(PositionReading(position=position, rest=found))
-    return six_positions(readings)
+    return calibrate_accelerometers(readings)

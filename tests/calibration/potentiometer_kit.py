@@ -12,13 +12,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calibration.converter import STEP
-from calibration.faults import InstrumentFault, find_faults
+from calibration.adc import ADC_RESOLUTION
+from calibration.instrument_faults import InstrumentFault, find_faults
 from calibration.points import CalibrationPoint, Direction
 from calibration.quality import Calibration
-from calibration.watching import VoltsWatch, WatchReading
-from gsapp.dynamics.pilot.bench import POTENTIOMETERS, BenchFault, Potentiometer, VirtualBench
-from gsapp.dynamics.pilot.bench.potentiometer import Linkage
+from calibration.voltage_monitor import VoltageMonitor, VoltageReading
+from gsapp.dynamics.virtual_aircraft.bench import (
+    POTENTIOMETERS,
+    BenchFault,
+    Potentiometer,
+    VirtualBench,
+)
+from gsapp.dynamics.virtual_aircraft.bench.potentiometer import Linkage
 from gsapp.quantities import FloatArray
 
 SETTINGS = (-20.0, -10.0, 0.0, 10.0, 20.0)
@@ -77,8 +82,8 @@ class Sweep:
 
 
 def rest(
-    bench: VirtualBench, channel: str, watch: VoltsWatch, *, patience: float = 12.0
-) -> WatchReading:
+    bench: VirtualBench, channel: str, watch: VoltageMonitor, *, patience: float = 12.0
+) -> VoltageReading:
     """Feed the watch until the instrument has moved and is at rest for a second."""
     end = bench.time + patience
     while bench.time < end:
@@ -97,7 +102,7 @@ def sweep(
 ) -> Sweep:
     """Take every setting upward, then downward, as a person does it."""
     bench = VirtualBench(seed)
-    watch = VoltsWatch()
+    watch = VoltageMonitor()
     rows: list[tuple[float, float, float, float, Direction]] = []
     ways: tuple[tuple[Direction, Sequence[float], float], ...] = (
         ("up", settings, -PASSED),
@@ -165,7 +170,7 @@ def quick_sweep(
             true = value + float(random.normal(0.0, miss))
             shaft = linkage.follow(np.array([true]))[0]
             samples = potentiometer.volts(shaft) + random.normal(0.0, potentiometer.noise, 70)
-            samples = np.round(samples / STEP) * STEP
+            samples = np.round(samples / ADC_RESOLUTION) * ADC_RESOLUTION
             rows.append((samples.mean(), samples.std(ddof=1), value, true, direction))
     return _sweep(potentiometer, rows)
 
@@ -183,7 +188,7 @@ def recovered(
     angles = random.uniform(low, high, count)
     shaft = Linkage(potentiometer.play, float(angles[0])).follow(angles)
     volts = potentiometer.volts(shaft, SUPPLY) + random.normal(0.0, potentiometer.noise, count)
-    volts = np.round(volts / STEP) * STEP
+    volts = np.round(volts / ADC_RESOLUTION) * ADC_RESOLUTION
     errors = calibration.value(volts) - angles
     inside = np.isfinite(errors)
     return errors[inside], calibration.uncertainty(volts)[inside]

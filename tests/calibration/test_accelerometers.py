@@ -15,14 +15,14 @@ from calibration.inertial import (
     ACCELEROMETERS,
     POSITIONS,
     PositionReading,
-    SixPositions,
-    factory_figures,
+    SixPositionResult,
+    calibrate_accelerometers,
+    factory_calibrations,
     recognize_position,
-    six_positions,
     specific_force,
 )
-from calibration.rest import Rest
-from gsapp.dynamics.pilot.bench import VirtualBench, parse_bench_fault
+from calibration.rest_detection import RestPeriod
+from gsapp.dynamics.virtual_aircraft.bench import VirtualBench, parse_bench_fault
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
 from tests.calibration.ground_crew import STAMP, six_work
@@ -32,7 +32,7 @@ def reading(position: str, volts: FloatArray) -> PositionReading:
     """Return a reading without noise."""
     named = MappingProxyType(dict(zip(ACCELEROMETERS, volts.tolist(), strict=True)))
     small = MappingProxyType(dict.fromkeys(ACCELEROMETERS, 1e-4))
-    at_rest = Rest(start=0.0, end=5.0, volts=named, std=small, uncertainty=small)
+    at_rest = RestPeriod(start=0.0, end=5.0, volts=named, std=small, uncertainty=small)
     return PositionReading(position=position, rest=at_rest)
 
 
@@ -50,13 +50,13 @@ def exact(zero: FloatArray, matrix: FloatArray, tilts: FloatArray) -> list[Posit
 
 
 def nominal() -> tuple[FloatArray, FloatArray]:
-    figures = [factory_figures()[name] for name in ACCELEROMETERS]
+    figures = [factory_calibrations()[name] for name in ACCELEROMETERS]
     return np.array([f.zero for f in figures]), np.diag([f.sensitivity for f in figures])
 
 
 def test_the_factory_figures_are_those_of_the_source() -> None:
     """Zero-g volts and V/g of table 3.5.3."""
-    figures = factory_figures()
+    figures = factory_calibrations()
     for name, zero, sensitivity in (
         ("ax", 2.556, 0.510),
         ("ay", 2.546, 0.511),
@@ -98,7 +98,7 @@ def test_tilt_does_not_reach_zero_and_scale() -> None:
     zero, matrix = nominal()
     tilts = np.array([[2, 1], [-1, 2], [1.5, -2], [2, 2], [-2, 0.5], [1, 1.5]])
     readings = exact(zero, matrix, tilts)
-    found = six_positions(readings)
+    found = calibrate_accelerometers(readings)
     level = np.column_stack(
         [np.ones(6), [list(specific_force(r.position).values()) for r in readings]]
     )
@@ -115,7 +115,7 @@ def test_misalignment_is_found_where_the_aircraft_lies_well() -> None:
     """An accelerometer that leans by 2 deg, to the tenth."""
     zero, matrix = nominal()
     matrix[0, 2] = matrix[0, 0] * math.tan(math.radians(2.0))
-    found = six_positions(exact(zero, matrix, np.zeros((6, 2))), laying_error=0.1)
+    found = calibrate_accelerometers(exact(zero, matrix, np.zeros((6, 2))), laying_error=0.1)
     assert found.fits["ax"].cross["an"] == pytest.approx(2.0, abs=0.1)
     assert found.fits["ax"].cross["ay"] == pytest.approx(0.0, abs=0.1)
     assert found.fits["ay"].cross["ax"] == pytest.approx(0.0, abs=0.1)
@@ -128,7 +128,7 @@ def test_a_position_that_does_not_fit_is_named() -> None:
     zero, matrix = nominal()
     tilts = np.zeros((6, 2))
     tilts[POSITIONS.index("x_up"), 1] = 20.0
-    found = six_positions(exact(zero, matrix, tilts))
+    found = calibrate_accelerometers(exact(zero, matrix, tilts))
     assert "'nose straight up'" in found.doubt
 
 
@@ -140,7 +140,7 @@ def test_every_position_is_recognized_and_none_between() -> None:
     assert recognize_position(dict(zip(ACCELEROMETERS, between, strict=True))) is None
 
 
-def with_fault(fault: str) -> SixPositions:
+def with_fault(fault: str) -> SixPositionResult:
     return six_work(VirtualBench(11, faults=[parse_bench_fault(fault)]))
 
 
@@ -167,7 +167,10 @@ def test_local_gravity_counts() -> None:
     """At 9.80 m/s^2 the same volts mean 0.07 % more volts per standard g."""
     zero, matrix = nominal()
     readings = exact(zero, matrix, np.zeros((6, 2)))
-    here, standard = six_positions(readings, gravity=9.80), six_positions(readings)
+    here, standard = (
+        calibrate_accelerometers(readings, gravity=9.80),
+        calibrate_accelerometers(readings),
+    )
     ratio = here.fits["an"].sensitivity / standard.fits["an"].sensitivity
     assert ratio == pytest.approx(9.80665 / 9.80, abs=1e-5)
 
@@ -176,13 +179,16 @@ def test_a_missing_position_is_named() -> None:
     zero, matrix = nominal()
     readings = exact(zero, matrix, np.zeros((6, 2)))
     with pytest.raises(CalibrationError, match="'nose straight down' is missing"):
-        six_positions([r for r in readings if r.position != "x_down"])
+        calibrate_accelerometers([r for r in readings if r.position != "x_down"])
 
 
 def test_reading_a_position_again_gains_certainty() -> None:
     """Misalignment, which the laying limits, is known better from two rounds than from one."""
     zero, matrix = nominal()
     readings = exact(zero, matrix, np.zeros((6, 2)))
-    once, twice = six_positions(readings), six_positions([*readings, *map(replace, readings)])
+    once, twice = (
+        calibrate_accelerometers(readings),
+        calibrate_accelerometers([*readings, *map(replace, readings)]),
+    )
     ratio = twice.fits["ay"].cross_uncertainty["ax"] / once.fits["ay"].cross_uncertainty["ax"]
     assert ratio == pytest.approx(1.0 / math.sqrt(2.0), rel=0.02)

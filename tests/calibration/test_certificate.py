@@ -17,7 +17,7 @@ from calibration import (
     fit_points,
     load_certificate,
     load_certificates,
-    shipped_sets,
+    shipped_certificate_sets,
     write_certificate,
 )
 from gsapp.foundation import FileProblemsError, UnknownNameError
@@ -63,7 +63,7 @@ def test_shipped_certificates_invert(channel_id: str) -> None:
 def test_the_shipped_set_is_the_whole_box() -> None:
     """One certificate for each instrument of the box, and every set can be named."""
     assert set(load_certificates("b777")) == set(INSTRUMENTS)
-    assert "b777" in shipped_sets()
+    assert "b777" in shipped_certificate_sets()
 
 
 def test_source_facts() -> None:

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from calibration import CalibrationError, CalibrationPoint
-from calibration.branches import Readings
-from calibration.choosing import calibrate
-from calibration.remarks import remarks
+from calibration.curve_selection import fit_calibration
+from calibration.hysteresis_fit import CalibrationReadings
+from calibration.remarks import collect_remarks
 from gsapp.quantities import FloatArray
 from tests.calibration.potentiometer_kit import quick_sweep, recovered
 
@@ -54,7 +54,7 @@ def test_the_points_choose_the_curve(curve: tuple[float, ...], degree: int) -> N
     """
     chosen = []
     for seed in range(6):
-        made = calibrate(points_on(curve, seed=seed))
+        made = fit_calibration(points_on(curve, seed=seed))
         chosen.append(made.degree)
         volts = np.linspace(1.0, 4.0, 31)
         np.testing.assert_allclose(
@@ -68,7 +68,7 @@ def test_a_degree_that_was_asked_for_is_taken() -> None:
     """The person may choose; the losses of the others stay there to be seen."""
     points = points_on((-50.0, 20.0, 0.9))
     for degree in (1, 2, 3):
-        made = calibrate(points, degree=degree)
+        made = fit_calibration(points, degree=degree)
         assert made.degree == made.quality.degree == degree
         assert set(made.losses) == {1, 2, 3}
 
@@ -81,7 +81,7 @@ def test_recovered_angles_lie_within_the_stated_uncertainty() -> None:
     inside, close = [], []
     for seed in SEEDS:
         taken = quick_sweep(seed, CHANNELS[seed % 4])
-        made = calibrate(taken.points())
+        made = fit_calibration(taken.points())
         errors, widths = recovered(made, taken.potentiometer, seed)
         inside.append(np.mean(np.abs(errors) < widths))
         close.append(np.mean(widths))
@@ -98,7 +98,7 @@ def test_hysteresis_is_within_a_tenth_of_the_truth() -> None:
     for passed in (3.0, 0.0):
         for seed in SEEDS[:10]:
             taken = quick_sweep(seed, CHANNELS[seed % 3], passed=passed)
-            quality = calibrate(taken.points(0.0)).quality
+            quality = fit_calibration(taken.points(0.0)).quality
             assert quality.hysteresis == pytest.approx(taken.potentiometer.play, rel=0.1)
 
 
@@ -107,7 +107,7 @@ def test_the_bound_of_the_hysteresis_is_honest() -> None:
     inside = []
     for seed in range(20):
         taken = quick_sweep(seed, "rudder")
-        quality = calibrate(taken.points(0.1, seed)).quality
+        quality = fit_calibration(taken.points(0.1, seed)).quality
         assert quality.hysteresis is not None
         assert quality.hysteresis_uncertainty is not None
         off = abs(quality.hysteresis - taken.potentiometer.play)
@@ -121,7 +121,7 @@ def test_more_points_make_hysteresis_surer_and_not_larger() -> None:
     for count in (5, 25):
         settings = tuple(np.linspace(-20.0, 20.0, count))
         sweeps = [quick_sweep(seed, "rudder", settings) for seed in range(4)]
-        found = [calibrate(one.points(0.15, seed)).quality for seed, one in enumerate(sweeps)]
+        found = [fit_calibration(one.points(0.15, seed)).quality for seed, one in enumerate(sweeps)]
         widths.append(np.mean([one.hysteresis_uncertainty for one in found]))
         plays = [one.potentiometer.play for one in sweeps]
         assert np.mean([one.hysteresis for one in found]) == pytest.approx(np.mean(plays), abs=0.1)
@@ -133,10 +133,10 @@ def test_an_outlier_is_pointed_out_and_nothing_else() -> None:
     alarms = 0
     for seed in range(6):
         points = quick_sweep(seed, "elevator_left").points()
-        alarms += len(calibrate(points).quality.outliers)
+        alarms += len(fit_calibration(points).quality.outliers)
         wrong = (3 * seed) % len(points)
         points[wrong] = replace(points[wrong], value=points[wrong].value + 3.0)
-        assert wrong in calibrate(points).quality.outliers, seed
+        assert wrong in fit_calibration(points).quality.outliers, seed
     assert alarms <= 1
 
 
@@ -145,16 +145,18 @@ def test_two_outliers_do_not_hide_each_other() -> None:
     points = points_on((-50.0, 20.0, 0.9))
     for at in (3, 12):
         points[at] = replace(points[at], value=points[at].value + 1.5)
-    assert sorted(calibrate(points).quality.outliers) == [3, 12]
+    assert sorted(fit_calibration(points).quality.outliers) == [3, 12]
 
 
 def test_hysteresis_is_not_known_from_one_direction() -> None:
     """Points on the way up only: no width is claimed, and a sentence says why."""
     points = [one for one in points_on((-50.0, 20.0)) if one.direction == "up"]
-    made = calibrate(points)
+    made = fit_calibration(points)
     assert made.quality.hysteresis is None
     assert made.fit.hysteresis == 0.0
-    assert any("upward and downward" in sentence for sentence in remarks(made, points, "deg"))
+    assert any(
+        "upward and downward" in sentence for sentence in collect_remarks(made, points, "deg")
+    )
 
 
 def test_up_and_down_noted_the_wrong_way_round_is_remarked() -> None:
@@ -164,9 +166,9 @@ def test_up_and_down_noted_the_wrong_way_round_is_remarked() -> None:
         replace(one, direction=swapped[one.direction])  # type: ignore[arg-type]
         for one in points_on((-50.0, 20.0))
     ]
-    made = calibrate(points)
-    assert any("wrong way round" in sentence for sentence in remarks(made, points, "deg"))
-    assert not remarks(calibrate(points_on((-50.0, 20.0))), points, "deg")
+    made = fit_calibration(points)
+    assert any("wrong way round" in sentence for sentence in collect_remarks(made, points, "deg"))
+    assert not collect_remarks(fit_calibration(points_on((-50.0, 20.0))), points, "deg")
 
 
 @pytest.mark.parametrize("count", [2, 3, 4])
@@ -174,32 +176,32 @@ def test_few_points_are_taken_for_what_they_are(count: int) -> None:
     """A line through two points is drawn; what they cannot tell is not told."""
     volts = np.linspace(1.0, 4.0, count)
     points = [CalibrationPoint(volts=float(v), value=20.0 * float(v) - 50.0) for v in volts]
-    made = calibrate(points)
+    made = fit_calibration(points)
     assert made.degree == 1
     np.testing.assert_allclose(made.fit.coefficients, (-50.0, 20.0), atol=1e-9)
     if count == 2:
         assert made.quality.scatter is None
         assert made.quality.uncertainty is None
         assert np.isnan(made.uncertainty(2.0))
-        assert any("uncertainty" in sentence for sentence in remarks(made, points, "deg"))
+        assert any("uncertainty" in sentence for sentence in collect_remarks(made, points, "deg"))
 
 
 def test_what_allows_no_curve_is_refused() -> None:
     """One voltage, one value, a curve that was asked for and turns back: each says why."""
     with pytest.raises(CalibrationError, match="at least 2 different voltages"):
-        calibrate([CalibrationPoint(volts=1.0, value=x) for x in (0.0, 1.0)])
+        fit_calibration([CalibrationPoint(volts=1.0, value=x) for x in (0.0, 1.0)])
     with pytest.raises(CalibrationError, match="same value"):
-        calibrate([CalibrationPoint(volts=v, value=3.0) for v in (1.0, 2.0)])
+        fit_calibration([CalibrationPoint(volts=v, value=3.0) for v in (1.0, 2.0)])
     hill = [CalibrationPoint(volts=v, value=-((v - 2.0) ** 2)) for v in (0.0, 1.0, 2.0, 3.5, 5.0)]
     with pytest.raises(CalibrationError, match="turns back"):
-        calibrate(hill, degree=2)
-    assert calibrate(hill).degree == 1
+        fit_calibration(hill, degree=2)
+    assert fit_calibration(hill).degree == 1
 
 
 def test_a_setting_error_known_beforehand_counts() -> None:
     """Ten points that agree by luck are not believed to be better than the protractor."""
     points = points_on((-50.0, 20.0), error=0.001)[::2]
-    alone, with_it = calibrate(points), calibrate(points, setting_error=0.2)
+    alone, with_it = fit_calibration(points), fit_calibration(points, setting_error=0.2)
     assert alone.quality.scatter is not None
     assert with_it.quality.scatter is not None
     assert alone.quality.scatter < 0.01 < 0.1 < with_it.quality.scatter
@@ -207,9 +209,9 @@ def test_a_setting_error_known_beforehand_counts() -> None:
 
 def test_the_turns_count_as_noted_where_they_agree() -> None:
     """Settings that were passed and come back to keep their branch; those that were not lose it."""
-    agreed = Readings.of(quick_sweep(3, "rudder").points(0.0))
+    agreed = CalibrationReadings.of(quick_sweep(3, "rudder").points(0.0))
     assert np.count_nonzero(agreed.side == 0.0) == 0
-    between = Readings.of(quick_sweep(3, "rudder", passed=0.0).points(0.0))
+    between = CalibrationReadings.of(quick_sweep(3, "rudder", passed=0.0).points(0.0))
     assert np.flatnonzero(between.side == 0.0).tolist() == [0, 5]
 
 
@@ -222,7 +224,7 @@ plausible = st.builds(
 
 
 def widths_of(points: list[CalibrationPoint], volts: FloatArray) -> FloatArray:
-    return calibrate(points).uncertainty(volts)
+    return fit_calibration(points).uncertainty(volts)
 
 
 @given(points=plausible, order=st.randoms(use_true_random=False))
@@ -231,7 +233,7 @@ def test_the_order_of_points_does_not_matter(points: list[CalibrationPoint], ord
     """Points may be repeated, deleted and added: what counts is which there are."""
     shuffled = list(points)
     order.shuffle(shuffled)  # type: ignore[attr-defined]
-    one, other = calibrate(points), calibrate(shuffled)
+    one, other = fit_calibration(points), fit_calibration(shuffled)
     assert one.degree == other.degree
     np.testing.assert_allclose(one.fit.coefficients, other.fit.coefficients, rtol=1e-6)
     assert one.quality.hysteresis == pytest.approx(other.quality.hysteresis, abs=1e-9)
@@ -250,7 +252,7 @@ def test_units_and_signs_do_not_matter(points: list[CalibrationPoint], factor: f
         )
         for one in points
     ]
-    one, other = calibrate(points), calibrate(scaled)
+    one, other = fit_calibration(points), fit_calibration(scaled)
     volts = np.linspace(1.0, 4.0, 7)
     np.testing.assert_allclose(other.value(volts), factor * one.value(volts), rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(
@@ -262,7 +264,7 @@ def test_units_and_signs_do_not_matter(points: list[CalibrationPoint], factor: f
 @settings(max_examples=5, deadline=None)
 def test_the_half_width_is_never_less_than_half_the_loop(points: list[CalibrationPoint]) -> None:
     """Whoever reads a voltage does not know the branch; outside the points nothing is claimed."""
-    made = calibrate(points)
+    made = fit_calibration(points)
     low, high = made.quality.places[0], made.quality.places[-1]
     inside = np.linspace(low, high, 21)
     assert made.quality.hysteresis is not None

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from calibration import CalibrationError, CalibrationPoint, Certificate, load_certificates
-from calibration.choosing import calibrate, certify
-from calibration.comparing import check, compare
+from calibration.curve_selection import create_certificate, fit_calibration
+from calibration.drift import check_certificate, compute_drift
 from tests.calibration.potentiometer_kit import quick_sweep
 
 STAMP = dt.datetime(2026, 5, 12, 8, 31)  # noqa: DTZ001 - a field's local time
@@ -25,8 +25,10 @@ def former_of(seed: int) -> Certificate:
 
 
 def certificate(points: Sequence[CalibrationPoint], **more: object) -> Certificate:
-    made = calibrate(points)
-    return certify(made, points, channel_id="rudder", unit="deg", who="crew", stamp=STAMP, **more)
+    made = fit_calibration(points)
+    return create_certificate(
+        made, points, channel_id="rudder", unit="deg", who="crew", stamp=STAMP, **more
+    )
 
 
 def points_of(
@@ -48,7 +50,7 @@ def test_drift_is_found_where_it_is_and_nowhere_else(zero: float, slope: float) 
     within, significant = [], []
     for seed in SEEDS:
         former = former_of(seed)
-        drift = compare(certificate(points_of(seed, zero=zero, slope=slope, again=1)), former)
+        drift = compute_drift(certificate(points_of(seed, zero=zero, slope=slope, again=1)), former)
         significant.append(drift.significant)
         within.append(abs(drift.zero - zero) < drift.zero_uncertainty)
         within.append(abs(drift.slope - slope) < drift.slope_uncertainty)
@@ -62,8 +64,8 @@ def test_three_points_tell_whether_the_certificate_holds() -> None:
     held, failed = 0, 0
     for seed in SEEDS:
         in_force = former_of(seed)
-        held += check(in_force, three(points_of(seed, again=1))).passed
-        moved = check(in_force, three(points_of(seed, zero=1.0, again=1)))
+        held += check_certificate(in_force, three(points_of(seed, again=1))).passed
+        moved = check_certificate(in_force, three(points_of(seed, zero=1.0, again=1)))
         failed += not moved.passed
         assert moved.zero == pytest.approx(1.0, abs=0.3)
         assert moved.largest > 0.7
@@ -85,10 +87,12 @@ def test_the_side_from_which_a_check_was_made_is_allowed_for() -> None:
     errors = np.random.default_rng(1).normal(0.0, 0.02, len(points))
     points = [replace(p, value=p.value + float(e)) for p, e in zip(points, errors, strict=True)]
     in_force = certificate(points)
-    upward = check(in_force, three(points))
+    upward = check_certificate(in_force, three(points))
     assert upward.passed
     assert abs(upward.zero) < 0.05
-    unknown = check(in_force, [replace(one, direction="single") for one in three(points)])
+    unknown = check_certificate(
+        in_force, [replace(one, direction="single") for one in three(points)]
+    )
     assert unknown.zero_uncertainty > 5.0 * upward.zero_uncertainty
     assert unknown.passed
 
@@ -109,7 +113,7 @@ def test_a_shift_is_told_at_zero_or_in_the_middle_where_zero_is_out_of_reach(
 ) -> None:
     points = straight(low, low + 40.0)
     grown = [replace(one, value=1.1 * one.value + 0.3) for one in points]
-    drift = compare(certificate(grown), certificate(points))
+    drift = compute_drift(certificate(grown), certificate(points))
     assert drift.slope == pytest.approx(0.1, abs=1e-3)
     assert drift.zero == pytest.approx(0.1 * told_at + 0.3, abs=1e-2)
     assert drift.significant
@@ -121,13 +125,13 @@ def test_a_check_tells_how_far_each_point_lies_off() -> None:
     places = straight(-18.0, 18.0)[::3]
     off = (0.3, -0.5, 0.1)
     points = [replace(one, value=one.value + d) for one, d in zip(places, off, strict=True)]
-    found = check(in_force, points)
+    found = check_certificate(in_force, points)
     assert found.off == pytest.approx(off, abs=1e-3)
     assert found.largest == pytest.approx(0.5, abs=1e-3)
     low, high = in_force.range
     for beyond, counts in ((0.09, True), (0.11, False)):
         for volts in (low - beyond * (high - low), high + beyond * (high - low)):
-            more = check(in_force, [*points, CalibrationPoint(volts=volts, value=70.0)])
+            more = check_certificate(in_force, [*points, CalibrationPoint(volts=volts, value=70.0)])
             assert (more.zero != found.zero) == counts
             assert len(more.off) == 4
 
@@ -138,7 +142,7 @@ def test_supplies_are_referred_to_each_other() -> None:
     former = certificate(points, excitation_voltage=5.0, ratiometric=True)
     sagged = [replace(one, volts=0.96 * one.volts) for one in points]
     new = certificate(sagged, excitation_voltage=4.8, ratiometric=True)
-    drift = compare(new, former)
+    drift = compute_drift(new, former)
     assert drift.zero == pytest.approx(0.0, abs=1e-6)
     assert not drift.significant
 
@@ -146,22 +150,22 @@ def test_supplies_are_referred_to_each_other() -> None:
 def test_certificates_without_points_can_be_compared_with() -> None:
     """A former one that holds only its curve serves, too; the new one's points tell the chance."""
     former = replace(certificate(points_of(4)), points=(), quality=None)
-    drift = compare(certificate(points_of(4, zero=1.0, again=1)), former)
+    drift = compute_drift(certificate(points_of(4, zero=1.0, again=1)), former)
     assert drift.significant
     assert drift.zero == pytest.approx(1.0, abs=0.2)
     shipped = load_certificates("b777")["rudder"]
-    assert compare(certificate(points_of(4)), shipped).significant
+    assert compute_drift(certificate(points_of(4)), shipped).significant
 
 
 def test_what_cannot_be_compared_says_why() -> None:
     """Other channels, too few settings, points out of reach."""
     made = certificate(points_of(1))
     with pytest.raises(CalibrationError, match="same channel"):
-        compare(made, load_certificates("b777")["alpha"])
+        compute_drift(made, load_certificates("b777")["alpha"])
     with pytest.raises(CalibrationError, match="two settings"):
-        check(made, made.points[:1])
+        check_certificate(made, made.points[:1])
     with pytest.raises(CalibrationError, match="range"):
-        check(made, [replace(one, volts=one.volts + 20.0) for one in made.points])
+        check_certificate(made, [replace(one, volts=one.volts + 20.0) for one in made.points])
     bare = replace(made, points=(), quality=None)
     with pytest.raises(CalibrationError, match="third setting"):
-        check(bare, made.points[:2])
+        check_certificate(bare, made.points[:2])

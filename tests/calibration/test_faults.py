@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from calibration.faults import find_faults
+from calibration.instrument_faults import find_faults
 from gsapp.quantities import FloatArray
 from tests.calibration.potentiometer_kit import fault_trial, named_right
 

@@ -11,15 +11,15 @@ import pytest
 from calibration import CalibrationError, load_certificate, write_certificate
 from calibration.inertial import (
     GYROS,
-    TurnWatch,
-    factory_figures,
+    TurnMonitor,
+    create_inertial_rest_monitor,
+    evaluate_turn,
+    factory_calibrations,
     gyro_certificate,
     gyro_scale,
     gyro_zero,
-    still_watch,
-    turntable_scale,
 )
-from gsapp.dynamics.pilot.bench import VirtualBench, parse_bench_fault
+from gsapp.dynamics.virtual_aircraft.bench import VirtualBench, parse_bench_fault
 from tests.calibration.ground_crew import STAMP, gyro_work, rest, turned
 
 
@@ -50,7 +50,7 @@ def test_zero_and_scale_come_out_within_twice_their_uncertainty(seed: int, tmp_p
 
 def test_without_a_turn_the_scale_is_the_factorys_and_says_so() -> None:
     bench = VirtualBench(2)
-    zero = gyro_zero("q", rest(bench, still_watch()))
+    zero = gyro_zero("q", rest(bench, create_inertial_rest_monitor()))
     certificate = gyro_certificate(zero, who="crew", stamp=STAMP)
     assert certificate.coefficients[1] == pytest.approx(45.0)
     assert "not checked" in certificate.notes
@@ -73,7 +73,7 @@ def test_what_is_wrong_is_named(fault: str, kind: str) -> None:
     start, stop = bench.time + 2.0, bench.time + bench.turn("r", 360.0)
     block = bench.step(stop + 3.0 - bench.time)
     volts = {name: block[f"{name}_volts"] for name in GYROS}
-    turn = turntable_scale("r", block.times, volts, angle=360.0, turning=(start, stop))
+    turn = evaluate_turn("r", block.times, volts, angle=360.0, turning=(start, stop))
     assert turn.verdict.kind == kind
     if kind == "reversed":
         assert gyro_scale([turn]).sensitivity < 0.0
@@ -85,7 +85,7 @@ def test_what_is_wrong_is_named(fault: str, kind: str) -> None:
 def test_a_turn_that_is_too_fast_is_clipped() -> None:
     bench = VirtualBench(1)
     bench.step(2.0)
-    watch = TurnWatch(GYROS)
+    watch = TurnMonitor(GYROS)
     block = bench.step(bench.turn("r", 360.0, seconds=3.0) + 3.0)
     watch.feed(block.times, {name: block[f"{name}_volts"] for name in GYROS})
     turn = watch.turn("r", 360.0)
@@ -98,7 +98,7 @@ def test_laying_the_aircraft_on_the_table_is_no_turn() -> None:
     results = []
     for length in (0.23, 3.0):
         bench = VirtualBench(3)
-        watch = TurnWatch(GYROS)
+        watch = TurnMonitor(GYROS)
         bench.step(2.0)
         seen = set()
         for angle in (0.0, 360.0):
@@ -134,19 +134,19 @@ def test_a_thin_radio_that_loses_samples_is_enough() -> None:
     kept = np.flatnonzero(np.arange(len(block)) % 5 == 0)
     kept = kept[random.random(kept.size) > 0.1]
     volts = {name: block[f"{name}_volts"][kept] for name in GYROS}
-    watch = TurnWatch(GYROS)
+    watch = TurnMonitor(GYROS)
     watch.feed(block.times[kept], volts)
     turn = watch.turn("r", 360.0)
     assert abs(turn.sensitivity - bench.gyros.matrix[2, 2]) < 2.0 * turn.uncertainty
     after = block.times[kept] > turn.end + 0.5
-    still = still_watch()
+    still = create_inertial_rest_monitor()
     still.feed(block.times[kept][after], {name: v[after] for name, v in volts.items()})
     assert still.reading.state == "rested"
 
 
 def test_a_rest_is_needed_at_both_ends() -> None:
-    figures = factory_figures()["r"]
+    figures = factory_calibrations()["r"]
     times = np.arange(0.0, 10.0, 0.01)
     volts = {"r": figures.zero + figures.sensitivity * np.full(times.size, 36.0)}
     with pytest.raises(CalibrationError, match="no rest before or after"):
-        turntable_scale("r", times, volts, angle=360.0, turning=(0.0, 10.0))
+        evaluate_turn("r", times, volts, angle=360.0, turning=(0.0, 10.0))

@@ -16,13 +16,13 @@ from calibration import (
     write_certificate,
 )
 from calibration.pressures import (
-    BlowDetector,
     GroundAir,
-    covered_watch,
-    dynamic_zero,
-    static_check,
+    PitotBlowDetector,
+    create_covered_pitot_monitor,
+    dynamic_pressure_zero,
+    static_pressure_check,
 )
-from gsapp.dynamics.pilot.bench import VirtualBench, parse_bench_fault
+from gsapp.dynamics.virtual_aircraft.bench import VirtualBench, parse_bench_fault
 from gsapp.foundation import UnitError
 from tests.calibration.ground_crew import STAMP, rest
 
@@ -33,11 +33,13 @@ BOTH = ("dynamic_pressure", "static_pressure")
 
 def zeroed(bench: VirtualBench) -> Certificate:
     bench.cover()
-    found = rest(bench, covered_watch(DYNAMIC, STATIC))
-    return dynamic_zero(found, DYNAMIC, who="crew", stamp=STAMP).certificate
+    found = rest(bench, create_covered_pitot_monitor(DYNAMIC, STATIC))
+    return dynamic_pressure_zero(found, DYNAMIC, who="crew", stamp=STAMP).certificate
 
 
-def watch_on(bench: VirtualBench, detector: BlowDetector, seconds: float, cut: float) -> list[str]:
+def watch_on(
+    bench: VirtualBench, detector: PitotBlowDetector, seconds: float, cut: float
+) -> list[str]:
     """Feed the detector for a while; return its states in the order in which they came."""
     states = []
     until = bench.time + seconds
@@ -54,8 +56,8 @@ def test_a_covered_pitot_gives_the_zero(seed: int, tmp_path: Path) -> None:
     """To 1 Pa, with the slope kept; the file is read back the same."""
     bench = VirtualBench(seed)
     bench.cover()
-    found = dynamic_zero(
-        rest(bench, covered_watch(DYNAMIC, STATIC)), DYNAMIC, who="crew", stamp=STAMP
+    found = dynamic_pressure_zero(
+        rest(bench, create_covered_pitot_monitor(DYNAMIC, STATIC)), DYNAMIC, who="crew", stamp=STAMP
     )
     truth = bench.pressures["dynamic_pressure"]
     assert float(found.certificate.evaluate(truth.zero)) == pytest.approx(0.0, abs=1.0)
@@ -77,7 +79,7 @@ def test_a_covered_pitot_gives_the_zero(seed: int, tmp_path: Path) -> None:
 def test_wind_is_no_zero(seed: int) -> None:
     """An uncovered pitot in a light wind does not come to rest, in no lull; covered, it does."""
     bench = VirtualBench(seed)
-    watch = covered_watch(DYNAMIC)
+    watch = create_covered_pitot_monitor(DYNAMIC)
     states = []
     for _ in range(40):
         block = bench.step(0.5)
@@ -92,10 +94,10 @@ def test_a_zero_taken_in_a_lull_says_so_by_its_bound() -> None:
     """Asked for, a lull is taken: off by more than the plain bound, within that for wind."""
     for seed in range(3, 9):
         bench = VirtualBench(seed)
-        found = rest(bench, covered_watch(DYNAMIC, lull=True), patience=60.0)
+        found = rest(bench, create_covered_pitot_monitor(DYNAMIC, lull=True), patience=60.0)
         truth = bench.pressures["dynamic_pressure"]
-        plain = dynamic_zero(found, DYNAMIC, who="crew", stamp=STAMP)
-        windy = dynamic_zero(found, DYNAMIC, who="crew", stamp=STAMP, lull=True)
+        plain = dynamic_pressure_zero(found, DYNAMIC, who="crew", stamp=STAMP)
+        windy = dynamic_pressure_zero(found, DYNAMIC, who="crew", stamp=STAMP, lull=True)
         off = abs(found.volts["dynamic_pressure"] - truth.zero)
         assert off < windy.uncertainty
         assert windy.uncertainty > 3.0 * plain.uncertainty
@@ -107,16 +109,16 @@ def test_the_static_pressure_follows_the_barometer() -> None:
     """After the check it shows what the barometer reads."""
     bench = VirtualBench(5)
     bench.cover()
-    found = static_check(
-        rest(bench, covered_watch(DYNAMIC, STATIC)), STATIC, bench.weather.pressure,
+    found = static_pressure_check(
+        rest(bench, create_covered_pitot_monitor(DYNAMIC, STATIC)), STATIC, bench.weather.pressure,
         who="crew", stamp=STAMP, temperature=bench.weather.temperature,
     )  # fmt: skip
     transducer = bench.pressures["static_pressure"]
     volts = transducer.zero + transducer.slope * bench.weather.pressure
     assert float(found.certificate.evaluate(volts)) == pytest.approx(bench.weather.pressure, abs=25)
     assert found.certificate.temperature == bench.weather.temperature
-    far = static_check(
-        rest(bench, covered_watch(DYNAMIC, STATIC)), STATIC, bench.weather.pressure - 3000.0,
+    far = static_pressure_check(
+        rest(bench, create_covered_pitot_monitor(DYNAMIC, STATIC)), STATIC, bench.weather.pressure - 3000.0,
         who="crew", stamp=STAMP,
     )  # fmt: skip
     assert not far.passed
@@ -127,7 +129,7 @@ def test_a_breath_turns_green_by_itself() -> None:
     seen = []
     for cut in (0.13, 5.0):
         bench = VirtualBench(20)
-        detector = BlowDetector(zeroed(bench), STATIC)
+        detector = PitotBlowDetector(zeroed(bench), STATIC)
         bench.uncover()
         assert watch_on(bench, detector, 5.0, cut) == ["waiting"], "wind is no breath"
         states = watch_on(bench, detector, bench.blow() + 1.0, cut)
@@ -142,7 +144,7 @@ def test_a_breath_turns_green_by_itself() -> None:
 def test_swapped_hoses_are_named() -> None:
     """The pressure falls under the breath."""
     bench = VirtualBench(21, faults=[parse_bench_fault("dynamic_pressure:reversed")])
-    detector = BlowDetector(zeroed(bench), STATIC)
+    detector = PitotBlowDetector(zeroed(bench), STATIC)
     watch_on(bench, detector, bench.blow() - 0.6, 0.05)
     assert detector.reading.state == "reversed"
     assert "swapped" in detector.reading.sentence
@@ -160,15 +162,15 @@ def test_a_breath_that_stays_or_leaks_is_named() -> None:
     times = np.arange(0.0, 20.0, 0.01)
     steady = np.full(times.size, 100e3)
     blown = np.where(times > 2.0, 900.0, 0.0)
-    blocked = BlowDetector(DYNAMIC, STATIC)
+    blocked = PitotBlowDetector(DYNAMIC, STATIC)
     blocked.feed(times, made(blown, steady))
     assert blocked.reading.state == "blocked"
     short = np.where((times > 2.0) & (times < 3.5), 900.0, 0.0)
-    leaking = BlowDetector(DYNAMIC, STATIC)
+    leaking = PitotBlowDetector(DYNAMIC, STATIC)
     leaking.feed(times, made(short, steady + short))
     assert leaking.reading.state == "leaking"
     knock = np.where((times > 2.0) & (times < 2.1), 900.0, 0.0)
-    detector = BlowDetector(DYNAMIC, STATIC)
+    detector = PitotBlowDetector(DYNAMIC, STATIC)
     detector.feed(times, made(knock, steady))
     assert detector.reading.state == "waiting", "a knock is no breath"
 
@@ -176,10 +178,10 @@ def test_a_breath_that_stays_or_leaks_is_named() -> None:
 def test_an_open_input_gives_no_zero() -> None:
     bench = VirtualBench(0)
     bench.cover()
-    found = rest(bench, covered_watch(DYNAMIC))
+    found = rest(bench, create_covered_pitot_monitor(DYNAMIC))
     dead = dict.fromkeys(found.volts, 0.0)
     with pytest.raises(CalibrationError, match="end of the converter"):
-        dynamic_zero(replace(found, volts=dead), DYNAMIC, who="crew", stamp=STAMP)
+        dynamic_pressure_zero(replace(found, volts=dead), DYNAMIC, who="crew", stamp=STAMP)
 
 
 @pytest.mark.parametrize(

@@ -16,9 +16,9 @@ from calibration import (
     load_certificates,
     write_certificate,
 )
-from calibration.branches import Readings, fit_branches
-from calibration.choosing import calibrate, certify
-from calibration.quality import half_widths, linearity
+from calibration.curve_selection import create_certificate, fit_calibration
+from calibration.hysteresis_fit import CalibrationReadings, fit_with_hysteresis
+from calibration.quality import compute_half_widths, linearity
 from gsapp.foundation import FileProblemsError
 from gsapp.quantities.constants import DEGREE
 from tests.calibration.potentiometer_kit import quick_sweep
@@ -28,8 +28,8 @@ STAMP = dt.datetime(2026, 5, 12, 8, 31)  # noqa: DTZ001 - a field's local time
 
 def certificate(seed: int = 1, **more: object) -> Certificate:
     points = quick_sweep(seed, "elevator_left").points()
-    made = calibrate(points, travel=(-25.0, 25.0))
-    return certify(
+    made = fit_calibration(points, travel=(-25.0, 25.0))
+    return create_certificate(
         made, points, channel_id="elevator_left", unit="deg", who="crew", stamp=STAMP,
         excitation_voltage=5.0, ratiometric=True, **more,
     )  # fmt: skip
@@ -51,7 +51,7 @@ def test_resolution_coverage_and_return_to_zero_are_by_hand() -> None:
         for side, name in ((1.0, "up"), (-1.0, "down"))
         for value in (-20.0, -10.0, 0.0, 10.0, 20.0)
     ]
-    quality = calibrate(points, travel=(-25.0, 25.0)).quality
+    quality = fit_calibration(points, travel=(-25.0, 25.0)).quality
     assert quality.resolution == pytest.approx(20.0 * 5.0 / 4096)
     assert quality.coverage == pytest.approx(0.8)
     assert quality.covered == (-20.0, 20.0)
@@ -59,18 +59,18 @@ def test_resolution_coverage_and_return_to_zero_are_by_hand() -> None:
     assert quality.hysteresis == pytest.approx(0.5)
     assert quality.linearity == pytest.approx(0.0, abs=1e-9)
     shifted = [replace(one, value=one.value + 5.0) for one in points]
-    assert calibrate(shifted).quality.return_to_zero is None
-    assert calibrate(shifted).quality.coverage is None
+    assert fit_calibration(shifted).quality.return_to_zero is None
+    assert fit_calibration(shifted).quality.coverage is None
 
 
 def test_the_half_width_holds_ninety_five_of_a_hundred_samples() -> None:
     """Drawn from what it is made of (either branch, scatter by Student), 95 % lie within."""
     random = np.random.default_rng(3)
     for seed in (1, 2, 3):
-        readings = Readings.of(quick_sweep(seed, "rudder").points())
-        fit = fit_branches(readings, 2)
+        readings = CalibrationReadings.of(quick_sweep(seed, "rudder").points())
+        fit = fit_with_hysteresis(readings, 2)
         volts = np.array([float(np.mean(readings.volts))])
-        width = half_widths(fit, volts, 0.0)[0]
+        width = compute_half_widths(fit, volts, 0.0)[0]
         assert fit.hysteresis is not None
         std = np.sqrt(0.5 * (fit.variance(volts, 1.0) + fit.variance(volts, -1.0)))[0]
         errors = random.choice([-0.5, 0.5], 40000) * fit.hysteresis

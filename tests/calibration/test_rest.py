@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from calibration.rest import Rest, RestLimit, RestReading, RestWatch
+from calibration.rest_detection import RestCriteria, RestMonitor, RestPeriod, RestStatus
 
 STEP = 5.0 / 4096
-LIMITS = {"q": RestLimit(std=0.012, wander=0.006), "an": RestLimit(std=0.012, wander=0.003)}
+LIMITS = {"q": RestCriteria(std=0.012, wander=0.006), "an": RestCriteria(std=0.012, wander=0.003)}
 
 
 def record(seconds: float, seed: int = 0) -> tuple[np.ndarray, dict[str, np.ndarray]]:
@@ -21,17 +21,17 @@ def record(seconds: float, seed: int = 0) -> tuple[np.ndarray, dict[str, np.ndar
 
 
 def seen(
-    times: np.ndarray, volts: dict[str, np.ndarray], limits: dict[str, RestLimit] = LIMITS
-) -> RestReading:
+    times: np.ndarray, volts: dict[str, np.ndarray], limits: dict[str, RestCriteria] = LIMITS
+) -> RestStatus:
     """Return what is known at the end of a record."""
-    watch = RestWatch(limits)
+    watch = RestMonitor(limits)
     watch.feed(times, volts)
     return watch.reading
 
 
 def rest_of(
-    times: np.ndarray, volts: dict[str, np.ndarray], limits: dict[str, RestLimit] = LIMITS
-) -> Rest:
+    times: np.ndarray, volts: dict[str, np.ndarray], limits: dict[str, RestCriteria] = LIMITS
+) -> RestPeriod:
     """Return the rest with which a record ends."""
     reading = seen(times, volts, limits)
     assert reading.state == "rested", reading.why
@@ -55,9 +55,9 @@ def test_cutting_changes_nothing(cuts: tuple[int, ...]) -> None:
     """The same samples in other pieces give the same rest to the last bit."""
     times, volts = record(9.0)
     volts["q"][200:260] += 0.05
-    whole = RestWatch(LIMITS)
+    whole = RestMonitor(LIMITS)
     whole.feed(times, volts)
-    pieces = RestWatch(LIMITS)
+    pieces = RestMonitor(LIMITS)
     start = number = 0
     while start < times.size:
         stop = start + cuts[number % len(cuts)]
@@ -71,7 +71,7 @@ def test_a_bump_begins_the_rest_anew() -> None:
     """A knock after four seconds: the rest is counted from there, and what moved is named."""
     times, volts = record(9.0)
     volts["q"][400:420] += 0.1
-    watch = RestWatch(LIMITS)
+    watch = RestMonitor(LIMITS)
     watch.feed(times[:430], {name: v[:430] for name, v in volts.items()})
     assert watch.reading.state == "moving"
     assert watch.reading.why.startswith("q shook by")
@@ -94,7 +94,7 @@ def test_a_slow_turn_is_no_rest() -> None:
 def test_missing_samples_are_no_rest() -> None:
     """A gap, and a channel that falls silent, each begin the rest anew."""
     times, volts = record(8.0)
-    watch = RestWatch(LIMITS)
+    watch = RestMonitor(LIMITS)
     watch.feed(times[:300], {name: v[:300] for name, v in volts.items()})
     watch.feed(times[500:], {name: v[500:] for name, v in volts.items()})
     assert watch.reading.state == "resting"
@@ -115,7 +115,7 @@ def test_wandering_beyond_noise_is_no_rest_where_it_matters() -> None:
     times, volts = record(12.0, 3)
     volts["q"] = volts["q"] + 1e-3 * np.sin(2.0 * times)
     assert seen(times, volts).state == "rested"
-    strict = {"q": RestLimit(std=0.012, wander=0.006, noises=6.0), "an": LIMITS["an"]}
+    strict = {"q": RestCriteria(std=0.012, wander=0.006, noises=6.0), "an": LIMITS["an"]}
     reading = seen(times, volts, strict)
     assert reading.state != "rested"
     assert reading.why.startswith("q moved by")

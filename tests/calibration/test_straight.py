@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from calibration.converter import STEP
+from calibration.adc import ADC_RESOLUTION
 from calibration.points import CalibrationPoint
-from calibration.straight import StraightLine
+from calibration.straight_line import StraightLineCalibration
 
 VOLTS = np.array([0.5, 2.4, 3.0, 4.6])
 SCALES = st.floats(0.02, 2.0).flatmap(lambda size: st.sampled_from([size, -size]))
@@ -28,7 +28,7 @@ def test_every_figure_is_that_of_the_line(
 ) -> None:
     """Whatever the sign of the sensitivity; the range holds all points."""
     zero_uncertainty, sensitivity_uncertainty, noise = unsure
-    line = StraightLine(
+    line = StraightLineCalibration(
         zero=zero, zero_uncertainty=zero_uncertainty, sensitivity=sensitivity,
         sensitivity_uncertainty=sensitivity_uncertainty, noise=noise, range=(1.0, 4.0),
     )  # fmt: skip
@@ -47,7 +47,7 @@ def test_every_figure_is_that_of_the_line(
     assert made.max_residual == made.quality.maximum == pytest.approx(0.03)
     assert made.rms_residual == made.quality.rms == pytest.approx(np.sqrt(np.mean(off**2)))
     assert made.quality.linearity == 0.0
-    assert made.quality.resolution == pytest.approx(STEP / abs(sensitivity))
+    assert made.quality.resolution == pytest.approx(ADC_RESOLUTION / abs(sensitivity))
     assert made.quality.covered == pytest.approx((min(values + off), max(values + off)))
     places = np.array(made.quality.places)
     assert (places[0], places[-1]) == made.range
@@ -56,6 +56,6 @@ def test_every_figure_is_that_of_the_line(
         zero_uncertainty**2
         + ((places - zero) / sensitivity * sensitivity_uncertainty) ** 2
         + (1.96 * noise) ** 2
-        + (STEP / 2.0) ** 2
+        + (ADC_RESOLUTION / 2.0) ** 2
     )
     assert made.quality.half_widths == pytest.approx(np.sqrt(squares) / abs(sensitivity))

@@ -8,7 +8,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from calibration import Certificate, load_certificates
-from calibration.validity import VALID_FOR, CalibrationInForce, CalibrationStatus, day_words
+from calibration.validity import VALIDITY_PERIOD, CalibrationInForce, CalibrationStatus, day_text
 
 NOON = datetime(2026, 5, 12, 12, 0, tzinfo=UTC)
 SHIPPED = load_certificates("b777")
@@ -27,7 +27,7 @@ def test_only_surfaces_and_vanes_are_out_of_date() -> None:
     old = timedelta(days=400)
     assert judged(made("rudder", timedelta(hours=1)), made("p", old)).state == "good"
     assert judged(made("rudder", old), made("p", old)).state == "caution"
-    assert judged(made("alpha", VALID_FOR), made("p", old)).state == "good"
+    assert judged(made("alpha", VALIDITY_PERIOD), made("p", old)).state == "good"
 
 
 def test_the_values_that_ship_are_nobodys_calibration() -> None:
@@ -61,4 +61,4 @@ def test_a_record_is_judged_by_its_own_day() -> None:
     [(0, "today"), (1, "yesterday"), (9, "3 May"), (200, "24 Oct 2025"), (-2, "14 May")],
 )
 def test_days_are_dates_once_they_are_past(days: int, words: str) -> None:
-    assert day_words(NOON - timedelta(days=days), NOON) == words
+    assert day_text(NOON - timedelta(days=days), NOON) == words

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from calibration.watching import VoltsWatch, WatchReading, mean_uncertainty
-from gsapp.dynamics.pilot.bench import VirtualBench
+from calibration.voltage_monitor import VoltageMonitor, VoltageReading, mean_uncertainty
+from gsapp.dynamics.virtual_aircraft.bench import VirtualBench
 from gsapp.quantities import FloatArray
 from tests.calibration.potentiometer_kit import rest
 
@@ -34,8 +34,8 @@ def moved_to_rest(seed: int = 0) -> FloatArray:
     return converted(np.concatenate([np.full(200, 2.0), ramp, np.full(200, 2.4)]), seed=seed)
 
 
-def watched(volts: FloatArray, rate: float = RATE) -> WatchReading:
-    watch = VoltsWatch()
+def watched(volts: FloatArray, rate: float = RATE) -> VoltageReading:
+    watch = VoltageMonitor()
     watch.feed(times_of(volts, rate), volts)
     return watch.reading
 
@@ -62,7 +62,7 @@ def test_while_it_moves_it_is_moving() -> None:
 def test_cutting_changes_nothing(cuts: list[int]) -> None:
     """However the samples are cut into pieces, the reading is the same to the last bit."""
     volts = moved_to_rest()
-    whole, pieces = VoltsWatch(), VoltsWatch()
+    whole, pieces = VoltageMonitor(), VoltageMonitor()
     times = times_of(volts)
     supply = 5.0 - 0.001 * times
     whole.feed(times, volts, supply)
@@ -74,7 +74,7 @@ def test_cutting_changes_nothing(cuts: list[int]) -> None:
 
 def test_a_point_is_not_taken_twice_from_one_rest() -> None:
     """After a restart the rest goes on being steady, but does not count until it has moved."""
-    watch = VoltsWatch()
+    watch = VoltageMonitor()
     volts = moved_to_rest()
     watch.feed(times_of(volts), volts)
     watch.restart()
@@ -107,7 +107,7 @@ def test_states(volts: FloatArray, state: str) -> None:
 
 def test_nothing_is_known_at_first() -> None:
     """Without a sample, and with too few, the instrument is absent."""
-    watch = VoltsWatch()
+    watch = VoltageMonitor()
     assert watch.reading.state == "absent"
     watch.feed(np.array([0.0, 0.01]), np.array([2.0, 2.0]))
     assert watch.reading.state == "absent"
@@ -117,7 +117,7 @@ def test_a_gap_ends_a_rest() -> None:
     """Where samples were missing for a second it may have moved: the rest begins anew."""
     volts = moved_to_rest()
     later = converted(np.full(60, 2.4), seed=3)
-    watch = VoltsWatch()
+    watch = VoltageMonitor()
     watch.feed(times_of(volts), volts)
     watch.feed(6.0 + times_of(later), later)
     assert watch.reading.state == "steady"
@@ -128,7 +128,7 @@ def test_a_gap_ends_a_rest() -> None:
 def test_a_clock_that_began_anew_is_followed() -> None:
     """A box switched off and on sends times from zero; the watch goes on with them."""
     volts = moved_to_rest()
-    watch = VoltsWatch()
+    watch = VoltageMonitor()
     for _ in range(2):
         watch.feed(times_of(volts), volts)
     assert watch.reading.state == "steady"
@@ -143,7 +143,7 @@ def test_a_slow_radio_is_enough() -> None:
 
 def test_the_supply_is_averaged_over_the_same_window() -> None:
     """The mean supply goes with the mean volts; where it was not measured it is None."""
-    watch = VoltsWatch()
+    watch = VoltageMonitor()
     volts = converted(np.full(200, 2.0))
     watch.feed(times_of(volts), volts, np.where(np.arange(200) % 2, 4.9, np.nan))
     assert watch.reading.excitation == pytest.approx(4.9)
@@ -176,7 +176,7 @@ def test_a_rest_on_one_count_is_no_better_than_the_count() -> None:
 def test_a_hand_at_the_virtual_aircraft() -> None:
     """A surface held by a trembling hand comes to rest, where the volts truly are."""
     bench = VirtualBench(4)
-    watch = VoltsWatch()
+    watch = VoltageMonitor()
     bench.step(bench.set_angle("rudder", -13.0))
     watch.restart()
     bench.set_angle("rudder", -10.0)
@@ -193,7 +193,7 @@ def test_a_short_mean_leaves_out_how_the_rest_began_and_grows() -> None:
     """
     creep = 2.4 - 0.05 * np.exp(-np.arange(100) / 12.0)
     volts = converted(np.concatenate([np.full(200, 2.0), creep, np.full(200, 2.4)]))
-    quick, usual = VoltsWatch(shortest=0.3), VoltsWatch()
+    quick, usual = VoltageMonitor(shortest=0.3), VoltageMonitor()
     times = times_of(volts)
     readings = []
     for at in range(0, times.size, 10):

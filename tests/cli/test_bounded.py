@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from gsapp.cli._bounded import bounded
+from gsapp.cli._value_format import format_value_and_bound
 
 
 @pytest.mark.parametrize(
@@ -18,4 +18,4 @@ from gsapp.cli._bounded import bounded
 )
 def test_a_small_bound_keeps_two_digits(value: float, std: float, shown: tuple[str, str]) -> None:
     """Constant terms of a calm flight were told as 0.0000 with a bound of 0.0000."""
-    assert bounded(value, std) == shown
+    assert format_value_and_bound(value, std) == shown

@@ -17,13 +17,13 @@ from typing import get_type_hints
 import pytest
 from typer.models import OptionInfo
 
-from gsapp.aircraft.reading import SHIPPED
-from gsapp.cli import _targets
-from gsapp.cli._results import write_result
-from gsapp.cli._targets import check_targets
+from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
+from gsapp.cli import _output_paths
+from gsapp.cli._json_output import write_json
+from gsapp.cli._output_paths import check_output_paths
 from gsapp.cli.main import app
 from gsapp.decoding.dialect import dialect
-from gsapp.flight.preparing import prepare_flight
+from gsapp.flight.folder_setup import prepare_flight_folder
 from gsapp.foundation import GroundStationError, files
 from tests.cli.command_kit import Done
 from tests.cli.command_kit import gsapp as here
@@ -220,14 +220,14 @@ def test_suspicious_numbers_of_ones_own_aircraft_are_told(tmp_path: Path) -> Non
     """By every command that reads the file; a shipped aircraft gives no warning about itself."""
     doubt = "ixx + iyy - izz says that the mass lies"
     mine = tmp_path / "mine.toml"
-    shipped = (SHIPPED.folder / "b777.toml").read_text(encoding="utf-8")
+    shipped = (SHIPPED_AIRCRAFT.folder / "b777.toml").read_text(encoding="utf-8")
     mine.write_text(shipped.replace('name = "B777"', 'name = "Mine"'), encoding="utf-8")
     for aircraft, said in (("b777", 0), (mine, 1)):
         flight, again = tmp_path / f"flight-{said}", tmp_path / f"again-{said}"
         failed = here("fly", "--out", again, "--plan", "absent", "--aircraft", aircraft)
         assert failed.stderr.count(f"Mine: {doubt}") == said
         assert failed.stderr.count(doubt) == said
-        folder = prepare_flight(flight, aircraft=str(aircraft), channel_map="b777")
+        folder = prepare_flight_folder(flight, aircraft=str(aircraft), channel_map="b777")
         frame = dialect().MAVLink(None, srcSystem=1).heartbeat_encode(1, 3, 0, 0, 4)
         packed = frame.pack(dialect().MAVLink(None, srcSystem=1))
         folder.tlog_file.write_bytes(struct.pack(">Q", 1_760_000_000_000_000) + packed)
@@ -295,9 +295,9 @@ def test_no_command_overwrites_what_it_reads_nor_a_flight(
 
 def test_a_recording_goes_on_with_the_copies_of_its_own_flight(tmp_path: Path) -> None:
     """They lie in the folder that is written to, and are what it is read with."""
-    check_targets({"link": "virtual", "out": tmp_path, "channel_map": _laid(tmp_path)})
+    check_output_paths({"link": "virtual", "out": tmp_path, "channel_map": _laid(tmp_path)})
     with pytest.raises(GroundStationError, match=r"holds .*channel_map\.toml"):
-        check_targets({"flights": ("fl",), "out": tmp_path, "channel_map": _laid(tmp_path)})
+        check_output_paths({"flights": ("fl",), "out": tmp_path, "channel_map": _laid(tmp_path)})
 
 
 def _laid(folder: Path) -> str:
@@ -307,10 +307,10 @@ def _laid(folder: Path) -> str:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="links need rights of their own")
 def test_no_link_leads_a_result_into_a_flight(tmp_path: Path) -> None:
-    prepare_flight(tmp_path / "flight", aircraft="b777", channel_map="b777")
+    prepare_flight_folder(tmp_path / "flight", aircraft="b777", channel_map="b777")
     (tmp_path / "x.json").symlink_to(tmp_path / "flight" / "flight.toml")
     with pytest.raises(GroundStationError, match="made of"):
-        check_targets({"json": tmp_path / "x.json"})
+        check_output_paths({"json": tmp_path / "x.json"})
 
 
 def test_only_the_result_for_programs_goes_to_the_screen(tmp_path: Path) -> None:
@@ -412,7 +412,7 @@ def test_every_option_that_names_what_is_written_is_watched() -> None:
     """A new one must be entered where targets are checked."""
     read = {"channel_map", "calibration", "aircraft", "model", "weights", "validate", "former"}
     read |= {"plan", "cards", "log", "catalog"}  # a catalog is both, and nothing but a catalog
-    watched = set(_targets._WRITTEN)
+    watched = set(_output_paths._WRITTEN)
     for command in app.registered_commands:
         hints = get_type_hints(command.callback, include_extras=True)
         for name, hint in hints.items():
@@ -458,7 +458,7 @@ def test_words_in_brackets_and_between_colons_are_printed_as_they_are(
 
 
 def test_all_commands_print_on_the_same_kind_of_screen() -> None:
-    for path in Path(_targets.__file__).parent.glob("*.py"):
+    for path in Path(_output_paths.__file__).parent.glob("*.py"):
         words = path.read_text(encoding="utf-8")
         if path.name != "_screen.py":
             assert not re.search(r"\bConsole\(|TextColumn\(\"{task.desc|rich\.markup", words), path
@@ -488,7 +488,7 @@ def test_a_flight_given_twice_is_refused(tmp_path: Path, command: str) -> None:
 
 
 def test_a_flight_given_beside_the_folder_that_holds_it_is_refused(tmp_path: Path) -> None:
-    prepare_flight(tmp_path / "day" / "fl", aircraft="b777", channel_map="b777")
+    prepare_flight_folder(tmp_path / "day" / "fl", aircraft="b777", channel_map="b777")
     done = here("report", "day", "day/fl", "--out", "x.html", folder=tmp_path)
     assert done.returncode == 2
     assert f"{Path('day/fl')} is given twice; a flight counts once" in done.stderr
@@ -497,7 +497,7 @@ def test_a_flight_given_beside_the_folder_that_holds_it_is_refused(tmp_path: Pat
 def test_a_result_for_a_closed_output_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stdout", None)
     with pytest.raises(GroundStationError, match="standard output is closed"):
-        write_result(Path("-"), "{}")
+        write_json(Path("-"), "{}")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere every name is Unicode")

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from gsapp.flight.catalog import Catalog
-from gsapp.identification.runs.keeping import kept_runs
+from gsapp.identification.runs.run_store import stored_runs
 
 
 def test_the_headless_demo_ends_with_a_summary_and_a_picture(tmp_path: Path) -> None:
@@ -48,5 +48,5 @@ def test_the_headless_demo_ends_with_a_summary_and_a_picture(tmp_path: Path) -> 
         path.name for path in report.iterdir()
     }
     with Catalog(tmp_path / result["catalog"]) as catalog:
-        (kept,) = kept_runs(catalog)
+        (kept,) = stored_runs(catalog)
     assert kept.maneuver_count == 8

@@ -20,16 +20,16 @@ from typer.testing import CliRunner
 
 from gsapp.aircraft import load_aircraft
 from gsapp.cli.main import app
-from gsapp.discrepancy import workflow
-from gsapp.discrepancy.results import Discrepancy
-from gsapp.discrepancy.settings import DiscrepancySettings, Progress
+from gsapp.discrepancy import investigation
+from gsapp.discrepancy.results import DiscrepancyResult
+from gsapp.discrepancy.settings import DiscrepancySettings, SearchProgress
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.pilot.flight import VirtualFlight
+from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
 from gsapp.flight.writers import write_block
 from gsapp.foundation import GroundStationError
 from gsapp.identification.maneuver import Maneuver
-from gsapp.session.review import open_reviewed
+from gsapp.session.review import open_reviewed_flight
 from tests.report.discrepancy_kit import adequate, answer
 
 WINDOWS = ("30:38", "40:45", "50:58", "63.5:68.5", "70:76")
@@ -59,7 +59,7 @@ def flight(
 def search(monkeypatch: pytest.MonkeyPatch) -> Install:
     """Return a function that puts a ready answer, or an error, in place of the search."""
 
-    def install(found: Discrepancy | BaseException) -> list[Asked]:
+    def install(found: DiscrepancyResult | BaseException) -> list[Asked]:
         asked: list[Asked] = []
 
         class Ready:
@@ -67,15 +67,15 @@ def search(monkeypatch: pytest.MonkeyPatch) -> Install:
                 self._maneuvers = maneuvers
 
             def run(
-                self, settings: DiscrepancySettings, *, progress: Callable[[Progress], object]
-            ) -> Discrepancy:
-                progress(Progress(share=0.5, doing="naming"))
+                self, settings: DiscrepancySettings, *, progress: Callable[[SearchProgress], object]
+            ) -> DiscrepancyResult:
+                progress(SearchProgress(share=0.5, doing="naming"))
                 asked.append(Asked(self._maneuvers, settings))
                 if isinstance(found, BaseException):
                     raise found
                 return found
 
-        monkeypatch.setattr(workflow, "Investigation", Ready)
+        monkeypatch.setattr(investigation, "Investigation", Ready)
         return asked
 
     return install
@@ -84,8 +84,8 @@ def search(monkeypatch: pytest.MonkeyPatch) -> Install:
 @pytest.fixture
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave pictures and paper blank where a test is not about them."""
-    monkeypatch.setattr("gsapp.report.writing.picture_png", lambda _: b"\x89PNG")
-    monkeypatch.setattr("gsapp.report.writing.pdf_pages", lambda _, **__: b"%PDF")
+    monkeypatch.setattr("gsapp.report.document_writer.picture_png", lambda _: b"\x89PNG")
+    monkeypatch.setattr("gsapp.report.document_writer.pdf_pages", lambda _, **__: b"%PDF")
 
 
 def call(*arguments: object) -> tuple[int, str, BaseException | None]:
@@ -164,7 +164,7 @@ def test_maneuvers_corrected_by_hand_are_searched(
     """The edges of a person go into the search, and the file that holds them into the report."""
     asked = search(SMALL)
     own = Path(shutil.copy(flight, tmp_path / "day.csv"))
-    reviewed = open_reviewed(own)
+    reviewed = open_reviewed_flight(own)
     first, second = reviewed.maneuvers
     reviewed.move(first.id, first.t_start + 0.5, first.t_end)
     reviewed.remove(second.id)
@@ -290,7 +290,7 @@ def test_what_stops_the_writing_leaves_the_former_answer(
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("gsapp.report.discrepancy_report.write_report", full)
+    monkeypatch.setattr("gsapp.report.discrepancy_report.write_discrepancy_report", full)
     search(adequate(maneuvers=3, samples=40))
     code, _, error = call(flight, "--out", out)
     assert code == 1

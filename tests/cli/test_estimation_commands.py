@@ -19,17 +19,17 @@ from typer.testing import CliRunner
 from gsapp.cli import report
 from gsapp.cli.main import app
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.pilot.flight import VirtualFlight
+from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
 from gsapp.flight.catalog import Catalog, search_runs
-from gsapp.flight.maneuvers.shape import Kind
+from gsapp.flight.maneuvers.input_shape import InputKind
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError, GroundStationError
-from gsapp.identification.linear_models.files import load_linear_model
+from gsapp.identification.linear_models.linear_model_files import load_linear_model
 from gsapp.identification.runs.request import RunRequest
-from gsapp.report.estimate_files import campaign_files
+from gsapp.report.estimate_export import campaign_files
 from tests.cli.command_kit import gsapp
-from ui.review.jobs import EstimateJob, LinearJob, ReportJob
-from ui.review.worker import ReviewBench
+from ui.review.review_jobs import EstimateJob, LinearModelsJob, RunReportJob
+from ui.review.review_worker import ReviewJobHandler
 
 TRUTH = load_model("b777")
 
@@ -145,7 +145,7 @@ def test_catalog_is_searched_by_condition_and_derivative(flights: Path, tmp_path
 
 
 def test_every_shape_of_an_input_can_be_searched_for() -> None:
-    for kind in (*get_args(Kind), "none"):
+    for kind in (*get_args(InputKind), "none"):
         asked = CliRunner().invoke(app, ["catalog", "none.sqlite", "--kind", kind])
         assert isinstance(asked.exception, FlightError), asked.output
 
@@ -319,11 +319,11 @@ def test_a_report_is_complete_and_a_button_writes_the_same_page(
     for name in ("report.html", "report.pdf", "derivatives.csv", "values.csv", "campaign.json"):
         assert one[name]
     assert sum(name.endswith(".png") for name in one) >= 7
-    bench = ReviewBench(lambda _share, _words: None)
+    bench = ReviewJobHandler(lambda _share, _words: None)
     paths = (flights / "flight5.csv", flights / "flight6.csv")
     run = bench.do(EstimateJob(request=RunRequest(flights=paths, model="b777")))
-    linear = bench.do(LinearJob(outcome=run))
-    bench.do(ReportJob(outcome=run, path=again, linear=linear))
+    linear = bench.do(LinearModelsJob(outcome=run))
+    bench.do(RunReportJob(outcome=run, path=again, linear=linear))
     files = campaign_files(run, linear)
     assert len(files) == 8
     assert {name: one[name] for name in files} == files

@@ -14,7 +14,7 @@ from typing import Any, Literal, get_args, get_origin
 import pytest
 import typer
 
-from calibration.reading import FOLDER
+from calibration.certificate_toml import SHIPPED_CERTIFICATES_FOLDER
 from gsapp.cli.main import app
 from gsapp.flight.writers import write_block
 from tests.cli.command_kit import gsapp
@@ -219,7 +219,7 @@ def test_certificates_are_printed_on_the_paper_of_the_system(
     tmp_path: Path, system: str, sheet: str
 ) -> None:
     (tmp_path / "set").mkdir()
-    shutil.copy(FOLDER / "b777" / "rudder.toml", tmp_path / "set")
+    shutil.copy(SHIPPED_CERTIFICATES_FOLDER / "b777" / "rudder.toml", tmp_path / "set")
     done = gsapp("certificates", "set", "--report", "pages", "--units", system, folder=tmp_path)
     assert done.returncode == 0, done.stderr
     page = (tmp_path / "pages" / "rudder.pdf").read_bytes()

@@ -11,7 +11,7 @@ import pytest
 
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.dialect import dialect
-from gsapp.flight.records import RawRecord
+from gsapp.flight.raw_record import RawRecord
 from gsapp.quantities import Block
 
 HOST = 1_700_000_000_000_000

@@ -32,7 +32,7 @@ def test_shipped_maps_load(name: str) -> None:
 @pytest.mark.parametrize("name", ["b777", "b777-thin"])
 def test_the_box_maps_follow_the_box(name: str) -> None:
     """Every input of the converter stands where the box sends it, with its certificate."""
-    from gsapp.dynamics.pilot.converter import DAQ
+    from gsapp.dynamics.virtual_aircraft.ad_converter import DAQ_CHANNELS
 
     chosen = load_channel_map(name)
     by_index = {
@@ -40,7 +40,7 @@ def test_the_box_maps_follow_the_box(name: str) -> None:
         for entry in chosen.entries
         if entry.message == "DEBUG_FLOAT_ARRAY"
     }
-    assert [by_index[place].channel for place in range(len(DAQ))] == list(DAQ)
+    assert [by_index[place].channel for place in range(len(DAQ_CHANNELS))] == list(DAQ_CHANNELS)
     certificates = load_certificates(chosen.certificates or "")
     wanted = {entry.calibration for entry in chosen.entries if entry.calibration}
     assert wanted == set(certificates)

@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from gsapp.decoding.clock import FlightClock
+from gsapp.decoding.flight_clock import FlightClock
 
 HOST = 1_700_000_000_000_000
 MS_TURN = 2**32 * 1000

@@ -13,7 +13,7 @@ import pytest
 from gsapp.decoding import air_data
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.decoder import Decoder
-from gsapp.decoding.derived import LONGEST_HOLD, SlowInput, derivations_for
+from gsapp.decoding.derived_channels import LONGEST_HOLD, SlowInput, select_derivations
 
 
 def test_air_data_by_the_book() -> None:
@@ -44,7 +44,7 @@ def test_nonsense_gives_nothing_rather_than_a_number() -> None:
 
 
 def outputs(*available: str) -> dict[str, tuple[str, ...]]:
-    return {each.output: each.inputs for each in derivations_for(available)}
+    return {each.output: each.inputs for each in select_derivations(available)}
 
 
 def test_only_what_is_not_measured_is_derived() -> None:
@@ -68,7 +68,7 @@ def test_dynamic_pressure_from_either() -> None:
 
 def test_without_a_thermometer_the_standard_day_is_assumed_and_said() -> None:
     """V without temperature is still there, and its source says what is assumed."""
-    found = {each.output: each for each in derivations_for(["Vc", "static_pressure"])}
+    found = {each.output: each for each in select_derivations(["Vc", "static_pressure"])}
     assert "standard day assumed" in found["V"].description
     assert found["qbar"].assumed == ""
 

@@ -18,15 +18,15 @@ from calibration import Certificate, load_certificates
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.decoding.channel_map import ChannelMap, FieldRef, MapEntry, load_channel_map
 from gsapp.decoding.decoder import Decoder
-from gsapp.decoding.derived import DERIVATIONS
+from gsapp.decoding.derived_channels import DERIVATIONS
 from gsapp.decoding.dialect import dialect
 from gsapp.decoding.grid import Grid
+from gsapp.decoding.grid_rows import GridRows, RowBatch
 from gsapp.decoding.gridder import Gridder
+from gsapp.decoding.message_stream import linear_factors
 from gsapp.decoding.messages import decode_columns, message_id, message_layout, number_reader
 from gsapp.decoding.pipeline import Pipeline
-from gsapp.decoding.rows import Rows, Sheet
-from gsapp.decoding.stream import linear_factors
-from gsapp.flight.records import RawRecord
+from gsapp.flight.raw_record import RawRecord
 from gsapp.quantities import CHANNELS, Block, channel, to_si
 
 MAPS = ("b777", "b777-thin", "ardupilot-plane", "px4")
@@ -146,7 +146,7 @@ def test_a_raw_number_becomes_si_as_its_unit_says() -> None:
             assert 4711.0 * factor + shift == pytest.approx(expected, rel=1e-12), (spec.id, unit)
 
 
-def laid(rows: Iterable[Rows]) -> list[tuple[int, bytes, bytes | None]]:
+def laid(rows: Iterable[GridRows]) -> list[tuple[int, bytes, bytes | None]]:
     return [
         (each.first, each.values.tobytes(), None if each.silent is None else each.silent.tobytes())
         for each in rows
@@ -184,7 +184,7 @@ def test_rows_are_laid_alike(
     values = [list(numbers) for _, numbers in samples]
     for start in range(0, len(times), 3):
         part = slice(start, start + 3)
-        sheet = Sheet()
+        sheet = RowBatch()
         few = gridders[0].feed_few(times[part], times[part], values[part], sheet)
         sheet.lay()
         many = gridders[1].feed(times[part], times[part], np.array(values[part]))

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.decoding.dialect import dialect, wire_formats
-from gsapp.decoding.frames import Frame, Residue
-from gsapp.decoding.framing import Framer, Line, LineFramer
+from gsapp.decoding.frames import MavlinkFrame, Residue
+from gsapp.decoding.framing import Framer, LineFramer, TextLine
 
 SECRET = b"x" * 32
 
@@ -118,7 +118,7 @@ def damaged_stream(seed: int, count: int = 5000) -> tuple[bytes, list[bytes]]:
     return bytes(stream), whole
 
 
-def split(stream: bytes, sizes: random.Random | None = None) -> list[Frame | Residue]:
+def split(stream: bytes, sizes: random.Random | None = None) -> list[MavlinkFrame | Residue]:
     framer, items, start = Framer(), [], 0
     while start < len(stream):
         size = sizes.randrange(1, 400) if sizes else len(stream)
@@ -147,7 +147,7 @@ def test_no_undamaged_frame_is_lost_in_a_damaged_stream(seed: int) -> None:
     for item in items:
         assert item.offset == position
         position += len(item.data)
-    found = Counter(item.data for item in items if isinstance(item, Frame))
+    found = Counter(item.data for item in items if isinstance(item, MavlinkFrame))
     assert Counter(whole) - found == Counter()
     # What was damaged is not passed off as good: only signatures are beyond the checksum.
     assert found.total() - len(whole) < 40
@@ -160,7 +160,7 @@ def test_pymavlink_loses_frames_where_this_framer_loses_none() -> None:
     foreign.robust_parsing = True
     messages = foreign.parse_buffer(stream) or []
     good = sum(message.get_type() != "BAD_DATA" for message in messages)
-    ours = sum(isinstance(item, Frame) for item in split(stream))
+    ours = sum(isinstance(item, MavlinkFrame) for item in split(stream))
     assert ours >= len(whole) > good
 
 
@@ -238,7 +238,7 @@ def test_a_false_header_does_not_hold_back_frames_beyond_a_pause() -> None:
     sender, framer = Sender(6), Framer()
     frame = sender.frame(version=2, signed=False)
     head = bytes((0xFD, 250, 0, 0, 1, 1, 1)) + (30).to_bytes(3, "little")
-    assert [item for item in framer.feed(head + frame) if isinstance(item, Frame)] == []
+    assert [item for item in framer.feed(head + frame) if isinstance(item, MavlinkFrame)] == []
     assert [item.data for item in framer.settle()] == [head, frame]
 
 
@@ -256,7 +256,7 @@ def test_a_frame_that_ends_as_another_begins_comes_out_in_a_pause() -> None:
             framer = Framer()
             assert framer.feed(frame) == []
             (item,) = end(framer)
-            assert isinstance(item, Frame)
+            assert isinstance(item, MavlinkFrame)
             assert item.data == frame
 
 
@@ -277,7 +277,7 @@ def test_the_end_of_the_stream_leaves_a_torn_frame_as_residue() -> None:
 def test_signed_frames_keep_their_signature() -> None:
     frame = Sender(8).frame(version=2, signed=True)
     (item,) = split(frame)
-    assert isinstance(item, Frame)
+    assert isinstance(item, MavlinkFrame)
     assert item.data == frame
     assert len(frame) == 10 + frame[1] + 2 + 13
 
@@ -289,7 +289,7 @@ def test_a_torn_signature_does_not_swallow_the_next_frame() -> None:
         torn = sender.frame(version=2, signed=True)[: -1 - seed % 12]
         after = [sender.frame(signed=False) for _ in range(2)]
         items = split(torn + b"".join(after))
-        assert [item.data for item in items if isinstance(item, Frame)][-2:] == after
+        assert [item.data for item in items if isinstance(item, MavlinkFrame)][-2:] == after
 
 
 def test_unknown_ids_are_kept_unchecked_where_a_frame_follows() -> None:
@@ -306,7 +306,7 @@ def test_an_unknown_id_never_costs_a_known_frame() -> None:
     frames = [sender.frame(signed=False) for _ in range(10)]
     head = bytes((0xFD, 255, 0, 0, 1, 1, 1)) + (15_000_000).to_bytes(3, "little")
     items = split(head + b"".join(frames))
-    assert [item.data for item in items if isinstance(item, Frame)] == frames
+    assert [item.data for item in items if isinstance(item, MavlinkFrame)] == frames
 
 
 def test_a_frame_that_carries_frames_is_one_frame() -> None:
@@ -349,7 +349,7 @@ def test_every_frame_of_a_real_flight_is_found() -> None:
         pytest.skip(f"the real flight is not at {path}")
     items = split(path.read_bytes())
     # The stamps of the log are residue to a framer; every frame must be found between them.
-    assert sum(isinstance(item, Frame) for item in items) == 26_183
+    assert sum(isinstance(item, MavlinkFrame) for item in items) == 26_183
 
 
 def lines_of(stream: bytes, cuts: list[int] | None = None, longest: int = 20):
@@ -369,7 +369,7 @@ def test_lines_end_with_cr_lf_or_both() -> None:
 
 def test_lines_that_are_no_text_are_residue() -> None:
     items = lines_of(b"good\n\xff\xfe bad\n with \0\nd\xc3\xa9j\xc3\xa0\n")
-    assert [type(item) for item in items] == [Line, Residue, Residue, Line]
+    assert [type(item) for item in items] == [TextLine, Residue, Residue, TextLine]
     assert items[1].data == b"\xff\xfe bad\n"
 
 
@@ -379,14 +379,14 @@ def test_an_overlong_line_is_cut_and_does_not_fill_the_memory() -> None:
         framer.feed(b"x" * 50)
         assert framer.pending <= 20
     items = framer.feed(b"\ngood\n")
-    assert [type(item) for item in items] == [Residue, Line]
+    assert [type(item) for item in items] == [Residue, TextLine]
     assert items[-1].data == b"good"
 
 
 def test_a_line_ended_by_cr_alone_comes_out_in_a_pause() -> None:
     framer = LineFramer()
     assert framer.feed(b"1,2\r") == []
-    assert framer.settle() == [Line(0, b"1,2", b"\r")]
+    assert framer.settle() == [TextLine(0, b"1,2", b"\r")]
 
 
 @given(

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gsapp.decoding.grid import LONGEST_FILL, Grid, columns_at
+from gsapp.decoding.grid import MAX_FILLED_PAUSE, Grid, column_index
+from gsapp.decoding.grid_rows import GridRows
 from gsapp.decoding.gridder import Gridder
-from gsapp.decoding.merging import Merger
-from gsapp.decoding.rows import Rows
+from gsapp.decoding.source_selection import SourceSelector
 
 
 def gridder(width: int = 1, *, rate: float = 100.0, circular: bool = False, step: bool = False,
@@ -25,11 +25,11 @@ def gridder(width: int = 1, *, rate: float = 100.0, circular: bool = False, step
     )
 
 
-def feed(target: Gridder, times: list[int], values: list[float]) -> list[Rows]:
+def feed(target: Gridder, times: list[int], values: list[float]) -> list[GridRows]:
     return target.feed(times, times, np.array(values, dtype=float)[:, None])
 
 
-def joined(rows: list[Rows]) -> tuple[list[int], list[float]]:
+def joined(rows: list[GridRows]) -> tuple[list[int], list[float]]:
     index = [row.first + k for row in rows for k in range(len(row.values))]
     return index, [float(v) for row in rows for v in row.values[:, 0]]
 
@@ -120,7 +120,7 @@ def test_hours_of_silence_cost_nothing() -> None:
 
 def test_a_pause_that_is_filled() -> None:
     """Up to LONGEST_FILL the rows go on without interruption, empty."""
-    pause = int(LONGEST_FILL * 1e6)
+    pause = int(MAX_FILLED_PAUSE * 1e6)
     index, values = joined(
         feed(gridder(), [0, 10_000, 20_000, 20_000 + pause], [1.0, 2.0, 3.0, 4.0])
     )
@@ -153,7 +153,7 @@ def test_columns_are_picked_alike_by_slice_and_by_list(places: list[int]) -> Non
     """Evenly spaced columns are a slice; either way the columns are those asked for."""
     matrix = np.arange(12.0).reshape(2, 6)
     np.testing.assert_array_equal(
-        matrix[:, columns_at(places)], matrix[:, np.array(places, dtype=int)]
+        matrix[:, column_index(places)], matrix[:, np.array(places, dtype=int)]
     )
 
 
@@ -182,9 +182,9 @@ class Pair:
     def __init__(self, fallback: int = 300_000) -> None:
         self.grid = Grid(100.0)
         self.better, self.worse = gridder(fallback=fallback), gridder(fallback=fallback)
-        self.merger = Merger(self.grid, (self.better, self.worse), 1, fallback)
+        self.merger = SourceSelector(self.grid, (self.better, self.worse), 1, fallback)
         self.now = 0
-        self.rows: list[Rows] = []
+        self.rows: list[GridRows] = []
 
     def sample(self, source: int, time: int, value: float) -> None:
         target = (self.better, self.worse)[source]

@@ -9,7 +9,7 @@ import pytest
 
 from gsapp.decoding.grid import Grid
 from gsapp.decoding.gridder import Gridder
-from gsapp.decoding.merging import Merger
+from gsapp.decoding.source_selection import SourceSelector
 
 
 def pairs_of(ends: Sequence[float]) -> Iterator[tuple[float, float]]:
@@ -25,7 +25,7 @@ def chosen(*told: tuple[float, ...], end: float, every: float) -> dict[int, floa
     grid = Grid(100.0)
     flags = np.zeros(1, dtype=bool)
     sources = [Gridder(grid, circular=flags, stepwise=flags) for _ in told]
-    merger = Merger(grid, sources, 1, 1_000_000)
+    merger = SourceSelector(grid, sources, 1, 1_000_000)
     found: dict[int, float] = {}
 
     def ask(now: int, *, final: bool = False) -> None:
@@ -88,7 +88,7 @@ def test_the_rows_of_a_source_that_nobody_asks_are_not_kept() -> None:
     grid = Grid(100.0)
     flags = np.zeros(1, dtype=bool)
     sources = [Gridder(grid, circular=flags, stepwise=flags) for _ in range(2)]
-    merger = Merger(grid, sources, 1, 1_000_000)
+    merger = SourceSelector(grid, sources, 1, 1_000_000)
     most = decided = 0
     for k in range(4_000):
         now = 10_000 * k

@@ -10,7 +10,7 @@ import pytest
 
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.decoder import Decoder
-from gsapp.flight.records import RawRecord
+from gsapp.flight.raw_record import RawRecord
 
 G = 9.80665
 

@@ -16,10 +16,10 @@ import numpy as np
 from scipy.linalg import expm
 
 from gsapp.aircraft import load_aircraft
-from gsapp.discrepancy.filtering.fitting import Fit
-from gsapp.discrepancy.filtering.linearizing import Linearization, Motion
-from gsapp.discrepancy.filtering.noise import GUST_ROWS, NoiseModel
-from gsapp.discrepancy.filtering.record import Record, record_of
+from gsapp.discrepancy.filter_error.filter_error_fit import FilterErrorFit
+from gsapp.discrepancy.filter_error.maneuver_record import ManeuverRecord, create_maneuver_record
+from gsapp.discrepancy.filter_error.motion_linearization import Linearization, NominalMotion
+from gsapp.discrepancy.filter_error.noise_model import GUST_ROWS, NoiseModel
 from gsapp.dynamics.model import Model, load_model
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block, FloatArray
@@ -103,9 +103,11 @@ def true_noise(share: float = 1.0, gusts: float = 1e-9, moments: float = 1e-9) -
     )
 
 
-def prepared(maneuvers: list[Maneuver], model: Model = TRUTH, free: tuple[str, ...] = ()) -> Fit:
+def prepared(
+    maneuvers: list[Maneuver], model: Model = TRUTH, free: tuple[str, ...] = ()
+) -> FilterErrorFit:
     """Return a fit of maneuvers that believes the true noise and nearly no turbulence."""
-    fit = Fit.begin([record_of(one) for one in maneuvers], model, free)
+    fit = FilterErrorFit.begin([create_maneuver_record(one) for one in maneuvers], model, free)
     fit.noise = {flight: true_noise() for flight in fit.noise}
     return fit
 
@@ -180,7 +182,7 @@ class Toy:
         steady = np.zeros((8, n))
         steady[0] = _V
         shown = np.where(counted, shown, 0.0)
-        record = Record(
+        record = ManeuverRecord(
             maneuver=Maneuver(
                 id="toy",
                 flight="toy",
@@ -218,11 +220,11 @@ class Toy:
             output_by_free=np.zeros((n, n_channels, 0)),
         )
 
-    def motion(self) -> Motion:
+    def motion(self) -> NominalMotion:
         """Return the steady flight that it is linearized along."""
         steady = np.zeros((8, self.n))
         steady[0] = _V
-        return Motion(states=steady, gust=np.zeros((3, self.n)))
+        return NominalMotion(states=steady, gust=np.zeros((3, self.n)))
 
 
 def _gathered(rates: FloatArray, intensity: FloatArray, dt: float) -> FloatArray:

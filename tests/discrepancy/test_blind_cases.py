@@ -8,11 +8,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from gsapp.discrepancy.catalog import catalog
+from gsapp.discrepancy.effect_catalog import all_effects
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
-from gsapp.dynamics.signals import SignalTerm
-from gsapp.dynamics.terms import make_term
+from gsapp.dynamics.signal_terms import SignalTerm
+from gsapp.dynamics.terms import create_term
 from gsapp.quantities import FloatArray
 from tests.discrepancy.blind import cases, flying, gusts, instruments, sensitivity
 from tests.discrepancy.blind.cases import Case, Recording, hidden
@@ -96,7 +96,7 @@ def test_an_effect_in_jsbsim_is_the_effect_of_that_name_in_the_catalog(effect: s
     motion, _ = flying.fly_motion(hidden(effect), planned)
     aircraft = flying.shipped_aircraft()
     linear = Model(derivatives=flying.true_derivatives(0))
-    name = next(one.name for one in make_term(effect, aircraft).parameters if one.free)
+    name = next(one.name for one in create_term(effect, aircraft).parameters if one.free)
     inputs = model_inputs(planned, motion)
     states = np.column_stack([*(motion[one] for one in POLAR), 0.0 * motion["time"]])
     gaps = []
@@ -119,7 +119,7 @@ def test_an_effect_in_jsbsim_is_the_effect_of_that_name_in_the_catalog(effect: s
 @pytest.mark.parametrize("effect", [one for one in AIR if one.startswith("outside")])
 def test_an_effect_outside_the_catalog_bends_the_flight(effect: str) -> None:
     """It is in no catalog, and JSBSim flies otherwise with it."""
-    assert effect not in {one.id for one in catalog()}
+    assert effect not in {one.id for one in all_effects()}
     change = sensitivity.change_by(0, SLIPPING, effect, cases.typical(effect))
     assert np.abs(change).max() > 0.5
     assert np.isfinite(change).all()
@@ -137,7 +137,7 @@ def test_a_faulty_instrument_shows_what_the_catalog_says(effect: str) -> None:
         assert np.array_equal(seen["p"], true["r"])
         assert np.array_equal(seen["r"], true["p"])
     elif not effect.startswith("outside"):
-        term = make_term(effect, flying.shipped_aircraft())
+        term = create_term(effect, flying.shipped_aircraft())
         assert isinstance(term, SignalTerm)
         values = (cases.typical(effect),) if term.parameters else ()
         expected = term.respond(true[channels[0]], 1.0 / RATE, values).values
@@ -156,7 +156,7 @@ def test_a_fault_of_the_control_path_lies_between_record_and_surface(effect: str
     controls, _ = flying.controls_of(case, planned, trim)
     clean, _ = flying.controls_of(NOTHING, planned, trim)
     column = CONTROLS.index(channel)
-    term = make_term(effect, flying.shipped_aircraft())
+    term = create_term(effect, flying.shipped_aircraft())
     assert isinstance(term, SignalTerm)
     path = term.respond(clean[:, column], 1.0 / STEPS_PER_SECOND, (cases.typical(effect),))
     moved = np.abs(controls[:, column] - clean[:, column]).max()
@@ -250,7 +250,7 @@ def test_baselines_are_fitted_given_or_wrong() -> None:
 def test_the_benchmark_holds_what_was_asked_for() -> None:
     """Kinds x sizes x seeds, nothing hidden, outside the catalog, two effects; a tenth of each."""
     found = cases.all_cases()
-    names = {one.id for one in catalog()}
+    names = {one.id for one in all_effects()}
     by_group = {
         group: [one for one in found if one.group == group]
         for group in ("hidden", "nothing", "outside", "pair")

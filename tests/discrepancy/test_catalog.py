@@ -11,28 +11,28 @@ import pytest
 from rich.console import Console
 
 from gsapp.aircraft import Aircraft, load_aircraft
-from gsapp.cli._effects_text import print_catalog, run
-from gsapp.discrepancy.catalog import (
+from gsapp.cli._effect_catalog_text import print_catalog, run
+from gsapp.discrepancy.effect_catalog import (
     TURBULENCE,
-    catalog,
-    competitors,
-    left_out,
-    plausible,
-    record,
+    all_effects,
+    eligible_effects,
+    excluded_effects,
+    find_effect,
+    plausible_sizes,
 )
-from gsapp.discrepancy.catalog_json import catalog_json
+from gsapp.discrepancy.effect_catalog_json import effect_catalog_json
 from gsapp.dynamics.buildup import derivative_names
-from gsapp.dynamics.flight_model import INPUTS, FlightModel
+from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
 from gsapp.dynamics.model import load_model
 from gsapp.dynamics.sensors import OutputModel
-from gsapp.dynamics.terms import TARGETS, effect_ids, make_term
+from gsapp.dynamics.terms import TARGETS, create_term, effect_ids
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import channel
 
 B777 = load_aircraft("b777")
 BASE = load_model("b777")
-IDS = [one.id for one in catalog()]
-EFFECTS = [one for one in catalog() if not one.disturbance]
+IDS = [one.id for one in all_effects()]
+EFFECTS = [one for one in all_effects() if not one.disturbance]
 RECORDED = (
     "alpha", "beta", "p", "q", "r", "ax", "ay", "an", "V", "qbar", "altitude", "phi", "theta",
     "psi", "de", "da", "dr", "throttle", "flap",
@@ -98,7 +98,7 @@ def test_what_was_asked_for_is_there(words: str) -> None:
 @pytest.mark.parametrize("one", EFFECTS, ids=lambda one: one.id)
 def test_a_record_is_complete(one) -> None:
     """Its formula is that of the term; what it refers to exists."""
-    term = make_term(one.id, B777)
+    term = create_term(one.id, B777)
     assert (one.title, one.equation, one.target) == (term.title, term.equation, term.target)
     assert one.parameters == term.parameters
     assert one.separated_by
@@ -112,7 +112,7 @@ def test_a_record_is_complete(one) -> None:
     if one.derivative:
         assert one.derivative in derivative_names()
     if one.variant_of:
-        assert not record(one.variant_of).variant_of
+        assert not find_effect(one.variant_of).variant_of
     entry = {
         "aero": "coefficient",
         "propulsion": "propulsion",
@@ -131,7 +131,7 @@ def test_an_effect_has_an_alias_to_beware_of() -> None:
 
 def test_inputs_that_an_effect_reads_must_be_recorded() -> None:
     for one in EFFECTS:
-        term = make_term(one.id, B777)
+        term = create_term(one.id, B777)
         reads = {"thrust": "throttle"}
         inputs = {reads.get(name, name) for name in term.reads}
         inputs &= {"de", "da", "dr", "flap", "throttle"}
@@ -140,20 +140,20 @@ def test_inputs_that_an_effect_reads_must_be_recorded() -> None:
 
 def test_gusts_are_a_disturbance_and_never_compete() -> None:
     assert TURBULENCE.disturbance
-    assert record("atmosphere.turbulence") is TURBULENCE
-    assert [one for one in catalog() if one.disturbance] == [TURBULENCE]
+    assert find_effect("atmosphere.turbulence") is TURBULENCE
+    assert [one for one in all_effects() if one.disturbance] == [TURBULENCE]
     for variants in (False, True):
-        found = competitors(B777, RECORDED, variants=variants)
+        found = eligible_effects(B777, RECORDED, variants=variants)
         assert TURBULENCE not in found
-    assert "disturbance" in left_out(B777, RECORDED)[TURBULENCE.id]
-    assert plausible(TURBULENCE.id, B777) == {"gust": 0.3}
+    assert "disturbance" in excluded_effects(B777, RECORDED)[TURBULENCE.id]
+    assert plausible_sizes(TURBULENCE.id, B777) == {"gust": 0.3}
 
 
 def test_an_unknown_effect_is_named_with_its_neighbors() -> None:
     with pytest.raises(UnknownNameError, match=r"aero\.Cm\.alpha2"):
-        record("aero.Cm.alfa2")
+        find_effect("aero.Cm.alfa2")
     with pytest.raises(UnknownNameError, match="no effect"):
-        plausible("nothing.like.it", B777)
+        plausible_sizes("nothing.like.it", B777)
 
 
 # --- sizes --------------------------------------------------------------------------------------
@@ -164,17 +164,17 @@ def test_plausible_sizes_go_with_the_aircraft() -> None:
     heavy = B777.model_copy(
         update={"mass": B777.mass.model_copy(update={"mass": 2.0 * B777.mass.mass})}
     )
-    small, large = (plausible("mass.mass.error", one)["error"] for one in (B777, heavy))
+    small, large = (plausible_sizes("mass.mass.error", one)["error"] for one in (B777, heavy))
     assert large == pytest.approx(2.0 * small)
     assert abs(small) == pytest.approx(0.05 * B777.mass.mass)
-    one, other = (plausible("control.elevator.backlash", plane) for plane in (B777, heavy))
+    one, other = (plausible_sizes("control.elevator.backlash", plane) for plane in (B777, heavy))
     assert one == other == {"slop": 0.02}
-    assert set(plausible("aero.Cm.speed", B777)) == {"Cm_V", "V_ref"}
+    assert set(plausible_sizes("aero.Cm.speed", B777)) == {"Cm_V", "V_ref"}
 
 
 def test_a_plausible_size_differs_from_none() -> None:
     for one in EFFECTS:
-        sizes = plausible(one.id, B777)
+        sizes = plausible_sizes(one.id, B777)
         assert set(sizes) == {item.name for item in one.parameters}
         free = [item for item in one.parameters if item.free]
         assert not free or sizes[free[0].name] != free[0].neutral, one.id
@@ -187,7 +187,7 @@ def of_path(aircraft: Aircraft, surface: str) -> set[str]:
     prefix = f"control.{surface}."
     return {
         one.id.removeprefix(prefix)
-        for one in competitors(aircraft, RECORDED)
+        for one in eligible_effects(aircraft, RECORDED)
         if one.id.startswith(prefix)
     }
 
@@ -204,10 +204,10 @@ def test_control_paths_compete_where_the_record_allows(kind: str, expected: set[
     aircraft = aircraft_with(de=kind)
     assert of_path(aircraft, "elevator") == expected
     assert of_path(aircraft, "aileron") == set()
-    ids = {one.id for one in competitors(aircraft, RECORDED)}
+    ids = {one.id for one in eligible_effects(aircraft, RECORDED)}
     # A potentiometer can be late; a command has none.
     assert ("sensor.de.delay" in ids) == (kind != "command")
-    reasons = left_out(aircraft, RECORDED)
+    reasons = excluded_effects(aircraft, RECORDED)
     if kind == "position":
         assert "measured on the surface" in reasons["control.elevator.backlash"]
     if kind == "servo":
@@ -216,9 +216,9 @@ def test_control_paths_compete_where_the_record_allows(kind: str, expected: set[
 
 def test_no_position_at_all_leaves_no_box_of_surfaces() -> None:
     commands = aircraft_with(de="command", da="command", dr="command", flap="command")
-    reasons = left_out(commands, RECORDED)
+    reasons = excluded_effects(commands, RECORDED)
     assert "only commands" in reasons["sensor.surfaces.delay"]
-    assert "sensor.surfaces.delay" not in left_out(B777, RECORDED)
+    assert "sensor.surfaces.delay" not in excluded_effects(B777, RECORDED)
 
 
 @pytest.mark.parametrize(
@@ -235,40 +235,40 @@ def test_a_missing_channel_leaves_effects_out_and_says_so(
     missing: tuple[str, ...], gone: set[str]
 ) -> None:
     kept = [name for name in RECORDED if name not in missing]
-    before = {one.id for one in competitors(B777, RECORDED)}
-    after = {one.id for one in competitors(B777, kept)}
+    before = {one.id for one in eligible_effects(B777, RECORDED)}
+    after = {one.id for one in eligible_effects(B777, kept)}
     assert gone <= before
     assert not gone & after
-    reasons = left_out(B777, kept)
+    reasons = excluded_effects(B777, kept)
     for name in gone:
         assert "not recorded" in reasons[name]
 
 
 def test_inputs_must_move() -> None:
     moving = ("de", "throttle")
-    ids = {one.id for one in competitors(B777, RECORDED, moving=moving)}
+    ids = {one.id for one in eligible_effects(B777, RECORDED, moving=moving)}
     assert "aero.Cm.de3" in ids
     assert not {"aero.Cm.flap", "aero.Cn.dr3", "aero.Cl.alpha_da"} & ids
-    assert "to move" in left_out(B777, RECORDED, moving=moving)["aero.Cm.flap"]
+    assert "to move" in excluded_effects(B777, RECORDED, moving=moving)["aero.Cm.flap"]
 
 
 def test_a_measured_thrust_stands_in_for_the_throttle() -> None:
     recorded = [*(name for name in RECORDED if name != "throttle"), "thrust"]
-    ids = {one.id for one in competitors(B777, recorded)}
+    ids = {one.id for one in eligible_effects(B777, recorded)}
     assert "propulsion.Cm.throttle" in ids
 
 
 def test_competitors_and_those_left_out_are_all() -> None:
     for variants in (False, True):
-        found = {one.id for one in competitors(B777, RECORDED, variants=variants)}
-        reasons = left_out(B777, RECORDED, variants=variants)
+        found = {one.id for one in eligible_effects(B777, RECORDED, variants=variants)}
+        reasons = excluded_effects(B777, RECORDED, variants=variants)
         assert found | set(reasons) == set(IDS)
         assert not found & set(reasons)
         assert all(reasons.values())
-        assert all(record(name).effect_class in "AB" for name in found)
-    plain = {one.id for one in competitors(B777, RECORDED)}
-    more = {one.id for one in competitors(B777, RECORDED, variants=True)}
-    assert more - plain == {one.id for one in catalog() if one.variant_of}
+        assert all(find_effect(name).effect_class in "AB" for name in found)
+    plain = {one.id for one in eligible_effects(B777, RECORDED)}
+    more = {one.id for one in eligible_effects(B777, RECORDED, variants=True)}
+    assert more - plain == {one.id for one in all_effects() if one.variant_of}
 
 
 # --- classes ------------------------------------------------------------------------------------
@@ -327,7 +327,7 @@ def test_the_class_is_true_of_the_equations(one) -> None:
     state = [*STATE, *(x + 0.02 * random.standard_normal(len(STATE[0])) for x in own_states)]
     outputs = OutputModel(model, _CHANNELS)
     _, slopes, _ = outputs.jacobian(state, FLOWN, values, free=[*others, f"{one.id}.{size}"])
-    share = own_share(slopes[:, :, len(model.state_names) + len(INPUTS) :])
+    share = own_share(slopes[:, :, len(model.state_names) + len(MODEL_INPUTS) :])
     if one.effect_class == "A":
         assert share > 0.15
     else:
@@ -340,13 +340,13 @@ def test_wrong_gearing_is_of_class_c(channel_id: str) -> None:
     """Scaling a surface is scaling its derivatives: nothing is left."""
     outputs = OutputModel(FlightModel(B777, BASE), _CHANNELS)
     _, slopes, _ = outputs.jacobian(STATE, FLOWN, free=derivative_names())
-    by_surface = slopes[:, :, 9 + INPUTS.index(channel_id)]
-    gearing = by_surface * FLOWN[INPUTS.index(channel_id)][:, None]
-    columns = np.concatenate((slopes[:, :, 9 + len(INPUTS) :], gearing[:, :, None]), axis=2)
+    by_surface = slopes[:, :, 9 + MODEL_INPUTS.index(channel_id)]
+    gearing = by_surface * FLOWN[MODEL_INPUTS.index(channel_id)][:, None]
+    columns = np.concatenate((slopes[:, :, 9 + len(MODEL_INPUTS) :], gearing[:, :, None]), axis=2)
     assert own_share(columns) < 1e-6
     word = {"de": "elevator", "da": "aileron", "dr": "rudder"}[channel_id]
     for name in (f"control.{word}.gearing", f"sensor.{channel_id}.scale"):
-        assert record(name).effect_class == "C"
+        assert find_effect(name).effect_class == "C"
 
 
 # --- told ---------------------------------------------------------------------------------------
@@ -357,7 +357,7 @@ def test_the_json_holds_all_and_is_strict(tmp_path: Path) -> None:
     run(json=path)
     text = path.read_text(encoding="utf-8")
     found = json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
-    assert found == catalog_json()
+    assert found == effect_catalog_json()
     assert [one["effect"] for one in found["effects"]] == list(effect_ids())
     assert [one["effect"] for one in found["disturbances"]] == ["atmosphere.turbulence"]
     one = next(x for x in found["effects"] if x["effect"] == "control.elevator.backlash")
@@ -370,13 +370,13 @@ def test_the_json_holds_all_and_is_strict(tmp_path: Path) -> None:
 
 def test_the_json_on_the_screen_stands_alone(capsys: pytest.CaptureFixture[str]) -> None:
     run(json=Path("-"))
-    assert json.loads(capsys.readouterr().out) == catalog_json()
+    assert json.loads(capsys.readouterr().out) == effect_catalog_json()
 
 
 def test_the_table_tells_every_effect_or_its_family() -> None:
     """Each aerodynamic one by its id, surfaces and channels by what is alike for all."""
     console = Console(width=140, record=True, file=io.StringIO())
-    print_catalog(console, catalog())
+    print_catalog(console, all_effects())
     text = console.export_text()
     for name in IDS:
         group, _, kind = f"{name}.".split(".")[:3]

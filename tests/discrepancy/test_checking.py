@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gsapp.discrepancy.checking import check_forced, check_maneuvers, moving_inputs
-from gsapp.discrepancy.finding import disagreements
-from gsapp.discrepancy.placing import Place
-from gsapp.discrepancy.results import ManeuverView
+from gsapp.discrepancy.disagreements import find_disagreements
+from gsapp.discrepancy.investigation import Investigation
+from gsapp.discrepancy.localization import ModelErrorLocation
+from gsapp.discrepancy.results import ManeuverHistories
+from gsapp.discrepancy.search_checks import check_forced_effects, check_maneuvers, moving_inputs
 from gsapp.discrepancy.settings import DiscrepancySettings
-from gsapp.discrepancy.workflow import Investigation
 from gsapp.foundation import FlightError, GroundStationError, UnknownNameError
 from gsapp.identification.maneuver import Maneuver
 from tests.discrepancy.core_kit import AIRCRAFT, maneuver, with_channel
@@ -39,7 +39,7 @@ def told(maneuvers: list[Maneuver]) -> str:
 def test_good_flights_pass(flown: list[Maneuver]) -> None:
     """Four maneuvers with everything in them: nothing to say."""
     check_maneuvers(flown, AIRCRAFT)
-    check_forced(("aero.Cm.alpha2",), AIRCRAFT, flown)
+    check_forced_effects(("aero.Cm.alpha2",), AIRCRAFT, flown)
 
 
 def test_each_lack_has_its_own_sentence(flown: list[Maneuver]) -> None:
@@ -115,7 +115,7 @@ def test_effects_that_cannot_be_judged(
     """Asked for all the same: the sentence names the effect, the reason, and what to fly."""
     given = [with_channel(one, channel, samples) for one in flown]
     with pytest.raises(FlightError) as caught:
-        check_forced((effect,), AIRCRAFT, given)
+        check_forced_effects((effect,), AIRCRAFT, given)
     assert str(caught.value).startswith(f"'{effect}'")
     assert words in str(caught.value)
     # The same from a search, before anything is fitted.
@@ -130,7 +130,7 @@ def test_effects_that_cannot_be_judged(
 def test_effects_that_do_not_exist(flown: list[Maneuver]) -> None:
     """The nearest names are proposed."""
     with pytest.raises(UnknownNameError, match=r"did you mean .*'aero\.Cm\.alpha2'"):
-        check_forced(("aero.Cm.alpha2x",), AIRCRAFT, flown)
+        check_forced_effects(("aero.Cm.alpha2x",), AIRCRAFT, flown)
 
 
 def test_all_kept_out(flown: list[Maneuver]) -> None:
@@ -147,11 +147,11 @@ def test_the_worst_second_of_a_record_shorter_than_one() -> None:
     missing = np.zeros((count, 1))
     missing[-1] = 1.0
     nothing = np.zeros((count, 0))
-    view = ManeuverView(
+    view = ManeuverHistories(
         id="1", flight="a", kind="de", held_out=False, times=times, channels=(),
         measured=nothing, computed=(nothing, nothing), coefficients=("Cm",),
         missing=(missing, missing), floor={}, coefficient_floor={"Cm": 0.1}, conditions={},
     )  # fmt: skip
-    place = Place(coefficient="Cm", channel="", maneuver="1", gain=9.0, p_value=1e-6)
-    (found,) = disagreements([view], [place], false_alarm=0.01)
+    place = ModelErrorLocation(coefficient="Cm", channel="", maneuver="1", gain=9.0, p_value=1e-6)
+    (found,) = find_disagreements([view], [place], false_alarm=0.01)
     assert times[0] <= found.t_start <= found.t_end <= times[-1]

@@ -12,26 +12,26 @@ import numpy as np
 import pytest
 
 from gsapp.discrepancy.candidates import (
-    Competitor,
-    finite_size,
-    named_competitors,
+    CandidateEffect,
+    catalog_candidates,
+    trial_size,
 )
-from gsapp.discrepancy.catalog import catalog
-from gsapp.discrepancy.filtering.columns import Column, forcing
-from gsapp.discrepancy.filtering.fitting import Fit, ManeuverState, bias_name
-from gsapp.discrepancy.filtering.kalman import Filter, filter_of
-from gsapp.discrepancy.filtering.linearizing import (
+from gsapp.discrepancy.effect_catalog import all_effects
+from gsapp.discrepancy.filter_error.filter_error_fit import FilterErrorFit, ManeuverState, bias_name
+from gsapp.discrepancy.filter_error.kalman import SteadyStateFilter, create_filter
+from gsapp.discrepancy.filter_error.motion_linearization import (
     Linearization,
-    Motion,
-    first_motion,
-    linearize,
+    NominalMotion,
+    initial_motion,
+    linearize_along,
 )
-from gsapp.discrepancy.screening import screen
-from gsapp.discrepancy.unnamed import unnamed_competitors
+from gsapp.discrepancy.filter_error.sensitivity_columns import SensitivityColumn, filter_inputs
+from gsapp.discrepancy.screening import screen_candidates
+from gsapp.discrepancy.unnamed_effects import unnamed_candidates
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
-from gsapp.dynamics.signals import SURFACES, Backlash, Delay, Lag, SignalTerm
-from gsapp.dynamics.terms import make_term
+from gsapp.dynamics.signal_terms import SURFACE_CHANNELS, Backlash, Delay, Lag, SignalTerm
+from gsapp.dynamics.terms import create_term
 from gsapp.identification.axes import axis_derivatives
 from gsapp.quantities import FloatArray
 from tests.discrepancy.core_kit import AIRCRAFT, TRUTH, maneuver, prepared, true_noise, with_channel
@@ -50,13 +50,13 @@ WITH_EFFECTS = (
 class Prepared:
     """A maneuver in which everything moves, filtered in gusts along the filter's prediction."""
 
-    fit: Fit
+    fit: FilterErrorFit
     one: ManeuverState
-    own: Filter
+    own: SteadyStateFilter
 
-    def innovations(self, column: Column) -> FloatArray:
+    def innovations(self, column: SensitivityColumn) -> FloatArray:
         """Return whitened innovations of a column."""
-        z, b = forcing(self.own, [column])
+        z, b = filter_inputs(self.own, [column])
         found, _ = self.own.innovations(z, b)
         return (self.own.whitener @ found)[:, :, 0]
 
@@ -66,10 +66,10 @@ class Prepared:
         flight_model = FlightModel(AIRCRAFT, model)
         motion = self.one.motion
         before = self.own.residual(zero)
-        linearization = linearize(
+        linearization = linearize_along(
             self.one.record, flight_model, np.array(flight_model.defaults), motion
         )
-        after = filter_of(linearization, self.fit.noise["virtual"], motion).residual(zero)
+        after = create_filter(linearization, self.fit.noise["virtual"], motion).residual(zero)
         z, b = ((old - new) / size for old, new in zip(before[:2], after[:2], strict=True))
         found, _ = self.own.innovations(z[:, :, None], b[:, :, None])
         return (self.own.whitener @ found)[:, :, 0]
@@ -143,15 +143,15 @@ def test_parameters_of_effects_in_the_model(rich: Prepared) -> None:
         assert error(rich.innovations(column), expected) < most, name
 
 
-def tried_size(one: Competitor, term: object, prepared: Prepared) -> float:
+def tried_size(one: CandidateEffect, term: object, prepared: Prepared) -> float:
     """Return the size at which an effect's column is compared, as a difference from neutral."""
     if isinstance(term, Lag | Delay):
         # Smaller ones ask for slopes at a corner: straight lines between samples have two.
         return one.plausible
     if isinstance(term, Backlash):
-        channel = SURFACES[term.target.partition(".")[2]]
+        channel = SURFACE_CHANNELS[term.target.partition(".")[2]]
         signal = prepared.own.linearization.inputs[("de", "da", "dr", "flap").index(channel)]
-        return finite_size(term, signal, prepared.one.record.dt)
+        return trial_size(term, signal, prepared.one.record.dt)
     return 0.02 * one.plausible
 
 
@@ -160,11 +160,11 @@ def test_effects_of_the_catalog(plain: Prepared) -> None:
 
     Within 2 %; lags and delays are tried at a usual size, to which they are not straight lines.
     """
-    records = [one for one in catalog() if not one.disturbance]
+    records = [one for one in all_effects() if not one.disturbance]
     compared, kinds = 0, set()
-    for one in named_competitors(records, AIRCRAFT):
+    for one in catalog_candidates(records, AIRCRAFT):
         column = one.make(plain.own.linearization)
-        term = make_term(one.id, AIRCRAFT)
+        term = create_term(one.id, AIRCRAFT)
         if not column or term.states or one.start is not None:
             continue
         found = plain.innovations(column)
@@ -186,21 +186,21 @@ def test_effects_of_the_catalog(plain: Prepared) -> None:
 
 def test_an_effect_with_a_memory(plain: Prepared) -> None:
     """A lag of the normal force: its column is what it changes once its own state has settled."""
-    record = next(one for one in catalog() if one.id == "aero.Cm.memory")
-    (one,) = named_competitors([record], AIRCRAFT)
+    record = next(one for one in all_effects() if one.id == "aero.Cm.memory")
+    (one,) = catalog_candidates([record], AIRCRAFT)
     column = one.make(plain.own.linearization)
-    term = make_term(one.id, AIRCRAFT)
+    term = create_term(one.id, AIRCRAFT)
     size = 0.02 * one.plausible
     changed = TRUTH.with_effect(one.id, {**term.defaults, one.parameter: size})
     flight_model = FlightModel(AIRCRAFT, changed)
     values = np.array(flight_model.defaults)
-    start = first_motion(plain.one.record, flight_model).states[8:]
+    start = initial_motion(plain.one.record, flight_model).states[8:]
 
-    def along(own: FloatArray) -> tuple[Linearization, Motion]:
-        motion = Motion(
+    def along(own: FloatArray) -> tuple[Linearization, NominalMotion]:
+        motion = NominalMotion(
             states=np.vstack((plain.one.motion.states, own)), gust=plain.one.motion.gust
         )
-        return linearize(plain.one.record, flight_model, values, motion), motion
+        return linearize_along(plain.one.record, flight_model, values, motion), motion
 
     # Its state runs along the motion: a step is a straight line in it.
     at_rest = along(np.zeros_like(start))[0].stepped[8]
@@ -212,7 +212,7 @@ def test_an_effect_with_a_memory(plain: Prepared) -> None:
     found, motion = along(own)
     assert found.stepped[8] == pytest.approx(own[0, 1:], abs=1e-9)
     zero = np.zeros(len(plain.one.record.channels))
-    after = filter_of(found, plain.fit.noise["virtual"], motion).residual(zero)
+    after = create_filter(found, plain.fit.noise["virtual"], motion).residual(zero)
     before = plain.own.residual(zero)
     z = (before[0] - after[0]) / size
     # The states of the airframe are the same; the effect's own left no defect.
@@ -226,10 +226,12 @@ def test_an_effect_with_a_memory(plain: Prepared) -> None:
 def test_structure_without_a_name(plain: Prepared) -> None:
     """Products are what they say: alpha * de in Cm is the catalog's effect of that name."""
     found = plain.own.linearization
-    bare = unnamed_competitors([], throttle=True, flap=True)
+    bare = unnamed_candidates([], throttle=True, flap=True)
     named = {
         one.id: one
-        for one in named_competitors([one for one in catalog() if not one.disturbance], AIRCRAFT)
+        for one in catalog_candidates(
+            [one for one in all_effects() if not one.disturbance], AIRCRAFT
+        )
     }
     table = {one.id: one for one in bare}
     for ours_id, name in (
@@ -247,7 +249,7 @@ def test_structure_without_a_name(plain: Prepared) -> None:
         size = np.dot(ours[0].history, theirs[0].history) / np.dot(*[theirs[0].history] * 2)
         assert ours[0].history == pytest.approx(size * theirs[0].history, rel=1e-9), name
     # What the catalog holds does not compete a second time without a name.
-    rest = {one.id for one in unnamed_competitors([*named.values()], throttle=True, flap=True)}
+    rest = {one.id for one in unnamed_candidates([*named.values()], throttle=True, flap=True)}
     assert rest < set(table)
     looks = {}
     for one in named.values():
@@ -270,7 +272,7 @@ def test_structure_without_a_name(plain: Prepared) -> None:
     assert {"unnamed.Cm.late_p", "unnamed.Cl.late_alpha"} < rest
     assert "unnamed.Cm.late_q" not in table
     assert not any(
-        "throttle" in one.id for one in unnamed_competitors([], throttle=False, flap=True)
+        "throttle" in one.id for one in unnamed_candidates([], throttle=False, flap=True)
     )
 
 
@@ -284,10 +286,10 @@ def test_screening_gains_are_those_of_a_refit() -> None:
     wanted = ("aero.Cm.alpha2", "aero.Cl.alpha_beta", "sensor.beta.delay", "aero.CN.alpha2")
     competitors = [
         one
-        for one in named_competitors([r for r in catalog() if not r.disturbance], AIRCRAFT)
+        for one in catalog_candidates([r for r in all_effects() if not r.disturbance], AIRCRAFT)
         if one.id in wanted
     ]
-    found = screen(fit, competitors)
+    found = screen_candidates(fit, competitors)
 
     # All rows of all maneuvers, written out: shared columns, biases by flight, initial states.
     biases = fit.bias_names()
@@ -346,13 +348,13 @@ def test_a_size_that_makes_no_sense_gains_nothing() -> None:
         )
         for one in flown
     ]
-    records = [one for one in catalog() if one.id == "sensor.alpha.delay"]
-    competitors = named_competitors(records, AIRCRAFT)
+    records = [one for one in all_effects() if one.id == "sensor.alpha.delay"]
+    competitors = catalog_candidates(records, AIRCRAFT)
     gains = []
     for given in (flown, early):
         fit = prepared(given, TRUTH)
         fit.pass_()
-        found = screen(fit, competitors)
+        found = screen_candidates(fit, competitors)
         gains.append(found)
     assert gains[1].size[0] < -0.02
     assert gains[1].gain[0] == 0.0

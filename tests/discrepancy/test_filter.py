@@ -8,13 +8,21 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from gsapp.discrepancy.filtering.kalman import Filter, filter_of, solve_forward
-from gsapp.discrepancy.filtering.linearizing import Linearization, Motion, linearize
-from gsapp.discrepancy.filtering.noise import GUST_ROWS, NoiseModel
-from gsapp.discrepancy.filtering.record import STATES, Record, record_of
-from gsapp.dynamics.flight_model import INPUTS, FlightModel
+from gsapp.discrepancy.filter_error.kalman import SteadyStateFilter, create_filter, solve_forward
+from gsapp.discrepancy.filter_error.maneuver_record import (
+    INTEGRATED_STATES,
+    ManeuverRecord,
+    create_maneuver_record,
+)
+from gsapp.discrepancy.filter_error.motion_linearization import (
+    Linearization,
+    NominalMotion,
+    linearize_along,
+)
+from gsapp.discrepancy.filter_error.noise_model import GUST_ROWS, NoiseModel
+from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
 from gsapp.dynamics.sensors import OutputModel
-from gsapp.dynamics.simulation import open_loop
+from gsapp.dynamics.simulation import simulate_open_loop
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
 from tests.discrepancy.core_kit import (
@@ -37,13 +45,13 @@ def block_means(history: FloatArray, block: int) -> FloatArray:
     )
 
 
-def whitened(one: Filter, innovations: FloatArray) -> FloatArray:
+def whitened(one: SteadyStateFilter, innovations: FloatArray) -> FloatArray:
     """Return innovations of the last blocks, uncorrelated."""
     found: FloatArray = (one.whitener[-len(innovations) :] @ innovations[:, :, None])[:, :, 0]
     return found
 
 
-def innovations_of(one: Filter) -> FloatArray:
+def innovations_of(one: SteadyStateFilter) -> FloatArray:
     """Return the innovations of the residual, no biases."""
     z, b, _ = one.residual(np.zeros(len(one.linearization.record.channels)))
     found, _ = one.innovations(z[:, :, None], b[:, :, None])
@@ -53,34 +61,38 @@ def innovations_of(one: Filter) -> FloatArray:
 # --- without turbulence: output error ------------------------------------------------------------
 
 
-def simulated(record: Record) -> tuple[FloatArray, FloatArray]:
+def simulated(record: ManeuverRecord) -> tuple[FloatArray, FloatArray]:
     """Return states (n, 9) and channels from the record's start, by the simulator."""
     model = FlightModel(AIRCRAFT, TRUTH)
     start = record.motion.states[0]
     inputs = record.motion.inputs
-    states = open_loop(model, start, dict(zip(INPUTS, inputs.T, strict=True)), record.dt)
+    states = simulate_open_loop(
+        model, start, dict(zip(MODEL_INPUTS, inputs.T, strict=True)), record.dt
+    )
     shown = OutputModel(model, record.channels).values(tuple(states.T), tuple(inputs.T))
     return states, np.column_stack(np.broadcast_arrays(*shown))
 
 
-def nearby(record: Record, states: FloatArray, size: float) -> Linearization:
+def nearby(record: ManeuverRecord, states: FloatArray, size: float) -> Linearization:
     """Return the equations linearized along a motion bent away from the simulated one."""
     times = record.dt * np.arange(len(record))
     bends = np.array([1.0, 0.01, 0.01, 0.05, 0.05, 0.05, 0.02, 0.02])
     waves = np.array([np.sin((1.0 + 0.3 * k) * times) for k in range(8)])
     model = FlightModel(AIRCRAFT, TRUTH)
-    motion = Motion(
+    motion = NominalMotion(
         states=states[:, :8].T + size * bends[:, None] * waves, gust=np.zeros((3, len(record)))
     )
-    return linearize(record, model, np.array(model.defaults), motion)
+    return linearize_along(record, model, np.array(model.defaults), motion)
 
 
 def test_without_process_noise_it_is_output_error() -> None:
     """Innovations along the simulated motion are measured minus simulated, block by block."""
-    record = record_of(maneuver(1))
+    record = create_maneuver_record(maneuver(1))
     states, channels = simulated(record)
     found = nearby(record, states, 0.0)
-    own = filter_of(found, None, Motion(states=found.states, gust=np.zeros((3, len(record)))))
+    own = create_filter(
+        found, None, NominalMotion(states=found.states, gust=np.zeros((3, len(record))))
+    )
     block = round(0.04 / record.dt)
     expected = block_means(record.measured - channels, block)
     spread = expected.std(axis=0)
@@ -89,14 +101,16 @@ def test_without_process_noise_it_is_output_error() -> None:
 
 def test_linearized_elsewhere_it_finds_the_same_residuals_to_first_order() -> None:
     """Along a motion off by e, residuals of simulation from the same start are found within e^2."""
-    record = record_of(maneuver(1))
+    record = create_maneuver_record(maneuver(1))
     states, channels = simulated(record)
     expected = block_means(record.measured - channels, round(0.04 / record.dt))
     spread = expected.std(axis=0)
     errors = []
     for size in (1.0, 0.5):
         found = nearby(record, states, size)
-        own = filter_of(found, None, Motion(states=found.states, gust=np.zeros((3, len(record)))))
+        own = create_filter(
+            found, None, NominalMotion(states=found.states, gust=np.zeros((3, len(record))))
+        )
         plain = block_means(record.measured - found.computed, own.block)
         # The bend is far larger than the noise; nearly nothing of it is left.
         assert np.sqrt(np.mean(((plain - expected) / spread) ** 2)) > 2.0 * size
@@ -105,7 +119,7 @@ def test_linearized_elsewhere_it_finds_the_same_residuals_to_first_order() -> No
     assert errors[1] == pytest.approx(errors[0] / 4.0, rel=0.25)
 
 
-def flown_in_dying_gust(record: Record, start: FloatArray, gust: FloatArray) -> FloatArray:
+def flown_in_dying_gust(record: ManeuverRecord, start: FloatArray, gust: FloatArray) -> FloatArray:
     """Integrate the equations, air moved by gusts that only die away from where they begin."""
     model = FlightModel(AIRCRAFT, TRUTH)
     decay = float(np.mean(record.motion.states[:, 0])) / np.array(true_noise().lengths)
@@ -217,7 +231,7 @@ def test_blocks_are_a_kalman_filter_at_every_sample() -> None:
     That one takes continuous noise as it is; blocks take it in the middle between samples.
     """
     toy = Toy(TOY_NOISE, n=2000)
-    own = filter_of(toy.linearization(), TOY_NOISE, toy.motion())
+    own = create_filter(toy.linearization(), TOY_NOISE, toy.motion())
     assert own.block == 4
     plain = PlainKalman(toy, own.block)
     for _ in range(1500):
@@ -237,7 +251,7 @@ def test_blocks_are_a_kalman_filter_at_every_sample() -> None:
 def test_innovations_of_the_toy_are_white_and_of_the_size_predicted() -> None:
     """Toys driven by continuous gusts: covariance within chance, no correlation in time."""
     toy = Toy(TOY_NOISE, n=24000, seed=3)
-    own = filter_of(toy.linearization(), TOY_NOISE, toy.motion())
+    own = create_filter(toy.linearization(), TOY_NOISE, toy.motion())
     white = whitened(own, innovations_of(own)[20:])
     n = len(white)
     covariance = white.T @ white / n
@@ -246,7 +260,7 @@ def test_innovations_of_the_toy_are_white_and_of_the_size_predicted() -> None:
         crossed = white[lag:].T @ white[:-lag] / n
         assert np.abs(crossed).max() < 4.5 / np.sqrt(n), lag
     # Without the gusts that are there it would be neither.
-    blind = filter_of(toy.linearization(), true_like(gust=1e-6), toy.motion())
+    blind = create_filter(toy.linearization(), true_like(gust=1e-6), toy.motion())
     poor = whitened(blind, innovations_of(blind)[20:])
     assert np.mean(poor[:, 1] ** 2) > 1.5
 
@@ -263,7 +277,7 @@ def test_colored_noise_is_told_from_turbulence() -> None:
     for column, name in enumerate(TOY_CHANNELS):
         measured[:, column] += lfilter([1.0], [1.0, -truth.get(name, 0.0)], toy.errors[:, column])
     linearization = toy.linearization(measured)
-    own = filter_of(linearization, noise, toy.motion())
+    own = create_filter(linearization, noise, toy.motion())
     found = innovations_of(own)[20:]
     white = whitened(own, found)
     n = len(white)
@@ -275,12 +289,12 @@ def test_colored_noise_is_told_from_turbulence() -> None:
     expected = [truth[TOY_CHANNELS[place]] for place in own.colors.places]
     assert kept == pytest.approx(expected, abs=0.03)
     # From elsewhere it leads there.
-    away = filter_of(
+    away = create_filter(
         linearization, replace(noise, correlations=dict.fromkeys(truth, 0.6)), toy.motion()
     )
     assert (away.kept_colors(z, b) ** (1.0 / own.block) > 0.6).all()
     # Taken for white, the same noise is neither white nor of that size.
-    blind = filter_of(linearization, replace(noise, correlations={}), toy.motion())
+    blind = create_filter(linearization, replace(noise, correlations={}), toy.motion())
     poor = whitened(blind, innovations_of(blind)[20:])
     assert np.abs(poor[1:].T @ poor[:-1] / n).max() > 0.2
 
@@ -300,7 +314,7 @@ def test_the_smoother_is_generalized_least_squares() -> None:
     takes it.
     """
     toy = Toy(TOY_NOISE, n=160, seed=4)
-    own = filter_of(toy.linearization(), TOY_NOISE, toy.motion())
+    own = create_filter(toy.linearization(), TOY_NOISE, toy.motion())
     plain = PlainKalman(toy, own.block)
     for _ in range(1500):
         plain.take(np.zeros(len(TOY_CHANNELS)))
@@ -333,7 +347,7 @@ def test_the_smoother_is_generalized_least_squares() -> None:
 def test_what_the_smoother_expects_is_what_it_finds() -> None:
     """Where the noise model holds, mean squares of the adjoints are the expected ones."""
     toy = Toy(TOY_NOISE, n=40000, seed=5)
-    own = filter_of(toy.linearization(), TOY_NOISE, toy.motion())
+    own = create_filter(toy.linearization(), TOY_NOISE, toy.motion())
     process, measurement, _ = own.adjoints(innovations_of(own))
     by_process, by_measurement, _ = own.expected()
     steps = slice(10, -10)
@@ -351,7 +365,7 @@ def test_what_the_smoother_expects_is_what_it_finds() -> None:
 def test_a_filter_that_does_not_forget_is_a_fit_that_ran_away() -> None:
     """Which a search passes over: a failure of the algebra would end it."""
     toy = Toy(TOY_NOISE, n=400, seed=5)
-    own = filter_of(toy.linearization(), TOY_NOISE, toy.motion())
+    own = create_filter(toy.linearization(), TOY_NOISE, toy.motion())
     with pytest.raises(FlightError, match="ran away"):
         replace(own, propagation=4.0 * own.propagation).expected()
 
@@ -372,8 +386,8 @@ def test_samples_that_are_missing_change_nothing() -> None:
     found = []
     for shown in (lost, other):
         linearization = toy.linearization(np.where(np.isfinite(lost), shown, np.nan))
-        found.append(innovations_of(filter_of(linearization, TOY_NOISE, toy.motion())))
-    own = filter_of(toy.linearization(), TOY_NOISE, toy.motion())
+        found.append(innovations_of(create_filter(linearization, TOY_NOISE, toy.motion())))
+    own = create_filter(toy.linearization(), TOY_NOISE, toy.motion())
     whole = innovations_of(own)
     assert np.array_equal(found[0], found[1])
     assert np.all(found[0][100:130, 4] == 0.0)
@@ -390,7 +404,7 @@ def test_a_channel_with_gaps_is_filled_by_nothing() -> None:
     whole = maneuver(1)
     samples = whole.samples("q").copy()
     samples[100:150] = np.nan
-    record = record_of(with_channel(whole, "q", samples))
+    record = create_maneuver_record(with_channel(whole, "q", samples))
     column = record.channels.index("q")
     assert not record.counted[100:150, column].any()
     assert record.counted.sum() == record.counted.size - 50
@@ -404,13 +418,13 @@ def test_a_channel_with_gaps_is_filled_by_nothing() -> None:
 
 def test_records_hold_what_was_measured() -> None:
     """Channels in their order; without attitude the rest; airspeed from pressures where need be."""
-    record = record_of(maneuver(1))
-    assert record.channels == (*STATES[:6], "ax", "ay", "an", "phi", "theta")
+    record = create_maneuver_record(maneuver(1))
+    assert record.channels == (*INTEGRATED_STATES[:6], "ax", "ay", "an", "phi", "theta")
     assert record.id == "1"
     whole = maneuver(1)
     for name in ("phi", "theta", "beta"):
         whole = with_channel(whole, name, np.nan)
-    assert record_of(whole).channels == ("V", "alpha", "p", "q", "r", "ax", "ay", "an")
+    assert create_maneuver_record(whole).channels == ("V", "alpha", "p", "q", "r", "ax", "ay", "an")
 
 
 @pytest.mark.parametrize("many", [1, 6, 7, 40])

@@ -13,9 +13,9 @@ import pytest
 
 pytest.importorskip("jsbsim", reason="truth is flown by JSBSim, which is not installed")
 
-from gsapp.discrepancy.results import Discrepancy
+from gsapp.discrepancy.investigation import Investigation
+from gsapp.discrepancy.results import DiscrepancyResult
 from gsapp.discrepancy.settings import DiscrepancySettings
-from gsapp.discrepancy.workflow import Investigation
 from tests.discrepancy.blind.cases import Case, hidden
 from tests.discrepancy.blind.closing import closed_gap
 from tests.discrepancy.blind.flying import FlownCase, fly_case
@@ -33,7 +33,7 @@ def prepared(case: Case) -> tuple[FlownCase, Investigation]:
     return flown, Investigation(flown.maneuvers, flown.aircraft, flown.model)
 
 
-def answered(case: Case) -> tuple[FlownCase, Discrepancy]:
+def answered(case: Case) -> tuple[FlownCase, DiscrepancyResult]:
     """Fly a case and put it to the program."""
     flown, search = prepared(case)
     return flown, search.run(DiscrepancySettings(model=flown.model))
@@ -49,7 +49,7 @@ def one(effect: str, size: float, **how: object) -> Case:
     return hidden(effect, size, plan=SEED, seed=SEED, rate=50, **how)
 
 
-def gaps(flown: FlownCase, found: Discrepancy) -> tuple[float, float]:
+def gaps(flown: FlownCase, found: DiscrepancyResult) -> tuple[float, float]:
     """Return how far computed channels are from the noiseless truth, before and after.
 
     Sums of squares in units of noise, of the maneuvers kept out.

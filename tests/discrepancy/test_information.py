@@ -1,4 +1,4 @@
-"""Proves the algebra of `Information` against plain least squares on the rows behind it."""
+"""Proves the algebra of `InformationMatrix` against plain least squares on the rows behind it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gsapp.discrepancy.filtering.information import Information
+from gsapp.discrepancy.filter_error.information_matrix import InformationMatrix
 from gsapp.quantities import FloatArray
 
 NAMES = ("a", "b", "c", "d", "e")
@@ -23,10 +23,10 @@ class Rows:
     columns: FloatArray
     residual: FloatArray
 
-    def information(self) -> Information:
+    def information(self) -> InformationMatrix:
         """Return its normal equations."""
         every = np.column_stack((self.columns, self.residual))
-        return Information(
+        return InformationMatrix(
             names=self.names, matrix=every.T @ every, samples=float(len(self.residual))
         )
 

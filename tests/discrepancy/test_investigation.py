@@ -11,10 +11,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gsapp.discrepancy.instruments import instrument_remarks
-from gsapp.discrepancy.results import Discrepancy
-from gsapp.discrepancy.settings import DiscrepancySettings, Progress, SearchStoppedError
-from gsapp.discrepancy.workflow import Investigation, _check_gain, _Search
+from gsapp.discrepancy.instrument_checks import check_instruments
+from gsapp.discrepancy.investigation import Investigation, _check_gain, _Search
+from gsapp.discrepancy.results import DiscrepancyResult
+from gsapp.discrepancy.settings import DiscrepancySettings, SearchProgress, SearchStoppedError
 from gsapp.dynamics.model import Model
 from gsapp.foundation import FlightError
 from gsapp.identification.maneuver import Maneuver
@@ -50,18 +50,18 @@ def search() -> Investigation:
 
 
 @pytest.fixture(scope="module")
-def told() -> list[Progress]:
+def told() -> list[SearchProgress]:
     """Return where progress of the first search is kept."""
     return []
 
 
 @pytest.fixture(scope="module")
-def answer(search: Investigation, told: list[Progress]) -> Discrepancy:
+def answer(search: Investigation, told: list[SearchProgress]) -> DiscrepancyResult:
     """Return the answer."""
     return search.run(SETTINGS, progress=told.append)
 
 
-def learned(found: Discrepancy) -> dict[str, float]:
+def learned(found: DiscrepancyResult) -> dict[str, float]:
     """Return every number that was fitted: derivatives, sizes with deviations, confidence."""
     numbers = dict(found.model.derivatives)
     for one in found.effects:
@@ -73,7 +73,7 @@ def learned(found: Discrepancy) -> dict[str, float]:
     return numbers
 
 
-def test_the_hidden_effect_is_found(answer: Discrepancy) -> None:
+def test_the_hidden_effect_is_found(answer: DiscrepancyResult) -> None:
     """Named, alone, of its true size, and the gap is closed on maneuvers kept out."""
     assert answer.verdict == "effects-found"
     (one,) = answer.effects
@@ -118,7 +118,7 @@ def test_a_vane_mounted_askew_is_named_though_maneuvers_kept_out_say_nothing_of_
 def test_instruments_are_judged_apart() -> None:
     """Four maneuvers agree by kinematics; with a_y reversed its effect is proven."""
     sound = flown(TRUTH)[::2]
-    (agree,) = instrument_remarks(sound, try_signs=False)
+    (agree,) = check_instruments(sound, try_signs=False)
     assert agree.consistent
     turned = []
     for one in sound:
@@ -126,13 +126,13 @@ def test_instruments_are_judged_apart() -> None:
         values = block.values.copy()
         values[:, block.channels.index("ay")] *= -1.0
         turned.append(replace(one, block=replace(block, values=values)))
-    remarks = instrument_remarks(turned)
+    remarks = check_instruments(turned)
     assert any("a_y" in one.words and not one.consistent for one in remarks)
     assert "sensor.ay.reversed" in [one.effect for one in remarks]
 
 
 def test_a_model_with_other_values_does_not_pass_for_the_one_that_was_given(
-    answer: Discrepancy,
+    answer: DiscrepancyResult,
 ) -> None:
     """Each step may be saved: with what it revises, and with what its values were fitted to."""
     fitted_to = "fitted to 6 maneuvers of "
@@ -146,7 +146,9 @@ def test_a_model_with_other_values_does_not_pass_for_the_one_that_was_given(
     assert not answer.steps[0].model.effects
 
 
-def test_the_story_has_a_step_for_each_model(answer: Discrepancy, search: Investigation) -> None:
+def test_the_story_has_a_step_for_each_model(
+    answer: DiscrepancyResult, search: Investigation
+) -> None:
     """Baseline, then the revised model: names, ranking, maps and histories of all maneuvers."""
     assert [step.added for step in answer.steps] == ["", EFFECT]
     assert answer.steps[0].ranking[0].effect == EFFECT
@@ -172,7 +174,7 @@ def test_the_story_has_a_step_for_each_model(answer: Discrepancy, search: Invest
     assert answer.disagreements[0].channel == "q"
 
 
-def test_progress_goes_forward(answer: Discrepancy, told: list[Progress]) -> None:
+def test_progress_goes_forward(answer: DiscrepancyResult, told: list[SearchProgress]) -> None:
     """Shares grow from above zero to one; every call says what is being done."""
     assert answer.verdict
     shares = [one.share for one in told]
@@ -186,9 +188,9 @@ def test_progress_goes_forward(answer: Discrepancy, told: list[Progress]) -> Non
 @pytest.mark.parametrize("calls", [1, 4, 9])
 def test_a_search_can_be_stopped(search: Investigation, calls: int) -> None:
     """At any call: before, within and after the fit of the baseline."""
-    made: list[Progress] = []
+    made: list[SearchProgress] = []
 
-    def stop(progress: Progress) -> bool | None:
+    def stop(progress: SearchProgress) -> bool | None:
         made.append(progress)
         return None if len(made) < calls else False
 
@@ -198,7 +200,7 @@ def test_a_search_can_be_stopped(search: Investigation, calls: int) -> None:
     assert len(made) == calls
 
 
-def test_the_same_again_to_the_last_bit(search: Investigation, answer: Discrepancy) -> None:
+def test_the_same_again_to_the_last_bit(search: Investigation, answer: DiscrepancyResult) -> None:
     """A second search on prepared flights: every number, history and word is the same."""
     again = search.run(SETTINGS)
     assert learned(again) == learned(answer)
@@ -213,7 +215,7 @@ def test_the_same_again_to_the_last_bit(search: Investigation, answer: Discrepan
             assert np.array_equal(ours, theirs)
 
 
-def test_maneuvers_kept_out_teach_nothing(answer: Discrepancy) -> None:
+def test_maneuvers_kept_out_teach_nothing(answer: DiscrepancyResult) -> None:
     """Their noise changed: all that was learned is the same to the last bit, the gap is not.
 
     The flights are prepared anew, so this holds from the first sample to the last number.
@@ -226,7 +228,7 @@ def test_maneuvers_kept_out_teach_nothing(answer: Discrepancy) -> None:
     assert changed.gap.channels != answer.gap.channels
 
 
-def test_the_order_of_maneuvers_does_not_matter(answer: Discrepancy) -> None:
+def test_the_order_of_maneuvers_does_not_matter(answer: DiscrepancyResult) -> None:
     """Backward: the same effect and numbers but for rounding."""
     backward = Investigation(flown(CURVED)[::-1], AIRCRAFT, TRUTH).run(SETTINGS)
     ours, theirs = learned(backward), learned(answer)

@@ -9,10 +9,15 @@ import pytest
 from scipy.linalg import expm
 
 from gsapp.aircraft import load_aircraft
-from gsapp.discrepancy.filtering.kalman import Filter, filter_of
-from gsapp.discrepancy.filtering.lateness import by_lateness, looking_ahead, shares_seen, shown
-from gsapp.dynamics.signals import Path, SignalTerm, lagged
-from gsapp.dynamics.terms import make_term
+from gsapp.discrepancy.filter_error.instrument_delay import (
+    delay_sensitivity,
+    instrument_output,
+    lead_matrix,
+    visible_shares,
+)
+from gsapp.discrepancy.filter_error.kalman import SteadyStateFilter, create_filter
+from gsapp.dynamics.signal_terms import PathTerms, SignalTerm, apply_lag
+from gsapp.dynamics.terms import create_term
 from gsapp.quantities import FloatArray
 from tests.discrepancy.core_kit import TOY_CHANNELS, TOY_NOISE, Toy
 
@@ -21,11 +26,11 @@ OMEGA = 9.0
 AIRCRAFT = load_aircraft("b777")
 
 
-def path(**effects: float) -> Path:
+def path(**effects: float) -> PathTerms:
     """Return the path of the beta vane with effects, ``delay=0.025``."""
     found = []
     for kind, value in effects.items():
-        term = make_term(f"sensor.beta.{kind}", AIRCRAFT)
+        term = create_term(f"sensor.beta.{kind}", AIRCRAFT)
         assert isinstance(term, SignalTerm)
         found.append((term, (value,)))
     return tuple(found)
@@ -46,14 +51,14 @@ def response(tau: float) -> FloatArray:
 @pytest.mark.parametrize("delay", [0.004, 0.0255, 0.09])
 def test_a_delay_is_right_between_samples(delay: float) -> None:
     """Straight lines between samples would be off by a hundred times more."""
-    found = shown(path(delay=delay), *swinging(), DT)
+    found = instrument_output(path(delay=delay), *swinging(), DT)
     assert np.abs(found - swinging(delay)[0])[20:].max() < 1e-5
 
 
 @pytest.mark.parametrize("tau", [0.004, 0.0255, 0.09])
 def test_a_lag_is_right(tau: float) -> None:
     """The response of a first-order lag to a sine, in size and phase."""
-    found = shown(path(lag=tau), *swinging(), DT)
+    found = instrument_output(path(lag=tau), *swinging(), DT)
     assert np.abs(found - response(tau))[100:].max() < 3e-4
 
 
@@ -61,7 +66,7 @@ def test_paths_follow_one_another() -> None:
     """A scale after a lag after a delay, in any order."""
     for names in (("delay", "lag", "scale"), ("scale", "lag", "delay"), ("lag", "delay", "scale")):
         values = {"delay": 0.03, "lag": 0.02, "scale": 1.2}
-        found = shown(path(**{name: values[name] for name in names}), *swinging(), DT)
+        found = instrument_output(path(**{name: values[name] for name in names}), *swinging(), DT)
         late = 0.03 + np.arctan(OMEGA * 0.02) / OMEGA
         expected = 1.2 * swinging(late)[0] / np.hypot(1.0, OMEGA * 0.02)
         assert np.abs(found - expected)[100:].max() < 1e-3
@@ -71,44 +76,44 @@ def test_paths_follow_one_another() -> None:
 def test_nothing_of_the_future_is_used(effects: dict[str, float]) -> None:
     """Samples to come may be anything: what is shown now stays, even by an early clock."""
     signal, rate = swinging()
-    before = shown(path(**effects), signal, rate, DT)
+    before = instrument_output(path(**effects), signal, rate, DT)
     signal[200:], rate[200:] = 7.0, -70.0
-    after = shown(path(**effects), signal, rate, DT)
+    after = instrument_output(path(**effects), signal, rate, DT)
     assert np.array_equal(before[:200], after[:200])
     assert not np.allclose(before[200:], after[200:])
 
 
 def test_an_early_signal_goes_on_as_it_is_going() -> None:
     """Five milliseconds ahead, as a clock's offset is, to two parts in ten thousand."""
-    found = shown(path(delay=-0.005), *swinging(), DT)
+    found = instrument_output(path(delay=-0.005), *swinging(), DT)
     assert np.abs(found - swinging(-0.005)[0])[2:].max() < 2e-4
 
 
 def test_an_early_deviation_goes_on_as_the_equations_do() -> None:
     """Early by the clock of a box: what the equations make of it; late or right, as it is."""
     jacobian = np.array([[[0.0, 1.0], [-4.0, -0.6]]])
-    ahead = looking_ahead(path(delay=-0.01, scale=1.1), jacobian)
+    ahead = lead_matrix(path(delay=-0.01, scale=1.1), jacobian)
     assert ahead is not None
     assert np.abs(ahead[0] - expm(0.01 * jacobian[0])).max() < 1e-4
-    assert looking_ahead(path(delay=0.01), jacobian) is None
-    assert looking_ahead(path(scale=1.1), jacobian) is None
+    assert lead_matrix(path(delay=0.01), jacobian) is None
+    assert lead_matrix(path(scale=1.1), jacobian) is None
 
 
 def test_an_early_instrument_shows_part_of_what_comes_before_the_next_sample() -> None:
     """A change somewhere between two samples: by the share of the step that is seen early."""
-    assert shares_seen(path(delay=-0.012), DT, 2) == pytest.approx((0.0, 0.6, 1.0, 1.0))
-    assert shares_seen(path(scale=1.1), DT, 2) == pytest.approx((0.0, 0.0, 1.0, 1.0))
+    assert visible_shares(path(delay=-0.012), DT, 2) == pytest.approx((0.0, 0.6, 1.0, 1.0))
+    assert visible_shares(path(scale=1.1), DT, 2) == pytest.approx((0.0, 0.0, 1.0, 1.0))
 
 
 def test_slopes_by_lateness_are_those_of_smooth_signals() -> None:
     """What a little more of a delay or a lag changes, behind a scale and behind each other."""
     signal, rate = swinging()
     values = {"scale": 1.2, "delay": 0.031, "lag": 0.02}
-    found = by_lateness(path(**values), signal, rate, DT)
+    found = delay_sensitivity(path(**values), signal, rate, DT)
     assert set(found) == {"sensor.beta.delay.delay", "sensor.beta.lag.tau"}
     for name, kind in (("sensor.beta.delay.delay", "delay"), ("sensor.beta.lag.tau", "lag")):
         more, less = (
-            shown(path(**{**values, kind: values[kind] + by}), signal, rate, DT)
+            instrument_output(path(**{**values, kind: values[kind] + by}), signal, rate, DT)
             for by in (1e-4, -1e-4)
         )
         slope = (more - less) / 2e-4
@@ -121,7 +126,7 @@ FINER = 10
 """Steps of the truth in one sample."""
 
 
-def late_toy(late: Path, n: int, seed: int) -> tuple[Toy, np.ndarray]:
+def late_toy(late: PathTerms, n: int, seed: int) -> tuple[Toy, np.ndarray]:
     """Return a toy in strong side gusts, and its record with a late beta vane, flown finely."""
     noise = replace(TOY_NOISE, gusts=(0.05, 2.0, 0.2))
     toy = Toy(noise, n=n, seed=seed)
@@ -132,16 +137,16 @@ def late_toy(late: Path, n: int, seed: int) -> tuple[Toy, np.ndarray]:
             times = fine.dt * np.arange(beta.size)
             beta = np.interp(times - value, times, beta)
         else:
-            beta = lagged(beta, value, fine.dt)
+            beta = apply_lag(beta, value, fine.dt)
     shows = fine.states @ toy.slopes.T
     shows[:, 2] = beta
     return toy, shows[::FINER] + toy.errors
 
 
-def filtered(toy: Toy, record: FloatArray, late: Path) -> tuple[Filter, FloatArray]:
+def filtered(toy: Toy, record: FloatArray, late: PathTerms) -> tuple[SteadyStateFilter, FloatArray]:
     """Return the filter that believes in a late vane, and its whitened innovations."""
     linearization = replace(toy.linearization(record), paths={TOY_CHANNELS.index("beta"): late})
-    own = filter_of(linearization, toy.noise, toy.motion())
+    own = create_filter(linearization, toy.noise, toy.motion())
     z, b, _ = own.residual(np.zeros(len(TOY_CHANNELS)))
     found, _ = own.innovations(z[:, :, None], b[:, :, None])
     return own, (own.whitener @ found)[20:, :, 0]

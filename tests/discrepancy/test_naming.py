@@ -8,28 +8,28 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, kstest, norm
 
-from gsapp.discrepancy.answering import contradicted
-from gsapp.discrepancy.candidates import Competitor
-from gsapp.discrepancy.filtering.information import Information
-from gsapp.discrepancy.filtering.kalman import filter_of
-from gsapp.discrepancy.naming import (
-    NAMED_ENOUGH,
-    UNNAMED_PRIOR,
-    Decision,
-    decide,
+from gsapp.discrepancy.candidates import CandidateEffect
+from gsapp.discrepancy.effect_selection import (
+    MIN_EFFECT_PROBABILITY,
+    UNNAMED_EFFECT_PRIOR,
+    EffectDecision,
+    detection_threshold,
     log_priors,
-    probabilities,
-    threshold,
+    posterior_probabilities,
+    select_effect,
 )
-from gsapp.discrepancy.screening import Screening
-from gsapp.discrepancy.stages import Stage, standing_for_all
+from gsapp.discrepancy.filter_error.information_matrix import InformationMatrix
+from gsapp.discrepancy.filter_error.kalman import create_filter
+from gsapp.discrepancy.result_builder import is_contradicted
+from gsapp.discrepancy.screening import CandidateScreening
+from gsapp.discrepancy.search_stages import SearchStage, equivalent_effects_of
 from gsapp.quantities import FloatArray
 from tests.discrepancy.core_kit import TOY_NOISE, Toy
 
 
-def competitor(name: str, *, named: bool = True) -> Competitor:
+def competitor(name: str, *, named: bool = True) -> CandidateEffect:
     """Return one that acts on nothing."""
-    return Competitor(
+    return CandidateEffect(
         id=name,
         title=name,
         named=named,
@@ -46,16 +46,16 @@ UNNAMED = competitor("unnamed.x", named=False)
 
 def decided(
     gain: list[float],
-    competitors: tuple[Competitor, ...] = (*NAMED, UNNAMED),
+    competitors: tuple[CandidateEffect, ...] = (*NAMED, UNNAMED),
     *,
     least: float = 20.0,
     temper: float = 1.0,
-) -> Decision:
+) -> EffectDecision:
     """Decide on gains in the sum of squares."""
     names = tuple(one.id for one in competitors)
-    empty = Information(names=names, matrix=np.eye(len(names) + 1), samples=100.0)
+    empty = InformationMatrix(names=names, matrix=np.eye(len(names) + 1), samples=100.0)
     gains = np.array(gain)
-    screening = Screening(
+    screening = CandidateScreening(
         competitors=competitors,
         whole=empty,
         left=empty,
@@ -64,16 +64,18 @@ def decided(
         size=np.zeros(len(names)),
         std=np.ones(len(names)),
     )
-    return decide(screening, gains, least=least, temper=temper)
+    return select_effect(screening, gains, least=least, temper=temper)
 
 
 def test_probabilities_are_likelihood_times_prior() -> None:
     """Half the gain is log-likelihood; what has no name is taken to be rarer."""
-    found = probabilities((*NAMED, UNNAMED), np.array([30.0, 26.0, 0.0, 30.0]))
-    raw = np.array([np.exp(15.0), np.exp(13.0), 1.0, UNNAMED_PRIOR * np.exp(15.0)])
+    found = posterior_probabilities((*NAMED, UNNAMED), np.array([30.0, 26.0, 0.0, 30.0]))
+    raw = np.array([np.exp(15.0), np.exp(13.0), 1.0, UNNAMED_EFFECT_PRIOR * np.exp(15.0)])
     assert found == pytest.approx(raw / raw.sum())
     # Gains of thousands do not overflow.
-    assert probabilities(NAMED, np.array([9e4, 8e4, 0.0])) == pytest.approx([1.0, 0.0, 0.0])
+    assert posterior_probabilities(NAMED, np.array([9e4, 8e4, 0.0])) == pytest.approx(
+        [1.0, 0.0, 0.0]
+    )
 
 
 def test_the_threshold_is_chance_over_all_candidates() -> None:
@@ -81,21 +83,29 @@ def test_the_threshold_is_chance_over_all_candidates() -> None:
     random = np.random.default_rng(1)
     best = (random.standard_normal((20_000, 60)) ** 2).max(axis=1)
     many, one = NAMED[:1] * 60, NAMED[:1]
-    assert np.mean(best > threshold(0.05, many)) == pytest.approx(0.05, abs=0.006)
-    assert threshold(0.003, one * 300) > threshold(0.003, one * 30) > threshold(0.03, one * 30)
-    assert chi2.sf(threshold(0.003, one), 1) == pytest.approx(0.003)
+    assert np.mean(best > detection_threshold(0.05, many)) == pytest.approx(0.05, abs=0.006)
+    assert (
+        detection_threshold(0.003, one * 300)
+        > detection_threshold(0.003, one * 30)
+        > detection_threshold(0.03, one * 30)
+    )
+    assert chi2.sf(detection_threshold(0.003, one), 1) == pytest.approx(0.003)
 
 
 def test_what_has_no_name_has_less_of_a_chance_to_pass() -> None:
     """Named and unnamed candidates together exceed it by chance in the share asked for."""
     mixed = (*NAMED[:1] * 20, *(UNNAMED,) * 200)
-    least = threshold(0.05, mixed)
+    least = detection_threshold(0.05, mixed)
     random = np.random.default_rng(2)
     gains = random.standard_normal((20_000, 220)) ** 2 + 2.0 * log_priors(mixed)
     assert np.mean(gains.max(axis=1) > least) == pytest.approx(0.05, abs=0.006)
-    assert threshold(0.05, NAMED[:1] * 20) < least < threshold(0.05, NAMED[:1] * 220)
-    assert threshold(0.05, (UNNAMED,)) == pytest.approx(
-        chi2.isf(0.05, 1) + 2.0 * np.log(UNNAMED_PRIOR)
+    assert (
+        detection_threshold(0.05, NAMED[:1] * 20)
+        < least
+        < detection_threshold(0.05, NAMED[:1] * 220)
+    )
+    assert detection_threshold(0.05, (UNNAMED,)) == pytest.approx(
+        chi2.isf(0.05, 1) + 2.0 * np.log(UNNAMED_EFFECT_PRIOR)
     )
 
 
@@ -119,13 +129,13 @@ def test_gains_that_are_exaggerated_count_for_less() -> None:
 
 def test_a_name_needs_nineteen_in_twenty() -> None:
     """One of two: the margin at which the better one has probability 0.95, from both sides."""
-    margin = 2.0 * np.log(NAMED_ENOUGH / (1.0 - NAMED_ENOUGH))
+    margin = 2.0 * np.log(MIN_EFFECT_PROBABILITY / (1.0 - MIN_EFFECT_PROBABILITY))
     for extra, kind in ((0.1, "name"), (-0.1, "ambiguous")):
         found = decided([100.0, 100.0 + margin + extra, 0.0, 0.0])
         assert found.kind == kind
         assert found.best is not None
         assert found.best.id == "b"
-        assert found.evidence[1] == pytest.approx(NAMED_ENOUGH, abs=0.02)
+        assert found.evidence[1] == pytest.approx(MIN_EFFECT_PROBABILITY, abs=0.02)
 
 
 def test_alternatives_hold_the_probability_together() -> None:
@@ -156,15 +166,15 @@ def test_one_stands_for_a_set_that_looks_the_same() -> None:
         matrix = np.eye(5)
         matrix[0, 1] = matrix[1, 0] = cosine
         names = ("a", "b", "c", "unnamed.x")
-        left = Information(names=names, matrix=matrix, samples=100.0)
-        screening = Screening(
+        left = InformationMatrix(names=names, matrix=matrix, samples=100.0)
+        screening = CandidateScreening(
             competitors=(*NAMED, UNNAMED), whole=left, left=left, parts={},
             gain=np.array(gains), size=np.zeros(4), std=np.ones(4),
         )  # fmt: skip
-        stage = Stage(fit=None, added="", screening=screening, decision=decision)  # type: ignore[arg-type]
-        assert standing_for_all(stage) == expected
+        stage = SearchStage(fit=None, added="", screening=screening, decision=decision)  # type: ignore[arg-type]
+        assert equivalent_effects_of(stage) == expected
     named = decided([100.0, 0.0, 0.0, 0.0])
-    assert standing_for_all(replace(stage, decision=named)) == ()
+    assert equivalent_effects_of(replace(stage, decision=named)) == ()
 
 
 def test_structure_without_a_name_is_unexplained() -> None:
@@ -195,7 +205,7 @@ def test_scores_of_nothing_hidden_are_chi_square() -> None:
     that take what they can. Signed roots are normal: mean, spread and shape.
     """
     toy = Toy(TOY_NOISE, n=480)
-    own = filter_of(toy.linearization(), TOY_NOISE, toy.motion())
+    own = create_filter(toy.linearization(), TOY_NOISE, toy.motion())
     random = np.random.default_rng(2)
     n_blocks, n_channels, n_x = own.by_state.shape
     z = np.zeros((n_blocks, n_channels, 5 + n_x))
@@ -210,11 +220,11 @@ def test_scores_of_nothing_hidden_are_chi_square() -> None:
     names = (*(f"c{k}" for k in range(5)), *(f"x{k}" for k in range(n_x)))
 
     def gains(toy: Toy) -> tuple[FloatArray, FloatArray, float, FloatArray]:
-        given = filter_of(toy.linearization(), TOY_NOISE, toy.motion())
+        given = create_filter(toy.linearization(), TOY_NOISE, toy.motion())
         own_z, own_b, _ = given.residual(np.zeros(n_channels))
         found, _ = given.innovations(own_z[:, :, None], own_b[:, :, None])
         rows = np.hstack((columns, (own.whitener @ found).reshape(-1, 1)))
-        whole = Information(names=names, matrix=rows.T @ rows, samples=float(len(rows)))
+        whole = InformationMatrix(names=names, matrix=rows.T @ rows, samples=float(len(rows)))
         left = whole.projected(("c3", "c4", *names[5:]))
         gain, size, _ = left.gains(whole)
         return gain, size, float(left.matrix[-1, -1]) / left.samples, left.matrix[:3, :3]
@@ -250,4 +260,4 @@ def test_maneuvers_kept_out_contradict_what_is_weak_or_should_have_shown(
     gain: float, found: float, against: bool
 ) -> None:
     """A clear effect survives a little bad luck on a third of its maneuvers; others do not."""
-    assert contradicted(gain, found, share=1.0 / 3.0, least=18.0, apart=found / 3.0) is against
+    assert is_contradicted(gain, found, share=1.0 / 3.0, least=18.0, apart=found / 3.0) is against

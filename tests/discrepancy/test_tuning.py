@@ -5,12 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gsapp.discrepancy.baseline import baseline_fit
-from gsapp.discrepancy.filtering.fitting import BIAS_PRIOR, Fit, ManeuverState, bias_name
-from gsapp.discrepancy.filtering.kalman import filter_of
-from gsapp.discrepancy.filtering.noise import NoiseModel, first_noise
-from gsapp.discrepancy.filtering.record import record_of
-from gsapp.discrepancy.filtering.tuning import tune
+from gsapp.discrepancy.baseline import fit_baseline
+from gsapp.discrepancy.filter_error.filter_error_fit import (
+    BIAS_PRIOR_STD,
+    FilterErrorFit,
+    ManeuverState,
+    bias_name,
+)
+from gsapp.discrepancy.filter_error.kalman import create_filter
+from gsapp.discrepancy.filter_error.maneuver_record import create_maneuver_record
+from gsapp.discrepancy.filter_error.noise_model import NoiseModel, initial_noise
+from gsapp.discrepancy.filter_error.noise_tuning import tune_noise
 from gsapp.dynamics.flight_model import FlightModel
 from tests.discrepancy.core_kit import (
     AIRCRAFT,
@@ -23,10 +28,10 @@ from tests.discrepancy.core_kit import (
 )
 
 
-def toy_fit(toys: list[Toy], noise: NoiseModel) -> Fit:
+def toy_fit(toys: list[Toy], noise: NoiseModel) -> FilterErrorFit:
     """Return a fit of toys that believes in some noise."""
     model = FlightModel(AIRCRAFT, TRUTH)
-    fit = Fit(model=TRUTH, free=(), values={}, biases={}, noise={"toy": noise})
+    fit = FilterErrorFit(model=TRUTH, free=(), values={}, biases={}, noise={"toy": noise})
     for toy in toys:
         linearization = toy.linearization()
         fit.biases = {bias_name("toy", name): 0.0 for name in linearization.record.channels}
@@ -35,7 +40,7 @@ def toy_fit(toys: list[Toy], noise: NoiseModel) -> Fit:
                 record=linearization.record,
                 flight_model=model,
                 motion=toy.motion(),
-                filter=filter_of(linearization, noise, toy.motion()),
+                filter=create_filter(linearization, noise, toy.motion()),
             )
         )
     return fit
@@ -54,7 +59,7 @@ def test_noise_of_a_linear_system_is_recovered(share: float, gusts: float, momen
         moments=TOY_NOISE.moments * moments,
     )
     fit = toy_fit(toys, wrong)
-    tune(fit, rounds=20)
+    tune_noise(fit, rounds=20)
     found = fit.noise["toy"]
     for name, variance in TOY_NOISE.variances.items():
         assert np.sqrt(found.variances[name] / variance) == pytest.approx(1.0, abs=0.1), name
@@ -78,31 +83,31 @@ def test_turbulence_that_is_not_there_goes() -> None:
     for name in ("gust.u", "gust.v", "gust.w"):
         believed = believed.with_value(name, 0.01)
     fit = toy_fit([Toy(still, seed=seed, n=2000) for seed in range(2)], believed)
-    tune(fit, rounds=12)
+    tune_noise(fit, rounds=12)
     assert max(fit.noise["toy"].gust_rms(30.0).values()) < 0.03
     assert fit.noise["toy"].moments == pytest.approx(still.moments, rel=0.25)
 
 
 def test_first_guess_is_right_where_samples_are_independent() -> None:
     """Third differences show the instruments' noise in spite of doublets, within 25 %."""
-    records = [record_of(maneuver(seed, dt=0.01)) for seed in (1, 2)]
-    found = first_noise(records)
+    records = [create_maneuver_record(maneuver(seed, dt=0.01)) for seed in (1, 2)]
+    found = initial_noise(records)
     for name, size in NOISE.items():
         assert np.sqrt(found.variances[name]) == pytest.approx(size, rel=0.25), name
 
 
 @pytest.fixture(scope="module")
-def fitted() -> dict[str, Fit]:
+def fitted() -> dict[str, FilterErrorFit]:
     """Return fits, derivatives free, of five maneuvers in still air and five in gusts."""
     fits = {}
     for name, gust in (("still", 0.0), ("gusts", 0.5)):
         flown = [maneuver(seed, gust=gust, flight=name) for seed in range(1, 6)]
-        records = [record_of(one) for one in flown]
-        fits[name] = baseline_fit(records, TRUTH, lambda _: None)
+        records = [create_maneuver_record(one) for one in flown]
+        fits[name] = fit_baseline(records, TRUTH, lambda _: None)
     return fits
 
 
-def test_instrument_noise_is_recovered_from_maneuvers(fitted: dict[str, Fit]) -> None:
+def test_instrument_noise_is_recovered_from_maneuvers(fitted: dict[str, FilterErrorFit]) -> None:
     """In still air and in gusts, with all derivatives free: each instrument within 20 %.
 
     What gusts do to the lift between samples is taken for noise of that accelerometer.
@@ -114,14 +119,14 @@ def test_instrument_noise_is_recovered_from_maneuvers(fitted: dict[str, Fit]) ->
             assert found == pytest.approx(size, rel=bound), (name, channel)
 
 
-def test_gusts_are_recovered_from_maneuvers(fitted: dict[str, Fit]) -> None:
+def test_gusts_are_recovered_from_maneuvers(fitted: dict[str, FilterErrorFit]) -> None:
     """Dryden gusts of 0.5 m/s: to a factor of 1.6 in half a minute; none in still air."""
     found = fitted["gusts"].noise["gusts"].gust_rms(30.0)
     assert 0.5 / 1.6 < found["w"] < 0.5 * 1.6
     assert max(fitted["still"].noise["still"].gust_rms(30.0).values()) < 0.05
 
 
-def test_derivatives_are_true_within_their_bounds(fitted: dict[str, Fit]) -> None:
+def test_derivatives_are_true_within_their_bounds(fitted: dict[str, FilterErrorFit]) -> None:
     """Errors over standard deviations: mean square about 1, none beyond four and a half."""
     for name, fit in fitted.items():
         information = fit.information().with_priors(fit.priors())
@@ -145,13 +150,13 @@ def test_zero_errors_belong_to_flights() -> None:
         if one.flight == "off":
             one = with_channel(one, "beta", one.samples("beta") + np.radians(0.5))
         flown.append(one)
-    fit = Fit.begin([record_of(one) for one in flown], TRUTH, ())
+    fit = FilterErrorFit.begin([create_maneuver_record(one) for one in flown], TRUTH, ())
     for _ in range(3):
         fit.linearize()
-        tune(fit, rounds=3)
+        tune_noise(fit, rounds=3)
         fit.step(fit.information())
     apart = fit.biases[bias_name("off", "beta")] - fit.biases[bias_name("good", "beta")]
     assert apart == pytest.approx(np.radians(0.5), abs=np.radians(0.06))
     # Its prior is relative to where it stands: one cannot creep away pass by pass.
     name = bias_name("off", "beta")
-    assert fit.priors()[name] == (-fit.biases[name], BIAS_PRIOR["beta"])
+    assert fit.priors()[name] == (-fit.biases[name], BIAS_PRIOR_STD["beta"])

@@ -13,7 +13,7 @@ from typing import Any
 import typer
 
 from gsapp.cli.main import app
-from gsapp.discrepancy.catalog import catalog
+from gsapp.discrepancy.effect_catalog import all_effects
 from gsapp.quantities.channels import CHANNELS
 
 FOLDER = Path(__file__).parents[2] / "docs" / "reference"
@@ -97,7 +97,7 @@ def commands() -> str:
 def effects() -> str:
     """Return the page of all effects that a model may lack."""
     rows: dict[str, list[tuple[str, ...]]] = {}
-    for record in catalog():
+    for record in all_effects():
         rows.setdefault(record.entry, []).append(
             (f"`{record.id}`", record.title, f"`{record.equation}`",
              ", ".join(f"`{one}`" for one in record.mistaken_for), record.separated_by)

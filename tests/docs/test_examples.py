@@ -17,30 +17,30 @@ import typer
 
 from calibration import load_certificate, load_certificates
 from gsapp.aircraft import Control, Limits, load_aircraft
-from gsapp.aircraft.swings import inertia_of, load_swings
+from gsapp.aircraft.swings import compute_inertia, load_swings
 from gsapp.cli import calibrate
 from gsapp.cli.main import app
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.decoder import Decoder
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.pilot.plan import load_plan
-from gsapp.dynamics.terms import effect_ids, make_term
-from gsapp.excitation.dangers.fence import load_fence
-from gsapp.flight.as_flown import as_flown
-from gsapp.flight.card_checks import check_card
+from gsapp.dynamics.terms import create_term, effect_ids
+from gsapp.dynamics.virtual_aircraft.flight_plan import load_flight_plan
+from gsapp.excitation.alerts.geofence import load_geofence
 from gsapp.flight.cards import load_cards
 from gsapp.flight.events import EventLog, read_events
+from gsapp.flight.flight_loader import load_flight
+from gsapp.flight.flown_aircraft import apply_flight_info
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.loading import load_flight
-from gsapp.flight.maneuvers import FoundManeuver, ManeuverLog
-from gsapp.flight.records import RawRecord
-from gsapp.identification.linear_models.files import load_linear_model
+from gsapp.flight.info_checks import check_flight_info
+from gsapp.flight.maneuvers import DetectedManeuver, ManeuverEditLog
+from gsapp.flight.raw_record import RawRecord
+from gsapp.identification.linear_models.linear_model_files import load_linear_model
 from gsapp.identification.weights import load_weights
 from gsapp.quantities.constants import GRAVITY
 from gsapp.session.checklist import load_checklist
-from gsapp.session.checklist.items import RULES
+from gsapp.session.checklist.items import CHECKLIST_RULES
 from gsapp.session.limits import load_limits
-from gsapp.session.setting import setting_for
+from gsapp.session.session_setting import find_session_setting
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -172,7 +172,7 @@ def test_weights_are_read_by_flight(example: Example) -> None:
 
 
 def test_swings_are_read_and_mean_something(example: Example) -> None:
-    found = inertia_of(load_swings(example("toml", "swings")))
+    found = compute_inertia(load_swings(example("toml", "swings")))
     assert {"ixx", "izz"} == set(found.values)
     assert all(0.0 < one.std < 0.3 * one.value for one in found.values.values())
 
@@ -183,12 +183,12 @@ def test_the_linear_model_is_read(example: Example) -> None:
 
 
 def test_the_plan_is_read(example: Example) -> None:
-    plan = load_plan(example("toml", "plan"))
+    plan = load_flight_plan(example("toml", "plan"))
     assert [maneuver.inputs for maneuver in plan.maneuvers] == [("de",), ("da", "dr")]
 
 
 def test_the_fence_is_read(example: Example) -> None:
-    fence = load_fence(example("toml", "fence"))
+    fence = load_geofence(example("toml", "fence"))
     assert fence.radius == pytest.approx(600.0)
     assert fence.latitude is not None
     assert fence.floor is not None
@@ -207,7 +207,7 @@ def test_the_checklist_is_read_and_its_rules_are_all_told(example: Example) -> N
     assert [item.by for item in found.items].count("hand") == 1
     table = (DOCS / "files.md").read_text(encoding="utf-8").partition("| rule |")[2]
     told = re.findall(r"^\| `(\w+)` \|", table.partition("\n\n")[0], re.MULTILINE)
-    kinds = {model.model_fields["kind"].annotation.__args__[0] for model in RULES}
+    kinds = {model.model_fields["kind"].annotation.__args__[0] for model in CHECKLIST_RULES}
     assert set(told) == kinds
 
 
@@ -217,7 +217,7 @@ def test_the_model_is_read(example: Example) -> None:
 
 
 def test_the_layout_is_read(example: Example) -> None:
-    layout_reader = pytest.importorskip("ui.strips.layout")
+    layout_reader = pytest.importorskip("ui.strips.strip_layout")
     layout = layout_reader.load_layout(example("toml", "layout"))
     assert layout.channels == ("q", "alpha", "elevator_left", "elevator_right")
 
@@ -235,9 +235,9 @@ def test_the_examples_together_are_a_flight_folder(example: Example, tmp_path: P
     assert info.takeoff_weight == pytest.approx(46.6 * 4.4482216, rel=1e-6)
     own = folder.aircraft()
     assert own is not None
-    assert as_flown(own, info).shift[0] < 0.0
-    assert check_card(info, own) == ()
-    setting = setting_for(folder.path)
+    assert apply_flight_info(own, info).shift[0] < 0.0
+    assert check_flight_info(info, own) == ()
+    setting = find_session_setting(folder.path)
     assert setting.channel_map is not None
     assert setting.channel_map.name == "my box"
     assert set(load_certificates(folder.calibration_folder)) == {"rudder"}
@@ -247,12 +247,12 @@ def test_the_examples_together_are_a_flight_folder(example: Example, tmp_path: P
     assert [event.kind for event in record.events] == [
         "mark", "note", "card-choice", "vehicle", "verdict", "maneuver-edit", "maneuver-undo",
     ]  # fmt: skip
-    changes = ManeuverLog(EventLog(folder.path / "events.jsonl"), [_found("3", 119.0, 124.16)])
+    changes = ManeuverEditLog(EventLog(folder.path / "events.jsonl"), [_found("3", 119.0, 124.16)])
     assert (changes.left_out, len(changes.book.edits), len(changes.book.undone)) == (0, 0, 1)
 
 
-def _found(name: str, start: float, stop: float) -> FoundManeuver:
-    return FoundManeuver(
+def _found(name: str, start: float, stop: float) -> DetectedManeuver:
+    return DetectedManeuver(
         id=name, t_start=start, t_end=stop, inputs=("de",), kind="doublet", amplitude=0.1, grade="A"
     )
 
@@ -281,12 +281,20 @@ def _wizard_keys() -> set[str]:
     """Return the keys that the page of the calibration takes for itself."""
     from PySide6.QtGui import QKeySequence
 
-    from ui.preflight import wizard_page, wizard_words
+    from ui.preflight import wizard_page, wizard_text
 
-    typed = {QKeySequence(key).toString() for key in (*wizard_page._DEGREES, *wizard_page._ARROWS)}
-    start = wizard_words.start_offers(None, "", left=True, made=True)
+    typed = {
+        QKeySequence(key).toString()
+        for key in (*wizard_page._FIT_ORDER_KEYS, *wizard_page._ARROW_STEPS)
+    }
+    start = wizard_text.build_start_actions(None, "", left=True, made=True)
     helper = {"H"}
-    return typed | helper | {offer.key for offer in start} | {o[2] for o in wizard_words._OFFERS}
+    return (
+        typed
+        | helper
+        | {offer.key for offer in start}
+        | {o[2] for o in wizard_text._WIZARD_ACTIONS}
+    )
 
 
 def test_every_key_is_one_of_the_window() -> None:
@@ -311,7 +319,7 @@ def test_every_effect_is_in_the_page_with_its_usual_values() -> None:
         assert ids, f"no effect is called {cell}"
         listed |= set(ids)
         for name, value in re.findall(r"`(\w+)=([-\d.]+)`", usual):
-            defaults = make_term(ids[0], aircraft).defaults
+            defaults = create_term(ids[0], aircraft).defaults
             assert defaults[name] == pytest.approx(float(value), abs=5e-4), (cell, name)
     assert set(effect_ids()) <= listed
 

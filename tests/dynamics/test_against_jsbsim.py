@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gsapp.dynamics.equations import Body, Loads, angular_accelerations, body_rates
+from gsapp.dynamics.equations import Loads, RigidBody, angular_accelerations, body_rates
 
 jsbsim = pytest.importorskip("jsbsim")
 
@@ -95,7 +95,7 @@ def test_accelerations_agree_with_jsbsim(engine: "jsbsim.FGFDMExec") -> None:
     # JSBSim's pound has its own last digits: take its mass.
     mass = engine["inertia/mass-slugs"] * SLUG
     unit = SLUG * FT * FT
-    body = Body(mass=mass, ixx=5.20 * unit, iyy=6.34 * unit, izz=6.97 * unit, ixz=0.28 * unit)
+    body = RigidBody(mass=mass, ixx=5.20 * unit, iyy=6.34 * unit, izz=6.97 * unit, ixz=0.28 * unit)
     pound = SLUG * FT
     load = Loads(*(x * pound for x in FORCE), *(x * pound * FT for x in MOMENT))
     pull = (
@@ -108,5 +108,5 @@ def test_accelerations_agree_with_jsbsim(engine: "jsbsim.FGFDMExec") -> None:
     ours_spin = angular_accelerations(*rates, *load[3:], body)
     assert np.allclose(ours_spin, spin, rtol=1e-9, atol=1e-9)
     # With the cross product reversed the yaw acceleration would differ by far more.
-    wrong = Body(mass=mass, ixx=body.ixx, iyy=body.iyy, izz=body.izz, ixz=-body.ixz)
+    wrong = RigidBody(mass=mass, ixx=body.ixx, iyy=body.iyy, izz=body.izz, ixz=-body.ixz)
     assert abs(angular_accelerations(*rates, *load[3:], wrong)[2] - spin[2]) > 1e-2

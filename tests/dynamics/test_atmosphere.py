@@ -6,7 +6,7 @@ from scipy import signal
 
 from gsapp.dynamics.atmosphere import (
     Atmosphere,
-    Turbulence,
+    DrydenTurbulence,
     Wind,
     pressure_altitude,
     pressure_at,
@@ -65,7 +65,9 @@ def test_wind_grows_with_height() -> None:
 @pytest.mark.parametrize(("dt", "count"), [(0.01, 60000), (0.5, 60000)])
 def test_turbulence_keeps_its_strength_at_every_step(dt: float, count: int) -> None:
     """Standard deviation as asked for, fine steps or coarse: the discretization is exact."""
-    gusts = Turbulence((1.0, 0.8, 0.5), scale=(10.0, 10.0, 10.0), seed=4).series(count, dt, 30.0)
+    gusts = DrydenTurbulence((1.0, 0.8, 0.5), scale=(10.0, 10.0, 10.0), seed=4).series(
+        count, dt, 30.0
+    )
     # Samples closer than the time constant L/V are not independent.
     independent = count * min(1.0, dt / (2.0 * 10.0 / 30.0))
     tolerance = 4.0 / np.sqrt(2.0 * independent)
@@ -74,7 +76,7 @@ def test_turbulence_keeps_its_strength_at_every_step(dt: float, count: int) -> N
 
 def test_turbulence_has_the_spectrum_of_dryden() -> None:
     V, L, sigma, dt = 30.0, 30.0, 1.0, 0.05
-    gusts = Turbulence(sigma, scale=(L, L, L), seed=1).series(60000, dt, V)
+    gusts = DrydenTurbulence(sigma, scale=(L, L, L), seed=1).series(60000, dt, V)
     f, power = signal.welch(gusts, fs=1.0 / dt, nperseg=2048, axis=0)
     w = 2.0 * np.pi * f
     tau = L / V
@@ -87,6 +89,6 @@ def test_turbulence_has_the_spectrum_of_dryden() -> None:
 
 
 def test_turbulence_repeats_with_its_seed() -> None:
-    one, two, other = (Turbulence(1.0, seed=s).series(50, 0.01, 30.0) for s in (7, 7, 8))
+    one, two, other = (DrydenTurbulence(1.0, seed=s).series(50, 0.01, 30.0) for s in (7, 7, 8))
     assert np.array_equal(one, two)
     assert not np.array_equal(one, other)

@@ -10,23 +10,23 @@ from scipy.integrate import solve_ivp
 
 from gsapp.dynamics.equations import (
     POLAR_STATES,
-    Body,
     Loads,
     PolarState,
+    RigidBody,
     angular_accelerations,
     attitude_rates,
     body_from_polar,
     body_rates,
+    body_to_earth_matrix,
     euler_from_quaternion,
     polar_jacobian,
     polar_rates,
     quaternion_from_euler,
     quaternion_rates,
-    rotation,
 )
 from gsapp.quantities.constants import GRAVITY
 
-B777 = Body(mass=21.16, ixx=7.05, iyy=8.60, izz=9.45, ixz=0.38)
+B777 = RigidBody(mass=21.16, ixx=7.05, iyy=8.60, izz=9.45, ixz=0.38)
 
 angles = st.floats(-1.0, 1.0)
 speeds = st.floats(10.0, 60.0)
@@ -53,7 +53,7 @@ def test_polar_form_agrees_with_an_integration_of_u_v_w() -> None:
     def body(time: float, x: np.ndarray) -> list[float]:
         u, v, w, p, q, r, e0, e1, e2, e3 = x.tolist()
         load = loads_at(time)
-        matrix = rotation((e0, e1, e2, e3))
+        matrix = body_to_earth_matrix((e0, e1, e2, e3))
         gravity = tuple(GRAVITY * part for part in matrix[6:])
         return [
             *body_rates((u, v, w), (p, q, r), load[:3], gravity, B777.mass),
@@ -121,7 +121,7 @@ def test_jacobian_is_that_of_complex_steps(state: PolarState, load: Loads) -> No
     step = 1e-30j
     scale = 1e-9 * (1.0 + max(abs(x) for x in load))
 
-    def column(state: PolarState, load: Loads, body: Body) -> np.ndarray:
+    def column(state: PolarState, load: Loads, body: RigidBody) -> np.ndarray:
         rates = polar_rates(state, load, body)
         return np.array([np.imag(np.asarray(rate)[()]) for rate in rates]) / 1e-30
 
@@ -135,7 +135,7 @@ def test_jacobian_is_that_of_complex_steps(state: PolarState, load: Loads) -> No
         assert np.allclose(exact.loads[0, :, index], found, atol=scale)
     for index, name in enumerate(("mass", "ixx", "iyy", "izz", "ixz")):
         values = {key: getattr(B777, key) for key in ("mass", "ixx", "iyy", "izz", "ixz")}
-        heavier = Body(**{**values, name: values[name] + step})
+        heavier = RigidBody(**{**values, name: values[name] + step})
         found = column(complex_state, load, heavier)
         assert np.allclose(exact.body[0, :, index], found, atol=scale)
 

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.dual import Dual
-from gsapp.dynamics.flight_model import INPUTS, FlightModel
+from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
 from gsapp.dynamics.model import Model, load_model
 from gsapp.dynamics.sensors import OUTPUTS, OutputModel
-from gsapp.dynamics.terms import TARGETS, Monomial, Parameter, effect_ids, make_term
+from gsapp.dynamics.terms import TARGETS, Monomial, Parameter, create_term, effect_ids
 from gsapp.foundation import FlightError, UnknownNameError
 
 
@@ -18,7 +18,7 @@ def with_every_effect() -> FlightModel:
     model = load_model("b777")
     aircraft = load_aircraft("b777")
     for name in effect_ids():
-        if make_term(name, aircraft).target in TARGETS or name == "sensor.p_r.swapped":
+        if create_term(name, aircraft).target in TARGETS or name == "sensor.p_r.swapped":
             model = model.with_effect(name)
     return FlightModel(aircraft, model)
 
@@ -42,7 +42,7 @@ def point(seed: int, count: int) -> list[np.ndarray]:
 
 
 def split(x: list) -> tuple[list, list, list]:
-    cut = N_STATES + len(INPUTS)
+    cut = N_STATES + len(MODEL_INPUTS)
     return x[:N_STATES], x[N_STATES:cut], x[cut:]
 
 
@@ -80,11 +80,11 @@ def test_derivatives_by_chosen_parameters_only() -> None:
     _, whole, one = outputs.jacobian(*split(x))
     free = ("Cm_q", "mass.cg.x.x", "CN_alpha")
     _, part, two = outputs.jacobian(*split(x), free=free)
-    first = N_STATES + len(INPUTS)
+    first = N_STATES + len(MODEL_INPUTS)
     columns = [*range(first), *(first + FULL.parameter_names.index(name) for name in free)]
     assert np.allclose(part, whole[:, :, columns], rtol=1e-13, atol=1e-13)
     assert np.allclose(two.rates, one.rates[:, :, columns], rtol=1e-13, atol=1e-13)
-    assert [block.shape[-1] for block in two.split(two.rates)] == [N_STATES, len(INPUTS), 3]
+    assert [block.shape[-1] for block in two.split(two.rates)] == [N_STATES, len(MODEL_INPUTS), 3]
     with pytest.raises(UnknownNameError, match="Cm_alfa"):
         FULL.differentiate(*split(x), free=("Cm_alfa",))
 
@@ -210,7 +210,7 @@ def test_numbers_with_derivatives(a: float, b: float) -> None:
 
 
 def test_asymmetry_is_a_share_of_the_thrust(aircraft: Aircraft, model: Model) -> None:
-    term = make_term("propulsion.Cn.asymmetry", aircraft)
+    term = create_term("propulsion.Cn.asymmetry", aircraft)
     y = aircraft.propulsion.position[1][1]
     assert term.value((100.0,), (), (0.2,)) == pytest.approx(0.2 * y * 100.0)
 

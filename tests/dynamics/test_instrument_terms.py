@@ -8,20 +8,20 @@ import pytest
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.recorded_controls import drive
+from gsapp.dynamics.recorded_controls import reconstruct_deflection
 from gsapp.dynamics.sensors import OUTPUTS, OutputModel
-from gsapp.dynamics.signals import (
-    BOXES,
-    PAIRS,
+from gsapp.dynamics.signal_terms import (
+    INSTRUMENT_BOXES,
     SENSOR_CHANNELS,
-    Exchanged,
-    Response,
+    SWAPPABLE_PAIRS,
+    PathResponse,
     SignalTerm,
-    channels_of,
-    respond,
-    undo,
+    SwappedChannels,
+    channels_of_target,
+    invert_path,
+    path_response,
 )
-from gsapp.dynamics.terms import PLACED, effect_ids, make_term
+from gsapp.dynamics.terms import POSITIONED_INSTRUMENTS, create_term, effect_ids
 from gsapp.foundation import FlightError
 
 B777 = load_aircraft("b777")
@@ -39,7 +39,7 @@ INPUTS = (0.02, -0.03, 0.05, 0.1, 0.5, 0.1, 1.2, 21.0)
 
 
 def signal_term(name: str) -> SignalTerm:
-    term = make_term(name, B777)
+    term = create_term(name, B777)
     assert isinstance(term, SignalTerm)
     return term
 
@@ -87,8 +87,8 @@ def test_several_terms_are_undone_last_first() -> None:
         (signal_term("sensor.de.bias"), (0.01,)),
         (signal_term("sensor.de.scale"), (1.2,)),
     )
-    shown = respond(path, WAVE, DT).values
-    found = undo(path, shown, DT)
+    shown = path_response(path, WAVE, DT).values
+    found = invert_path(path, shown, DT)
     assert np.abs(found.values - WAVE)[BETWEEN].max() < 1e-4
     h = 1e-7
     for column in range(3):
@@ -96,12 +96,14 @@ def test_several_terms_are_undone_last_first() -> None:
             tuple((t, (v[0] + s * h * (k == column),)) for k, (t, v) in enumerate(path))
             for s in (1, -1)
         )
-        numeric = (undo(up, shown, DT).values - undo(down, shown, DT).values) / (2 * h)
+        numeric = (invert_path(up, shown, DT).values - invert_path(down, shown, DT).values) / (
+            2 * h
+        )
         assert np.allclose(found.parameters[:, column], numeric, atol=1e-5)
     change = np.random.default_rng(3).standard_normal((WAVE.size, 1))
     numeric = (
-        undo(path, shown + h * change[:, 0], DT).values
-        - undo(path, shown - h * change[:, 0], DT).values
+        invert_path(path, shown + h * change[:, 0], DT).values
+        - invert_path(path, shown - h * change[:, 0], DT).values
     ) / (2 * h)
     assert np.allclose(found.tangent(change)[:, 0], numeric, atol=1e-5)
 
@@ -109,12 +111,14 @@ def test_several_terms_are_undone_last_first() -> None:
 def test_a_control_is_driven_by_its_record() -> None:
     """Recorded late and too large, moved through a lag: values and all derivatives."""
 
-    def driven(values: tuple[float, float, float], signal: np.ndarray) -> Response:
+    def driven(values: tuple[float, float, float], signal: np.ndarray) -> PathResponse:
         shown = (
             (signal_term("sensor.surfaces.delay"), values[:1]),
             (signal_term("sensor.de.scale"), values[1:2]),
         )
-        return drive(shown, ((signal_term("control.elevator.lag"), values[2:]),), signal, DT)
+        return reconstruct_deflection(
+            shown, ((signal_term("control.elevator.lag"), values[2:]),), signal, DT
+        )
 
     true = (0.0231, 1.2, 0.06)
     servo = signal_term("control.elevator.lag")
@@ -136,7 +140,7 @@ def test_a_control_is_driven_by_its_record() -> None:
 
 
 def test_nothing_undone_is_the_signal_itself() -> None:
-    found = undo((), WAVE, DT)
+    found = invert_path((), WAVE, DT)
     assert np.array_equal(found.values, WAVE)
     assert found.parameters.shape == (WAVE.size, 0)
 
@@ -165,23 +169,23 @@ def test_a_box_can_be_early_in_a_record_but_not_in_the_air() -> None:
         term.begin(0.0, DT, (-0.025,))
 
 
-@pytest.mark.parametrize("box", BOXES)
+@pytest.mark.parametrize("box", INSTRUMENT_BOXES)
 def test_a_box_stands_with_every_channel_and_has_one_parameter(box: str) -> None:
     model = FlightModel(B777, BASE.with_effect(f"sensor.{box}.delay", {"delay": 0.03}))
-    assert set(model.sensor_terms) == set(BOXES[box]) == set(channels_of(box))
+    assert set(model.sensor_terms) == set(INSTRUMENT_BOXES[box]) == set(channels_of_target(box))
     assert {terms[0][0].id for terms in model.sensor_terms.values()} == {f"sensor.{box}.delay"}
     assert {terms[0][1] for terms in model.sensor_terms.values()} == {(0.03,)}
 
 
 def test_boxes_hold_every_channel_once() -> None:
-    inside = [name for channels in BOXES.values() for name in channels]
+    inside = [name for channels in INSTRUMENT_BOXES.values() for name in channels]
     assert sorted(inside) == sorted(SENSOR_CHANNELS)
 
 
 # --- swapped ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("pair", PAIRS)
+@pytest.mark.parametrize("pair", SWAPPABLE_PAIRS)
 def test_swapped_channels_carry_each_others_signal(pair: tuple[str, str]) -> None:
     """In values and Jacobians, also where only one of the two is recorded."""
     one, other = pair
@@ -205,15 +209,17 @@ def test_a_swap_is_no_path_of_a_signal() -> None:
     model = FlightModel(B777, BASE.with_effect("sensor.p_r.swapped"))
     assert model.exchanged == (("p", "r"),)
     assert not model.sensor_terms
-    term = make_term("sensor.p_r.swapped", B777)
-    assert isinstance(term, Exchanged)
+    term = create_term("sensor.p_r.swapped", B777)
+    assert isinstance(term, SwappedChannels)
     assert term.value((1.0, 2.0), (), ()) == 2.0
 
 
 # --- misplaced ----------------------------------------------------------------------------------
 
 PLACES = [
-    name for name in effect_ids() if name.split(".")[1] in PLACED and name.startswith("sensor.")
+    name
+    for name in effect_ids()
+    if name.split(".")[1] in POSITIONED_INSTRUMENTS and name.startswith("sensor.")
 ]
 
 

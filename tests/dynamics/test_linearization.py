@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from gsapp.dynamics.flight_model import FlightModel
-from gsapp.dynamics.linearization import lateral, linearize, longitudinal, modes
+from gsapp.dynamics.linearization import (
+    compute_modes,
+    linearize,
+    linearize_lateral,
+    linearize_longitudinal,
+)
 from gsapp.dynamics.sensors import OutputModel
 from gsapp.dynamics.trim import trim
 
@@ -57,8 +62,10 @@ def test_modes_follow_from_the_derivatives(flight_model: FlightModel) -> None:
         [M_V, M_a, M_q, 0],
         [0, 0, 1, 0],
     ])  # fmt: skip
-    wanted = {mode.name: mode.pole for mode in modes(lon, ("V", "alpha", "q", "theta"))}
-    found_poles = {mode.name: mode.pole for mode in longitudinal(flight_model, found).modes()}
+    wanted = {mode.name: mode.pole for mode in compute_modes(lon, ("V", "alpha", "q", "theta"))}
+    found_poles = {
+        mode.name: mode.pole for mode in linearize_longitudinal(flight_model, found).modes()
+    }
     assert set(found_poles) == {"short period", "phugoid"}
     for name, pole in wanted.items():
         assert found_poles[name] == pytest.approx(pole, rel=1e-6, abs=1e-9), name
@@ -84,8 +91,8 @@ def test_modes_follow_from_the_derivatives(flight_model: FlightModel) -> None:
     A[0, 2] -= ca
     A[0, 3] = 9.80665 * math.cos(found.polar.theta) / V
     A[3, 1], A[3, 2] = 1.0, math.tan(found.polar.theta)
-    expected = {mode.name: mode.pole for mode in modes(A, ("beta", "p", "r", "phi"))}
-    numeric = {mode.name: mode.pole for mode in lateral(flight_model, found).modes()}
+    expected = {mode.name: mode.pole for mode in compute_modes(A, ("beta", "p", "r", "phi"))}
+    numeric = {mode.name: mode.pole for mode in linearize_lateral(flight_model, found).modes()}
     assert set(numeric) == {"roll", "dutch roll", "spiral"}
     for name, pole in expected.items():
         assert numeric[name] == pytest.approx(pole, rel=1e-6, abs=1e-9), name
@@ -93,19 +100,19 @@ def test_modes_follow_from_the_derivatives(flight_model: FlightModel) -> None:
 
 def test_published_longitudinal_matrix(flight_model: FlightModel) -> None:
     """(7.3.11): alpha and q rows within 0.5 %; not the entries that our C_Lq and drag replace."""
-    A = longitudinal(flight_model, trim(flight_model, V=93.24 * FT)).A
+    A = linearize_longitudinal(flight_model, trim(flight_model, V=93.24 * FT)).A
     for row, column in ((0, 0), (2, 0), (2, 2)):
         assert A[row, column] == pytest.approx(PUBLISHED_LON[row, column], rel=5e-3)
     # The source's Z_q has the wrong sign (notes, section 5): ours lies as far on the other side.
     assert 1.0 - A[0, 2] == pytest.approx(PUBLISHED_LON[0, 2] - 1.0, rel=0.05)
-    B = longitudinal(flight_model, trim(flight_model, V=93.24 * FT)).B
+    B = linearize_longitudinal(flight_model, trim(flight_model, V=93.24 * FT)).B
     assert B[0, 0] == pytest.approx(-0.3279, rel=0.01)
     assert B[2, 0] == pytest.approx(-28.7463, rel=0.01)
 
 
 def test_published_lateral_matrix(flight_model: FlightModel) -> None:
     """(7.3.13): p and r rows within 0.3 %; the beta row holds the reversed C_Y of the source."""
-    found = lateral(flight_model, trim(flight_model, V=105.58 * FT))
+    found = linearize_lateral(flight_model, trim(flight_model, V=105.58 * FT))
     assert np.allclose(found.A[1:3, :3], PUBLISHED_LAT[1:3, :3], rtol=3e-3)
     assert np.allclose(found.B[1], [102.0631, 2.5918], rtol=3e-3)
     assert np.allclose(found.B[2], [5.5099, -12.6008], rtol=3e-3)
@@ -113,18 +120,24 @@ def test_published_lateral_matrix(flight_model: FlightModel) -> None:
 
 def test_published_modes_and_how_far_ours_agree(flight_model: FlightModel) -> None:
     """The published matrices give the published modes; ours agree where the values do."""
-    lon = {m.name: m for m in modes(PUBLISHED_LON, ("alpha", "V", "q", "theta"))}
+    lon = {m.name: m for m in compute_modes(PUBLISHED_LON, ("alpha", "V", "q", "theta"))}
     assert lon["short period"].pole == pytest.approx(-4.178 + 3.002j, abs=2e-3)
-    lat = {m.name: m for m in modes(PUBLISHED_LAT, ("beta", "p", "r", "phi"))}
+    lat = {m.name: m for m in compute_modes(PUBLISHED_LAT, ("beta", "p", "r", "phi"))}
     assert lat["roll"].pole.real == pytest.approx(-12.36, abs=0.01)
     assert lat["dutch roll"].pole == pytest.approx(-0.462 + 5.399j, abs=2e-3)
     assert lat["spiral"].pole.real == pytest.approx(-0.101, abs=2e-3)
 
-    ours = {m.name: m for m in longitudinal(flight_model, trim(flight_model, V=93.24 * FT)).modes()}
+    ours = {
+        m.name: m
+        for m in linearize_longitudinal(flight_model, trim(flight_model, V=93.24 * FT)).modes()
+    }
     assert ours["short period"].frequency == pytest.approx(lon["short period"].frequency, rel=0.02)
     assert ours["short period"].damping == pytest.approx(lon["short period"].damping, rel=0.03)
     theirs = lat
-    ours = {m.name: m for m in lateral(flight_model, trim(flight_model, V=105.58 * FT)).modes()}
+    ours = {
+        m.name: m
+        for m in linearize_lateral(flight_model, trim(flight_model, V=105.58 * FT)).modes()
+    }
     assert ours["roll"].pole.real == pytest.approx(theirs["roll"].pole.real, rel=0.07)
     assert ours["dutch roll"].frequency == pytest.approx(theirs["dutch roll"].frequency, rel=0.08)
     # The source's positive C_Y_beta takes damping away from its Dutch roll.
@@ -133,22 +146,22 @@ def test_published_modes_and_how_far_ours_agree(flight_model: FlightModel) -> No
 
 def test_least_squares_modes_are_named() -> None:
     """(7.2.12), (7.2.14): two real poles in pitch; roll, and a pair that is well damped."""
-    fast, slow = modes(LEAST_SQUARES_LON, ("alpha", "q"))
+    fast, slow = compute_modes(LEAST_SQUARES_LON, ("alpha", "q"))
     assert (fast.name, slow.name) == ("short period, fast", "short period, slow")
     assert (fast.pole.real, slow.pole.real) == pytest.approx((-9.116, -1.049), abs=2e-3)
-    found = {mode.name: mode.pole for mode in modes(LEAST_SQUARES_LAT, ("beta", "p", "r"))}
+    found = {mode.name: mode.pole for mode in compute_modes(LEAST_SQUARES_LAT, ("beta", "p", "r"))}
     assert found["roll"].real == pytest.approx(-7.016, abs=2e-3)
     assert found["dutch roll"] == pytest.approx(-3.833 + 3.098j, abs=2e-3)
 
 
 def test_numbers_of_a_mode() -> None:
-    (mode,) = modes(np.array([[0.0, 1.0], [-25.0, -2.0]]), ("a", "b"))
+    (mode,) = compute_modes(np.array([[0.0, 1.0], [-25.0, -2.0]]), ("a", "b"))
     assert mode.name == "pair"
     assert mode.frequency == pytest.approx(5.0)
     assert mode.damping == pytest.approx(0.2)
     assert mode.time_constant == pytest.approx(1.0)
     assert mode.period == pytest.approx(2 * math.pi / math.sqrt(24.0))
-    growing, zero = modes(np.diag([0.5, 0.0]), ("a", "b"))
+    growing, zero = compute_modes(np.diag([0.5, 0.0]), ("a", "b"))
     assert growing.damping == -1.0
     assert growing.time_constant == pytest.approx(-2.0)
     assert math.isnan(zero.damping)

@@ -7,7 +7,7 @@ import pytest
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Effect, Model, load_model, save_model, shipped_models
-from gsapp.dynamics.terms import PLACED, effect_ids, make_term
+from gsapp.dynamics.terms import POSITIONED_INSTRUMENTS, create_term, effect_ids
 from gsapp.foundation import FileProblemsError, UnknownNameError
 
 GOOD = """
@@ -108,7 +108,7 @@ def test_a_model_with_every_effect_comes_back_from_its_file(
 ) -> None:
     """Boxes, swapped and misplaced instruments included, with their usual values written out."""
     effects = tuple(
-        Effect(id=name, parameters=make_term(name, aircraft).defaults) for name in effect_ids()
+        Effect(id=name, parameters=create_term(name, aircraft).defaults) for name in effect_ids()
     )
     model = Model(name="all", effects=effects)
     path = save_model(model, tmp_path / "all.toml")
@@ -117,7 +117,7 @@ def test_a_model_with_every_effect_comes_back_from_its_file(
     built, again = FlightModel(aircraft, model), FlightModel(aircraft, back)
     assert built.defaults == again.defaults
     assert built.exchanged == again.exchanged
-    assert set(built.misplaced) == set(PLACED)
+    assert set(built.misplaced) == set(POSITIONED_INSTRUMENTS)
     # Every signal term stands on one path, that of a box on those of all its channels.
     paths = {
         term.id

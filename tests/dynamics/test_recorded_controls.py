@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from gsapp.aircraft import load_aircraft
-from gsapp.dynamics.recorded_controls import acted
-from gsapp.dynamics.signals import Path, SignalTerm
-from gsapp.dynamics.terms import make_term
+from gsapp.dynamics.recorded_controls import simulate_control_path
+from gsapp.dynamics.signal_terms import PathTerms, SignalTerm
+from gsapp.dynamics.terms import create_term
 
 DT = 0.01
 TIMES = np.arange(1000) * DT
@@ -16,8 +16,8 @@ HANDS = 0.02 * np.sin(2.0 * TIMES) * np.exp(-0.2 * TIMES)
 WIDTH = 0.001
 
 
-def path(effect: str, value: float) -> Path:
-    term = make_term(effect, load_aircraft("b777"))
+def path(effect: str, value: float) -> PathTerms:
+    term = create_term(effect, load_aircraft("b777"))
     assert isinstance(term, SignalTerm)
     return ((term, (value,)),)
 
@@ -28,7 +28,7 @@ def test_noise_as_large_as_the_play_does_not_turn_it_over() -> None:
     ((term, values),) = play
     true = term.respond(HANDS, DT, values).values - HANDS
     record = HANDS + WIDTH * np.random.default_rng(0).standard_normal(HANDS.size)
-    found = acted(play, record, DT).values - record
+    found = simulate_control_path(play, record, DT).values - record
     plain = term.respond(record, DT, values).values - record
     assert np.std(found - true) < WIDTH / 3.0
     assert np.std(plain - true) > WIDTH / 2.0
@@ -39,15 +39,15 @@ def test_without_noise_it_is_the_play_itself() -> None:
     play = path("control.elevator.backlash", WIDTH)
     ((term, values),) = play
     expected = term.respond(HANDS, DT, values).values
-    assert np.mean(np.abs(acted(play, HANDS, DT).values - expected)) < 0.05 * WIDTH
+    assert np.mean(np.abs(simulate_control_path(play, HANDS, DT).values - expected)) < 0.05 * WIDTH
 
 
 def test_the_tangent_is_the_change_of_the_answer() -> None:
     """By differences, where no side changes."""
     play = path("control.elevator.backlash", WIDTH)
     change = 1e-9 * np.cos(3.0 * TIMES)
-    here = acted(play, HANDS, DT)
-    there = acted(play, HANDS + change, DT).values
+    here = simulate_control_path(play, HANDS, DT)
+    there = simulate_control_path(play, HANDS + change, DT).values
     assert here.tangent(change[:, None])[:, 0] == pytest.approx(there - here.values, abs=1e-12)
 
 
@@ -56,6 +56,6 @@ def test_other_paths_are_walked_as_they_are() -> None:
     lag = path("control.elevator.lag", 0.08)
     ((term, values),) = lag
     expected = term.respond(HANDS, DT, values)
-    found = acted(lag, HANDS, DT)
+    found = simulate_control_path(lag, HANDS, DT)
     assert np.array_equal(found.values, expected.values)
     assert np.array_equal(found.parameters, expected.parameters)

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from gsapp.aircraft import load_aircraft
-from gsapp.dynamics.signals import SignalPath, SignalTerm, respond
-from gsapp.dynamics.terms import effect_ids, make_term
+from gsapp.dynamics.signal_terms import SignalPath, SignalTerm, path_response
+from gsapp.dynamics.terms import create_term, effect_ids
 
 B777 = load_aircraft("b777")
 DT = 0.01
@@ -18,7 +18,7 @@ WAVE = 0.2 * np.sin(4.0 * TIMES) * np.exp(-0.1 * TIMES) + 0.02
 
 
 def signal_term(name: str) -> SignalTerm:
-    term = make_term(name, B777)
+    term = create_term(name, B777)
     assert isinstance(term, SignalTerm)
     return term
 
@@ -131,7 +131,7 @@ def test_several_terms_in_a_row() -> None:
             ("control.elevator.backlash", (0.02,)),
         )
     )
-    whole = respond(path, WAVE, DT)
+    whole = path_response(path, WAVE, DT)
     stepping = SignalPath(path, DT)
     assert np.allclose(whole.values, [stepping.step(x) for x in WAVE.tolist()], atol=1e-14)
     assert whole.parameters.shape == (400, 3)
@@ -141,7 +141,9 @@ def test_several_terms_in_a_row() -> None:
             tuple((t, (v[0] + s * h * (k == column),)) for k, (t, v) in enumerate(path))
             for s in (1, -1)
         )
-        numeric = (respond(up, WAVE, DT).values - respond(down, WAVE, DT).values) / (2 * h)
+        numeric = (path_response(up, WAVE, DT).values - path_response(down, WAVE, DT).values) / (
+            2 * h
+        )
         assert (np.abs(whole.parameters[:, column] - numeric) > 1e-4).sum() <= 3
 
 

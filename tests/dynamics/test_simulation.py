@@ -7,23 +7,23 @@ import pytest
 from scipy.linalg import expm
 
 from gsapp.aircraft import Aircraft
-from gsapp.dynamics.atmosphere import Atmosphere, Turbulence, Wind
+from gsapp.dynamics.atmosphere import Atmosphere, DrydenTurbulence, Wind
 from gsapp.dynamics.flight_model import FlightModel
-from gsapp.dynamics.linearization import lateral, longitudinal
+from gsapp.dynamics.linearization import linearize_lateral, linearize_longitudinal
 from gsapp.dynamics.model import Model
-from gsapp.dynamics.pilot.gear import LandingGear
-from gsapp.dynamics.simulation import Commands, Simulator, open_loop, run
+from gsapp.dynamics.simulation import ControlCommands, Simulator, run_simulation, simulate_open_loop
 from gsapp.dynamics.trim import Trim, trim
+from gsapp.dynamics.virtual_aircraft.landing_gear import LandingGear
 from gsapp.foundation import FlightError
 
 FT = 0.3048
 DEG = math.pi / 180.0
 
 
-def commands_of(found: Trim, **changes: float) -> Commands:
+def commands_of(found: Trim, **changes: float) -> ControlCommands:
     c = found.controls
     names = ("de", "da", "dr", "flap", "throttle")
-    return Commands(**{**{name: c[name] for name in names}, **changes})
+    return ControlCommands(**{**{name: c[name] for name in names}, **changes})
 
 
 def begin(simulator: Simulator, found: Trim, height: float = 100.0) -> None:
@@ -49,7 +49,7 @@ def test_trimmed_flight_stays_where_it_is(aircraft: Aircraft, model: Model) -> N
     simulator = Simulator(aircraft, model)
     found = trimmed(simulator, 29.0)
     begin(simulator, found)
-    record = run(simulator, lambda _: commands_of(found), 5.0)
+    record = run_simulation(simulator, lambda _: commands_of(found), 5.0)
     # Fuel burns meanwhile: a few millimeters per second.
     assert np.ptp(record["V"]) < 0.02
     assert np.ptp(record["alpha"]) < 1e-3
@@ -60,7 +60,7 @@ def test_turn_goes_around(aircraft: Aircraft, model: Model) -> None:
     simulator = Simulator(aircraft, model)
     found = trimmed(simulator, 31.0, bank=40.0 * DEG)
     begin(simulator, found)
-    record = run(simulator, lambda _: commands_of(found), 8.0)
+    record = run_simulation(simulator, lambda _: commands_of(found), 8.0)
     turned = np.unwrap(record["psi"])[-1]
     assert turned == pytest.approx(8.0 * found.turn_rate, rel=0.01)
     assert np.ptp(record["phi"]) < 2.0 * DEG
@@ -76,7 +76,7 @@ def test_simulator_and_polar_equations_agree(aircraft: Aircraft, model: Model) -
     found = trimmed(simulator, 30.0)
     begin(simulator, found)
 
-    def pilot(s: Simulator) -> Commands:
+    def pilot(s: Simulator) -> ControlCommands:
         t = s.time
         return commands_of(
             found,
@@ -85,9 +85,9 @@ def test_simulator_and_polar_equations_agree(aircraft: Aircraft, model: Model) -
             dr=found.controls["dr"] + doublet(t, 2.0, 0.10),
         )
 
-    record = run(simulator, pilot, 4.0)
+    record = run_simulation(simulator, pilot, 4.0)
     inputs = {name: record[name] for name in ("de", "da", "dr", "flap", "throttle", "mass")}
-    states = open_loop(
+    states = simulate_open_loop(
         FlightModel(aircraft, hidden), [float(record[n][0]) for n in
         ("V", "alpha", "beta", "p", "q", "r", "phi", "theta", "psi")],
         {**inputs, "rho": record["density"]}, 0.01,
@@ -104,7 +104,7 @@ def test_accelerations_are_the_derivatives_of_the_record(aircraft: Aircraft, mod
     simulator = Simulator(aircraft, model, wind=Wind(north=-4.0, east=2.0))
     found = trimmed(simulator, 30.0)
     begin(simulator, found)
-    record = run(
+    record = run_simulation(
         simulator,
         lambda s: commands_of(found, de=0.05 * math.sin(3 * s.time), dr=0.1 * math.sin(4 * s.time)),
         3.0,
@@ -120,17 +120,17 @@ def test_small_motions_follow_the_linear_model(aircraft: Aircraft, model: Model)
     built = FlightModel(aircraft, model)
     found = trim(built, V=30.0)
     start = np.array(found.state)
-    short = longitudinal(built, found).modes()[0].pole
-    dutch = next(m.pole for m in lateral(built, found).modes() if m.name == "dutch roll")
+    short = linearize_longitudinal(built, found).modes()[0].pole
+    dutch = next(m.pole for m in linearize_lateral(built, found).modes() if m.name == "dutch roll")
     for state, pole in ((4, short), (2, dutch)):
         disturbed = start.copy()
         disturbed[state] += 1e-3
         inputs = dict(zip(("de", "da", "dr", "flap", "throttle"), found.inputs, strict=False))
-        history = open_loop(
+        history = simulate_open_loop(
             built, disturbed.tolist(), {**inputs, "de": np.full(300, inputs["de"])}, 0.01
         )
         moved = history - start
-        A = (longitudinal if state == 4 else lateral)(built, found)
+        A = (linearize_longitudinal if state == 4 else linearize_lateral)(built, found)
         columns = [built.state_names.index(name) for name in A.states]
         expected = expm(A.A * 2.99) @ moved[0, columns]
         assert np.allclose(moved[-1, columns], expected, atol=2e-5)
@@ -141,37 +141,37 @@ def test_take_off_and_landing_on_wheels(aircraft: Aircraft, model: Model) -> Non
     """From rest: stands still, rolls, lifts off near the measured 60-73 ft/s, sits down again."""
     gear = LandingGear(aircraft)
     simulator = Simulator(aircraft, model, ground=gear)
-    simulator.start_on_ground(height=gear.height, commands=Commands(brake=1.0, throttle=0.0))
-    standing = run(simulator, lambda _: Commands(brake=1.0), 3.0)
+    simulator.start_on_ground(height=gear.height, commands=ControlCommands(brake=1.0, throttle=0.0))
+    standing = run_simulation(simulator, lambda _: ControlCommands(brake=1.0), 3.0)
     assert standing["on_ground"][-1] == 1.0
     assert abs(standing["ground_speed"][-1]) < 0.02
     assert abs(standing["theta"][-1]) < 5 * DEG
 
-    def take_off(s: Simulator) -> Commands:
+    def take_off(s: Simulator) -> ControlCommands:
         now = s.sample()
         goal = 0.0 if now["V"] < 60 * FT else 9 * DEG
         de = -1.0 * (goal - now["theta"]) + 0.25 * now["q"] if now["V"] > 60 * FT else 0.0
-        return Commands(throttle=1.0, de=de, da=-0.8 * now["phi"] - 0.2 * now["p"])
+        return ControlCommands(throttle=1.0, de=de, da=-0.8 * now["phi"] - 0.2 * now["p"])
 
-    rolling = run(simulator, take_off, 14.0)
+    rolling = run_simulation(simulator, take_off, 14.0)
     lifted = np.flatnonzero((rolling["on_ground"] < 0.5) & (rolling["V"] > 10.0))
     assert lifted.size
     speed = rolling["V"][lifted[0]] / FT
     assert 58.0 < speed < 80.0
     assert rolling["height"][-1] > 5.0
 
-    def land(s: Simulator) -> Commands:
+    def land(s: Simulator) -> ControlCommands:
         now = s.sample()
         if now["on_ground"]:
-            return Commands(throttle=0.0, brake=1.0)
+            return ControlCommands(throttle=0.0, brake=1.0)
         sink = -1.2 if now["height"] < 3.0 else -3.0
         goal = 6 * DEG + 0.06 * (sink - now["climb_rate"])
-        return Commands(
+        return ControlCommands(
             throttle=0.25, de=-0.8 * (goal - now["theta"]) + 0.25 * now["q"],
             da=-0.8 * now["phi"] - 0.2 * now["p"],
         )  # fmt: skip
 
-    landing = run(simulator, land, 40.0)
+    landing = run_simulation(simulator, land, 40.0)
     assert landing["on_ground"][-1] == 1.0
     assert landing["V"][-1] < 1.0
     assert np.all(np.isfinite(landing["an"]))
@@ -182,10 +182,10 @@ def test_standing_in_gusty_wind_does_not_blow_up(aircraft: Aircraft, model: Mode
     """Near zero airspeed the flow angles mean nothing, and nothing comes of them."""
     gear = LandingGear(aircraft)
     simulator = Simulator(
-        aircraft, model, ground=gear, wind=Wind(east=3.0), turbulence=Turbulence(0.5, seed=2)
+        aircraft, model, ground=gear, wind=Wind(east=3.0), turbulence=DrydenTurbulence(0.5, seed=2)
     )
-    simulator.start_on_ground(height=gear.height, commands=Commands(brake=1.0))
-    record = run(simulator, lambda _: Commands(brake=1.0), 5.0)
+    simulator.start_on_ground(height=gear.height, commands=ControlCommands(brake=1.0))
+    record = run_simulation(simulator, lambda _: ControlCommands(brake=1.0), 5.0)
     assert np.abs(record["phi"]).max() < 5 * DEG
     assert record["ground_speed"][-1] < 0.3
     assert np.isfinite(np.array(list(record.values()))).all()
@@ -200,7 +200,7 @@ def test_wind_drifts_the_aircraft_and_changes_nothing_in_the_air(
     records = []
     for simulator in (still, windy):
         begin(simulator, found)
-        records.append(run(
+        records.append(run_simulation(
             simulator, lambda s: commands_of(found, dr=doublet(s.time, 0.2, 0.1)), 3.0
         ))  # fmt: skip
     one, two = records
@@ -212,10 +212,10 @@ def test_wind_drifts_the_aircraft_and_changes_nothing_in_the_air(
 
 def test_gusts_shake_and_repeat(aircraft: Aircraft, model: Model) -> None:
     def flown(seed: int) -> np.ndarray:
-        simulator = Simulator(aircraft, model, turbulence=Turbulence(0.5, seed=seed))
+        simulator = Simulator(aircraft, model, turbulence=DrydenTurbulence(0.5, seed=seed))
         found = trimmed(simulator, 30.0)
         begin(simulator, found)
-        return run(simulator, lambda _: commands_of(found), 4.0)["an"]
+        return run_simulation(simulator, lambda _: commands_of(found), 4.0)["an"]
 
     one, again, other = flown(1), flown(1), flown(2)
     assert np.array_equal(one, again)
@@ -243,7 +243,9 @@ def test_stall_changes_nothing_in_the_linear_range(aircraft: Aircraft, model: Mo
         simulator = Simulator(aircraft, model, stall=stall)
         found = trimmed(simulator, 30.0)
         begin(simulator, found)
-        return run(simulator, lambda s: commands_of(found, de=doublet(s.time, 0.2, 0.05)), 2.0)
+        return run_simulation(
+            simulator, lambda s: commands_of(found, de=doublet(s.time, 0.2, 0.05)), 2.0
+        )
 
     with_stall, without = flown(stall=True), flown(stall=False)
     low, high = aircraft.limits.alpha_linear
@@ -257,7 +259,9 @@ def test_a_held_stall_stays_bounded(aircraft: Aircraft, model: Model) -> None:
     simulator = Simulator(aircraft, model)
     found = trimmed(simulator, 25.0)
     begin(simulator, found, height=400.0)
-    record = run(simulator, lambda _: Commands(de=-20 * DEG, da=0.02, throttle=0.3), 10.0)
+    record = run_simulation(
+        simulator, lambda _: ControlCommands(de=-20 * DEG, da=0.02, throttle=0.3), 10.0
+    )
     assert record["alpha"].max() > aircraft.limits.alpha_linear[1]
     assert np.abs(record["q"]).max() < 5.0
     assert record["V"].max() < 60.0
@@ -268,14 +272,14 @@ def test_fuel_burns_and_the_engines_stop_without_it(aircraft: Aircraft, model: M
     found = trimmed(simulator, 30.0)
     begin(simulator, found)
     before = simulator.mass
-    record = run(simulator, lambda _: commands_of(found), 2.0)
+    record = run_simulation(simulator, lambda _: commands_of(found), 2.0)
     burned = before - record["mass"][-1]
     assert burned == pytest.approx(record["fuel"][0] - record["fuel"][-1])
     idle, full = aircraft.mass.fuel_flow_idle, aircraft.mass.fuel_flow_full
     expected = 2.0 * (idle + (full - idle) * found.controls["throttle"])
     assert burned == pytest.approx(expected, rel=1e-3)
     simulator.start_in_air(V=30.0, alpha=0.05, fuel=1e-4, commands=commands_of(found))
-    record = run(simulator, lambda _: commands_of(found), 4.0)
+    record = run_simulation(simulator, lambda _: commands_of(found), 4.0)
     assert record["fuel"][-1] == 0.0
     assert record["thrust"][-1] < 0.1
     assert record["rpm_left"][-1] < 0.2 * record["rpm_left"][0]
@@ -303,7 +307,9 @@ def test_servos_lag_and_linkages_play(aircraft: Aircraft, model: Model) -> None:
     found = trimmed(simulator, 30.0)
     begin(simulator, found)
     base = found.controls["de"]
-    record = run(simulator, {"de": np.r_[np.full(20, base), np.full(40, 0.2), np.full(60, base)]})
+    record = run_simulation(
+        simulator, {"de": np.r_[np.full(20, base), np.full(40, 0.2), np.full(60, base)]}
+    )
     assert record["de_command"].max() == pytest.approx(0.2)
     assert record["de_servo"].max() == pytest.approx(0.2, rel=1e-3)
     assert record["de"].max() == pytest.approx(0.1)
@@ -320,7 +326,7 @@ def test_servos_lag_and_linkages_play(aircraft: Aircraft, model: Model) -> None:
 def test_commands_beyond_the_travel_stop_there(aircraft: Aircraft, model: Model) -> None:
     simulator = Simulator(aircraft, model)
     begin(simulator, trimmed(simulator, 30.0))
-    record = run(simulator, {"dr": np.full(80, 2.0)})
+    record = run_simulation(simulator, {"dr": np.full(80, 2.0)})
     assert record["dr_servo"].max() == pytest.approx(aircraft.controls.dr.travel[1])
 
 
@@ -330,13 +336,13 @@ def test_an_unstable_model_is_said_to_be_one(aircraft: Aircraft, model: Model) -
     simulator = Simulator(aircraft, wild, stall=False)
     simulator.start_in_air(V=30.0, alpha=0.05, rates=(0.1, 0.1, 0.1))
     with pytest.raises(FlightError, match="check the signs"):
-        run(simulator, lambda _: Commands(), 30.0)
+        run_simulation(simulator, lambda _: ControlCommands(), 30.0)
 
 
 def test_open_loop_of_an_unstable_model_ends_in_nan(aircraft: Aircraft, model: Model) -> None:
     wild = FlightModel(aircraft, model.with_derivatives({"Cm_alpha": 30.0, "Cm_q": 500.0}))
     start = (30.0, 0.05, 0.0, 0.0, 0.1, 0.0, 0.0, 0.05, 0.0)
-    states = open_loop(wild, start, {"de": np.zeros(2000)}, 0.01)
+    states = simulate_open_loop(wild, start, {"de": np.zeros(2000)}, 0.01)
     assert np.isfinite(states[0]).all()
     assert np.isnan(states[-1]).all()
 
@@ -344,11 +350,11 @@ def test_open_loop_of_an_unstable_model_ends_in_nan(aircraft: Aircraft, model: M
 def test_wrong_inputs_are_named(flight_model: FlightModel) -> None:
     start = (30.0, 0.05, *(0.0,) * 7)
     with pytest.raises(FlightError, match="elevator is no input"):
-        open_loop(flight_model, start, {"elevator": np.zeros(5)}, 0.01)
+        simulate_open_loop(flight_model, start, {"elevator": np.zeros(5)}, 0.01)
     with pytest.raises(FlightError, match="differ in length"):
-        open_loop(flight_model, start, {"de": np.zeros(5), "da": np.zeros(6)}, 0.01)
+        simulate_open_loop(flight_model, start, {"de": np.zeros(5), "da": np.zeros(6)}, 0.01)
 
 
 def test_a_pilot_needs_a_duration(aircraft: Aircraft, model: Model) -> None:
     with pytest.raises(FlightError, match="duration"):
-        run(Simulator(aircraft, model), lambda _: Commands())
+        run_simulation(Simulator(aircraft, model), lambda _: ControlCommands())

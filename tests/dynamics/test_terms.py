@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 
 from gsapp.aircraft import Aircraft
-from gsapp.dynamics.buildup import derivative_names, linear_build_up
-from gsapp.dynamics.signals import SignalTerm
+from gsapp.dynamics.buildup import create_linear_terms, derivative_names
+from gsapp.dynamics.signal_terms import SignalTerm
 from gsapp.dynamics.terms import (
     TARGETS,
     VARIABLES,
     Term,
     TermJacobian,
+    create_term,
     effect_ids,
-    make_term,
-    register,
+    register_effect,
 )
 from gsapp.foundation import UnknownNameError
 
-BUILD_UP = {term.id: term for term in linear_build_up()}
+BUILD_UP = {term.id: term for term in create_linear_terms()}
 EVERY = (*BUILD_UP, *effect_ids())
 TYPICAL = {
     "V": (30.0, 3.0), "thrust": (60.0, 10.0), "qbar": (500.0, 50.0), "rho": (1.2, 0.05),
@@ -51,7 +51,7 @@ NEEDED = [
 
 
 def term_of(name: str, aircraft: Aircraft) -> Term:
-    return BUILD_UP.get(name) or make_term(name, aircraft)
+    return BUILD_UP.get(name) or create_term(name, aircraft)
 
 
 def sample(term: Term, count: int, seed: int = 3) -> tuple[list, list, list]:
@@ -137,7 +137,7 @@ SIZED = [name for name in effect_ids() if not name.endswith((".reversed", ".swap
 @pytest.mark.parametrize("name", SIZED)
 def test_neutral_parameters_do_nothing(name: str, aircraft: Aircraft) -> None:
     """At its neutral value an effect leaves what it acts on alone."""
-    term = make_term(name, aircraft)
+    term = create_term(name, aircraft)
     neutral = tuple(parameter.neutral for parameter in term.parameters)
     reads, states, _ = sample(term, 4)
     if isinstance(term, SignalTerm):
@@ -178,7 +178,7 @@ def test_stall_is_exactly_nothing_in_the_linear_range(aircraft: Aircraft) -> Non
     low, high = aircraft.limits.alpha_linear
     alpha = np.linspace(low, high, 101)
     for target in ("CN", "CA", "Cm"):
-        term = make_term(f"aero.{target}.stall", aircraft)
+        term = create_term(f"aero.{target}.stall", aircraft)
         values = tuple(term.defaults.values())
         assert np.all(term.value((alpha,), (), values) == 0.0)
         assert term.value((high + 0.05,), (), values) != 0.0
@@ -187,16 +187,16 @@ def test_stall_is_exactly_nothing_in_the_linear_range(aircraft: Aircraft) -> Non
 
 def test_an_id_is_registered_once() -> None:
     with pytest.raises(ValueError, match="registered twice"):
-        register("aero.Cm.alpha2", lambda _: linear_build_up()[0])
+        register_effect("aero.Cm.alpha2", lambda _: create_linear_terms()[0])
 
 
 def test_an_unknown_effect_is_named_with_its_neighbors(aircraft: Aircraft) -> None:
     with pytest.raises(UnknownNameError, match=r"aero\.Cm\.alpha2"):
-        make_term("aero.Cm.alfa2", aircraft)
+        create_term("aero.Cm.alfa2", aircraft)
 
 
 def test_an_unknown_parameter_is_named_with_its_neighbors(aircraft: Aircraft) -> None:
-    term = make_term("control.elevator.backlash", aircraft)
+    term = create_term("control.elevator.backlash", aircraft)
     with pytest.raises(UnknownNameError, match="did you mean 'slop'"):
         term.values_for({"slopp": 0.1})
     assert term.values_for({"slop": 0.1}) == (0.1,)
@@ -210,7 +210,7 @@ def test_derivative_names_are_those_of_the_design() -> None:
 
 def test_memory_tends_to_the_rate_of_the_variable(aircraft: Aircraft) -> None:
     """For a steady ramp the late part equals parameter * tau * rate."""
-    term = make_term("aero.Cm.memory", aircraft)
+    term = create_term("aero.Cm.memory", aircraft)
     values = (2.0, 0.1)
     x, dt = 0.0, 1e-3
     for k in range(2000):

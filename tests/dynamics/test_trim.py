@@ -8,7 +8,7 @@ import pytest
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
-from gsapp.dynamics.trim import doubtful_signs, trim, unflyable
+from gsapp.dynamics.trim import find_suspect_signs, find_unflyable_reasons, trim
 from gsapp.foundation import FlightError
 
 FT = 0.3048
@@ -124,10 +124,10 @@ def test_too_slow_is_beyond_the_stall(flight_model: FlightModel) -> None:
 
 def test_all_faults_at_once(aircraft: Aircraft, model: Model) -> None:
     broken = model.with_derivatives({"Cm_de": 1.0, "Cn_dr": 1.0})
-    assert len(unflyable(aircraft, broken)) == 2
-    assert unflyable(aircraft, model) == []
+    assert len(find_unflyable_reasons(aircraft, broken)) == 2
+    assert find_unflyable_reasons(aircraft, model) == []
 
 
 def test_doubtful_signs(model: Model) -> None:
-    assert doubtful_signs(model) == []
-    assert "Cm_alpha" in doubtful_signs(model.with_derivatives({"Cm_alpha": 0.3}))[0]
+    assert find_suspect_signs(model) == []
+    assert "Cm_alpha" in find_suspect_signs(model.with_derivatives({"Cm_alpha": 0.3}))[0]

@@ -12,10 +12,10 @@ from gsapp.aircraft import load_aircraft
 from gsapp.decoding.dialect import dialect
 from gsapp.decoding.framing import Framer
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.pilot.converter import DAQ, Converter
-from gsapp.excitation.cueing import Cueing
+from gsapp.dynamics.virtual_aircraft.ad_converter import DAQ_CHANNELS, AnalogDigitalConverter
+from gsapp.excitation.cueing import CueGenerator
 from gsapp.flight.cards import CardSet, TestCard
-from gsapp.flight.raw import RawWriter
+from gsapp.flight.raw_files import RawWriter
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, FOOT
 from tests.virtual.inputs import fly_input
@@ -61,14 +61,14 @@ class _Once(dict[str, float]):
         return hash(tuple(self.items()))
 
 
-def cueing(**changes: object) -> Cueing:
+def cueing(**changes: object) -> CueGenerator:
     """Return the cues of a flight with everything known, but for the changes."""
     known: dict[str, object] = {"aircraft": AIRCRAFT, "model": MODEL, "cards": CARDS, **changes}
     aircraft, model = known.pop("aircraft"), known.pop("model")
-    return Cueing(aircraft, model, RATE, **known)  # type: ignore[arg-type]
+    return CueGenerator(aircraft, model, RATE, **known)  # type: ignore[arg-type]
 
 
-def feed(cues: Cueing, block: Block, cuts: Iterable[int] = ()) -> Cueing:
+def feed(cues: CueGenerator, block: Block, cuts: Iterable[int] = ()) -> CueGenerator:
     """Give a whole flight to its cues, cut at these rows."""
     edges = sorted({0, *cuts, len(block)})
     for start, stop in pairwise(edges):
@@ -90,7 +90,9 @@ def frames_of(block: Block) -> list[bytes]:
     """Return what the aircraft's box sends in each hundredth of a second."""
     module = dialect()
     packer = module.MAVLink(None, srcSystem=1, srcComponent=1)
-    volts = Converter(load_certificates("b777")).volts({name: block[name] for name in DAQ})
+    volts = AnalogDigitalConverter(load_certificates("b777")).volts(
+        {name: block[name] for name in DAQ_CHANNELS}
+    )
     ticks = []
     for k in range(len(block)):
         messages = [

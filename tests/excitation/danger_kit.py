@@ -8,21 +8,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calibration.reading import load_certificates
+from calibration.certificate_toml import load_certificates
 from gsapp.aircraft import load_aircraft
-from gsapp.dynamics.pilot.airframe import TRUTH
-from gsapp.dynamics.pilot.converter import DAQ, Converter
-from gsapp.dynamics.pilot.faults import Failing, parse_fault
-from gsapp.dynamics.pilot.flight import (
-    FlightUnderWay,
-    HandsMaker,
-    Stretch,
-    with_combined_surfaces,
+from gsapp.dynamics.virtual_aircraft.ad_converter import DAQ_CHANNELS, AnalogDigitalConverter
+from gsapp.dynamics.virtual_aircraft.airframe import TRUTH_CHANNELS
+from gsapp.dynamics.virtual_aircraft.flight_plan import load_flight_plan
+from gsapp.dynamics.virtual_aircraft.keyboard_pilot import KeyboardPilot
+from gsapp.dynamics.virtual_aircraft.sensor_faults import SensorFaultInjector, parse_sensor_fault
+from gsapp.dynamics.virtual_aircraft.virtual_flight import (
+    FlightSegment,
+    FlightSimulation,
+    StickSourceFactory,
+    combine_surfaces,
 )
-from gsapp.dynamics.pilot.keyed import KeyedPilot
-from gsapp.dynamics.pilot.plan import load_plan
-from gsapp.excitation.dangers.watch import DangerWatch
-from gsapp.excitation.rows import rows_of
+from gsapp.excitation.alerts.alert_monitor import AlertMonitor
+from gsapp.excitation.flight_rows import rows_from_block
 from gsapp.quantities import Block, FloatArray
 
 RATE = 100.0
@@ -46,7 +46,7 @@ class Flown:
 
     def true(self, name: str) -> FloatArray:
         """Return a channel of the truth."""
-        return self.truth[:, TRUTH.index(name)]
+        return self.truth[:, TRUTH_CHANNELS.index(name)]
 
     def known(self, name: str) -> FloatArray:
         """Return what the board knew."""
@@ -55,8 +55,8 @@ class Flown:
 
 def fly_whole(seed: int, gusts: float, plan: str = "default") -> Flown:
     """Fly a plan from engine start to engine stop."""
-    flight = FlightUnderWay(
-        load_plan(plan), aircraft=load_aircraft("b777"), seed=seed, turbulence=gusts
+    flight = FlightSimulation(
+        load_flight_plan(plan), aircraft=load_aircraft("b777"), seed=seed, turbulence=gusts
     )
     stretches = []
     while not flight.finished:
@@ -68,11 +68,11 @@ def fly_pattern(seed: int, gusts: float, seconds: float) -> Flown:
     """Fly the pattern from the air on, turns and legs, without a maneuver."""
 
     def make(plan, feel, random, dt):  # type: ignore[no-untyped-def]
-        return KeyedPilot(plan, feel, random, dt, airborne=True)
+        return KeyboardPilot(plan, feel, random, dt, airborne=True)
 
-    hands: HandsMaker = make
-    flight = FlightUnderWay(
-        load_plan("default"),
+    hands: StickSourceFactory = make
+    flight = FlightSimulation(
+        load_flight_plan("default"),
         aircraft=load_aircraft("b777"),
         seed=seed,
         turbulence=gusts,
@@ -82,7 +82,7 @@ def fly_pattern(seed: int, gusts: float, seconds: float) -> Flown:
     return _flown([flight.advance(round(seconds * RATE))])
 
 
-def _flown(stretches: Sequence[Stretch]) -> Flown:
+def _flown(stretches: Sequence[FlightSegment]) -> Flown:
     return Flown(
         times=np.concatenate([stretch.times for stretch in stretches]),
         truth=np.concatenate([stretch.truth for stretch in stretches]),
@@ -93,7 +93,7 @@ def _flown(stretches: Sequence[Stretch]) -> Flown:
     )
 
 
-_CONVERTER: list[Converter] = []
+_CONVERTER: list[AnalogDigitalConverter] = []
 
 
 def record(
@@ -116,19 +116,21 @@ def record(
         ``attitude``, ``position``: what the board does not send.
     """
     if not _CONVERTER:
-        _CONVERTER.append(Converter(load_certificates("b777")))
+        _CONVERTER.append(AnalogDigitalConverter(load_certificates("b777")))
     converter = _CONVERTER[0]
     values = converter.measured(flown.volts)
     if faults or harm is not None:
         values = {name: samples.copy() for name, samples in values.items()}
         for number, text in enumerate(faults):
-            failing = Failing(parse_fault(text), 1.0 / RATE, np.random.default_rng(number))
+            failing = SensorFaultInjector(
+                parse_sensor_fault(text), 1.0 / RATE, np.random.default_rng(number)
+            )
             name = failing.fault.channel
             values[name] = failing.act(values[name], 0)
         if harm is not None:
             harm(flown, values)
         values = converter.measured(converter.volts(values))
-    columns = {name: values[name] for name in DAQ} | {"rc_rssi": flown.known("rc_rssi")}
+    columns = {name: values[name] for name in DAQ_CHANNELS} | {"rc_rssi": flown.known("rc_rssi")}
     if "attitude" not in without:
         columns |= {name: flown.known(name) for name in ("phi", "theta", "psi")}
         columns |= {f"{name}.2": flown.known(name) for name in "pqr"}
@@ -139,7 +141,7 @@ def record(
         }
         north, east = flown.known("velocity_north"), flown.known("velocity_east")
         columns["track"] = np.arctan2(east, north)
-    return with_combined_surfaces(
+    return combine_surfaces(
         Block(
             channels=tuple(columns),
             times=flown.times,
@@ -148,10 +150,10 @@ def record(
     )
 
 
-def watched(block: Block, *, cuts: Sequence[int] = (), known: bool = True) -> DangerWatch:
+def watched(block: Block, *, cuts: Sequence[int] = (), known: bool = True) -> AlertMonitor:
     """Return a watch that has seen a record, cut at these ticks, or tick by tick without any."""
-    watch = DangerWatch(load_aircraft("b777") if known else None, RATE)
-    rows = rows_of(block, RATE)
+    watch = AlertMonitor(load_aircraft("b777") if known else None, RATE)
+    rows = rows_from_block(block, RATE)
     edges = [TICK * cut for cut in cuts] if cuts else range(TICK, len(rows), TICK)
     start = 0
     for edge in (*edges, len(rows)):

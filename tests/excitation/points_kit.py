@@ -11,13 +11,18 @@ from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.atmosphere import Atmosphere
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model, load_model
-from gsapp.dynamics.pilot.plan import SHAPES
-from gsapp.dynamics.simulation import Commands, Simulator
+from gsapp.dynamics.simulation import ControlCommands, Simulator
 from gsapp.dynamics.trim import Trim, trim
-from gsapp.excitation.points.amplitudes import noise_of
-from gsapp.excitation.points.point import TestPoint
-from gsapp.flight.maneuvers.grading import ANSWER_TIME, ANSWERING, FAINT, WEAK
-from gsapp.flight.maneuvers.shape import smoothed
+from gsapp.dynamics.virtual_aircraft.flight_plan import INPUT_SHAPES
+from gsapp.excitation.test_points.amplitudes import channel_noise
+from gsapp.excitation.test_points.point import TestPoint
+from gsapp.flight.maneuvers.input_shape import smooth_samples
+from gsapp.flight.maneuvers.maneuver_grade import (
+    FAINT_RESPONSE,
+    RESPONSE_CHANNELS,
+    RESPONSE_TIME,
+    WEAK_RESPONSE,
+)
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import FOOT
 
@@ -59,7 +64,7 @@ def start(simulator: Simulator, level: Trim) -> dict[str, float]:
         beta=float(polar.beta),
         attitude=(float(polar.phi), float(polar.theta), 0.0),
         height=HEIGHT,
-        commands=Commands(**controls),
+        commands=ControlCommands(**controls),
     )
     return controls
 
@@ -91,7 +96,7 @@ def flown(
     simulator = Simulator(aircraft, model, dt=DT)
     level = trim(FlightModel(aircraft, model), V=speed * FOOT, rho=density())
     controls = start(simulator, level)
-    steps = SHAPES[kind]
+    steps = INPUT_SHAPES[kind]
     length = len(steps) * width
     rows = []
     for row in range(round((BEFORE + len(amplitudes) * length + after) / DT)):
@@ -100,7 +105,7 @@ def flown(
             place = (row * DT - BEFORE - number * length) / width
             if -1e-9 < place < len(steps) - 1e-9:
                 moved[surface] += steps[int(place + 1e-9)] * size
-        simulator.step(Commands(**moved))
+        simulator.step(ControlCommands(**moved))
         rows.append(simulator.sample())
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
@@ -126,18 +131,18 @@ def signal_to_noise(
     motion: Mapping[str, FloatArray], surface: str, width: float
 ) -> dict[str, float]:
     """Return the peak-to-peak answers over the noise that the aircraft file gives."""
-    noise = noise_of(b777()[0])
-    heard = slice(round(BEFORE / DT), round((BEFORE + 2.0 * width + ANSWER_TIME) / DT))
+    noise = channel_noise(b777()[0])
+    heard = slice(round(BEFORE / DT), round((BEFORE + 2.0 * width + RESPONSE_TIME) / DT))
     return {
-        name: float(np.ptp(smoothed(motion[name][heard], DT))) / noise[name]
-        for name in ANSWERING[surface]
+        name: float(np.ptp(smooth_samples(motion[name][heard], DT))) / noise[name]
+        for name in RESPONSE_CHANNELS[surface]
     }
 
 
 def standing_out(motion: Mapping[str, FloatArray], surface: str, width: float) -> float:
     """Return by how much the answer exceeds what is asked for: 1 is just enough."""
     found = signal_to_noise(motion, surface, width)
-    return min(found[RATE_OF[surface]] / FAINT, max(found.values()) / WEAK)
+    return min(found[RATE_OF[surface]] / FAINT_RESPONSE, max(found.values()) / WEAK_RESPONSE)
 
 
 def deviation(line: FloatArray) -> float:

@@ -9,10 +9,10 @@ import random
 import numpy as np
 import pytest
 
-from gsapp.excitation.cueing import Cueing
+from gsapp.excitation.cueing import CueGenerator
 from gsapp.excitation.cues import CueSnapshot
-from gsapp.excitation.debrief import debrief_of
-from gsapp.excitation.information.book import READY
+from gsapp.excitation.debrief import create_debrief
+from gsapp.excitation.information.information_tracker import OUTLOOK_DELAY
 from gsapp.flight.cards import CardSet
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import Block
@@ -21,7 +21,7 @@ from tests.excitation.cue_kit import AIRCRAFT, CARDS, card, cueing, feed, flown,
 _TWO_PLACES = CardSet(cards=(card("E1"), card("E2", speed=85.0), card("R1", surface="dr")))
 
 
-def told(cues: Cueing) -> tuple[object, ...]:
+def told(cues: CueGenerator) -> tuple[object, ...]:
     """Return everything that a flight's cues told, to be compared."""
     return (
         json.dumps([event.to_json() for event in cues.log], sort_keys=True),
@@ -32,16 +32,16 @@ def told(cues: Cueing) -> tuple[object, ...]:
     )
 
 
-def kinds(cues: Cueing) -> list[tuple[str, str]]:
+def kinds(cues: CueGenerator) -> list[tuple[str, str]]:
     return [(event.kind, event.state) for event in cues.log]
 
 
 @pytest.fixture(scope="module")
-def whole() -> Cueing:
+def whole() -> CueGenerator:
     return feed(cueing(), flown())
 
 
-def test_an_input_in_trim_is_cued_from_go_to_verdict(whole: Cueing) -> None:
+def test_an_input_in_trim_is_cued_from_go_to_verdict(whole: CueGenerator) -> None:
     """GO, the input, hands off, and within a second of its end the verdict for its card."""
     events = whole.log
     assert [event.time for event in events] == sorted(event.time for event in events)
@@ -61,7 +61,7 @@ def test_an_input_in_trim_is_cued_from_go_to_verdict(whole: Cueing) -> None:
     assert snapshot.speed == pytest.approx(30.5, abs=4.0)
 
 
-def test_nothing_is_spoken_from_the_input_to_its_verdict(whole: Cueing) -> None:
+def test_nothing_is_spoken_from_the_input_to_its_verdict(whole: CueGenerator) -> None:
     """But the two words that call for it: not a word of what happens to stand meanwhile."""
     made = next(event for event in whole.log if event.kind == "input")
     verdict = next(event for event in whole.log if event.kind == "verdict")
@@ -75,7 +75,7 @@ def test_nothing_is_spoken_from_the_input_to_its_verdict(whole: Cueing) -> None:
     assert [one.words for one in after] == ["good"]
 
 
-def test_what_is_told_does_not_depend_on_how_the_samples_come(whole: Cueing) -> None:
+def test_what_is_told_does_not_depend_on_how_the_samples_come(whole: CueGenerator) -> None:
     """Cut anywhere, slow channels in blocks of their own and later than the quick ones."""
     block = flown()
     draw = random.Random(len(block))
@@ -102,7 +102,7 @@ def test_the_look_ahead_is_done_in_slices_before_it_is_due() -> None:
     given = cues.verdicts[-1].given_at
     assert not cues.busy(given)
     slices = 0
-    while cues.busy(given + READY):
+    while cues.busy(given + OUTLOOK_DELAY):
         cues.settle()
         slices += 1
     assert slices > 10
@@ -166,7 +166,7 @@ def test_other_units_hold_for_cards_and_prospects_from_then_on() -> None:
     assert after.outlook.prospects
 
 
-def test_a_replay_that_goes_back_tells_the_same_again(whole: Cueing) -> None:
+def test_a_replay_that_goes_back_tells_the_same_again(whole: CueGenerator) -> None:
     """After a reset in the middle of the hands-off interval nothing of before is left."""
     block = flown()
     cues = cueing()
@@ -248,9 +248,9 @@ def test_a_card_that_cannot_be_flown_is_said_and_not_picked() -> None:
     assert "level flight at 30 ft/s is not possible" in refused.problem
 
 
-def test_the_debrief_holds_what_was_wanted_how_it_began_and_the_curves(whole: Cueing) -> None:
+def test_the_debrief_holds_what_was_wanted_how_it_began_and_the_curves(whole: CueGenerator) -> None:
     """One good maneuver of two: half the score; its curve shows the elevator as it moved."""
-    debrief = debrief_of("a", whole)
+    debrief = create_debrief("a", whole)
     (one,) = debrief.maneuvers
     assert debrief.score == pytest.approx(0.5)
     assert debrief.results == {"good": 1}

@@ -12,16 +12,16 @@ from hypothesis import strategies as st
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.aircraft.config import Limits
-from gsapp.excitation.dangers.clips import ClipRoom
-from gsapp.excitation.dangers.danger import Urgency
-from gsapp.excitation.dangers.fence import Fence, load_fence
-from gsapp.excitation.dangers.frames import Frame, Frames
-from gsapp.excitation.dangers.standing import HOLD, Finding, Standing
-from gsapp.excitation.dangers.watch import DangerWatch
-from gsapp.excitation.rows import FlightRows, rows_of
+from gsapp.excitation.alerts.active_alerts import ALERT_HOLD_TIME, ActiveAlerts, AlertCondition
+from gsapp.excitation.alerts.alert import AlertLevel
+from gsapp.excitation.alerts.alert_monitor import AlertMonitor
+from gsapp.excitation.alerts.clipping_monitor import ClippingMonitor
+from gsapp.excitation.alerts.geofence import Geofence, load_geofence
+from gsapp.excitation.alerts.row_frames import FlightFrame, FrameSplitter
+from gsapp.excitation.flight_rows import FlightRows, rows_from_block
 from gsapp.foundation import FileProblemsError
 from gsapp.quantities import Block, FloatArray
-from gsapp.session.setting import setting_for
+from gsapp.session.session_setting import find_session_setting
 from tests.excitation.danger_kit import (
     BARE,
     Flown,
@@ -73,12 +73,12 @@ def steady(channels: dict[str, np.ndarray | float], seconds: float) -> FlightRow
         times=np.arange(count) / RATE,
         values=np.column_stack(list(columns.values())),
     )
-    return rows_of(block, RATE)
+    return rows_from_block(block, RATE)
 
 
 def keys_of(rows: FlightRows, **options: object) -> list[str]:
     """Return the keys of all that is told of these rows, in order."""
-    watch = DangerWatch(options.pop("aircraft", _b777()), RATE, **options)  # type: ignore[arg-type]
+    watch = AlertMonitor(options.pop("aircraft", _b777()), RATE, **options)  # type: ignore[arg-type]
     watch.take(rows)
     return [danger.key for danger in watch.log]
 
@@ -132,8 +132,8 @@ def test_other_rates_of_the_grid_serve(pattern: Flown, every: int) -> None:
         thinned = Block(
             channels=block.channels, times=block.times[::every], values=block.values[::every]
         )
-        watch = DangerWatch(_b777(), RATE / every)
-        watch.take(rows_of(thinned, RATE / every))
+        watch = AlertMonitor(_b777(), RATE / every)
+        watch.take(rows_from_block(thinned, RATE / every))
         assert [danger.key for danger in watch.log] == said
 
 
@@ -156,7 +156,7 @@ def test_without_nose_sensors_the_crew_is_told_to_land(pattern: Flown, jammed: b
     faults = () if jammed else tuple(f"{name}:dropout:start=15 s" for name in NOSE)
     watch = watched(record(pattern, faults=faults, harm=harm if jammed else None, without=BARE))
     worst = watch.standing[0]
-    assert (worst.key, worst.urgency) == ("nose", Urgency.WARNING)
+    assert (worst.key, worst.urgency) == ("nose", AlertLevel.WARNING)
     assert worst.spoken == "nose sensors lost: land"
     assert {"alpha", "beta", "V"} <= set(watch.distrusted)
 
@@ -198,7 +198,7 @@ def test_rubbish_is_survived(seed: int, share: float) -> None:
     hit = random.random(values.shape) < share
     values[hit] = random.choice([np.nan, np.inf, -np.inf, 1e300, -1e12, 0.0], hit.sum())
     for aircraft in (_b777(), None):
-        watch = DangerWatch(aircraft, RATE)
+        watch = AlertMonitor(aircraft, RATE)
         watch.take(FlightRows(first=0, times=rows.times, values=values, fresh=True))
         assert set(watch.distrusted) <= {name for one in watch.standing for name in one.channels}
 
@@ -244,11 +244,11 @@ def test_the_fence_is_told_before_it_is_reached() -> None:
         {"north": away, "east": np.zeros(count), "ground_speed": 30.0, "track": 0.0,
          "height": 60.0}, 40.0
     )  # fmt: skip
-    watch = DangerWatch(_b777(), RATE)
+    watch = AlertMonitor(_b777(), RATE)
     watch.take(rows)
     first, second = watch.log
-    assert (first.key, first.urgency) == ("fence.side", Urgency.CAUTION)
-    assert (second.key, second.urgency) == ("fence.side", Urgency.WARNING)
+    assert (first.key, first.urgency) == ("fence.side", AlertLevel.CAUTION)
+    assert (second.key, second.urgency) == ("fence.side", AlertLevel.WARNING)
     assert second.since - first.since == pytest.approx(4.0, abs=0.5)
     assert keys_of(rows, fence=None) == []
 
@@ -257,23 +257,23 @@ def test_the_fence_is_told_before_it_is_reached() -> None:
 def test_the_ceiling_is_told_before_it_is_reached(system: str, ceiling: str) -> None:
     """Climbing at 5 m/s towards 120 m, said in the units of the crew."""
     height = 50.0 + 5.0 * np.maximum(np.arange(2500) / RATE - 5.0, 0.0)
-    watch = DangerWatch(_b777(), RATE, system=system)
+    watch = AlertMonitor(_b777(), RATE, system=system)
     watch.take(steady({"height": height, "climb_rate": 5.0}, 25.0))
     assert all(ceiling in danger.words for danger in watch.log)
     assert [(danger.key, danger.urgency) for danger in watch.log] == [
-        ("fence.top", Urgency.CAUTION),
-        ("fence.top", Urgency.WARNING),
+        ("fence.top", AlertLevel.CAUTION),
+        ("fence.top", AlertLevel.WARNING),
     ]
 
 
 def test_the_time_that_the_aircraft_may_fly_is_told_a_minute_before_it_is_over() -> None:
     """It is the aircraft file's; where that agrees on none, none is over."""
     rows = steady({}, 100.0)
-    watch = DangerWatch(_limited(flight_time="90 s"), RATE)
+    watch = AlertMonitor(_limited(flight_time="90 s"), RATE)
     watch.take(rows)
     assert [(one.words, one.urgency) for one in watch.log] == [
-        ("60 s are left of the flight time of 1.5 min; land", Urgency.CAUTION),
-        ("The flight time of 1.5 min is over; land", Urgency.WARNING),
+        ("60 s are left of the flight time of 1.5 min; land", AlertLevel.CAUTION),
+        ("The flight time of 1.5 min is over; land", AlertLevel.WARNING),
     ]
     assert watch.log[1].since - watch.log[0].since == pytest.approx(60.0, abs=0.5)
     assert keys_of(rows, aircraft=_limited(flight_time=None)) == []
@@ -294,23 +294,23 @@ def test_a_fence_file_with_mistakes_says_so(tmp_path: Path) -> None:
     """A floor above the ceiling, half a center."""
     place = tmp_path / "fence.toml"
     place.write_text('radius = "500 m"\nceiling = "400 ft"\n')
-    assert load_fence(place).radius == pytest.approx(500.0)
+    assert load_geofence(place).radius == pytest.approx(500.0)
     place.write_text('floor = "400 m"\nlatitude = "39 deg"\n')
     with pytest.raises(FileProblemsError):
-        load_fence(place)
-    assert Fence().ceiling == pytest.approx(120.0)
+        load_geofence(place)
+    assert Geofence().ceiling == pytest.approx(120.0)
 
 
 def test_the_fence_of_a_flight_lies_in_its_folder(tmp_path: Path) -> None:
     """It is used where it can be read; where not, the usual one stands, and it is said."""
-    assert setting_for(tmp_path).fence is None
+    assert find_session_setting(tmp_path).fence is None
     place = tmp_path / "fence.toml"
     place.write_text('radius = "500 m"\n')
-    found = setting_for(tmp_path)
-    assert found.fence == Fence.model_validate({"radius": "500 m"})
+    found = find_session_setting(tmp_path)
+    assert found.fence == Geofence.model_validate({"radius": "500 m"})
     assert not found.remarks
     place.write_text('radius = "minus"\n')
-    found = setting_for(tmp_path)
+    found = find_session_setting(tmp_path)
     assert found.fence is None
     assert "usual fence" in found.remarks[0]
 
@@ -318,7 +318,7 @@ def test_the_fence_of_a_flight_lies_in_its_folder(tmp_path: Path) -> None:
 def test_a_floor_counts_until_the_flaps_are_out() -> None:
     """Sinking through the floor is told in the pattern, and no more in the approach."""
     height = 60.0 - 4.0 * np.maximum(np.arange(2000) / RATE - 5.0, 0.0)
-    fence = Fence.model_validate({"floor": "30 m"})
+    fence = Geofence.model_validate({"floor": "30 m"})
     sinking = {"height": height, "climb_rate": -4.0}
     assert "fence.floor" in keys_of(steady(sinking, 20.0), fence=fence)
     landing = sinking | {"flap": np.radians(20.0)}
@@ -349,8 +349,8 @@ def test_what_is_cut_off_on_the_ground_or_of_a_broken_gyro_is_not_told(
     rows = steady({"q": _swinging(stop, size)}, 30.0)
 
     def told(doubted: frozenset[str] = frozenset(), **state: float) -> set[str]:
-        room = ClipRoom(_b777(), RATE)
-        frames = [Frame(rows=cut, **state) for cut in Frames(RATE).cut(rows)]  # type: ignore[arg-type]
+        room = ClippingMonitor(_b777(), RATE)
+        frames = [FlightFrame(rows=cut, **state) for cut in FrameSplitter(RATE).cut(rows)]  # type: ignore[arg-type]
         return {found.key for frame in frames for found in room.judge(frame, doubted)}
 
     assert told(aloft=60.0) == {"clip.q"}
@@ -385,17 +385,19 @@ def test_a_clipped_gyro_is_told_once_for_each_event() -> None:
 
 def test_what_stands_does_not_flicker() -> None:
     """A finding that comes and goes within the hold is one danger; a worse one is told anew."""
-    standing = Standing()
-    caution = Finding(key="stall", urgency=Urgency.CAUTION, words="", spoken="slow")
-    warning = Finding(key="stall", urgency=Urgency.WARNING, words="", spoken="stall: push")
+    standing = ActiveAlerts()
+    caution = AlertCondition(key="stall", urgency=AlertLevel.CAUTION, words="", spoken="slow")
+    warning = AlertCondition(
+        key="stall", urgency=AlertLevel.WARNING, words="", spoken="stall: push"
+    )
     for step in range(20):
         standing.note(0.25 * step, [caution] if step % 3 == 0 else [])
         assert standing.now
     standing.note(5.0, [warning])
     standing.note(5.25, [caution])
-    assert standing.now[0].urgency is Urgency.WARNING
-    standing.note(5.25 + HOLD, [caution])
-    assert standing.now[0].urgency is Urgency.CAUTION
+    assert standing.now[0].urgency is AlertLevel.WARNING
+    standing.note(5.25 + ALERT_HOLD_TIME, [caution])
+    assert standing.now[0].urgency is AlertLevel.CAUTION
     standing.note(20.0, [])
     assert not standing.now
     assert [danger.since for danger in standing.log] == [0.0, 5.0]

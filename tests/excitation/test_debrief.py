@@ -11,52 +11,58 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.cli import debrief as command
-from gsapp.cli._calls import WrongCallError
+from gsapp.cli._usage_errors import CommandUsageError
 from gsapp.excitation.debrief import Debrief
-from gsapp.excitation.debrief_maneuver import Curves, JudgedManeuver, curves_of
-from gsapp.excitation.debrief_trends import trend_of, trends
-from gsapp.excitation.doublets.verdict import Finding, Result, Verdict
-from gsapp.excitation.points.point import TestPoint
-from gsapp.excitation.points.wanted import Band, WantedInput
-from gsapp.excitation.rows import rows_of
+from gsapp.excitation.debrief_maneuver import EvaluatedManeuver, ManeuverCurves, extract_curves
+from gsapp.excitation.debrief_trends import compute_flight_trend, compute_trends
+from gsapp.excitation.doublets.verdict import InputFinding, InputVerdict, VerdictResult
+from gsapp.excitation.flight_rows import rows_from_block
+from gsapp.excitation.test_points.point import TestPoint
+from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
 from gsapp.flight.cards import save_cards
-from gsapp.flight.catalog import CardScore, Catalog, scores_of, search_verdicts, store_debrief
+from gsapp.flight.catalog import (
+    CardScore,
+    Catalog,
+    list_card_scores,
+    search_verdicts,
+    store_debrief,
+)
 from gsapp.flight.flight import Flight
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 from tests.excitation.cue_kit import CARDS, RATE, flown
 
-WANTED = WantedInput(
+WANTED = TargetInput(
     surfaces=("da", "dr"), kind="doublet", hands_off=3.0, mode="dutch roll", source="card",
     amplitudes={
-        "da": Band(low=0.05, best=0.1, high=0.15, why_low="noise", why_high="p clips"),
-        "dr": Band(low=0.1, best=0.2, high=np.inf),
+        "da": ToleranceBand(low=0.05, best=0.1, high=0.15, why_low="noise", why_high="p clips"),
+        "dr": ToleranceBand(low=0.1, best=0.2, high=np.inf),
     },
-    width=Band(low=0.3, best=0.5, high=0.7),
+    width=ToleranceBand(low=0.3, best=0.5, high=0.7),
 )  # fmt: skip
 POINT = TestPoint(card="C1", speed=30.0, alpha=0.05, speed_tolerance=1.5, alpha_tolerance=0.03)
 
 
 def judged(
-    number: int, time: float, result: Result = "good", size: float = 1.0, go: bool = True
-) -> JudgedManeuver:
+    number: int, time: float, result: VerdictResult = "good", size: float = 1.0, go: bool = True
+) -> EvaluatedManeuver:
     """Return a maneuver so many times as large as wanted."""
     times = np.arange(time, time + 4.0, 0.04)
-    verdict = Verdict(
+    verdict = InputVerdict(
         id=f"M{number}", given_at=time + 4.5, t_start=time - 1.0, t_input=time,
         t_input_end=time + 1.5, t_end=time + 4.0, surfaces=("da", "dr"), kind="doublet",
         amplitudes={"da": 0.1 * size, "dr": 0.2 * size}, halves={"da": (0.5, 0.5), "dr": (0.6,)},
         symmetry={"da": 0.9}, left_over={"da": 0.0}, cross={"de": 0.01}, V=30.2, alpha=None,
         result=result,
-        findings=() if result == "good" else (Finding(result=result, words="no", factor=1.5),),
+        findings=() if result == "good" else (InputFinding(result=result, words="no", factor=1.5),),
         advice="good" if result == "good" else "once more", card="C1", counts=result == "good",
         judged_by=("bank: no attitude",),
     )  # fmt: skip
-    return JudgedManeuver(
+    return EvaluatedManeuver(
         verdict=verdict, wanted=WANTED, point=POINT, go_at=time - 0.5 if go else None,
         off={"speed": 0.5 * (-1) ** number, "bank": 1.2},
-        curves=Curves(times=times, series={"da": np.sin(times), "p": np.full(times.size, np.nan)}),
+        curves=ManeuverCurves(times=times, series={"da": np.sin(times), "p": np.full(times.size, np.nan)}),
     )  # fmt: skip
 
 
@@ -69,7 +75,7 @@ def test_a_maneuver_comes_back_from_its_record() -> None:
     """Through JSON: verdict, wants with a band that is open above, curves with missing samples."""
     one = judged(1, 20.0, "too-small")
     record = json.loads(json.dumps(one.to_record(), allow_nan=False))
-    back = JudgedManeuver.from_record(record)
+    back = EvaluatedManeuver.from_record(record)
     assert (back.verdict, back.wanted, back.point) == (one.verdict, WANTED, POINT)
     assert (back.go_at, back.off) == (one.go_at, one.off)
     np.testing.assert_allclose(back.curves.times, one.curves.times, atol=1e-4)
@@ -77,16 +83,16 @@ def test_a_maneuver_comes_back_from_its_record() -> None:
         np.testing.assert_allclose(back.curves.series[name], values, rtol=1e-4)
     for wrong in (None, {}, {**record, "verdict": {"id": "M1"}}, {**record, "curves": 3}):
         with pytest.raises(FlightError, match="debrief the flight anew"):
-            JudgedManeuver.from_record(wrong)
+            EvaluatedManeuver.from_record(wrong)
 
 
 @settings(deadline=None, max_examples=30)  # the first one flies
 @given(start=st.integers(0, 300), count=st.integers(1, 400))
 def test_curves_are_samples_of_the_flight_whatever_is_cut_out(start: int, count: int) -> None:
     """Thinned on the grid of the flight, not of the cut: two cuts show the same samples."""
-    rows = rows_of(flown(), RATE)
-    cut = curves_of(rows.part(start, start + count), ("de",), RATE)
-    whole = curves_of(rows, ("de",), RATE)
+    rows = rows_from_block(flown(), RATE)
+    cut = extract_curves(rows.part(start, start + count), ("de",), RATE)
+    whole = extract_curves(rows, ("de",), RATE)
     places = np.searchsorted(whole.times, cut.times)
     np.testing.assert_array_equal(whole.times[places], cut.times)
     for name, values in cut.series.items():
@@ -104,7 +110,7 @@ def test_trends_tell_sizes_errors_and_time() -> None:
         CardScore(card="C1", heading="", good=2, flown=3, wanted=4),
         CardScore(card="E1", heading="", good=3, flown=3, wanted=2),
     ]
-    trend = trend_of("a", maneuvers, scores)
+    trend = compute_flight_trend("a", maneuvers, scores)
     assert (trend.inputs, trend.good, trend.without_go) == (3, 2, 1)
     assert trend.results == {"too-small": 1, "good": 2}
     assert trend.amplitudes == pytest.approx({"da": 0.9, "dr": 0.9})
@@ -113,7 +119,7 @@ def test_trends_tell_sizes_errors_and_time() -> None:
     assert trend.seconds_each == pytest.approx(40.0)
     assert trend.score == pytest.approx(4 / 6)  # a third one of E1 is worth nothing
     assert trend.share_good == pytest.approx(2 / 3)
-    empty = trend_of("b", ())
+    empty = compute_flight_trend("b", ())
     assert (empty.share_good, empty.seconds_each, empty.score) == (0.0, None, None)
     json.dumps([trend.to_json(), empty.to_json()], allow_nan=False)
 
@@ -126,10 +132,10 @@ def test_trends_come_from_the_catalog_flight_by_flight(tmp_path: Path) -> None:
         for name, maneuvers in flights.items():
             made = Debrief(flight=name, maneuvers=tuple(maneuvers), cards=score)
             store_debrief(catalog, flight_of(name), made.stored(), made.cards)
-        scores = {name: scores_of(catalog, name) for name in flights}
-        found = trends(search_verdicts(catalog), scores)
+        scores = {name: list_card_scores(catalog, name) for name in flights}
+        found = compute_trends(search_verdicts(catalog), scores)
     assert [one.flight for one in found] == ["a", "b"]
-    assert found == tuple(trend_of(name, flights[name], score) for name in ("a", "b"))
+    assert found == tuple(compute_flight_trend(name, flights[name], score) for name in ("a", "b"))
 
 
 def test_the_command_judges_keeps_and_compares(
@@ -155,5 +161,5 @@ def test_the_command_judges_keeps_and_compares(
     assert "from flight to flight" in again
     assert "small: elevator 0.4" in again
     assert "written" not in again
-    with pytest.raises(WrongCallError, match="nothing to debrief"):
+    with pytest.raises(CommandUsageError, match="nothing to debrief"):
         command.run(flights=[])

@@ -14,22 +14,47 @@ from hypothesis import strategies as st
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.model import load_model
-from gsapp.excitation.doublets.verdict import Result, Verdict
-from gsapp.excitation.information.adding import Total
-from gsapp.excitation.information.book import READY, InformationBook
-from gsapp.excitation.information.budget import LAP, LONGEST, RESERVE, FlightBudget
-from gsapp.excitation.information.expected import brought, expected, fitted, heard_in, sense
-from gsapp.excitation.information.habits import Habit, Habits, executions
-from gsapp.excitation.information.learning import AXES, Knowledge, Learning, Lesson, learn
-from gsapp.excitation.information.noise import assumed_noise
-from gsapp.excitation.information.planned import planned
-from gsapp.excitation.information.prospect import Gain
-from gsapp.excitation.information.prospects import OpenCard, Request, prospects
-from gsapp.excitation.information.wording import prospect_words
-from gsapp.excitation.points.small_motions import small_motions
-from gsapp.excitation.rows import FlightRows, rows_of
+from gsapp.excitation.doublets.verdict import InputVerdict, VerdictResult
+from gsapp.excitation.flight_rows import FlightRows, rows_from_block
+from gsapp.excitation.information.card_forecasts import (
+    ForecastRequest,
+    UnfinishedCard,
+    forecast_cards,
+)
+from gsapp.excitation.information.flight_knowledge import (
+    ESTIMATION_AXES,
+    FlightKnowledge,
+    KnowledgeUpdate,
+    ManeuverData,
+    learn_from_maneuver,
+)
+from gsapp.excitation.information.forecast_text import describe_forecast
+from gsapp.excitation.information.information_matrix import CombinedInformation
+from gsapp.excitation.information.information_tracker import OUTLOOK_DELAY, InformationTracker
+from gsapp.excitation.information.outlook import BoundReduction
+from gsapp.excitation.information.pilot_error_model import (
+    ErrorDistribution,
+    PilotErrorModel,
+    draw_executions,
+)
+from gsapp.excitation.information.planned_maneuver import simulate_maneuver
+from gsapp.excitation.information.predicted_bounds import (
+    compute_sensitivities,
+    fit_maximum_likelihood,
+    information_from_fit,
+    noise_from_residuals,
+    predict_information,
+)
+from gsapp.excitation.information.remaining_time import (
+    DEFAULT_FLIGHT_DURATION,
+    DEFAULT_MANEUVER_INTERVAL,
+    LANDING_RESERVE_TIME,
+    RemainingTimeEstimator,
+)
+from gsapp.excitation.information.response_noise import assumed_noise
+from gsapp.excitation.test_points.perturbation_models import linearize_level_flight
 from gsapp.flight.cards import CardSet, TestCard, load_cards
-from gsapp.identification.axes import RESPONSES, axis_derivatives
+from gsapp.identification.axes import AXIS_RESPONSES, axis_derivatives
 from gsapp.identification.maximum_likelihood import MLSettings, estimate
 from gsapp.quantities import Block
 from tests.identification.virtual_maneuvers import AXES as AXIS_OF
@@ -49,8 +74,10 @@ def _flown(seed: int, kind: str) -> Virtual:
     return fly(seed, kind)
 
 
-def _verdict(virtual: Virtual, *, start: float = 0.0, result: Result = "good") -> Verdict:
-    return Verdict(
+def _verdict(
+    virtual: Virtual, *, start: float = 0.0, result: VerdictResult = "good"
+) -> InputVerdict:
+    return InputVerdict(
         id="M1",
         given_at=start + 11.0,
         t_start=start + virtual.maneuver.t_start,
@@ -75,15 +102,15 @@ def _verdict(virtual: Virtual, *, start: float = 0.0, result: Result = "good") -
 def _rows(virtual: Virtual, without: str = "") -> FlightRows:
     block = virtual.maneuver.block
     kept = [name for name in block.channels if name != without]
-    return rows_of(block.select(kept), RATE)
+    return rows_from_block(block.select(kept), RATE)
 
 
-def _all_of(learning: Learning) -> Knowledge:
+def _all_of(learning: KnowledgeUpdate) -> FlightKnowledge:
     while True:
         try:
             next(learning)
         except StopIteration as done:
-            known: Knowledge = done.value
+            known: FlightKnowledge = done.value
             return known
 
 
@@ -100,8 +127,8 @@ def test_expected_bounds_are_those_reported(kind: str, color: float) -> None:
     for seed in (5300, 5301):
         virtual, axis = fly(seed, kind, color=color), AXIS_OF[kind]
         known = MODEL.with_derivatives(virtual.truth)
-        noise = heard_in(fitted(virtual.maneuver, axis, MODEL), RATE)
-        found = expected(virtual.maneuver, axis, known, noise).stds
+        noise = noise_from_residuals(fit_maximum_likelihood(virtual.maneuver, axis, MODEL), RATE)
+        found = predict_information(virtual.maneuver, axis, known, noise).stds
         told = estimate([virtual.maneuver], MLSettings(axis=axis))
         ratios += [
             found[name] / one.std
@@ -116,8 +143,8 @@ def test_expected_bounds_are_those_reported(kind: str, color: float) -> None:
 def test_the_noise_of_a_maneuver_is_heard_in_it_without_a_fit(kind: str) -> None:
     """One step from values that are wrong by 15 % leaves over the noise that the fit leaves."""
     virtual, axis = _flown(5302, kind), AXIS_OF[kind]
-    heard = sense(virtual.maneuver, axis, MODEL).own_noise()
-    left = heard_in(fitted(virtual.maneuver, axis, MODEL), RATE)
+    heard = compute_sensitivities(virtual.maneuver, axis, MODEL).own_noise()
+    left = noise_from_residuals(fit_maximum_likelihood(virtual.maneuver, axis, MODEL), RATE)
     assert heard.responses == left.responses
     np.testing.assert_allclose(np.sqrt(heard.variances / left.variances), 1.0, atol=0.1)
 
@@ -126,7 +153,7 @@ def test_the_noise_of_a_maneuver_is_heard_in_it_without_a_fit(kind: str) -> None
 def test_what_a_maneuver_brought_is_what_maximum_likelihood_reports(kind: str) -> None:
     """Begun at a model that is wrong by 15 %, the fit ends where the one after the flight ends."""
     virtual, axis = _flown(5302, kind), AXIS_OF[kind]
-    found = brought(fitted(virtual.maneuver, axis, MODEL)).stds
+    found = information_from_fit(fit_maximum_likelihood(virtual.maneuver, axis, MODEL)).stds
     told = estimate([virtual.maneuver], MLSettings(axis=axis)).derivatives
     for name, std in found.items():
         assert std == pytest.approx(told[name].std, rel=0.01)
@@ -135,28 +162,32 @@ def test_what_a_maneuver_brought_is_what_maximum_likelihood_reports(kind: str) -
 def test_a_larger_input_brings_smaller_bounds() -> None:
     """Twice the amplitude halves the bounds of derivatives, as noise does not grow with it."""
     card = load_cards("b777").cards[1]
-    exactly = replace(Habits(), size=Habit(mean=0.0, spread=0.0), width=Habit(mean=0.0, spread=0.0))
-    (execution,) = executions(card, exactly, 1)
-    noise = assumed_noise(_aircraft(), RESPONSES["lat"], RATE)
+    exactly = replace(
+        PilotErrorModel(),
+        size=ErrorDistribution(mean=0.0, spread=0.0),
+        width=ErrorDistribution(mean=0.0, spread=0.0),
+    )
+    (execution,) = draw_executions(card, exactly, 1)
+    noise = assumed_noise(_aircraft(), AXIS_RESPONSES["lat"], RATE)
     found = []
     for factor in (0.25, 0.5):
         smaller = card.model_copy(
             update={"amplitude": {n: factor * a for n, a in card.amplitudes.items()}}
         )
-        maneuver = planned(
+        maneuver = simulate_maneuver(
             smaller,
             execution,
-            small_motions(_aircraft(), MODEL, speed=card.speed),
+            linearize_level_flight(_aircraft(), MODEL, speed=card.speed),
             aircraft=_aircraft(),
             model=MODEL,
             mass=_aircraft().mass.mass,
             rate=RATE,
-            channels=RESPONSES["both"],
+            channels=AXIS_RESPONSES["both"],
         )
         for name, asked in smaller.amplitudes.items():
             moved = maneuver.block[name] - maneuver.block[name][0]
             assert 0.5 * np.ptp(moved) == pytest.approx(asked * np.mean(execution.sizes[name]))
-        found.append(expected(maneuver, "lat", MODEL, noise).stds)
+        found.append(predict_information(maneuver, "lat", MODEL, noise).stds)
     for name in ("Cl_beta", "Cl_p", "Cl_da", "Cn_beta", "Cn_r", "Cn_dr", "CY_beta"):
         assert found[0][name] / found[1][name] == pytest.approx(2.0, rel=0.1)
 
@@ -167,7 +198,7 @@ def test_slices_change_nothing_and_an_outlook_comes_when_it_is_due() -> None:
     verdict, rows = _verdict(virtual), _rows(virtual)
     found = []
     for sliced in (True, False):
-        book = InformationBook(_aircraft(), MODEL, RATE)
+        book = InformationTracker(_aircraft(), MODEL, RATE)
         book.flown(verdict, rows, card=cards.cards[0])
         if sliced:
             assert book.work(0.0)
@@ -176,7 +207,7 @@ def test_slices_change_nothing_and_an_outlook_comes_when_it_is_due() -> None:
         early = book.outlook(verdict.given_at + 0.5, cards)
         assert all(bound.std is None for bound in early.bounds)
         assert early.next is None
-        found.append(book.outlook(verdict.given_at + 0.5 + READY, cards))
+        found.append(book.outlook(verdict.given_at + 0.5 + OUTLOOK_DELAY, cards))
     assert found[0] == found[1]
     outlook = found[0]
     reached = {bound.name for bound in outlook.bounds if bound.std is not None}
@@ -201,7 +232,7 @@ def _lateral() -> tuple[str, ...]:
 
 def test_bounds_add_up_like_one_joint_fit() -> None:
     """Two maneuvers of one aircraft say as much as a fit of both together reports."""
-    book = InformationBook(_aircraft(), MODEL, RATE)
+    book = InformationTracker(_aircraft(), MODEL, RATE)
     flown = [fly(seed, "lat", model=MODEL) for seed in (5302, 5303)]
     for virtual in flown:
         book.flown(_verdict(virtual), _rows(virtual))
@@ -220,12 +251,12 @@ def test_spoiled_maneuvers_and_lost_channels() -> None:
         ("too-small", "beta", True),
         ("good", "phi", True),
     ):
-        book = InformationBook(_aircraft(), MODEL, RATE)
+        book = InformationTracker(_aircraft(), MODEL, RATE)
         book.flown(_verdict(virtual, result=result), _rows(virtual, without))  # type: ignore[arg-type]
         outlook = book.outlook(100.0, _cards("R1"))
         seen = [bound.name for bound in outlook.bounds if bound.std is not None]
         assert bool(seen) == expected_to_bring
-    empty = InformationBook(_aircraft(), MODEL, RATE)
+    empty = InformationTracker(_aircraft(), MODEL, RATE)
     gone = _rows(virtual)
     gone = FlightRows(first=0, times=gone.times, values=np.full_like(gone.values, np.nan))
     empty.flown(_verdict(virtual), gone)
@@ -236,13 +267,15 @@ def test_spoiled_maneuvers_and_lost_channels() -> None:
 
 def test_nothing_is_worth_flying_without_time_or_once_all_is_reached() -> None:
     """No card comes next when the time is up, nor when every bound is as small as wanted."""
-    landed = InformationBook(_aircraft(), MODEL, RATE, longest=RESERVE + 0.5 * LAP)
-    content = InformationBook(
+    landed = InformationTracker(
+        _aircraft(), MODEL, RATE, longest=LANDING_RESERVE_TIME + 0.5 * DEFAULT_MANEUVER_INTERVAL
+    )
+    content = InformationTracker(
         _aircraft(), MODEL, RATE, wanted=dict.fromkeys(axis_derivatives("both"), 100.0)
     )
     for book in (landed, content):
         book.outlook(0.0, _cards("A1"))
-        outlook = book.outlook(READY, _cards("A1"))
+        outlook = book.outlook(OUTLOOK_DELAY, _cards("A1"))
         assert outlook.next is None
     assert outlook.prospects
 
@@ -250,13 +283,13 @@ def test_nothing_is_worth_flying_without_time_or_once_all_is_reached() -> None:
 def test_without_a_model_only_time_is_told() -> None:
     """No model: no bounds, but time. No aircraft either: nothing, and it says so."""
     virtual = _flown(5302, "lat")
-    book = InformationBook(_aircraft(), None, RATE)
+    book = InformationTracker(_aircraft(), None, RATE)
     book.flown(_verdict(virtual), _rows(virtual))
     outlook = book.outlook(20.0, _cards("R1"))
     assert outlook.bounds == ()
     assert outlook.next is None
-    assert outlook.time_left == pytest.approx(LONGEST - RESERVE)
-    nothing = InformationBook(None, None, RATE).outlook(0.0)
+    assert outlook.time_left == pytest.approx(DEFAULT_FLIGHT_DURATION - LANDING_RESERVE_TIME)
+    nothing = InformationTracker(None, None, RATE).outlook(0.0)
     assert nothing.time_left is None
     assert any("no aircraft file" in remark for remark in nothing.remarks)
 
@@ -266,22 +299,24 @@ def test_a_request_goes_to_another_process_and_back() -> None:
     cards = _cards("A1").cards
     slow = cards[0].model_copy(update={"id": "A9", "speed": 12.0})
     aircraft = _aircraft()
-    request = Request(
+    request = ForecastRequest(
         aircraft=aircraft,
         model=MODEL,
-        cards=(OpenCard(card=cards[0], missing=2), OpenCard(card=slow, missing=1)),
-        totals={axis: Total.nothing(axis) for axis in AXES},
-        noise={axis: assumed_noise(aircraft, RESPONSES[axis], RATE) for axis in AXES},
-        habits=Habits(),
-        channels=frozenset(RESPONSES["both"]),
+        cards=(UnfinishedCard(card=cards[0], missing=2), UnfinishedCard(card=slow, missing=1)),
+        totals={axis: CombinedInformation.nothing(axis) for axis in ESTIMATION_AXES},
+        noise={
+            axis: assumed_noise(aircraft, AXIS_RESPONSES[axis], RATE) for axis in ESTIMATION_AXES
+        },
+        habits=PilotErrorModel(),
+        channels=frozenset(AXIS_RESPONSES["both"]),
         rate=RATE,
         mass=aircraft.mass.mass,
         density=1.2,
         wanted={},
-        lap=LAP,
+        lap=DEFAULT_MANEUVER_INTERVAL,
     )
-    reply = prospects(pickle.loads(pickle.dumps(request)))  # noqa: S301 - our own
-    assert pickle.loads(pickle.dumps(reply)) == prospects(request)  # noqa: S301
+    reply = forecast_cards(pickle.loads(pickle.dumps(request)))  # noqa: S301 - our own
+    assert pickle.loads(pickle.dumps(reply)) == forecast_cards(request)  # noqa: S301
     (one, two) = reply.by_card["A1"]
     assert (one.repeats, two.repeats) == (1, 2)
     assert two.seconds == pytest.approx(2.0 * one.seconds)
@@ -301,13 +336,13 @@ def test_words_of_a_prospect() -> None:
         repeats=4,
     )
     value = abs(MODEL.derivative("Cn_r"))
-    gain = Gain(name="Cn_r", before=0.35 * value, after=0.15 * value, low=0.1, high=0.2)
-    words = prospect_words(card, 2, (gain,), MODEL, {})
+    gain = BoundReduction(name="Cn_r", before=0.35 * value, after=0.15 * value, low=0.1, high=0.2)
+    words = describe_forecast(card, 2, (gain,), MODEL, {})
     assert words == "two more rudder-aileron doublets at 105 ft/s: C_nr from 35 % to 15 %"
     unknown = replace(gain, before=None)
-    words = prospect_words(card, 1, (unknown,), MODEL, {}, "SI")
+    words = describe_forecast(card, 1, (unknown,), MODEL, {}, "SI")
     assert words == "one more rudder-aileron doublet at 32 m/s: C_nr to 15 %"
-    assert "C_nr" not in prospect_words(card, 1, (gain,), MODEL, {"Cn_r": 0.4 * value})
+    assert "C_nr" not in describe_forecast(card, 1, (gain,), MODEL, {"Cn_r": 0.4 * value})
 
 
 def test_a_channel_in_doubt_is_as_good_as_missing() -> None:
@@ -315,9 +350,11 @@ def test_a_channel_in_doubt_is_as_good_as_missing() -> None:
     virtual = _flown(5302, "lat")
     learned = []
     for rows in (_rows(virtual).without(("beta",)), _rows(virtual, without="beta")):
-        known = Knowledge(given=MODEL, rate=RATE, mass=_aircraft().mass.mass)
-        lesson = Lesson(verdict=_verdict(virtual), rows=rows, card=None, mass=known.mass, earned={})
-        learned.append(_all_of(learn(known, lesson, _aircraft())))
+        known = FlightKnowledge(given=MODEL, rate=RATE, mass=_aircraft().mass.mass)
+        lesson = ManeuverData(
+            verdict=_verdict(virtual), rows=rows, card=None, mass=known.mass, earned={}
+        )
+        learned.append(_all_of(learn_from_maneuver(known, lesson, _aircraft())))
     doubted, missing = learned
     assert "beta" not in doubted.channels
     assert doubted.found() == missing.found()
@@ -330,7 +367,7 @@ def test_a_channel_in_doubt_is_as_good_as_missing() -> None:
 def _flight_rows(speed: np.ndarray, throttle: float) -> FlightRows:
     times = np.arange(speed.size) / 10.0
     values = np.column_stack((speed, np.full(speed.size, throttle), np.full(speed.size, 0.01)))
-    return rows_of(Block(channels=("V", "throttle", "q"), times=times, values=values), 10.0)
+    return rows_from_block(Block(channels=("V", "throttle", "q"), times=times, values=values), 10.0)
 
 
 @settings(max_examples=20, deadline=None)
@@ -338,7 +375,10 @@ def _flight_rows(speed: np.ndarray, throttle: float) -> FlightRows:
 def test_cutting_changes_no_budget(cuts: list[int], throttle: float) -> None:
     """Time left is the same to the last bit however the rows came."""
     rows = _flight_rows(np.where(np.arange(1200) < 300, 0.0, 30.0), throttle)
-    whole, pieces = FlightBudget(_aircraft(), 10.0), FlightBudget(_aircraft(), 10.0)
+    whole, pieces = (
+        RemainingTimeEstimator(_aircraft(), 10.0),
+        RemainingTimeEstimator(_aircraft(), 10.0),
+    )
     whole.take(rows)
     for start, stop in pairwise(sorted({0, *cuts, 1200})):
         pieces.take(rows.part(start, stop))
@@ -350,17 +390,22 @@ def test_time_left_by_clock_and_by_fuel() -> None:
     """At half throttle the clock ends the flight; at full throttle from the start the fuel does."""
     speed = np.where(np.arange(2000) < 300, 0.0, 30.0)
     aircraft = _aircraft()
-    thrifty, thirsty = FlightBudget(aircraft, 10.0), FlightBudget(aircraft, 10.0)
+    thrifty, thirsty = (
+        RemainingTimeEstimator(aircraft, 10.0),
+        RemainingTimeEstimator(aircraft, 10.0),
+    )
     thrifty.take(_flight_rows(speed, 0.3))
     thirsty.take(_flight_rows(speed, 1.0))
     by_clock = thrifty.time_left(200.0)
-    assert by_clock == pytest.approx(LONGEST - RESERVE - 170.0, abs=2.0)
+    assert by_clock == pytest.approx(
+        DEFAULT_FLIGHT_DURATION - LANDING_RESERVE_TIME - 170.0, abs=2.0
+    )
     fuel = aircraft.mass
-    by_fuel = (fuel.fuel - 200.0 * fuel.fuel_flow_full) / fuel.fuel_flow_full - RESERVE
+    by_fuel = (fuel.fuel - 200.0 * fuel.fuel_flow_full) / fuel.fuel_flow_full - LANDING_RESERVE_TIME
     assert thirsty.time_left(200.0) == pytest.approx(min(by_fuel, by_clock or 0.0), abs=3.0)
-    assert thrifty.maneuvers_left(200.0) == int((by_clock or 0.0) // LAP)
+    assert thrifty.maneuvers_left(200.0) == int((by_clock or 0.0) // DEFAULT_MANEUVER_INTERVAL)
     for begun in (100.0, 120.0, 140.0):
         thrifty.flown(begun)
-    assert thrifty.lap == pytest.approx((LAP + 40.0) / 3.0)
+    assert thrifty.lap == pytest.approx((DEFAULT_MANEUVER_INTERVAL + 40.0) / 3.0)
     thrifty.take(_flight_rows(np.zeros(100), 0.0).part(0, 0))
     assert thrifty.time_left(200.0) == by_clock

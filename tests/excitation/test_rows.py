@@ -9,7 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gsapp.excitation.rows import PATIENCE, SLOW_LAG, FlightRows, RowStream, rows_of
+from gsapp.excitation.flight_rows import (
+    MAX_CHANNEL_WAIT,
+    SLOW_CHANNEL_DELAY,
+    FlightRows,
+    FlightRowStream,
+    rows_from_block,
+)
 from gsapp.quantities import Block
 
 RATE = 100.0
@@ -30,7 +36,7 @@ def test_cutting_changes_nothing(cuts: list[int], late: int) -> None:
     """Two messages, one of them some samples late, cut anywhere, give the rows of the whole."""
     motion, flow, place = ("p", "q", "r"), ("alpha", "beta"), ("height", "battery")
     edges = sorted({0, *cuts, 400})
-    stream = RowStream(RATE)
+    stream = FlightRowStream(RATE)
     found: list[FlightRows] = []
     for start, stop in itertools.pairwise(edges):
         found += stream.feed(_block(motion, start, stop))
@@ -45,7 +51,7 @@ def test_cutting_changes_nothing(cuts: list[int], late: int) -> None:
     assert [part.first for part in found] == list(
         np.cumsum([0, *(len(part) for part in found[:-1])])
     )
-    whole = RowStream(RATE)
+    whole = FlightRowStream(RATE)
     for channels in (motion, flow, place):
         assert not list(whole.feed(_block(channels, 0, 400)))
     (once,) = whole.finish()
@@ -55,18 +61,18 @@ def test_cutting_changes_nothing(cuts: list[int], late: int) -> None:
 def test_rows_without_a_channel_are_those_of_a_block_without_it() -> None:
     """As measured and as a signal; the rows themselves stay as they are."""
     names = ("p", "q", "alpha", "battery", "de")
-    rows = rows_of(_block(names, 0, 100), RATE)
+    rows = rows_from_block(_block(names, 0, 100), RATE)
     before = rows.values.copy()
     fewer = rows.without(("alpha", "battery", "unheard of"))
     kept = tuple(name for name in names if name not in ("alpha", "battery"))
     block = _block(names, 0, 100)
-    np.testing.assert_array_equal(fewer.values, rows_of(block.select(kept), RATE).values)
+    np.testing.assert_array_equal(fewer.values, rows_from_block(block.select(kept), RATE).values)
     np.testing.assert_array_equal(rows.values, before)
 
 
 def test_slow_channels_are_read_late_and_quick_ones_at_once() -> None:
     """A row holds the rate of its own time and the height of half a second before."""
-    rows = rows_of(
+    rows = rows_from_block(
         Block(
             channels=("q", "height"),
             times=np.arange(300) / RATE,
@@ -75,14 +81,14 @@ def test_slow_channels_are_read_late_and_quick_ones_at_once() -> None:
         RATE,
     )
     np.testing.assert_array_equal(rows["q"], np.arange(300.0))
-    lag = round(SLOW_LAG * RATE)
+    lag = round(SLOW_CHANNEL_DELAY * RATE)
     assert np.isnan(rows["height"][:lag]).all()
     np.testing.assert_array_equal(rows["height"][lag:], np.arange(300.0 - lag))
 
 
 def test_a_silent_channel_holds_nothing_up_for_long() -> None:
-    """Vanes that fall silent cost the others `PATIENCE` at most."""
-    stream = RowStream(RATE)
+    """Vanes that fall silent cost the others `MAX_CHANNEL_WAIT` at most."""
+    stream = FlightRowStream(RATE)
     last = 0
     for start in range(0, 1000, 10):
         list(stream.feed(_block(("p", "q", "r"), start, start + 10)))
@@ -92,13 +98,13 @@ def test_a_silent_channel_holds_nothing_up_for_long() -> None:
             last = part.first + len(part)
             if part.first > 300:
                 assert np.isnan(part["alpha"]).all()
-        assert start + 10 - last <= PATIENCE * RATE + stream.tick
+        assert start + 10 - last <= MAX_CHANNEL_WAIT * RATE + stream.tick
     assert 1000 - last < stream.tick
 
 
 def test_a_long_pause_begins_a_new_stretch() -> None:
     """What came before is given out, and the next rows say that they are fresh."""
-    stream = RowStream(RATE)
+    stream = FlightRowStream(RATE)
     first = [*stream.feed(_block(("q",), 0, 203)), *stream.complete()]
     assert first[0].fresh
     assert len(first[0]) == 200
@@ -112,7 +118,7 @@ def test_a_long_pause_begins_a_new_stretch() -> None:
 
 def test_stand_ins_are_those_of_the_detection() -> None:
     """Without a combined elevator its halves serve; parts keep names and numbers."""
-    rows = rows_of(
+    rows = rows_from_block(
         Block(
             channels=("elevator_left", "elevator_right"),
             times=np.arange(20) / RATE,

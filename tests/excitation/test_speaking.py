@@ -9,17 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gsapp.excitation.alerts.alert import Alert, AlertLevel
+from gsapp.excitation.announcer import Announcement, Announcer, spell_out_units
 from gsapp.excitation.cues import CueEvent, EventKind
-from gsapp.excitation.dangers.danger import Danger, Urgency
-from gsapp.excitation.speaking import Announcer, Spoken, aloud
-from gsapp.excitation.trim.cue import Off, TrimCue, TrimState
+from gsapp.excitation.trim.trim_cue import TrimCue, TrimDeviation, TrimState
 
 
 def trim(
     time: float, state: TrimState, speed: float = 0.0, quantity: str = "speed", share: float = 2.0
 ) -> TrimCue:
     """Return a trim cue, in state ``fly`` with one thing off by `speed` (m/s)."""
-    off = Off(quantity=quantity, amount=speed, share=share, channel="V")
+    off = TrimDeviation(quantity=quantity, amount=speed, share=share, channel="V")
     return TrimCue(time=time, state=state, since=time, off=(off,) if state == "fly" else ())
 
 
@@ -27,16 +27,16 @@ def event(time: float, kind: EventKind, state: str, words: str = "", **data: obj
     return CueEvent(time=time, kind=kind, state=state, words=words, data=data)
 
 
-def danger(key: str, spoken: str, urgency: Urgency = Urgency.WARNING) -> Danger:
-    return Danger(key=key, urgency=urgency, since=0.0, words=f"{spoken}, at once", spoken=spoken)
+def danger(key: str, spoken: str, urgency: AlertLevel = AlertLevel.WARNING) -> Alert:
+    return Alert(key=key, urgency=urgency, since=0.0, words=f"{spoken}, at once", spoken=spoken)
 
 
-def arose(time: float, one: Danger) -> CueEvent:
-    state = "warning" if one.urgency is Urgency.WARNING else "caution"
+def arose(time: float, one: Alert) -> CueEvent:
+    state = "warning" if one.urgency is AlertLevel.WARNING else "caution"
     return event(time, "danger", state, one.spoken, key=one.key)
 
 
-def words(said: Sequence[Spoken]) -> list[str]:
+def words(said: Sequence[Announcement]) -> list[str]:
     return [one.words for one in said if one.words]
 
 
@@ -101,8 +101,8 @@ def test_a_hands_off_interval_is_silent_from_the_first_move_to_the_verdict() -> 
     """Trim, cautions and cards wait; the verdict comes first, then what still stands."""
     voice = Announcer()
     slow = trim(0.0, "fly", -0.91)
-    weak = danger("battery", "battery low", Urgency.CAUTION)
-    gone = danger("clip.q", "pitch gyro clips", Urgency.CAUTION)
+    weak = danger("battery", "battery low", AlertLevel.CAUTION)
+    gone = danger("clip.q", "pitch gyro clips", AlertLevel.CAUTION)
     voice.hear(9.0, (), trim(9.0, "go"))
     assert voice.hear(10.0, (), slow, moving=True) == ()
     begins = event(11.0, "hands-off", "begins", "hands off")
@@ -220,4 +220,4 @@ def test_whatever_happens_it_is_said_in_order_and_not_into_the_silence(
 )
 def test_units_are_spoken_in_full_behind_numbers_only(written: str, heard: str) -> None:
     """A voice spells symbols; letters that are no units stay."""
-    assert aloud(written) == heard
+    assert spell_out_units(written) == heard

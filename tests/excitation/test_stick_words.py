@@ -9,13 +9,13 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from gsapp.aircraft import load_aircraft
-from gsapp.excitation.points.stick_words import (
-    SHARES,
-    more_words,
-    rate_for,
-    stick_words,
-    stick_words_of,
-    width_words,
+from gsapp.excitation.test_points.stick_text import (
+    STICK_SHARES,
+    format_amplitude_change,
+    format_stick,
+    format_sticks,
+    format_width_change,
+    needs_high_rate,
 )
 from gsapp.flight.cards import load_cards
 from gsapp.quantities.constants import DEGREE
@@ -40,7 +40,7 @@ MEANT = {
 def _degrees(words: str, surface: str) -> float:
     """Return the deflection that a pilot gives who is told these words, rad."""
     way, rate = words.split(", ", 1)
-    share = next(size for said, size in SHARES.items() if way.startswith(said))
+    share = next(size for said, size in STICK_SHARES.items() if way.startswith(said))
     control = getattr(B777.controls, surface)
     return abs(share * (control.full_stick_high if "high" in rate else control.full_stick_low))
 
@@ -50,7 +50,7 @@ def test_words_round_trip(surface: str, degrees: float, switch: float | None) ->
     """The stick that the words name is within a sixth of full stick of the exact one."""
     control = getattr(B777.controls, surface)
     assume(degrees * DEGREE <= 1.05 * abs(control.full_stick_high))
-    words = stick_words(B777, surface, degrees * DEGREE, rate_switch=switch)
+    words = format_stick(B777, surface, degrees * DEGREE, rate_switch=switch)
     full = abs(control.full_stick_high if "high" in words else control.full_stick_low)
     assert abs(_degrees(words, surface) - degrees * DEGREE) / full < 1.0 / 6.0
 
@@ -65,49 +65,49 @@ def test_the_rate_lets_the_stick_move_well_where_one_does(surface: str, degrees:
     }
     easy = [rate for rate, share in sizes.items() if 1.0 / 3.0 <= share <= 0.75]
     assume(easy)
-    words = stick_words(B777, surface, degrees * DEGREE)
+    words = format_stick(B777, surface, degrees * DEGREE)
     assert any(f"{rate} rate" in words for rate in easy)
 
 
 def test_a_measured_switch_stays_where_it_can() -> None:
     """Six degrees of aileron go at either rate; nineteen at high rate only, a touch at low."""
-    assert stick_words(B777, "da", 6.0 * DEGREE) == "half stick, low rate"
-    assert stick_words(B777, "da", 6.0 * DEGREE, rate_switch=1.0) == "third of stick, high rate"
-    assert stick_words(B777, "da", 6.0 * DEGREE, rate_switch=0.0) == "half stick, low rate"
-    assert stick_words(B777, "da", 19.0 * DEGREE, rate_switch=0.0) == "full stick, high rate"
-    assert stick_words(B777, "de", 1.0 * DEGREE, rate_switch=1.0) == "a touch of stick, low rate"
-    assert stick_words(B777, "dr", 12.0 * DEGREE, rate_switch=math.nan) == "half rudder, high rate"
+    assert format_stick(B777, "da", 6.0 * DEGREE) == "half stick, low rate"
+    assert format_stick(B777, "da", 6.0 * DEGREE, rate_switch=1.0) == "third of stick, high rate"
+    assert format_stick(B777, "da", 6.0 * DEGREE, rate_switch=0.0) == "half stick, low rate"
+    assert format_stick(B777, "da", 19.0 * DEGREE, rate_switch=0.0) == "full stick, high rate"
+    assert format_stick(B777, "de", 1.0 * DEGREE, rate_switch=1.0) == "a touch of stick, low rate"
+    assert format_stick(B777, "dr", 12.0 * DEGREE, rate_switch=math.nan) == "half rudder, high rate"
 
 
 def test_one_switch_serves_all_surfaces_of_an_input() -> None:
     """Aileron and rudder of one input are told at one position, as the shipped card says."""
     card = load_cards("b777").card("C1")
     assert card is not None
-    words = stick_words_of(B777, card.amplitudes, rate_switch=1.0)
+    words = format_sticks(B777, card.amplitudes, rate_switch=1.0)
     assert words == {"da": "third of stick, high rate", "dr": "third of rudder, high rate"}
-    free = stick_words_of(B777, card.amplitudes)
+    free = format_sticks(B777, card.amplitudes)
     assert len({said.rpartition(", ")[2] for said in free.values()}) == 1
-    assert rate_for(B777, {"da": 18.0 * DEGREE, "dr": 8.0 * DEGREE}, rate_switch=0.0)
+    assert needs_high_rate(B777, {"da": 18.0 * DEGREE, "dr": 8.0 * DEGREE}, rate_switch=0.0)
 
 
 def test_more_than_the_stick_gives_is_said() -> None:
     """Thirty degrees of rudder are more than full rudder; without an aircraft degrees stand."""
-    assert stick_words(B777, "dr", 30.0 * DEGREE) == "full rudder, high rate, and more than that"
-    assert stick_words(None, "dr", 30.0 * DEGREE) == "30 deg"
+    assert format_stick(B777, "dr", 30.0 * DEGREE) == "full rudder, high rate, and more than that"
+    assert format_stick(None, "dr", 30.0 * DEGREE) == "30 deg"
 
 
 def test_without_dual_rates_no_switch_is_named() -> None:
     """Where both positions do the same, only the stick is said."""
     even = B777.controls.de.model_copy(update={"full_stick_low": B777.controls.de.full_stick_high})
     aircraft = B777.model_copy(update={"controls": B777.controls.model_copy(update={"de": even})})
-    assert stick_words(aircraft, "de", 10.0 * DEGREE) == "half stick"
+    assert format_stick(aircraft, "de", 10.0 * DEGREE) == "half stick"
 
 
 @given(factor=st.floats(0.45, 3.4))
 def test_factors_are_named_by_the_nearest(factor: float) -> None:
     """What the words mean is within a quarter of the factor asked for, and never the other way."""
     assume(abs(factor - 1.0) > 0.06)
-    meant = MEANT[more_words(factor)]
+    meant = MEANT[format_amplitude_change(factor)]
     assert abs(meant / factor - 1.0) < 0.24
     assert (meant - 1.0) * (factor - 1.0) > 0.0
 
@@ -119,11 +119,11 @@ def test_factors_are_named_by_the_nearest(factor: float) -> None:
 )  # fmt: skip
 def test_factors_in_words(factor: float, words: str) -> None:
     """The factors that crews use."""
-    assert more_words(factor) == words
+    assert format_amplitude_change(factor) == words
 
 
 def test_widths_in_words() -> None:
     """Which way, and how long each way."""
-    assert width_words(0.8, 0.4) == "quicker: 0.4 s each way"
-    assert width_words(0.3, 0.5) == "hold longer: 0.5 s each way"
-    assert width_words(0.5, 0.5) == "0.5 s each way"
+    assert format_width_change(0.8, 0.4) == "quicker: 0.4 s each way"
+    assert format_width_change(0.3, 0.5) == "hold longer: 0.5 s each way"
+    assert format_width_change(0.5, 0.5) == "0.5 s each way"

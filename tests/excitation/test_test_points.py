@@ -11,15 +11,15 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from gsapp.dynamics.flight_model import FlightModel
-from gsapp.dynamics.simulation import Commands, Simulator
+from gsapp.dynamics.simulation import ControlCommands, Simulator
 from gsapp.dynamics.trim import trim
-from gsapp.excitation.points import making
-from gsapp.excitation.points.capture import HOLD, Capture
-from gsapp.excitation.points.guidance import guidance
-from gsapp.excitation.points.making import TestPointError, point_at
-from gsapp.excitation.points.point import TestPoint
-from gsapp.excitation.points.trim_curve import MOST_SHIFT, TrimCurve
-from gsapp.excitation.rows import FlightRows, rows_of
+from gsapp.excitation.flight_rows import FlightRows, rows_from_block
+from gsapp.excitation.test_points import point_builder
+from gsapp.excitation.test_points.capture import CAPTURE_HOLD_TIME, TestPointCapture
+from gsapp.excitation.test_points.guidance import guidance_text
+from gsapp.excitation.test_points.point import TestPoint
+from gsapp.excitation.test_points.point_builder import TestPointError, create_point_at
+from gsapp.excitation.test_points.trim_curve import MAX_ALPHA_SHIFT, TrimCurve
 from gsapp.flight.cards import TestCard, load_cards
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block, FloatArray
@@ -66,10 +66,10 @@ def test_flown_as_the_curve_says_the_simulator_stays_level(speed: float) -> None
         alpha=level.alpha,
         attitude=(0.0, level.alpha, 0.0),
         height=100.0,
-        commands=Commands(**controls),
+        commands=ControlCommands(**controls),
     )
     for _ in range(300):
-        simulator.step(Commands(**controls))
+        simulator.step(ControlCommands(**controls))
     now = simulator.sample()
     assert now["V"] == pytest.approx(level.speed, abs=0.1)
     assert now["alpha"] == pytest.approx(level.alpha, abs=0.1 * DEGREE)
@@ -116,7 +116,7 @@ def test_alpha_as_measured_shifts_the_curve_by_its_median() -> None:
     assert moved.speed_at(flown[0][1] + 0.1 * DEGREE) == pytest.approx(speeds[0], abs=0.02)
     assert CURVE.retrimmed(flown[:2]) is CURVE
     wrong = [(speed, alpha + 20.0 * DEGREE) for speed, alpha in flown]
-    assert CURVE.retrimmed(wrong).shift == MOST_SHIFT
+    assert CURVE.retrimmed(wrong).shift == MAX_ALPHA_SHIFT
 
 
 def test_without_a_model_that_flies_nothing_is_told() -> None:
@@ -150,12 +150,12 @@ def _card(speed: str, alpha: str | None = None) -> TestCard:
 
 def test_a_card_is_completed_by_the_curve() -> None:
     """A speed alone gets its alpha, throttle and elevator; all shipped cards can be flown."""
-    point = making.test_point(_card("100 ft/s"), CURVE)
+    point = point_builder.create_test_point(_card("100 ft/s"), CURVE)
     assert point.alpha == CURVE.alpha_at(100.0 * FOOT)
     assert point.throttle == pytest.approx(0.523, abs=0.005)
     assert (point.card, point.remarks) == ("E9", ())
     for card in load_cards("b777").cards:
-        assert making.test_point(card, CURVE).speed == card.speed
+        assert point_builder.create_test_point(card, CURVE).speed == card.speed
 
 
 @settings(max_examples=40, deadline=None)
@@ -167,26 +167,28 @@ def test_a_pair_off_the_curve_is_refused_with_the_trimmed_value(speed: float, mi
     card = _card(f"{speed} ft/s", f"{trimmed + miss} deg")
     assume(abs(abs(miss) - 1.5) > 0.02)
     if abs(miss) < 1.5:
-        assert making.test_point(card, CURVE).alpha == pytest.approx((trimmed + miss) * DEGREE)
+        assert point_builder.create_test_point(card, CURVE).alpha == pytest.approx(
+            (trimmed + miss) * DEGREE
+        )
         return
     with pytest.raises(TestPointError) as refused:
-        making.test_point(card, CURVE)
+        point_builder.create_test_point(card, CURVE)
     told = re.search(r"; write (-?[\d.]+) deg or leave alpha out", str(refused.value))
     assert told is not None
     assert float(told[1]) == pytest.approx(trimmed, abs=0.06)
-    making.test_point(_card(f"{speed} ft/s", f"{told[1]} deg"), CURVE)
+    point_builder.create_test_point(_card(f"{speed} ft/s", f"{told[1]} deg"), CURVE)
 
 
 def test_the_sentence_is_in_the_units_of_the_user() -> None:
     """US and SI, and what may be written instead; it is a kin of both errors."""
     card = _card("100 ft/s", "8 deg")
     with pytest.raises(TestPointError) as us:
-        making.test_point(card, CURVE)
+        point_builder.create_test_point(card, CURVE)
     assert str(us.value) == (
         "at 100 ft/s it flies level at alpha 3.7 deg, not 8 deg; write 3.7 deg or leave alpha out"
     )
     with pytest.raises(ValueError, match=r"at 30\.5 m/s it flies level at alpha 3\.7 deg"):
-        making.test_point(card, CURVE, system="SI")
+        point_builder.create_test_point(card, CURVE, system="SI")
     assert isinstance(us.value, FlightError)
 
 
@@ -202,22 +204,22 @@ def test_the_sentence_is_in_the_units_of_the_user() -> None:
 def test_what_cannot_be_flown_is_refused(wish: dict[str, float], words: str) -> None:
     """Too slow, too fast, too steep, nothing at all."""
     with pytest.raises(TestPointError, match=words):
-        point_at(curve=CURVE, **wish)
+        create_point_at(curve=CURVE, **wish)
 
 
 def test_alpha_alone_gets_its_speed() -> None:
     """At 1 g one fixes the other, either way round."""
-    point = point_at(alpha=5.0 * DEGREE, curve=CURVE)
+    point = create_point_at(alpha=5.0 * DEGREE, curve=CURVE)
     assert point.speed is not None
     assert CURVE.alpha_at(point.speed) == pytest.approx(5.0 * DEGREE, abs=0.01 * DEGREE)
 
 
 def test_without_a_model_a_point_stands_and_says_what_is_not_known() -> None:
     """Whatever is written is taken, with a remark."""
-    bare = making.test_point(_card("100 ft/s"), None)
+    bare = point_builder.create_test_point(_card("100 ft/s"), None)
     assert (bare.speed, bare.alpha, bare.throttle) == (pytest.approx(30.48), None, None)
     assert "angle of attack" in bare.remarks[0]
-    pair = making.test_point(_card("100 ft/s", "12 deg"), TrimCurve(b777()[0], None))
+    pair = point_builder.create_test_point(_card("100 ft/s", "12 deg"), TrimCurve(b777()[0], None))
     assert pair.alpha == pytest.approx(12.0 * DEGREE)
     assert "whether speed and angle of attack fit" in pair.remarks[0]
 
@@ -227,10 +229,10 @@ def test_without_a_model_a_point_stands_and_says_what_is_not_known() -> None:
 
 def test_guidance_is_short_and_leads_the_right_way() -> None:
     """By speed, by alpha where no speed is measured, and nothing once near enough."""
-    point = point_at(speed=100.0 * FOOT, curve=CURVE)
+    point = create_point_at(speed=100.0 * FOOT, curve=CURVE)
 
     def at(speed: float | None, alpha: float | None = None, system: str = "US") -> str:
-        return guidance(
+        return guidance_text(
             point,
             speed=None if speed is None else speed * FOOT,
             alpha=None if alpha is None else alpha * DEGREE,
@@ -249,7 +251,7 @@ def test_guidance_is_short_and_leads_the_right_way() -> None:
     assert at(100.0, 1.0) == "alpha low 3 deg"
     assert at(100.0, 4.5) == ""
     assert at(float("nan"), float("nan")) == ""
-    assert guidance(None, speed=30.0, alpha=None) == ""
+    assert guidance_text(None, speed=30.0, alpha=None) == ""
 
 
 # --- capture ------------------------------------------------------------------------------------
@@ -267,14 +269,14 @@ SLOW, USUAL, NEXT = _point(26.0, "E2"), _point(30.0, "E1"), _point(31.0, "C1")
 def _rows(speed: FloatArray, alpha: FloatArray | None = None) -> FlightRows:
     times = np.arange(speed.size) / RATE
     flow = np.full(speed.size, 0.06) if alpha is None else alpha
-    return rows_of(
+    return rows_from_block(
         Block(channels=("V", "alpha"), times=times, values=np.column_stack((speed, flow))), RATE
     )
 
 
 def _captured(rows: FlightRows, points: tuple[TestPoint, ...]) -> list[str]:
     """Return the card captured after each twentieth of a second."""
-    capture, found = Capture(points), []
+    capture, found = TestPointCapture(points), []
     for first in range(0, len(rows), 5):
         capture.take(rows.part(first, first + 5))
         found.append(capture.captured.card if capture.captured else "")
@@ -286,7 +288,7 @@ def test_a_point_is_captured_after_two_seconds_and_left_when_left() -> None:
     speed = np.concatenate((np.full(300, 30.2), np.linspace(30.2, 20.0, 200), np.full(100, 20.0)))
     found = _captured(_rows(speed), (SLOW, USUAL, NEXT))
     first = found.index("E1")
-    assert first * 0.05 == pytest.approx(HOLD, abs=0.1)
+    assert first * 0.05 == pytest.approx(CAPTURE_HOLD_TIME, abs=0.1)
     assert set(found[:first]) == {""}
     assert set(found[first:60]) == {"E1"}
     assert found[-1] == ""
@@ -299,7 +301,7 @@ def test_flying_through_a_point_captures_nothing() -> None:
 
 def test_the_nearest_is_captured_and_forgotten_once_it_is_not_wanted() -> None:
     """30.8 m/s holds two points; the nearer one is captured."""
-    capture = Capture((USUAL, NEXT))
+    capture = TestPointCapture((USUAL, NEXT))
     capture.take(_rows(np.full(300, 30.8)))
     assert capture.captured == NEXT
     capture.aim((USUAL,))
@@ -312,7 +314,7 @@ def test_missing_speed_holds_nothing_and_alpha_serves_where_it_is_asked_for() ->
     by_alpha = TestPoint(
         card="S1", alpha=8.0 * DEGREE, speed_tolerance=1.5, alpha_tolerance=1.5 * DEGREE
     )
-    capture = Capture((USUAL, by_alpha))
+    capture = TestPointCapture((USUAL, by_alpha))
     capture.take(_rows(nothing, np.full(400, 8.3 * DEGREE)))
     assert capture.captured == by_alpha
     capture.restart()
@@ -331,10 +333,10 @@ def test_cutting_the_rows_changes_nothing(cuts: list[int], seed: int) -> None:
     speed = np.interp(np.arange(1600), [0, 400, 600, 1000, 1200, 1599], levels)
     rows = _rows(speed + 0.05 * random.standard_normal(1600))
     points = (SLOW, USUAL, NEXT)
-    pieces, captured = Capture(points), []
+    pieces, captured = TestPointCapture(points), []
     for first, last in itertools.pairwise(sorted({0, *cuts, 1600})):
         pieces.take(rows.part(first, last))
-        fresh = Capture(points)
+        fresh = TestPointCapture(points)
         fresh.take(rows.part(0, last))
         assert pieces.captured == fresh.captured
         captured.append(pieces.captured)

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from gsapp.excitation.rows import FlightRows, rows_of
-from gsapp.excitation.trim.cue import TrimCue
-from gsapp.excitation.trim.watch import TrimWatch
+from gsapp.excitation.flight_rows import FlightRows, rows_from_block
+from gsapp.excitation.trim.trim_cue import TrimCue
+from gsapp.excitation.trim.trim_monitor import TrimMonitor
 from gsapp.quantities.constants import DEGREE, FOOT
 from tests.excitation.trim_kit import RATE, SPEED, aircraft, at, changed, cues, drawn, ramped
 from tests.virtual.approaches import fly_approach
@@ -29,7 +29,7 @@ def flights() -> list[FlownInput]:
 
 @pytest.fixture(scope="module")
 def rows(flights: list[FlownInput]) -> FlightRows:
-    return rows_of(flights[-1].measured, RATE)
+    return rows_from_block(flights[-1].measured, RATE)
 
 
 # Against the truth ---------------------------------------------------------------------
@@ -79,7 +79,7 @@ def test_rough_air_is_told_from_bad_flying() -> None:
 @given(cuts=st.lists(st.integers(1, 400), max_size=8))
 def test_cutting_the_stream_changes_nothing(rows: FlightRows, cuts: list[int]) -> None:
     """Every change of state is the same to the last bit, however the rows came."""
-    whole, pieces = TrimWatch(aircraft(), RATE), TrimWatch(aircraft(), RATE)
+    whole, pieces = TrimMonitor(aircraft(), RATE), TrimMonitor(aircraft(), RATE)
     part = rows.part(500, 2000)
     whole.take(part)
     edges = sorted({0, *(5 * min(cut, 300) for cut in cuts), 1500})
@@ -92,7 +92,7 @@ def test_cutting_the_stream_changes_nothing(rows: FlightRows, cuts: list[int]) -
 
 def test_no_state_is_left_at_once(rows: FlightRows) -> None:
     """In gusts each state but GO stands for 0.6 s at least."""
-    watch = TrimWatch(aircraft(), RATE)
+    watch = TrimMonitor(aircraft(), RATE)
     watch.take(rows)
     for before, after in pairwise(watch.changes):
         assert before.state == "go" or after.since - before.since > 0.59
@@ -109,7 +109,7 @@ def test_go_ends_at_once_when_trim_is_lost() -> None:
 
 def test_no_go_while_held_off() -> None:
     """The input under way, or anyone else, silences GO until a time, not longer."""
-    watch = TrimWatch(aircraft(), RATE)
+    watch = TrimMonitor(aircraft(), RATE)
     watch.hold_off(6.0)
     found = cues(drawn(LEVEL), watch)
     assert {cue.state for cue in found if cue.time < 6.0} <= {"fly", "hold"}
@@ -179,7 +179,7 @@ def test_on_the_ground_it_says_nothing_of_flying() -> None:
     level = drawn(LEVEL, attitude=False)
     flying = changed(level, q=level["q"] + 4.0 * DEGREE)
     still = changed(flying, V=0.5)
-    watch = TrimWatch(aircraft(), RATE)
+    watch = TrimMonitor(aircraft(), RATE)
     assert {cue.state for cue in cues(still, watch) if cue.time > 2.5} == {"ground"}
     assert at(cues(flying, watch), 9.0).state == "go"
     assert at(cues(flying), 9.0).state == "fly"
@@ -211,7 +211,7 @@ def test_what_is_not_measured_is_not_judged_and_said(gone: tuple[str, ...], name
 
 def test_without_airspeed_all_counts_as_flown() -> None:
     """Neither airspeed nor aircraft file: all counts as flown, and the speed is not judged."""
-    cue = at(cues(changed(drawn(LEVEL), V=None), TrimWatch(None, RATE)), 9.0)
+    cue = at(cues(changed(drawn(LEVEL), V=None), TrimMonitor(None, RATE)), 9.0)
     assert cue.state == "go"
     assert "no airspeed" in _missing(cue)
 
@@ -228,7 +228,7 @@ def test_a_distrusted_channel_is_as_good_as_missing() -> None:
     """What others found to lie no longer keeps GO away; a spare gyro takes over."""
     block = drawn(LEVEL)
     lying = changed(block, q=block["q"] + 0.3, **{"q.2": block["q"]})
-    watch = TrimWatch(aircraft(), RATE)
+    watch = TrimMonitor(aircraft(), RATE)
     watch.distrust(("q",))
     assert at(cues(lying, watch), 9.0).state == "go"
     assert "pitch rate" not in _missing(at(cues(lying, watch), 9.0))
@@ -237,8 +237,8 @@ def test_a_distrusted_channel_is_as_good_as_missing() -> None:
 
 def test_without_an_aircraft_it_still_judges() -> None:
     """No aircraft file: an airspeed of 12 m/s is flight."""
-    assert at(cues(drawn(LEVEL), TrimWatch(None, RATE)), 9.0).state == "go"
-    slow = cues(drawn(LEVEL, speed=8.0), TrimWatch(None, RATE), point=None)
+    assert at(cues(drawn(LEVEL), TrimMonitor(None, RATE)), 9.0).state == "go"
+    slow = cues(drawn(LEVEL, speed=8.0), TrimMonitor(None, RATE), point=None)
     assert {cue.state for cue in slow if cue.time > 2.5} == {"ground"}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gsapp.excitation.trim.watch import BEFORE_TURN, TrimWatch
+from gsapp.excitation.trim.trim_monitor import MIN_LEG_TIME_LEFT, TrimMonitor
 from tests.excitation.trim_kit import RATE, aircraft, at, changed, cues, drawn, ramped
 
 # 45 deg of bank at 30 m/s turn by 180 deg in so many seconds, rolling in included.
@@ -29,12 +29,12 @@ def test_seconds_left_of_a_leg_are_learned(position: bool) -> None:
 def test_no_go_before_a_turn_nor_in_it() -> None:
     """Three seconds before the turn GO is over; a longer input needs a longer leg."""
     block = drawn(LAPS, position=True)
-    watch = TrimWatch(aircraft(), RATE)
+    watch = TrimMonitor(aircraft(), RATE)
     found = cues(block, watch, point=None, since=ONSET - 9.0)
     last = max(cue.time for cue in found if cue.state == "go" and cue.time < ONSET)
-    assert BEFORE_TURN < ONSET - last < BEFORE_TURN + 1.5
+    assert MIN_LEG_TIME_LEFT < ONSET - last < MIN_LEG_TIME_LEFT + 1.5
     assert at(found, ONSET + 4.0).state == "turn"
-    watch = TrimWatch(aircraft(), RATE)
+    watch = TrimMonitor(aircraft(), RATE)
     watch.leg_needed(5.5)
     found = cues(block, watch, point=None, since=ONSET - 9.0)
     last = max(cue.time for cue in found if cue.state == "go" and cue.time < ONSET)
@@ -43,7 +43,7 @@ def test_no_go_before_a_turn_nor_in_it() -> None:
 
 def test_a_leg_is_not_too_short_for_an_input_under_way() -> None:
     """While GO is held off only a real turn is one."""
-    watch = TrimWatch(aircraft(), RATE)
+    watch = TrimMonitor(aircraft(), RATE)
     watch.hold_off(ONSET + 1.0)
     found = cues(drawn(LAPS, position=True), watch, point=None, since=ONSET - 4.0)
     assert {cue.state for cue in found if ONSET - 3.0 < cue.time < ONSET} <= {"hold", "fly"}

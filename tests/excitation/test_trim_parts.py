@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gsapp.excitation.rows import SLOW_LAG, rows_of
-from gsapp.excitation.trim.bank import BankObserver
-from gsapp.excitation.trim.climb import ClimbObserver
-from gsapp.excitation.trim.cue import Off
-from gsapp.excitation.trim.states import DWELL, StateKeeper
-from gsapp.excitation.trim.ticks import PLACE, TickMeans
-from gsapp.excitation.trim.watch import TrimWatch
-from gsapp.excitation.trim.windows import MovingWindow
+from gsapp.excitation.flight_rows import SLOW_CHANNEL_DELAY, rows_from_block
+from gsapp.excitation.trim.bank_observer import BankObserver
+from gsapp.excitation.trim.climb_observer import ClimbObserver
+from gsapp.excitation.trim.moving_window import MovingWindow
+from gsapp.excitation.trim.state_hysteresis import MIN_DWELL_TIME, StateHysteresis
+from gsapp.excitation.trim.tick_means import TICK_INDEX, TickMeans
+from gsapp.excitation.trim.trim_cue import TrimDeviation
+from gsapp.excitation.trim.trim_monitor import TrimMonitor
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, GRAVITY
 from tests.excitation.trim_kit import RATE, SPEED, aircraft, changed, drawn, ramped
@@ -61,12 +61,12 @@ def test_bank_is_known_without_attitude() -> None:
     """Through turns either way, from a wrong start, in the noise of real gyros: to two degrees."""
     bank = ramped((8.0, 12.0), (6.0, -4.0), (8.0, 45.0), (8.0, 0.0), (8.0, -45.0), (10.0, 3.0))
     block = drawn(bank, attitude=False)
-    ticks, _ = TickMeans(5, DT).take(rows_of(block, RATE))
+    ticks, _ = TickMeans(5, DT).take(rows_from_block(block, RATE))
     for vane in (True, False):
         watch = BankObserver(DT, SPEED)
         misses = []
         for place, values in enumerate(ticks):
-            row = {name: float(values[column]) for name, column in PLACE.items()}
+            row = {name: float(values[column]) for name, column in TICK_INDEX.items()}
             beta = row["beta"] if vane else np.nan
             watch.step((row["p"], row["q"], row["r"]), row["ax"], row["ay"], row["V"], beta, 0.0)
             misses.append(watch.bank - bank[5 * place + 2])
@@ -85,7 +85,7 @@ def test_climb_is_known_now_though_height_comes_late() -> None:
     climb = 1.0 + np.cumsum(lift) * DT
     height = 100.0 + np.cumsum(climb) * DT
     watch = ClimbObserver(DT)
-    late = round(SLOW_LAG / DT)
+    late = round(SLOW_CHANNEL_DELAY / DT)
     found = []
     for place in range(count):
         shown = height[place - late] + 0.5 * random.standard_normal() if place >= late else np.nan
@@ -116,14 +116,14 @@ _WANTED = st.tuples(st.sampled_from(["fly", "hold", "go", "gusty", "turn", "blin
 @given(wishes=st.lists(_WANTED, min_size=1, max_size=120))
 def test_states_stand_for_a_while(wishes: list[tuple[str, bool]]) -> None:
     """Whatever is wanted when: no state is left before its time, but a GO that is lost."""
-    keeper = StateKeeper("fly", 0.0)
+    keeper = StateHysteresis("fly", 0.0)
     for tick, (wanted, lost) in enumerate(wishes, start=1):
         before, since = keeper.state, keeper.since
         changed_now = keeper.step(tick * DT, wanted, lost=lost)  # type: ignore[arg-type]
         assert changed_now == (keeper.state != before)
         if changed_now:
             assert keeper.state == wanted
-            assert (before == "go" and lost) or tick * DT - since >= DWELL - 1e-6
+            assert (before == "go" and lost) or tick * DT - since >= MIN_DWELL_TIME - 1e-6
         if before == "go" and lost:
             assert keeper.state == wanted
 
@@ -137,13 +137,13 @@ def test_ticks_leave_out_what_is_not_to_be_believed() -> None:
     block = changed(block, alpha=0.1, **{"r.3": block["r"] + 1.0})
     means = TickMeans(5, DT)
     means.distrusted = frozenset(("r", "beta"))
-    ticks, stuck = means.take(rows_of(block, RATE))
-    assert ticks.shape == (80, len(PLACE))
-    assert ticks[3, PLACE["p"]] == pytest.approx(block["p"][15:20].mean())
-    assert np.isnan(ticks[:, PLACE["beta"]]).all()
-    np.testing.assert_allclose(ticks[:, PLACE["r"]], 1.0, atol=0.05)
-    assert np.isfinite(ticks[20, PLACE["alpha"]])
-    assert np.isnan(ticks[60, PLACE["alpha"]])
+    ticks, stuck = means.take(rows_from_block(block, RATE))
+    assert ticks.shape == (80, len(TICK_INDEX))
+    assert ticks[3, TICK_INDEX["p"]] == pytest.approx(block["p"][15:20].mean())
+    assert np.isnan(ticks[:, TICK_INDEX["beta"]]).all()
+    np.testing.assert_allclose(ticks[:, TICK_INDEX["r"]], 1.0, atol=0.05)
+    assert np.isfinite(ticks[20, TICK_INDEX["alpha"]])
+    assert np.isnan(ticks[60, TICK_INDEX["alpha"]])
     assert stuck[20] == ()
     assert stuck[60] == ("alpha",)
 
@@ -158,8 +158,8 @@ def test_slower_records_serve(rate: float) -> None:
         times=np.arange(1000 // step) / rate,
         values=full.values[: 1000 // step * step : step],
     )
-    watch = TrimWatch(aircraft(), rate)
-    watch.take(rows_of(block, rate))
+    watch = TrimMonitor(aircraft(), rate)
+    watch.take(rows_from_block(block, rate))
     assert watch.cue is not None
     assert watch.cue.state == "go"
 
@@ -180,6 +180,6 @@ def test_slower_records_serve(rate: float) -> None:
 )
 def test_words_of_a_spotter(quantity: str, amount: float, channel: str, us: str, si: str) -> None:
     """Short, in the crew's units, with the digits that the sensor earns."""
-    off = Off(quantity=quantity, amount=amount, share=1.5, channel=channel)
+    off = TrimDeviation(quantity=quantity, amount=amount, share=1.5, channel=channel)
     assert off.words() == us
     assert off.words("SI") == si

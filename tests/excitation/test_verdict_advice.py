@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from gsapp.aircraft import load_aircraft
-from gsapp.excitation.doublets.verdict import Verdict
-from gsapp.excitation.doublets.watch import DoubletWatch
-from gsapp.excitation.points.wanted import Band, WantedInput
+from gsapp.excitation.doublets.doublet_monitor import DoubletMonitor
+from gsapp.excitation.doublets.verdict import InputVerdict
+from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
 from tests.excitation.verdict_kit import RATE, FlownInput, point_of, rows_in_ticks, wanted_of
@@ -32,8 +32,8 @@ def _flown(*surfaces: str) -> FlownInput:
     return fly_input(5000, surfaces=surfaces, amplitudes=chosen, ground=6.0, **CALM)
 
 
-def _verdicts(flown: FlownInput, measured: Block, wanted: WantedInput) -> tuple[Verdict, ...]:
-    watch = DoubletWatch(load_aircraft("b777"), RATE)
+def _verdicts(flown: FlownInput, measured: Block, wanted: TargetInput) -> tuple[InputVerdict, ...]:
+    watch = DoubletMonitor(load_aircraft("b777"), RATE)
     watch.expect(wanted, point_of(flown), None)
     assert flown.ground is not None
     for rows in rows_in_ticks(flown.ground, measured):
@@ -60,7 +60,7 @@ def test_a_size_that_was_wrong_is_to_change(
     best = low if result == "too-small" else high
     asked = replace(
         wanted_of(flown),
-        amplitudes={"de": Band(low=low * size, best=best * size, high=high * size)},
+        amplitudes={"de": ToleranceBand(low=low * size, best=best * size, high=high * size)},
         source="card",
     )
     (verdict,) = _verdicts(flown, flown.measured, asked)
@@ -76,8 +76,8 @@ def test_one_position_of_the_rate_switch_is_advised_for_both_surfaces() -> None:
     flown = _flown("da", "dr")
     asked = wanted_of(flown)
     bands = {
-        "da": Band(low=5.0 * DEGREE, best=6.0 * DEGREE, high=9.0 * DEGREE),
-        "dr": Band(low=12.0 * DEGREE, best=15.0 * DEGREE, high=20.0 * DEGREE),
+        "da": ToleranceBand(low=5.0 * DEGREE, best=6.0 * DEGREE, high=9.0 * DEGREE),
+        "dr": ToleranceBand(low=12.0 * DEGREE, best=15.0 * DEGREE, high=20.0 * DEGREE),
     }
     (verdict,) = _verdicts(flown, flown.measured, replace(asked, amplitudes=bands))
     words = [one.words for one in verdict.findings if one.result == "too-small"]

@@ -14,13 +14,13 @@ from hypothesis import strategies as st
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import Model, load_model
-from gsapp.excitation.doublets.explaining import Explainer
-from gsapp.excitation.doublets.verdict import Verdict
-from gsapp.excitation.doublets.watch import DoubletWatch
-from gsapp.excitation.points.wanted import Band, WantedInput
-from gsapp.excitation.rows import RowStream
+from gsapp.excitation.doublets.doublet_monitor import DoubletMonitor
+from gsapp.excitation.doublets.gust_analysis import GustAnalyzer
+from gsapp.excitation.doublets.verdict import InputVerdict
+from gsapp.excitation.flight_rows import FlightRowStream
+from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
 from gsapp.flight.cards import TestCard
-from gsapp.flight.maneuvers import NoiseFloor, find_maneuvers
+from gsapp.flight.maneuvers import NoiseFloor, detect_maneuvers
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
 from tests.excitation.verdict_kit import (
@@ -127,10 +127,12 @@ def test_a_second_stick_that_is_let_go_late_is_no_hand_put_on() -> None:
     assert verdict.t_end - verdict.t_input_end > 1.0
 
 
-def _said(parts: Sequence[Block], flown: FlownInput) -> tuple[tuple[Verdict, ...], list[float]]:
-    watch = DoubletWatch(load_aircraft("b777"), RATE)
+def _said(
+    parts: Sequence[Block], flown: FlownInput
+) -> tuple[tuple[InputVerdict, ...], list[float]]:
+    watch = DoubletMonitor(load_aircraft("b777"), RATE)
     watch.expect(wanted_of(flown), point_of(flown), None)
-    stream = RowStream(RATE)
+    stream = FlightRowStream(RATE)
     left = []
     for part in parts:
         rows = [*stream.feed(part), *stream.complete()]
@@ -143,11 +145,11 @@ def _said(parts: Sequence[Block], flown: FlownInput) -> tuple[tuple[Verdict, ...
     return watch.verdicts, left
 
 
-def _whole(block: Block, flown: FlownInput) -> tuple[Verdict, ...]:
+def _whole(block: Block, flown: FlownInput) -> tuple[InputVerdict, ...]:
     """Return what is said where a replay feeds many rows at once."""
-    watch = DoubletWatch(load_aircraft("b777"), RATE)
+    watch = DoubletMonitor(load_aircraft("b777"), RATE)
     watch.expect(wanted_of(flown), point_of(flown), None)
-    stream = RowStream(RATE)
+    stream = FlightRowStream(RATE)
     for rows in [*stream.feed(block), *stream.complete()]:
         watch.take(rows)
     return watch.verdicts
@@ -207,7 +209,7 @@ def test_a_gap_makes_it_unclear_and_no_aircraft_leaves_the_shape() -> None:
         flown, measured=Block(channels=block.channels, times=block.times, values=values)
     )
     assert listen(holed).verdicts[0].result == "unclear"
-    watch = DoubletWatch(None, RATE)
+    watch = DoubletMonitor(None, RATE)
     for rows in rows_in_ticks(block):
         watch.take(rows)
     (verdict,) = [one for one in watch.verdicts if abs(one.t_input - flown.t_input) < 0.8]
@@ -219,10 +221,10 @@ def test_what_the_watch_says_live_is_what_the_detection_finds_afterwards() -> No
     """Over a flight of steering and six inputs both see the same, and none is good that is a D."""
     flight = make_flight(EVERYTHING, steering=1.5)
     aircraft = load_aircraft("b777")
-    watch = DoubletWatch(aircraft, RATE)
+    watch = DoubletMonitor(aircraft, RATE)
     for rows in rows_in_ticks(flight.block):
         watch.take(rows)
-    found = find_maneuvers(flight, aircraft)
+    found = detect_maneuvers(flight, aircraft)
     assert len(found) == len(watch.verdicts)
     for one, verdict in zip(found, watch.verdicts, strict=True):
         assert verdict.t_input == pytest.approx(one.t_input, abs=0.05)
@@ -231,8 +233,8 @@ def test_what_the_watch_says_live_is_what_the_detection_finds_afterwards() -> No
         assert not (one.grade == "D" and verdict.result == "good")
 
 
-def _heard(flown: FlownInput, block: Block, distrusted: tuple[str, ...] = ()) -> Verdict:
-    watch = DoubletWatch(load_aircraft("b777"), RATE)
+def _heard(flown: FlownInput, block: Block, distrusted: tuple[str, ...] = ()) -> InputVerdict:
+    watch = DoubletMonitor(load_aircraft("b777"), RATE)
     watch.expect(wanted_of(flown), point_of(flown), None)
     watch.distrust(distrusted)
     for rows in rows_in_ticks(block):
@@ -282,7 +284,7 @@ def _gusts(
     part = slice(low, low + round(SEEN * RATE))
     names = ("alpha", "q", "an") if surface == "de" else ("beta", "p", "r", "ay")
     answers = {name: truth[name][part] + added.get(name, 0.0) for name in names}
-    share = Explainer(load_aircraft("b777"), model or load_model("b777"), RATE).gust_share(
+    share = GustAnalyzer(load_aircraft("b777"), model or load_model("b777"), RATE).gust_share(
         {surface: truth[surface][part]},
         answers,
         [surface],
@@ -373,7 +375,7 @@ def test_a_small_doublet_that_was_expected_is_judged_though_a_hand_follows_at_on
 def test_another_shape_than_the_one_expected_is_told() -> None:
     """Half a doublet is a pulse, and no verdict on a doublet; uneven halves are told and count."""
     pulse = fly_input(5000, **{**CLEAN, "kind": "pulse"})
-    watch = DoubletWatch(load_aircraft("b777"), RATE)
+    watch = DoubletMonitor(load_aircraft("b777"), RATE)
     watch.expect(wanted_of(pulse, kind="doublet"), point_of(pulse), None)
     for rows in rows_in_ticks(pulse.measured):
         watch.take(rows)
@@ -393,7 +395,7 @@ def test_a_card_counts_what_is_good_and_within_its_tolerances() -> None:
     card = TestCard(id="E1", speed="100 ft/s", surfaces=("de",), amplitude="4 deg", width="0.58 s")
     counted = []
     for speed in (30.48, 28.0):
-        watch = DoubletWatch(load_aircraft("b777"), RATE)
+        watch = DoubletMonitor(load_aircraft("b777"), RATE)
         other = card.model_copy(update={"speed": speed})
         watch.expect(wanted_of(flown), point_of(flown), other)
         for rows in rows_in_ticks(flown.measured):
@@ -416,7 +418,9 @@ def graded_inputs() -> tuple[FlownInput, ...]:
     )
 
 
-def judged_against(flown: FlownInput, size: float, width: float) -> tuple[Verdict, WantedInput]:
+def judged_against(
+    flown: FlownInput, size: float, width: float
+) -> tuple[InputVerdict, TargetInput]:
     """Return the verdict on an input where so many times the usual size and width were asked."""
     usual = wanted_of(flown)
     asked = replace(
@@ -424,7 +428,7 @@ def judged_against(flown: FlownInput, size: float, width: float) -> tuple[Verdic
         amplitudes={name: scaled(band, size) for name, band in usual.amplitudes.items()},
         width=scaled(usual.width, width),
     )
-    watch = DoubletWatch(
+    watch = DoubletMonitor(
         load_aircraft("b777"), RATE, model=load_model("b777"), wanted_for=lambda *_: asked
     )
     watch.expect(asked, point_of(flown), None)
@@ -435,7 +439,7 @@ def judged_against(flown: FlownInput, size: float, width: float) -> tuple[Verdic
     return verdict, asked
 
 
-def scaled(band: Band, factor: float) -> Band:
+def scaled(band: ToleranceBand, factor: float) -> ToleranceBand:
     return replace(band, low=factor * band.low, best=factor * band.best, high=factor * band.high)
 
 

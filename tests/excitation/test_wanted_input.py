@@ -10,18 +10,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.dynamics.flight_model import FlightModel
-from gsapp.dynamics.linearization import lateral
+from gsapp.dynamics.linearization import linearize_lateral
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.trim import trim
-from gsapp.excitation.points.amplitudes import noise_of
-from gsapp.excitation.points.learned import updated
-from gsapp.excitation.points.wanted import Band, WantedInput
-from gsapp.excitation.points.wanting import USUAL_WIDTH, wanted_input
+from gsapp.excitation.test_points.amplitudes import channel_noise
+from gsapp.excitation.test_points.model_update import update_model
+from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
+from gsapp.excitation.test_points.target_selection import DEFAULT_STEP_WIDTH, select_target_input
 from gsapp.flight.cards import TestCard, load_cards
-from gsapp.flight.maneuvers.grading import Passage, Setting, grade_maneuver
-from gsapp.flight.maneuvers.noise import NoiseFloor
-from gsapp.flight.maneuvers.shape import measure
-from gsapp.flight.maneuvers.signals import COLUMN, SIGNALS
+from gsapp.flight.maneuvers.input_shape import measure_surface_input
+from gsapp.flight.maneuvers.maneuver_grade import GradingContext, ManeuverSamples, grade_maneuver
+from gsapp.flight.maneuvers.noise_floor import NoiseFloor
+from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS
 from gsapp.identification.ftr.estimates import LiveEstimate
 from gsapp.quantities.constants import DEGREE, FOOT, GRAVITY
 from tests.excitation.points_kit import (
@@ -39,9 +39,9 @@ from tests.excitation.points_kit import (
 SINGLE = (("de",), ("da",), ("dr",))
 
 
-def _wanted(surfaces: tuple[str, ...], speed: float, kind: str = "doublet") -> WantedInput:
+def _wanted(surfaces: tuple[str, ...], speed: float, kind: str = "doublet") -> TargetInput:
     aircraft, model = b777()
-    return wanted_input(surfaces, kind, aircraft=aircraft, model=model, point=point(speed))
+    return select_target_input(surfaces, kind, aircraft=aircraft, model=model, point=point(speed))
 
 
 @pytest.mark.parametrize("speed", [75.0, 115.0])
@@ -83,7 +83,7 @@ def test_the_grader_agrees_with_the_band(surface: str) -> None:
     aircraft, _ = b777()
     wanted = _wanted((surface,), 100.0)
     band, width = wanted.amplitudes[surface], wanted.width.best
-    noise = noise_of(aircraft)
+    noise = channel_noise(aircraft)
     floor = NoiseFloor(std={**noise, surface: 0.05 * DEGREE})
     random = np.random.default_rng(5000)
     for size in (1.1 * band.low + 0.2 * DEGREE, 0.9 * band.high):
@@ -92,17 +92,24 @@ def test_the_grader_agrees_with_the_band(surface: str) -> None:
         rows = np.full((count, len(SIGNALS)), np.nan)
         for name in ("de", "da", "dr", "alpha", "beta", "p", "q", "r", "ax", "ay", "an", "V"):
             sigma = noise.get(name, 0.05 * DEGREE if name.startswith("d") else 0.0)
-            rows[:, COLUMN[name]] = motion[name] + sigma * random.standard_normal(count)
+            rows[:, SIGNAL_COLUMNS[name]] = motion[name] + sigma * random.standard_normal(count)
         times = DT * np.arange(count)
         end = BEFORE + 2.0 * width
-        moved = measure(
-            surface, times, rows[:, COLUMN[surface]], BEFORE + 0.15, end + 0.1, 0.05 * DEGREE
+        moved = measure_surface_input(
+            surface,
+            times,
+            rows[:, SIGNAL_COLUMNS[surface]],
+            BEFORE + 0.15,
+            end + 0.1,
+            0.05 * DEGREE,
         )
         assert moved is not None
-        passage = Passage(
+        passage = ManeuverSamples(
             times=times, rows=rows, t_input=BEFORE, t_input_end=end, t_end=float(times[-1])
         )
-        _, reasons = grade_maneuver(passage, Setting(aircraft=aircraft, noise=floor), [moved])
+        _, reasons = grade_maneuver(
+            passage, GradingContext(aircraft=aircraft, noise=floor), [moved]
+        )
         assert not [reason for reason in reasons if "too small" in reason or "too large" in reason]
         assert not [reason for reason in reasons if "clipped" in reason]
 
@@ -176,7 +183,9 @@ def _dutch_roll_pole(speed: float) -> complex:
     aircraft, model = b777()
     flying = FlightModel(aircraft, model)
     level = trim(flying, V=speed * FOOT, rho=density())
-    return next(mode for mode in lateral(flying, level).modes() if mode.name == "dutch roll").pole
+    return next(
+        mode for mode in linearize_lateral(flying, level).modes() if mode.name == "dutch roll"
+    ).pole
 
 
 def test_a_3211_puts_its_step_of_two_where_a_doublet_puts_one() -> None:
@@ -190,7 +199,7 @@ def test_shipped_cards_are_within_what_the_aircraft_allows() -> None:
     """Each card's amplitude lies in its band, and stays what is aimed at."""
     aircraft, model = b777()
     for card in load_cards("b777").cards:
-        wanted = wanted_input(
+        wanted = select_target_input(
             card.surfaces,
             card.kind,
             aircraft=aircraft,
@@ -223,8 +232,8 @@ def test_a_card_is_clipped_by_what_sensors_and_model_allow() -> None:
     """Its upper end gives way to sideslip; one that asks for far too much is not followed."""
     aircraft, model = b777()
 
-    def asked(amplitude: str) -> Band:
-        return wanted_input(
+    def asked(amplitude: str) -> ToleranceBand:
+        return select_target_input(
             ("dr",),
             "doublet",
             aircraft=aircraft,
@@ -255,10 +264,10 @@ def test_the_flight_itself_takes_the_place_of_the_model() -> None:
     aircraft, model = b777()
     stiff = {"Cm_alpha": _estimate("Cm_alpha", -0.8, 0.05)}
     by_model = _wanted(("de",), 100.0)
-    by_flight = wanted_input(
+    by_flight = select_target_input(
         ("de",), "doublet", aircraft=aircraft, model=model, point=point(100.0), estimates=stiff
     )
-    truth = wanted_input(
+    truth = select_target_input(
         ("de",),
         "doublet",
         aircraft=aircraft,
@@ -284,7 +293,7 @@ def test_the_flight_itself_takes_the_place_of_the_model() -> None:
 def test_what_is_not_sure_replaces_nothing(estimate: LiveEstimate) -> None:
     """Wide bounds, reversed signs, wild values, biases and the unknown leave the model alone."""
     aircraft, model = b777()
-    assert updated(model, {estimate.name: estimate}, aircraft=aircraft) is model
+    assert update_model(model, {estimate.name: estimate}, aircraft=aircraft) is model
 
 
 @settings(max_examples=40, deadline=None)
@@ -310,7 +319,7 @@ def test_bands_are_bands_for_any_aircraft(
     }
     if unstable:
         values["Cm_alpha"] *= -0.3
-    wanted = wanted_input(
+    wanted = select_target_input(
         surfaces,
         kind,
         aircraft=aircraft,
@@ -328,26 +337,35 @@ def test_bands_are_bands_for_any_aircraft(
 def test_without_a_model_little_is_promised() -> None:
     """No model: the linkage and the stops; no aircraft: the card alone, or nothing."""
     aircraft, model = b777()
-    bare = wanted_input(("dr",), "doublet", aircraft=aircraft, model=None, point=point(100.0))
-    assert (bare.width, bare.source) == (USUAL_WIDTH, "usual")
+    bare = select_target_input(
+        ("dr",), "doublet", aircraft=aircraft, model=None, point=point(100.0)
+    )
+    assert (bare.width, bare.source) == (DEFAULT_STEP_WIDTH, "usual")
     assert bare.amplitudes["dr"].high > 4.0 * bare.amplitudes["dr"].low
     # A model that cannot be flown is as good as none.
     broken = Model(name="broken", derivatives={"CN_alpha": 4.0})
     assert (
-        wanted_input(("dr",), "doublet", aircraft=aircraft, model=broken, point=point(100.0))
+        select_target_input(("dr",), "doublet", aircraft=aircraft, model=broken, point=point(100.0))
         == bare
     )
-    assert wanted_input(("dr",), "doublet", aircraft=aircraft, model=model, point=None) == bare
+    assert (
+        select_target_input(("dr",), "doublet", aircraft=aircraft, model=model, point=None) == bare
+    )
     for speed in (0.0, 5.0, math.nan):  # on the ground, or a dead pitot
         assert (
-            wanted_input(("dr",), "doublet", aircraft=aircraft, model=model, point=point(speed))
+            select_target_input(
+                ("dr",), "doublet", aircraft=aircraft, model=model, point=point(speed)
+            )
             == bare
         )
-    carded = wanted_input(
+    carded = select_target_input(
         ("dr",), "doublet", aircraft=None, model=None, point=None, card=_card("10 deg")
     )
     assert carded.amplitudes["dr"].best == pytest.approx(10.0 * DEGREE)
-    assert wanted_input(("dr",), "doublet", aircraft=None, model=None, point=None).amplitudes == {}
+    assert (
+        select_target_input(("dr",), "doublet", aircraft=None, model=None, point=None).amplitudes
+        == {}
+    )
 
 
 def test_measured_noise_raises_the_least_amplitude() -> None:
@@ -356,7 +374,7 @@ def test_measured_noise_raises_the_least_amplitude() -> None:
 
     def least(noise: dict[str, float] | None) -> float:
         return (
-            wanted_input(
+            select_target_input(
                 ("dr",),
                 "doublet",
                 aircraft=aircraft,
@@ -368,7 +386,7 @@ def test_measured_noise_raises_the_least_amplitude() -> None:
             .low
         )
 
-    loud = {name: 2.0 * value for name, value in noise_of(aircraft).items()}
+    loud = {name: 2.0 * value for name, value in channel_noise(aircraft).items()}
     assert least(loud) == pytest.approx(2.0 * least(None))
     assert least({"r": math.nan}) == least(None)
 
@@ -379,10 +397,12 @@ def test_play_before_the_linkage_comes_on_top() -> None:
     rudder = aircraft.controls.dr.model_copy(update={"kind": "servo", "slop": 2.0 * DEGREE})
     controls = aircraft.controls.model_copy(update={"dr": rudder})
     loose = aircraft.model_copy(update={"controls": controls})
-    on_surface = wanted_input(
+    on_surface = select_target_input(
         ("dr",), "doublet", aircraft=aircraft, model=model, point=point(100.0)
     )
-    at_servo = wanted_input(("dr",), "doublet", aircraft=loose, model=model, point=point(100.0))
+    at_servo = select_target_input(
+        ("dr",), "doublet", aircraft=loose, model=model, point=point(100.0)
+    )
     assert at_servo.amplitudes["dr"].high == pytest.approx(
         on_surface.amplitudes["dr"].high + 1.0 * DEGREE
     )
@@ -396,7 +416,7 @@ def test_load_factor_and_range_of_the_accelerometer_count() -> None:
     )
     sensors = aircraft.sensors.model_copy(update={"accelerometer": short})
     coarse = aircraft.model_copy(update={"sensors": sensors})
-    band = wanted_input(
+    band = select_target_input(
         ("de",), "doublet", aircraft=coarse, model=model, point=point(100.0)
     ).amplitudes["de"]
     assert "normal acceleration" in band.why_high

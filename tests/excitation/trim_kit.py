@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from gsapp.aircraft import Aircraft, load_aircraft
-from gsapp.excitation.points.point import TestPoint
-from gsapp.excitation.rows import FlightRows, rows_of
-from gsapp.excitation.trim.cue import TrimCue
-from gsapp.excitation.trim.watch import TrimWatch
+from gsapp.excitation.flight_rows import FlightRows, rows_from_block
+from gsapp.excitation.test_points.point import TestPoint
+from gsapp.excitation.trim.trim_cue import TrimCue
+from gsapp.excitation.trim.trim_monitor import TrimMonitor
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, FOOT, GRAVITY
 
@@ -93,14 +93,14 @@ def ramped(*pieces: tuple[float, float]) -> np.ndarray:
 
 def cues(
     rows: FlightRows | Block,
-    watch: TrimWatch | None = None,
+    watch: TrimMonitor | None = None,
     point: TestPoint | None = POINT,
     since: float = 0.0,
 ) -> list[TrimCue]:
     """Return the cue of each tick, from a time (s) on."""
-    watch = watch or TrimWatch(aircraft(), RATE)
+    watch = watch or TrimMonitor(aircraft(), RATE)
     watch.aim(point)
-    rows = rows_of(rows, RATE) if isinstance(rows, Block) else rows
+    rows = rows_from_block(rows, RATE) if isinstance(rows, Block) else rows
     found = []
     begin = 5 * round(since * RATE / 5.0)
     watch.take(rows.part(0, begin))

@@ -11,13 +11,13 @@ import numpy as np
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
-from gsapp.excitation.doublets.verdict import Verdict
-from gsapp.excitation.doublets.watch import DoubletWatch
-from gsapp.excitation.points.point import TestPoint
-from gsapp.excitation.points.wanted import WantedInput
-from gsapp.excitation.points.wanting import wanted_input
-from gsapp.excitation.rows import FlightRows, RowStream
-from gsapp.excitation.trim.tolerances import TOLERANCES
+from gsapp.excitation.doublets.doublet_monitor import DoubletMonitor
+from gsapp.excitation.doublets.verdict import InputVerdict
+from gsapp.excitation.flight_rows import FlightRows, FlightRowStream
+from gsapp.excitation.test_points.point import TestPoint
+from gsapp.excitation.test_points.target_input import TargetInput
+from gsapp.excitation.test_points.target_selection import select_target_input
+from gsapp.excitation.trim.tolerances import DEFAULT_TOLERANCES
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, FOOT
 from tests.virtual.inputs import FlownInput
@@ -45,7 +45,7 @@ class Label:
     Attributes
     ----------
     result : str
-        As `Verdict.result`.
+        As `InputVerdict.result`.
     near : tuple of str
         Criteria so near to their boundary that the result may as well be another.
     values : dict
@@ -63,7 +63,7 @@ class Heard:
 
     Attributes
     ----------
-    verdicts : tuple of Verdict
+    verdicts : tuple of InputVerdict
     recognized : float
         When an input was first under way near the true one, s; NaN for never.
     countdown : float
@@ -72,7 +72,7 @@ class Heard:
         When anything was first taken for an input, s.
     """
 
-    verdicts: tuple[Verdict, ...]
+    verdicts: tuple[InputVerdict, ...]
     recognized: float
     countdown: float
     begun: list[float]
@@ -84,9 +84,9 @@ def point_of(flown: FlownInput) -> TestPoint:
     )
 
 
-def wanted_of(flown: FlownInput, surfaces: tuple[str, ...] = (), kind: str = "") -> WantedInput:
+def wanted_of(flown: FlownInput, surfaces: tuple[str, ...] = (), kind: str = "") -> TargetInput:
     """Return what the true model wants of the aircraft with the noise of the day."""
-    return wanted_input(
+    return select_target_input(
         surfaces or flown.plan.surfaces,
         kind or flown.plan.kind,
         aircraft=flown.aircraft,
@@ -96,7 +96,7 @@ def wanted_of(flown: FlownInput, surfaces: tuple[str, ...] = (), kind: str = "")
 
 
 def rows_in_ticks(*blocks: Block) -> Iterator[FlightRows]:
-    stream = RowStream(RATE)
+    stream = FlightRowStream(RATE)
     for block in blocks:
         for rows in itertools.chain(stream.feed(block), stream.finish()):
             for low in range(0, len(rows), stream.tick):
@@ -114,7 +114,7 @@ def listen(flown: FlownInput, *, expected: bool = True, model: str | None = "b77
     model : str or None
         What the watch knows of the aircraft.
     """
-    watch = DoubletWatch(
+    watch = DoubletMonitor(
         load_aircraft("b777"),
         RATE,
         model=None if model is None else load_model(model),
@@ -144,7 +144,7 @@ def listen(flown: FlownInput, *, expected: bool = True, model: str | None = "b77
     return Heard(verdicts=watch.verdicts, recognized=recognized, countdown=countdown, begun=begun)
 
 
-def own(flown: FlownInput, verdicts: Sequence[Verdict]) -> list[Verdict]:
+def own(flown: FlownInput, verdicts: Sequence[InputVerdict]) -> list[InputVerdict]:
     """Return the verdicts on the input that was flown: their inputs overlap."""
     return [
         one
@@ -156,7 +156,7 @@ def own(flown: FlownInput, verdicts: Sequence[Verdict]) -> list[Verdict]:
 # --- the truth ---------------------------------------------------------------------------------
 
 
-def label(flown: FlownInput, wanted: WantedInput) -> Label:
+def label(flown: FlownInput, wanted: TargetInput) -> Label:
     """Return what an input truly was, in the stated order of what makes one useless."""
     values = _criteria(flown, wanted)
     near = []
@@ -198,7 +198,7 @@ def first_move(flown: FlownInput) -> float:
     return min(found)
 
 
-def _criteria(flown: FlownInput, wanted: WantedInput) -> dict[str, float]:
+def _criteria(flown: FlownInput, wanted: TargetInput) -> dict[str, float]:
     truth, plan, aircraft = flown.truth, flown.plan, flown.aircraft
     times = truth.times
     begin = int(np.searchsorted(times, flown.t_input - 1e-6))
@@ -209,7 +209,7 @@ def _criteria(flown: FlownInput, wanted: WantedInput) -> dict[str, float]:
     stop = min(flown.t_hand, rest_from + wanted.hands_off)
     whole = slice(begin, int(np.searchsorted(times, stop)))
     means = {name: float(truth[name][second].mean()) for name in ("p", "q", "r", "phi", "V")}
-    bank = TOLERANCES.bank if plan.attitude else TOLERANCES.bank_unseen
+    bank = DEFAULT_TOLERANCES.bank if plan.attitude else DEFAULT_TOLERANCES.bank_unseen
     share = {name: _share(aircraft, name, shape.amplitude) for name, shape in shapes.items()}
     main = max(share.values())
     others = [
@@ -224,9 +224,9 @@ def _criteria(flown: FlownInput, wanted: WantedInput) -> dict[str, float]:
     return {
         "clipped": max(_held(np.abs(truth[name][whole]), CLIPPED_FOR) for name in "pqr") / gyro,
         "trim": max(
-            abs(means["p"]) / (START * TOLERANCES.roll_rate),
-            abs(means["q"]) / (START * TOLERANCES.pitch_rate),
-            abs(means["r"]) / (START * TOLERANCES.yaw_rate),
+            abs(means["p"]) / (START * DEFAULT_TOLERANCES.roll_rate),
+            abs(means["q"]) / (START * DEFAULT_TOLERANCES.pitch_rate),
+            abs(means["r"]) / (START * DEFAULT_TOLERANCES.yaw_rate),
             abs(means["phi"]) / (START * bank),
             abs(means["V"] - plan.speed) / (START * 5.0 * FOOT),
         ),

@@ -9,9 +9,9 @@ from fastcrc import crc16
 
 from gsapp.decoding.dialect import time_fields, wire_formats
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.preparing import prepare_flight
-from gsapp.telemetry.virtual.onboard import tlog_record
-from gsapp.telemetry.virtual.settings import FlightSettings
+from gsapp.flight.folder_setup import prepare_flight_folder
+from gsapp.telemetry.virtual_aircraft.flight_settings import FlightSettings
+from gsapp.telemetry.virtual_aircraft.onboard_log import pack_tlog_record
 
 BEGUN_US = 1_760_000_000_000_000
 
@@ -41,7 +41,7 @@ def fly_thin(
     Flight time is ``t + offset - drift * t`` of the log's own, to first order.
     """
     settings = FlightSettings(plan="short", thin=True, seed=3)
-    folder = prepare_flight(
+    folder = prepare_flight_folder(
         path, aircraft="b777", channel_map="b777-thin", calibration="b777", source="virtual"
     )
     downlink = settings.downlink(BEGUN_US)
@@ -49,12 +49,12 @@ def fly_thin(
         while not downlink.finished:
             for packet in downlink.advance(200):
                 for frame in packet.live:
-                    live.write(tlog_record(packet.stamp_us + 12_000, frame))
+                    live.write(pack_tlog_record(packet.stamp_us + 12_000, frame))
                 if packet.time < offset + 0.1:
                     continue  # the box was switched on later
                 for frame in packet.kept:
                     if own := own_time(frame, offset, drift):
-                        kept.write(tlog_record(packet.stamp_us, own))
+                        kept.write(pack_tlog_record(packet.stamp_us, own))
                 if packet.time >= seconds:
                     downlink.stop()
     return folder

@@ -9,20 +9,20 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from gsapp.cli._cards_text import describe_cards
+from gsapp.cli._cards_text import print_card_status
 from gsapp.flight.cards import (
     CardSet,
     TestCard,
-    compare,
+    compare_with_card,
     load_cards,
     match_cards,
     save_cards,
     shipped_cards,
 )
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.maneuvers import FoundManeuver
+from gsapp.flight.maneuvers import DetectedManeuver
 from gsapp.foundation import FileProblemsError
-from gsapp.foundation.toml import validate
+from gsapp.foundation.toml import validate_content
 from gsapp.quantities.constants import DEGREE, FOOT
 
 E1: dict[str, Any] = {
@@ -44,13 +44,13 @@ C1 = {
 
 
 def cards(*rows: dict[str, Any]) -> CardSet:
-    return validate("cards.toml", {"cards": list(rows)}, CardSet)
+    return validate_content("cards.toml", {"cards": list(rows)}, CardSet)
 
 
-def flown(number: int = 1, **changes: Any) -> FoundManeuver:
+def flown(number: int = 1, **changes: Any) -> DetectedManeuver:
     """Return an elevator doublet as the card E1 asks for, but for what is given."""
     start = 10.0 * number
-    usual = FoundManeuver(
+    usual = DetectedManeuver(
         id=str(number),
         t_start=start,
         t_end=start + 6.0,
@@ -197,11 +197,11 @@ def test_maneuvers_go_to_the_card_they_were_flown_for() -> None:
 def test_what_was_not_measured_is_not_held_against_a_maneuver() -> None:
     """A flight that lost its pitot and vanes still fills its cards by surface and size."""
     card = TestCard.model_validate({**E1, "alpha": "9 deg"})
-    assert compare(card, flown(1, alpha=None, V=None)).counts
-    far = compare(card, flown(1))
+    assert compare_with_card(card, flown(1, alpha=None, V=None)).counts
+    far = compare_with_card(card, flown(1))
     assert set(far.off) == {"speed", "alpha", "amplitude of the elevator", "width"}
     assert far.off["alpha"] == pytest.approx(-5.0 / 1.5)
-    bare = compare(card, flown(1, alpha=None, amplitudes={}, t_input=float("nan")))
+    bare = compare_with_card(card, flown(1, alpha=None, amplitudes={}, t_input=float("nan")))
     assert bare.off["amplitude of the elevator"] == pytest.approx(0.0, abs=1e-12)
     assert "width" not in bare.off
 
@@ -210,11 +210,11 @@ def test_the_command_line_tells_what_is_done_and_what_is_open(tmp_path) -> None:
     """Cards of the flight folder as a table, with the reason of each attempt that fails."""
     folder = FlightFolder.create(tmp_path / "f")
     screen = Console(width=120, record=True, file=io.StringIO())
-    describe_cards(screen, folder.path, [flown(1)])
+    print_card_status(screen, folder.path, [flown(1)])
     assert screen.export_text() == ""
     folder.keep_cards(cards(E1, C1))
     found = [flown(1), flown(2, V=120.0 * FOOT), flown(3, inputs=("dr",))]
-    describe_cards(screen, folder.path, found)
+    print_card_status(screen, folder.path, found)
     text = " ".join(screen.export_text().split())
     for part in (
         "E1 Elevator doublet 1 of 2 begun",

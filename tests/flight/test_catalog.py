@@ -18,13 +18,14 @@ import pytest
 from gsapp.aircraft import load_aircraft
 from gsapp.flight.catalog import (
     Catalog,
-    Run,
+    EstimationRun,
     StoredEstimate,
     StoredModel,
-    dump,
-    flights_of,
+    export_catalog,
+    get_model,
+    get_weights,
+    list_flights,
     maneuvers_csv,
-    model_of,
     schema,
     search_maneuvers,
     search_runs,
@@ -35,10 +36,9 @@ from gsapp.flight.catalog import (
     store_run,
     store_weights,
     table_csv,
-    weights_of,
 )
 from gsapp.flight.info import FlightInfo
-from gsapp.flight.maneuvers import find_maneuvers
+from gsapp.flight.maneuvers import detect_maneuvers
 from gsapp.foundation import FlightError, UnknownNameError
 from tests.flight.maneuver_kit import EVERYTHING, make_flight
 
@@ -48,7 +48,7 @@ OTHER = replace(
     name="2003-05-13-b",
     info=FlightInfo(date=datetime(2003, 5, 13, tzinfo=UTC), takeoff_weight="205 N", notes="windy"),
 )
-FOUND = find_maneuvers(FLIGHT, load_aircraft("b777"))
+FOUND = detect_maneuvers(FLIGHT, load_aircraft("b777"))
 EARNED = StoredEstimate(value=-0.34, std=0.01, cramer_rao=0.004)
 UNEARNED = StoredEstimate(
     value=None, status="not-identifiable", confounded_with=("Cm_q",), why="they look alike"
@@ -108,7 +108,7 @@ def test_a_persons_grade_stands_when_the_flight_is_stored_again(catalog):
 def test_what_is_no_longer_found_stays_as_the_origin_of_estimates(catalog):
     number = store_run(
         catalog,
-        Run(
+        EstimationRun(
             method="ml", axis="lon", maneuvers=((FLIGHT.name, "1"),), estimates={"Cm_alpha": EARNED}
         ),
     )
@@ -123,7 +123,7 @@ def test_what_is_no_longer_found_stays_as_the_origin_of_estimates(catalog):
 
 def test_runs_keep_settings_estimates_and_the_edges_of_their_time(catalog):
     store_model(catalog, StoredModel(name="b777-2", content="name = 'x'", parent="b777"))
-    run = Run(
+    run = EstimationRun(
         method="ml",
         axis="lon",
         maneuvers=((FLIGHT.name, "1"), (FLIGHT.name, "5")),
@@ -147,19 +147,29 @@ def test_runs_keep_settings_estimates_and_the_edges_of_their_time(catalog):
 
 def test_a_run_of_unknown_origin_leaves_nothing_behind(catalog):
     for wrong, words in (
-        (Run(method="ml", axis="lon", maneuvers=(("x", "1"),), estimates={}), "no flight 'x'"),
         (
-            Run(method="ml", axis="lon", maneuvers=((FLIGHT.name, "77"),), estimates={"a": EARNED}),
+            EstimationRun(method="ml", axis="lon", maneuvers=(("x", "1"),), estimates={}),
+            "no flight 'x'",
+        ),
+        (
+            EstimationRun(
+                method="ml", axis="lon", maneuvers=((FLIGHT.name, "77"),), estimates={"a": EARNED}
+            ),
             "no maneuver '77'",
         ),
-        (Run(method="ml", axis="lon", maneuvers=(), estimates={}, model="m"), "no model 'm'"),
+        (
+            EstimationRun(method="ml", axis="lon", maneuvers=(), estimates={}, model="m"),
+            "no model 'm'",
+        ),
     ):
         with pytest.raises(UnknownNameError, match=words):
             store_run(catalog, wrong)
     with pytest.raises(FlightError, match="cannot hold"):
         store_run(
             catalog,
-            Run(method="ml", axis="lon", maneuvers=(), estimates={}, settings={"x": float("nan")}),
+            EstimationRun(
+                method="ml", axis="lon", maneuvers=(), estimates={}, settings={"x": float("nan")}
+            ),
         )
     assert search_runs(catalog) == ()
     assert catalog.query("SELECT count(*) FROM run_maneuvers")[0][0] == 0
@@ -168,27 +178,27 @@ def test_a_run_of_unknown_origin_leaves_nothing_behind(catalog):
 def test_weights_belong_to_a_flight(catalog):
     store_weights(catalog, FLIGHT.name, {"alpha": 5.0, "q": 8.0})
     store_weights(catalog, FLIGHT.name, {"q": 9.0, "an": 35.0})
-    assert weights_of(catalog, FLIGHT.name) == {"an": 35.0, "q": 9.0}
-    assert weights_of(catalog, "nobody") == {}
+    assert get_weights(catalog, FLIGHT.name) == {"an": 35.0, "q": 9.0}
+    assert get_weights(catalog, "nobody") == {}
     with pytest.raises(UnknownNameError):
         store_weights(catalog, "nobody", {"q": 1.0})
     with pytest.raises(FlightError, match="refuses"):
         store_weights(catalog, FLIGHT.name, {"q": -1.0})
-    assert weights_of(catalog, FLIGHT.name) == {"an": 35.0, "q": 9.0}
+    assert get_weights(catalog, FLIGHT.name) == {"an": 35.0, "q": 9.0}
 
 
 def test_models_and_flights(catalog):
     store_model(catalog, StoredModel(name="m", content="a = 1", evidence="better by half"))
     store_model(catalog, StoredModel(name="m", content="a = 2", evidence="better still"))
-    assert (model_of(catalog, "m").content, model_of(catalog, "m").evidence) == (
+    assert (get_model(catalog, "m").content, get_model(catalog, "m").evidence) == (
         "a = 2",
         "better still",
     )
     with pytest.raises(UnknownNameError, match="no model 'n'"):
-        model_of(catalog, "n")
+        get_model(catalog, "n")
     store_flight(catalog, OTHER, aircraft="B777")
     # Dated flights first.
-    assert flights_of(catalog) == ("2003-05-13-b", "2003-05-12-a")
+    assert list_flights(catalog) == ("2003-05-13-b", "2003-05-12-a")
     (row,) = catalog.query("SELECT * FROM flights WHERE name = ?", (OTHER.name,))
     assert (row["takeoff_weight"], row["notes"]) == (205.0, "windy")
 
@@ -198,7 +208,7 @@ def test_a_flight_taken_out_takes_its_rows_along(catalog):
     with catalog.writing() as connection:
         connection.execute("DELETE FROM flights WHERE name = ?", (FLIGHT.name,))
     for table in ("maneuvers", "inputs", "conditions", "grades"):
-        assert dump(catalog)["tables"][table] == []
+        assert export_catalog(catalog)["tables"][table] == []
     with pytest.raises(FlightError, match="refuses"), catalog.writing() as connection:
         connection.execute("INSERT INTO inputs (maneuver, surface) VALUES (99, 'de')")
 
@@ -206,9 +216,11 @@ def test_a_flight_taken_out_takes_its_rows_along(catalog):
 def test_everything_can_be_dumped(catalog):
     store_run(
         catalog,
-        Run(method="ee", axis="lon", maneuvers=((FLIGHT.name, "1"),), estimates={"CN_0": EARNED}),
+        EstimationRun(
+            method="ee", axis="lon", maneuvers=((FLIGHT.name, "1"),), estimates={"CN_0": EARNED}
+        ),
     )
-    whole = json.loads(json.dumps(dump(catalog)))
+    whole = json.loads(json.dumps(export_catalog(catalog)))
     assert whole["version"] == len(schema.MIGRATIONS)
     assert set(whole["tables"]) == set(schema.TABLES)
     assert len(whole["tables"]["maneuvers"]) == len(FOUND)
@@ -223,11 +235,11 @@ def test_everything_can_be_dumped(catalog):
 
 
 def test_a_failure_in_between_changes_nothing(catalog):
-    before = dump(catalog)
+    before = export_catalog(catalog)
     broken = replace(FOUND[1], t_end=FOUND[1].t_start)
     with pytest.raises(FlightError, match="refuses"):
         store_maneuvers(catalog, FLIGHT, (FOUND[0], broken))
-    assert dump(catalog) == before
+    assert export_catalog(catalog) == before
 
 
 WRITER = """
@@ -237,9 +249,9 @@ from dataclasses import replace
 from pathlib import Path
 from tests.flight.maneuver_kit import make_flight
 from gsapp.flight.catalog import Catalog, search_maneuvers, store_maneuvers
-from gsapp.flight.maneuvers import FoundManeuver
+from gsapp.flight.maneuvers import DetectedManeuver
 flight = make_flight(seconds=3.0, ground=0.0)
-one = FoundManeuver(id="1", t_start=0.0, t_end=2.0, inputs=("de",), kind="doublet",
+one = DetectedManeuver(id="1", t_start=0.0, t_end=2.0, inputs=("de",), kind="doublet",
                     amplitude=0.1, grade="A")
 with Catalog(sys.argv[1]) as catalog:
     for k in range(10):

@@ -9,33 +9,33 @@ import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.flight.catalog import (
+    CampaignRun,
     Catalog,
+    EstimationRun,
     FlightEntry,
-    KeptRecord,
-    Run,
     StoredEstimate,
     add_entry,
-    change_label,
-    dump,
-    forget_record,
-    kept_record,
-    kept_records,
-    recall_record,
+    delete_campaign_run,
+    export_catalog,
+    get_campaign_run,
+    list_campaign_runs,
+    restore_campaign_run,
     search_maneuvers,
     search_runs,
+    set_campaign_run_label,
+    store_campaign_run,
     store_entry,
-    store_kept,
     store_run,
 )
-from gsapp.flight.maneuvers import find_maneuvers
+from gsapp.flight.maneuvers import detect_maneuvers
 from gsapp.flight.provenance import InputFile
 from gsapp.foundation import FlightError, UnknownNameError
 from tests.flight.maneuver_kit import EVERYTHING, make_flight
 
 FLIGHT = replace(make_flight(EVERYTHING, seconds=125.0), name="2003-05-12-a")
-FOUND = find_maneuvers(FLIGHT, load_aircraft("b777"))
+FOUND = detect_maneuvers(FLIGHT, load_aircraft("b777"))
 ENTRY = FlightEntry.of(FLIGHT, FOUND, aircraft="B777")
-RECORD = KeptRecord(
+RECORD = CampaignRun(
     label="all of them",
     method="ml",
     axis="both",
@@ -51,7 +51,7 @@ RECORD = KeptRecord(
     result={"values": {"Cm_q": {"mean": -20.5, "std": 0.1}}},
     made_at="2026-01-01T00:00:00+00:00",
 )
-FIT = Run(
+FIT = EstimationRun(
     method="ml", axis="lon", maneuvers=((FLIGHT.name, "1"),), edges=((58.5, 63.25),),
     estimates={"Cm_q": StoredEstimate(value=-20.5, std=0.1)}, made_at="2026-01-01",
 )  # fmt: skip
@@ -66,39 +66,39 @@ def catalog(tmp_path: Path):
 
 def test_a_record_comes_back_as_it_was(catalog: Catalog) -> None:
     """With its number, and its fits with the edges of their time."""
-    number = store_kept(catalog, RECORD)
+    number = store_campaign_run(catalog, RECORD)
     store_run(catalog, replace(FIT, kept=number))
-    assert kept_record(catalog, number) == replace(RECORD, number=number)
+    assert get_campaign_run(catalog, number) == replace(RECORD, number=number)
     (fit,) = search_runs(catalog, kept=number)
     assert fit == replace(FIT, id=1, kept=number)
-    change_label(catalog, number, "others")
-    assert kept_records(catalog) == (replace(RECORD, number=number, label="others"),)
+    set_campaign_run_label(catalog, number, "others")
+    assert list_campaign_runs(catalog) == (replace(RECORD, number=number, label="others"),)
     with pytest.raises(UnknownNameError, match="no run 7; it has 1"):
-        kept_record(catalog, 7)
+        get_campaign_run(catalog, 7)
     with pytest.raises(UnknownNameError, match="no run 7"):
-        recall_record(catalog, 7)
+        restore_campaign_run(catalog, 7)
 
 
 def test_what_is_forgotten_is_nowhere_until_it_is_called_back(catalog: Catalog) -> None:
     """Neither the run, nor its fits, nor their trace in the maneuvers; other fits stay."""
     store_run(catalog, FIT)
-    number = store_kept(catalog, RECORD)
+    number = store_campaign_run(catalog, RECORD)
     store_run(catalog, replace(FIT, kept=number))
-    forget_record(catalog, number)
-    assert kept_records(catalog) == ()
+    delete_campaign_run(catalog, number)
+    assert list_campaign_runs(catalog) == ()
     assert [one.id for one in search_runs(catalog, derivative="Cm_q")] == [1]
     assert search_maneuvers(catalog)[0].runs == (1,)
-    recall_record(catalog, number)
+    restore_campaign_run(catalog, number)
     assert search_maneuvers(catalog)[0].runs == (1, 2)
 
 
 def test_a_damaged_record_is_named(catalog: Catalog) -> None:
     """One sentence with the run and the remedy."""
-    store_kept(catalog, RECORD)
+    store_campaign_run(catalog, RECORD)
     with catalog.writing() as connection:
         connection.execute("UPDATE kept_runs SET inputs = '[{]'")
     with pytest.raises(FlightError, match=r"the run 1 in the catalog .* is damaged"):
-        kept_records(catalog)
+        list_campaign_runs(catalog)
 
 
 def test_maneuvers_are_added_beside_those_that_stand(catalog: Catalog) -> None:
@@ -122,16 +122,16 @@ def test_maneuvers_are_added_beside_those_that_stand(catalog: Catalog) -> None:
 
 def test_a_transaction_within_another_is_part_of_it(catalog: Catalog) -> None:
     """What fails last takes back what was stored first."""
-    before = dump(catalog)
+    before = export_catalog(catalog)
 
     def store(maneuver: str) -> None:
         with catalog.writing():
-            number = store_kept(catalog, RECORD)
+            number = store_campaign_run(catalog, RECORD)
             store_run(catalog, replace(FIT, kept=number))
             store_run(catalog, replace(FIT, kept=number, maneuvers=((FLIGHT.name, maneuver),)))
 
     with pytest.raises(UnknownNameError, match="no maneuver '77'"):
         store("77")
-    assert dump(catalog) == before
+    assert export_catalog(catalog) == before
     store("2")
     assert len(search_runs(catalog, kept=1)) == 2

@@ -13,21 +13,21 @@ from gsapp.flight.catalog import (
     CardScore,
     Catalog,
     StoredVerdict,
-    dump,
+    export_catalog,
+    list_card_scores,
     schema,
-    scores_of,
     search_maneuvers,
     search_verdicts,
     store_debrief,
     store_grade,
     store_maneuvers,
 )
-from gsapp.flight.maneuvers import find_maneuvers
+from gsapp.flight.maneuvers import detect_maneuvers
 from gsapp.foundation import FlightError
 from tests.flight.maneuver_kit import EVERYTHING, make_flight
 
 FLIGHT = replace(make_flight(EVERYTHING, seconds=125.0), name="2003-05-12-a")
-FOUND = find_maneuvers(FLIGHT, load_aircraft("b777"))
+FOUND = detect_maneuvers(FLIGHT, load_aircraft("b777"))
 SCORES = (
     CardScore(card="E1", heading="Elevator doublet", good=1, flown=2, wanted=3),
     CardScore(card="A1", heading="Aileron doublet", good=0, flown=0, wanted=1),
@@ -67,7 +67,7 @@ def test_verdicts_come_back_with_the_maneuver_found_there_and_its_grade(tmp_path
         assert [(one.grade, one.graded_by) for one in back] == [
             (first.grade, "program"), ("D", "Ann"), ("", ""),
         ]  # fmt: skip
-        assert scores_of(catalog, FLIGHT.name) == SCORES
+        assert list_card_scores(catalog, FLIGHT.name) == SCORES
         by_maneuver = {one.maneuver.id: one.verdict for one in search_maneuvers(catalog)}
         assert by_maneuver[first.id] == "good"
         assert by_maneuver[second.id] == "too-small"
@@ -86,8 +86,8 @@ def test_a_second_debrief_takes_the_place_of_the_first(tmp_path: Path) -> None:
         assert [(one.flight, one.result) for one in search_verdicts(catalog)] == [
             (FLIGHT.name, "too-large"), (other.name, "good"),
         ]  # fmt: skip
-        assert scores_of(catalog, FLIGHT.name) == ()
-        assert scores_of(catalog, other.name) == SCORES[:1]
+        assert list_card_scores(catalog, FLIGHT.name) == ()
+        assert list_card_scores(catalog, other.name) == SCORES[:1]
 
 
 def test_a_debrief_is_stored_whole_or_not_at_all(tmp_path: Path) -> None:
@@ -98,7 +98,7 @@ def test_a_debrief_is_stored_whole_or_not_at_all(tmp_path: Path) -> None:
             with pytest.raises(FlightError):
                 store_debrief(catalog, FLIGHT, [verdict(1, 12.0), wrong], ())
         assert [one.t_input for one in search_verdicts(catalog)] == [10.0]
-        assert scores_of(catalog, FLIGHT.name) == SCORES
+        assert list_card_scores(catalog, FLIGHT.name) == SCORES
 
 
 def test_a_catalog_from_before_the_verdicts_takes_them_up(
@@ -122,4 +122,4 @@ def test_a_catalog_from_before_the_verdicts_takes_them_up(
         assert {one.verdict for one in kept} == {""}
         store_debrief(catalog, FLIGHT, [verdict(1, FOUND[0].t_input)], SCORES)
         assert search_maneuvers(catalog)[0].verdict == "good"
-        assert len(dump(catalog)["tables"]["verdicts"]) == 1
+        assert len(export_catalog(catalog)["tables"]["verdicts"]) == 1

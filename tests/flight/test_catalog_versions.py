@@ -11,22 +11,22 @@ from pathlib import Path
 import pytest
 
 from gsapp.flight.catalog import (
+    CampaignRun,
     Catalog,
-    KeptRecord,
-    Run,
-    kept_records,
-    model_of,
+    EstimationRun,
+    get_model,
+    get_weights,
+    list_campaign_runs,
     schema,
     search_maneuvers,
     search_runs,
     search_verdicts,
-    store_kept,
+    store_campaign_run,
     store_run,
-    weights_of,
 )
 
 OLD = sorted((Path(__file__).parent / "catalogs").glob("version*.sql"))
-RECORD = KeptRecord(
+RECORD = CampaignRun(
     label="first", method="ml", axis="lon", aircraft="B777", flights=("2003-05-12-a",), request={},
     settings={}, inputs=(), versions={}, result={},
 )  # fmt: skip
@@ -72,12 +72,12 @@ def test_an_old_catalog_keeps_its_content(script: Path, tmp_path: Path) -> None:
         assert (second.maneuver.grade, second.graded_by) == ("D", "A. Pilot")
         assert [one.kept for one in search_runs(catalog)] == [None, None]
         assert search_runs(catalog)[1].estimates["Cm_alpha"].value == -0.34 - 0.02
-        assert weights_of(catalog, "2003-05-12-a") == {"alpha": 5.0, "q": 8.0}
-        assert model_of(catalog, "b777-2").evidence == "better by half"
+        assert get_weights(catalog, "2003-05-12-a") == {"alpha": 5.0, "q": 8.0}
+        assert get_model(catalog, "b777-2").evidence == "better by half"
         if "verdicts" in before:
             assert first.verdict == "good"
             assert [one.result for one in search_verdicts(catalog)] == ["good"]
-        assert kept_records(catalog) == ()
+        assert list_campaign_runs(catalog) == ()
         catalog.query("PRAGMA wal_checkpoint(TRUNCATE)")
     connection = sqlite3.connect(path)
     after = content(connection)
@@ -87,10 +87,10 @@ def test_an_old_catalog_keeps_its_content(script: Path, tmp_path: Path) -> None:
         assert now[: len(columns)] == columns
         assert [row[: len(columns)] for row in present] == rows, table
     with Catalog(path) as catalog:
-        number = store_kept(catalog, RECORD)
+        number = store_campaign_run(catalog, RECORD)
         store_run(
             catalog,
-            Run(
+            EstimationRun(
                 method="ml",
                 axis="lon",
                 maneuvers=(("2003-05-12-a", "1"),),

@@ -8,16 +8,19 @@ import numpy as np
 import pytest
 
 from gsapp.aircraft import load_aircraft
-from gsapp.aircraft.reading import SHIPPED
-from gsapp.decoding.channel_map import SHIPPED as MAPS
-from gsapp.flight.as_flown import as_flown
-from gsapp.flight.card_checks import check_card
-from gsapp.flight.card_file import CardFile
+from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
+from gsapp.decoding.channel_map import SHIPPED_CHANNEL_MAPS as MAPS
+from gsapp.flight.flight_info_file import FlightInfoFile
+from gsapp.flight.flown_aircraft import apply_flight_info
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
+from gsapp.flight.info_checks import check_flight_info
 from gsapp.foundation import FileProblemsError, FlightError
-from gsapp.foundation.toml import validate
-from gsapp.identification.flights import FlownFlight, flown_flights
+from gsapp.foundation.toml import validate_content
+from gsapp.identification.maneuver_extraction import (
+    FlightWithManeuvers,
+    open_flights_with_maneuvers,
+)
 from tests.flight.box_kit import box_tlog
 
 B777 = load_aircraft("b777")
@@ -54,11 +57,11 @@ WHOLE: dict[str, Any] = {
 
 
 def card(**values: Any) -> FlightInfo:
-    return validate("flight.toml", values, FlightInfo)
+    return validate_content("flight.toml", values, FlightInfo)
 
 
 def doubts(**values: Any) -> dict[str, str]:
-    return {one.field: one.words for one in check_card(card(**values), B777)}
+    return {one.field: one.words for one in check_flight_info(card(**values), B777)}
 
 
 def test_the_whole_card_survives_its_file(tmp_path) -> None:
@@ -72,13 +75,13 @@ def test_the_whole_card_survives_its_file(tmp_path) -> None:
         assert absent not in text
     assert back.weighing.loads["left"].std == 0.0
     assert back.transmitter.dual_rates["elevator"].low == pytest.approx(0.6)
-    assert check_card(back, B777) == ()
+    assert check_flight_info(back, B777) == ()
 
 
 def test_a_card_whose_folder_is_gone_is_neither_emptied_nor_made_anew(tmp_path) -> None:
     """A folder in place of a disk that was pulled out would be hidden when it comes back."""
     folder = FlightFolder(path=tmp_path / "flight")
-    card = CardFile(folder)
+    card = FlightInfoFile(folder)
     card.change({("crew", "pilot"): "Bob"})
     card.save()
     folder.path.rename(tmp_path / "away")
@@ -90,7 +93,7 @@ def test_a_card_whose_folder_is_gone_is_neither_emptied_nor_made_anew(tmp_path) 
     assert not folder.path.exists()
     (tmp_path / "away").rename(folder.path)
     card.save()
-    assert CardFile(folder).content == {"crew": {"pilot": "Bob", "engineer": "Eve"}}
+    assert FlightInfoFile(folder).content == {"crew": {"pilot": "Bob", "engineer": "Eve"}}
 
 
 def test_every_mistake_of_a_card_is_told_at_once() -> None:
@@ -149,7 +152,7 @@ def test_weights_of_the_table_pass_and_slips_do_not() -> None:
         found = doubts(**values)
         assert list(found) == [field]
         assert words in found[field]
-    (metric,) = check_card(card(takeoff_weight="46.6 kg"), B777, system="SI")
+    (metric,) = check_flight_info(card(takeoff_weight="46.6 kg"), B777, system="SI")
     assert "the take-off weight is 46.6 kg, but the aircraft usually weighs 21.2 kg" in metric.words
     heavy = doubts(takeoff_weight="46.6 kg")["takeoff_weight"]
     assert "was '46.6 lb' meant instead of '46.6 kg'" in heavy
@@ -186,7 +189,7 @@ def test_loading_and_fuel_move_cg_and_inertia_as_points_do() -> None:
             {"what": "camera out", "mass": "-0.3 lb", "position": ["-1 ft", "0 ft", "0.4 ft"]},
         ],
     )
-    found = as_flown(file, info)
+    found = apply_flight_info(file, info)
     own = file.mass
     tensor = np.array([[own.ixx, 0, -own.ixz], [0, own.iyy, 0], [-own.ixz, 0, own.izz]])
     masses, places = cloud_of(own.mass, tensor)
@@ -214,7 +217,7 @@ def test_loading_and_fuel_move_cg_and_inertia_as_points_do() -> None:
 def test_a_weighed_cg_moves_instruments_and_engines() -> None:
     """Positions count from the CG as flown; instruments that no one placed stay at it."""
     info = card(weighing={"loads": {"nose": "4.9 lb", "main": "41.7 lb"}})
-    found = as_flown(B777, info)
+    found = apply_flight_info(B777, info)
     x = found.shift[0]
     assert x == pytest.approx((4.9 * 2.62 - 41.7 * 0.26) / 46.6 * FT, rel=1e-6)
     for name in ("alpha_vane", "accelerometer", "air_data"):
@@ -229,34 +232,36 @@ def test_a_weighed_cg_moves_instruments_and_engines() -> None:
     # Scales with empty tanks, fuel filled in afterwards at the tank.
     empty = {"loads": {"nose": "4.9 lb", "main": "39.0 lb"}, "fuel": "0 lb"}
     dry = card(weighing=empty, fuel="2.7 lb")
-    filled = as_flown(B777, dry)
+    filled = apply_flight_info(B777, dry)
     assert filled.aircraft.mass.mass == pytest.approx(46.6 * LB)
     assert filled.shift[0] == pytest.approx((4.9 * 2.62 - 39.0 * 0.26) / 46.6 * FT, rel=1e-6)
 
 
 def test_a_card_that_says_nothing_changes_nothing() -> None:
     """Old cards and no card give the very aircraft of the file; a weight alone changes mass."""
-    assert as_flown(B777, None).aircraft is B777
-    assert as_flown(B777, card(name="old", notes="x")).aircraft is B777
-    weighed = as_flown(B777, card(takeoff_weight="46.42 lb"))
+    assert apply_flight_info(B777, None).aircraft is B777
+    assert apply_flight_info(B777, card(name="old", notes="x")).aircraft is B777
+    weighed = apply_flight_info(B777, card(takeoff_weight="46.42 lb"))
     assert weighed.aircraft.mass.mass == pytest.approx(46.42 * LB)
     assert weighed.aircraft.mass.iyy == B777.mass.iyy
     assert weighed.shift == (0.0, 0.0, 0.0)
     with pytest.raises(FlightError, match="takes out more than there is"):
-        as_flown(
+        apply_flight_info(
             B777,
             card(loading=[{"what": "x", "mass": "-60 lb", "position": ["0 ft", "0 ft", "0 ft"]}]),
         )
     with pytest.raises(FlightError, match=r"cannot be; correct weights"):
-        as_flown(B777, card(takeoff_weight="1 lb"))
+        apply_flight_info(B777, card(takeoff_weight="1 lb"))
 
 
 def test_fuel_burned_moves_the_cg_only_where_the_tank_is_off_it() -> None:
     """With the tank at the CG nothing but mass changes; behind it the CG goes ahead in flight."""
-    at_cg = as_flown(B777, card(takeoff_weight="46.42 lb"))
+    at_cg = apply_flight_info(B777, card(takeoff_weight="46.42 lb"))
     assert at_cg.after(1.0) is at_cg
     tank = B777.mass.model_copy(update={"fuel_position": (-0.3, 0.0, 0.0)})
-    behind = as_flown(B777.model_copy(update={"mass": tank}), card(takeoff_weight="46.42 lb"))
+    behind = apply_flight_info(
+        B777.model_copy(update={"mass": tank}), card(takeoff_weight="46.42 lb")
+    )
     later = behind.after(1.0)
     assert later.aircraft.mass.iyy < behind.aircraft.mass.iyy
     assert later.shift[0] == pytest.approx(0.3 * 1.0 / (46.42 * LB - 1.0), rel=1e-9)
@@ -272,10 +277,10 @@ def test_the_card_reaches_every_analysis(tmp_path) -> None:
     folder = FlightFolder.create(tmp_path / "flight", FlightInfo(name="Box test"))
     folder.tlog_file.write_bytes(box_tlog(lost=set()))
     folder.keep_channel_map(MAPS.find("b777"))
-    folder.keep_aircraft(SHIPPED.find("b777"))
+    folder.keep_aircraft(SHIPPED_AIRCRAFT.find("b777"))
 
-    def cut() -> FlownFlight:
-        return flown_flights([folder.path], aircraft=None, given=["10.5:12.5"])[0]
+    def cut() -> FlightWithManeuvers:
+        return open_flights_with_maneuvers([folder.path], aircraft=None, given=["10.5:12.5"])[0]
 
     (plain,) = cut().maneuvers
     assert plain.cg_shift == (0.0, 0.0, 0.0)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gsapp.flight.readers.delimited import read_text_table
+from gsapp.flight.readers.delimited_table import read_delimited_table
 from gsapp.flight.readers.flight_csv import read_flight_csv
 from gsapp.flight.writers import write_flight_csv
 from gsapp.foundation import FileProblemsError, FlightError, UnmappedError
@@ -296,7 +296,7 @@ def test_a_file_that_is_read_in_pieces_is_read_the_same(tmp_path, monkeypatch, e
     """A long one is split in pieces, lest all other threads wait."""
     rows = ["time [s],alpha [rad]", "# 5 °", *(f"{n},0.{n}" for n in range(40)), ""]
     path = write(tmp_path, ends.join(rows), encoding=encoding)
-    whole = read_text_table(path)
-    monkeypatch.setattr("gsapp.flight.readers.delimited._BYTES_AT_ONCE", 7)
-    assert read_text_table(path) == whole
+    whole = read_delimited_table(path)
+    monkeypatch.setattr("gsapp.flight.readers.delimited_table._BYTES_AT_ONCE", 7)
+    assert read_delimited_table(path) == whole
     assert whole.lines == tuple(rows[1:])

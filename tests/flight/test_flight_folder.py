@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from calibration import certificate_files, load_certificates
-from gsapp.aircraft.reading import SHIPPED
+from calibration import certificate_paths, load_certificates
+from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
+from gsapp.flight.atomic_files import atomic_flight_folder
 from gsapp.flight.folder import FlightFolder, is_flight_folder
 from gsapp.flight.info import FlightInfo, Weather
-from gsapp.flight.provenance import input_file
-from gsapp.flight.replacing import making
+from gsapp.flight.provenance import hash_input_file
 from gsapp.foundation import FileProblemsError, FlightError
 
 
@@ -111,9 +111,9 @@ def test_going_on_in_the_same_flight(tmp_path):
 def test_copies_of_the_files_in_force(tmp_path):
     """The aircraft and the certificates are copied under fixed names; old certificates go."""
     folder = FlightFolder.create(tmp_path / "f")
-    folder.keep_aircraft(SHIPPED.find("b777"))
+    folder.keep_aircraft(SHIPPED_AIRCRAFT.find("b777"))
     assert folder.aircraft() is not None
-    assert folder.aircraft_file.read_bytes() == SHIPPED.find("b777").read_bytes()
+    assert folder.aircraft_file.read_bytes() == SHIPPED_AIRCRAFT.find("b777").read_bytes()
     for name in ("alpha", "beta"):
         (tmp_path / f"{name}.toml").write_text(f"# {name}\n")
     folder.keep_certificates([tmp_path / "alpha.toml", tmp_path / "beta.toml"])
@@ -215,13 +215,16 @@ def test_a_flight_that_was_on_a_mac_is_the_same_flight(tmp_path):
     (tmp_path / "new").mkdir()
     (tmp_path / "new" / ".DS_Store").touch()
     folder = FlightFolder.create(tmp_path / "new", FlightInfo())
-    folder.keep_certificates(certificate_files("b777"))
-    before = (input_file("flight", folder.path).sha256, len(folder.certificate_files()))
+    folder.keep_certificates(certificate_paths("b777"))
+    before = (hash_input_file("flight", folder.path).sha256, len(folder.certificate_files()))
     for path in [one for one in folder.path.rglob("*") if one.is_file()]:
         path.with_name(f"._{path.name}").write_bytes(b"\x00\x05\x16\x07 not text: \xff")
     flight = FlightFolder.open(folder.path)
     assert len(load_certificates(folder.path)) == before[1] > 0
-    assert (input_file("flight", flight.path).sha256, len(flight.certificate_files())) == before
+    assert (
+        hash_input_file("flight", flight.path).sha256,
+        len(flight.certificate_files()),
+    ) == before
 
 
 def test_a_disk_that_fills_while_a_flight_is_made_is_told_with_the_flight(tmp_path: Path) -> None:
@@ -229,7 +232,7 @@ def test_a_disk_that_fills_while_a_flight_is_made_is_told_with_the_flight(tmp_pa
     folder = tmp_path / "flight"
 
     def fill(error: OSError) -> None:
-        with making(folder) as part:
+        with atomic_flight_folder(folder) as part:
             (part / "raw.tlog").write_bytes(b"half")
             raise error
 

@@ -13,16 +13,16 @@ import numpy as np
 import pytest
 
 from calibration import load_certificates
-from gsapp.aircraft.reading import SHIPPED
+from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
 from gsapp.cli import export, import_
-from gsapp.decoding.channel_map import SHIPPED as MAPS
+from gsapp.decoding.channel_map import SHIPPED_CHANNEL_MAPS as MAPS
 from gsapp.flight import load_flight
 from gsapp.flight.events import Event
 from gsapp.flight.flight import Flight
+from gsapp.flight.flight_import import import_flight
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.importing import import_flight
 from gsapp.flight.info import FlightInfo
-from gsapp.flight.summary import channel_statistics, summarize
+from gsapp.flight.summary import channel_statistics, summarize_flight
 from gsapp.foundation import FileProblemsError, FlightError, GroundStationError, UnknownNameError
 from gsapp.quantities import Block
 
@@ -42,7 +42,7 @@ def box_folder(tmp_path):
     folder = FlightFolder.create(tmp_path / "flight", FlightInfo(name="Box test"))
     folder.tlog_file.write_bytes(box_tlog(lost={100, 101, 102, 103}))
     folder.keep_channel_map(MAPS.find("b777"))
-    folder.keep_aircraft(SHIPPED.find("b777"))
+    folder.keep_aircraft(SHIPPED_AIRCRAFT.find("b777"))
     return folder
 
 
@@ -64,7 +64,7 @@ def test_folder_is_decoded_calibrated_and_summed_up(box_folder):
     assert flight.frames.lost == 4
     assert [event.text for event in flight.events] == ["recorder ready", "doublet"]
 
-    summary = summarize(flight)
+    summary = summarize_flight(flight)
     assert json.loads(json.dumps(summary, allow_nan=False)) == summary
     assert set(summary) == {
         "duration", "channels", "calibration", "onboard", "frames", "events", "cues", "maneuvers",
@@ -92,7 +92,7 @@ def test_cache_gives_the_same_flight_and_is_never_trusted(box_folder, monkeypatc
         raise AssertionError("decoded again")
 
     with monkeypatch.context() as patch:
-        patch.setattr("gsapp.flight.setting.Decoder", forbidden)
+        patch.setattr("gsapp.flight.read_settings.Decoder", forbidden)
         second = load_flight(box_folder.path)
         with pytest.raises(AssertionError, match="decoded again"):
             load_flight(box_folder.path, rate=50)
@@ -123,7 +123,7 @@ _CODE = """
 import sys
 from pathlib import Path
 
-import gsapp.flight.loading
+import gsapp.flight.flight_loader
 from gsapp.flight import cache
 
 counted = set()
@@ -155,7 +155,7 @@ def test_growing_and_empty_folders(tmp_path):
     folder = FlightFolder.create(tmp_path / "f")
     flight = load_flight(folder.path)
     assert len(flight.block) == 0
-    assert summarize(flight)["duration"] == 0.0
+    assert summarize_flight(flight)["duration"] == 0.0
     whole = box_tlog(1.0)
     folder.tlog_file.write_bytes(whole[:-20])
     folder.keep_channel_map(MAPS.find("b777"))
@@ -248,7 +248,7 @@ def test_real_flight_agrees_with_pymavlink(shared_data):
     np.testing.assert_allclose(
         flight.block["phi"][index[chosen]], np.array(rolls)[chosen], atol=1e-7
     )
-    summary = summarize(flight)
+    summary = summarize_flight(flight)
     assert summary["channels"]["Vc"]["min"] == pytest.approx(9.7, abs=0.15)
     assert summary["duration"] == pytest.approx(132.3, abs=0.5)
 
@@ -265,7 +265,7 @@ def test_real_px4_log_agrees_with_pyulog(shared_data):
     np.testing.assert_allclose(flight.block["q"][there], expected, atol=1e-9)
     # What arrived, not the rows of the grid.
     arrived = 1.0 / float(np.median(np.diff(times)))
-    assert summarize(flight)["channels"]["q"]["rate"] == pytest.approx(arrived, rel=1e-3)
+    assert summarize_flight(flight)["channels"]["q"]["rate"] == pytest.approx(arrived, rel=1e-3)
     assert any("Takeoff detected" in event.text for event in flight.events)
 
 
@@ -449,7 +449,7 @@ def test_import_and_export_write_their_results_for_programs(box_folder, tmp_path
     assert written["units"]["alpha"] == "deg"
     flight = load_flight(box_folder.path)
     assert written["rows"] == len(flight.block)
-    assert {name: written[name] for name in summarize(flight)} == summarize(flight)
+    assert {name: written[name] for name in summarize_flight(flight)} == summarize_flight(flight)
     import_.run(file=table, out=tmp_path / "new", json=tmp_path / "import.json")
     assert "written to" in capsys.readouterr().out
     imported = json.loads((tmp_path / "import.json").read_text(encoding="utf-8"))
@@ -496,7 +496,7 @@ def test_the_mean_of_a_heading_lies_where_it_was_flown(south: bool):
     heading = (flown + np.pi) % (2.0 * np.pi) - np.pi
     block = Block(channels=("psi", "q"), times=times, values=np.column_stack([heading, heading]))
     flight = Flight(name="turn", path=Path("turn.csv"), block=block, sources={})
-    channels = summarize(flight)["channels"]
+    channels = summarize_flight(flight)["channels"]
     mean = swing.mean() - np.pi if south else swing.mean()
     assert channels["psi"]["mean"] == pytest.approx(mean, abs=1e-12)
     assert channels["q"]["mean"] == pytest.approx(heading.mean())

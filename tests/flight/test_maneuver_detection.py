@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.aircraft import load_aircraft
-from gsapp.dynamics.pilot.flight import VirtualFlight, fly
+from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight, simulate_flight
 from gsapp.flight import Flight, load_flight
-from gsapp.flight.maneuvers import ManeuverDetector, detect, find_maneuvers
-from gsapp.flight.maneuvers.airborne import FRAME, AirborneWatch, flying_speed
-from gsapp.flight.maneuvers.signals import COLUMN, SIGNALS
+from gsapp.flight.maneuvers import ManeuverDetector, detect_maneuvers, run_detector
+from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION, AirborneDetector, flying_speed
+from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
@@ -27,18 +27,18 @@ AIR_DATA = ("V", "alpha", "beta")
 
 @pytest.fixture(scope="module")
 def flown() -> VirtualFlight:
-    return fly("short", seed=9)
+    return simulate_flight("short", seed=9)
 
 
 def test_it_flies_from_a_little_above_the_stall_until_a_little_below():
     """By airspeed alone; between the two it goes on as it was, and a single frame is no proof."""
-    watch, stall = AirborneWatch(AIRCRAFT), flying_speed(AIRCRAFT)
+    watch, stall = AirborneDetector(AIRCRAFT), flying_speed(AIRCRAFT)
     means = np.full(len(SIGNALS), np.nan)
     told = []
     shares = (0.0, 0.9, 1.0, 1.0, 1.2, 1.0, 1.1, 1.1, 0.95, 0.95, 0.8, 0.95, 0.85, 0.85, 1.0, 1.0)
     for number, share in enumerate(shares):
-        means[COLUMN["V"]] = share * stall
-        watch.add(number * FRAME, means)
+        means[SIGNAL_COLUMNS["V"]] = share * stall
+        watch.add(number * FRAME_DURATION, means)
         told.append(watch.airborne)
     assert told == [7 <= number < 13 for number in range(len(shares))]
     assert watch.judged_by == "airspeed"
@@ -52,7 +52,7 @@ def test_it_flies_from_a_little_above_the_stall_until_a_little_below():
 def test_an_input_on_each_surface_is_found_with_its_shape(surface, kind, size, step):
     """Surface, shape, size within 15 %, edges within a tenth of a second."""
     made = Input(at=70.0, surface=surface, kind=kind, size=size, step=step)
-    (found,) = find_maneuvers(make_flight([made], seed=3), AIRCRAFT)
+    (found,) = detect_maneuvers(make_flight([made], seed=3), AIRCRAFT)
     assert (found.inputs, found.kind) == ((surface,), kind)
     assert found.amplitude == pytest.approx(abs(size) * DEGREE, rel=0.15)
     assert found.t_input == pytest.approx(made.at, abs=0.1)
@@ -64,7 +64,7 @@ def test_an_input_on_each_surface_is_found_with_its_shape(surface, kind, size, s
 
 
 def test_staggered_inputs_on_two_surfaces_are_one_maneuver():
-    (found,) = find_maneuvers(make_flight(COMBINED, seed=4), AIRCRAFT)
+    (found,) = detect_maneuvers(make_flight(COMBINED, seed=4), AIRCRAFT)
     assert found.inputs == ("da", "dr")
     assert found.amplitudes["da"] == pytest.approx(5.0 * DEGREE, rel=0.15)
     assert found.amplitudes["dr"] == pytest.approx(9.0 * DEGREE, rel=0.15)
@@ -76,7 +76,7 @@ def test_steering_alone_is_no_maneuver():
     """Ten flights of steering, calm and in gusts, gentle and three times as busy."""
     for seed in range(10):
         flight = make_flight(seed=seed, steering=1.0 + 0.2 * seed, gusts=0.3 * (seed % 3))
-        assert find_maneuvers(flight, AIRCRAFT) == ()
+        assert detect_maneuvers(flight, AIRCRAFT) == ()
 
 
 def test_pulses_on_the_ground_are_the_range_check():
@@ -84,7 +84,7 @@ def test_pulses_on_the_ground_are_the_range_check():
     checks = [(12.0, "de"), (15.0, "dr"), (112.0, "da")]
     made = Input(at=60.0, surface="de")
     flight = make_flight([made], range_check=checks, landing=95.0, seconds=125.0)
-    (found,) = find_maneuvers(flight, AIRCRAFT)
+    (found,) = detect_maneuvers(flight, AIRCRAFT)
     assert found.t_start < made.at < found.t_end
 
 
@@ -100,7 +100,7 @@ def test_maneuvers_are_found_without_air_data(without, words):
     """A flight that lost its air data: what else moves tells flight from ground, and is named."""
     checks = [(12.0, "de"), (15.0, "dr")]
     flight = make_flight(EVERYTHING, range_check=checks, seconds=130.0, without=without)
-    detector = detect(flight, AIRCRAFT)
+    detector = run_detector(flight, AIRCRAFT)
     assert [one.inputs for one in detector.finish()] == [
         ("de",), ("da",), ("dr",), ("da", "dr"), ("de",)
     ]  # fmt: skip
@@ -110,7 +110,7 @@ def test_maneuvers_are_found_without_air_data(without, words):
 def test_an_airspeed_that_stays_low_in_flight_is_not_believed():
     """A pitot that was never uncovered reads zero; the maneuvers are there all the same."""
     flight = changed(make_flight(EVERYTHING, seconds=130.0), V=0.0)
-    detector = detect(flight, AIRCRAFT)
+    detector = run_detector(flight, AIRCRAFT)
     assert len(detector.finish()) == 5
     assert "below flying speed" in detector.judged_by
 
@@ -118,7 +118,7 @@ def test_an_airspeed_that_stays_low_in_flight_is_not_believed():
 def test_nothing_but_surfaces_still_gives_maneuvers():
     flight = make_flight([Input(at=60.0, surface="de")], ground=0.0, steering=0.5)
     bare = flight_of({name: flight.block[name] for name in ("de", "da", "dr")}, flight.block.times)
-    detector = detect(bare, AIRCRAFT)
+    detector = run_detector(bare, AIRCRAFT)
     (found,) = detector.finish()
     assert found.grade == "D"
     assert "nothing measured what de does" in found.reasons[0]
@@ -129,7 +129,7 @@ def test_single_wild_samples_are_no_input():
     flight = make_flight(seed=5)
     surface = np.array(flight.block["de"])
     surface[5000:11000:700] += 15.0 * DEGREE
-    assert find_maneuvers(changed(flight, de=surface), AIRCRAFT) == ()
+    assert detect_maneuvers(changed(flight, de=surface), AIRCRAFT) == ()
 
 
 def cut(block: Block, places: list[int]) -> list[Block]:
@@ -220,7 +220,7 @@ def test_a_flight_of_the_virtual_pilot(flown, without_air_data):
     measured = flown.measured
     block = measured.select([name for name in measured.channels if name not in lost])
     flight = Flight(name="virtual", path=Path("virtual"), block=block, sources={})
-    found = find_maneuvers(flight, AIRCRAFT)
+    found = detect_maneuvers(flight, AIRCRAFT)
     assert [set(one.inputs) for one in found] == [set(one.inputs) for one in flown.maneuvers]
     for one, truth in zip(found, flown.maneuvers, strict=True):
         assert one.kind == truth.kind
@@ -231,14 +231,14 @@ def test_a_flight_of_the_virtual_pilot(flown, without_air_data):
 def test_a_log_of_another_aircraft_gives_no_maneuver(shared_data):
     """An autopilot's flight without test inputs, servo commands at 3 Hz: no crash, none found."""
     flight = load_flight(shared_data / "alfa_carbonz_engine_failure.tlog")
-    assert find_maneuvers(flight, AIRCRAFT) == ()
+    assert detect_maneuvers(flight, AIRCRAFT) == ()
 
 
 def test_slower_records_show_their_inputs():
     """At 50 and 25 samples a second the inputs are still seen for what they are."""
     for rate in (50.0, 25.0):
         flight = make_flight(EVERYTHING, seconds=125.0, rate=rate)
-        found = find_maneuvers(flight, AIRCRAFT)
+        found = detect_maneuvers(flight, AIRCRAFT)
         assert [one.inputs for one in found] == [
             ("de",), ("da",), ("dr",), ("da", "dr"), ("de",)
         ]  # fmt: skip
@@ -250,7 +250,7 @@ def test_slower_records_show_their_inputs():
 def test_a_flight_without_surfaces_says_so():
     flight = make_flight(without=("de", "da", "dr"), seconds=70.0)
     with pytest.raises(FlightError, match=r"no sample of a surface .* it has p, q, r"):
-        find_maneuvers(flight, AIRCRAFT)
+        detect_maneuvers(flight, AIRCRAFT)
 
 
 def test_a_flight_of_nothing_but_nan_says_so():
@@ -260,13 +260,13 @@ def test_a_flight_of_nothing_but_nan_says_so():
         flight.block.times,
     )
     with pytest.raises(FlightError, match="no sample of a surface"):
-        find_maneuvers(empty, AIRCRAFT)
+        detect_maneuvers(empty, AIRCRAFT)
 
 
 def test_an_empty_flight_says_so():
     flight = flight_of({"de": np.empty(0)}, np.empty(0))
     with pytest.raises(FlightError, match="holds no samples"):
-        find_maneuvers(flight, AIRCRAFT)
+        detect_maneuvers(flight, AIRCRAFT)
 
 
 def test_too_slow_a_record_says_so():
@@ -278,5 +278,5 @@ def test_infinite_samples_do_no_harm():
     flight = make_flight([Input(at=60.0, surface="de")])
     broken = np.array(flight.block["q"])
     broken[::50] = np.inf
-    (found,) = find_maneuvers(changed(flight, q=broken), AIRCRAFT)
+    (found,) = detect_maneuvers(changed(flight, q=broken), AIRCRAFT)
     assert found.inputs == ("de",)

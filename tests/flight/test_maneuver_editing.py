@@ -13,29 +13,29 @@ from hypothesis import strategies as st
 from gsapp.aircraft import load_aircraft
 from gsapp.flight.events import Event, EventLog, events_path
 from gsapp.flight.maneuvers import (
-    CREW,
-    PROGRAM,
-    Assessor,
-    FoundManeuver,
-    ManeuverBook,
-    ManeuverLog,
-    detect,
-    survey,
+    GRADED_BY_CREW,
+    GRADED_BY_PROGRAM,
+    DetectedManeuver,
+    EditableManeuverList,
+    ManeuverAssessor,
+    ManeuverEditLog,
+    collect_maneuvers,
+    run_detector,
 )
 from gsapp.foundation import FlightError, UnknownNameError
 from tests.flight.maneuver_kit import EVERYTHING, make_flight
 
 AIRCRAFT = load_aircraft("b777")
 FLIGHT = make_flight(EVERYTHING, seconds=125.0)
-DETECTOR = detect(FLIGHT, AIRCRAFT)
+DETECTOR = run_detector(FLIGHT, AIRCRAFT)
 FOUND = DETECTOR.finish()
-ASSESS = Assessor(FLIGHT, AIRCRAFT, DETECTOR.noise).assess
-BOOK = ManeuverBook(found=FOUND)
+ASSESS = ManeuverAssessor(FLIGHT, AIRCRAFT, DETECTOR.noise).assess
+BOOK = EditableManeuverList(found=FOUND)
 
 
-def plain(name: str, start: float, stop: float) -> FoundManeuver:
+def plain(name: str, start: float, stop: float) -> DetectedManeuver:
     """Stands for the look at the samples, which is proven elsewhere."""
-    return FoundManeuver(
+    return DetectedManeuver(
         id=name, t_start=start, t_end=stop, inputs=("de",), kind="doublet", amplitude=0.1, grade="B"
     )
 
@@ -107,7 +107,7 @@ DEEDS = st.lists(
 )
 
 
-def done(book: ManeuverBook, deed: str, place: int, size: float) -> ManeuverBook:
+def done(book: EditableManeuverList, deed: str, place: int, size: float) -> EditableManeuverList:
     """Do something to a book; what does not fit leaves it as it is."""
     names = [one.id for one in book.maneuvers]
     if deed == "undo":
@@ -156,24 +156,24 @@ def test_every_history_can_be_taken_back_and_brought_again(deeds):
 def test_the_events_file_holds_every_history(tmp_path_factory, deeds):
     """A window that opens the file afterwards shows the same list, undo and redo included."""
     path = tmp_path_factory.mktemp("edits") / "events.jsonl"
-    log = ManeuverLog(EventLog(path), FOUND)
+    log = ManeuverEditLog(EventLog(path), FOUND)
     for deed in deeds:
         book = done(log.book, *deed)
         if book != log.book:
             log.record(book)
-    again = ManeuverLog(EventLog(path), FOUND)
+    again = ManeuverEditLog(EventLog(path), FOUND)
     assert records(again.book) == records(log.book)
     assert len(again.book.undone) == len(log.book.undone)
     assert again.left_out == 0
 
 
-def records(book: ManeuverBook) -> list[dict[str, object]]:
+def records(book: EditableManeuverList) -> list[dict[str, object]]:
     return [one.to_record() for one in book.maneuvers]
 
 
 def test_two_windows_share_one_list(tmp_path):
     path = tmp_path / "events.jsonl"
-    one, two = (ManeuverLog(EventLog(path), FOUND) for _ in range(2))
+    one, two = (ManeuverEditLog(EventLog(path), FOUND) for _ in range(2))
     one.record(one.book.remove("1"))
     # The other has not looked yet, and changes what is gone.
     two.record(two.book.annotate("1", "mine"))
@@ -185,7 +185,7 @@ def test_two_windows_share_one_list(tmp_path):
     with pytest.raises(FlightError, match="changed the maneuvers meanwhile"):
         one.record(one.book.remove("2").remove("3"))
     with pytest.raises(FlightError, match="changed the maneuvers meanwhile"):
-        ManeuverLog(EventLog(tmp_path / "none.jsonl"), FOUND).record(BOOK)
+        ManeuverEditLog(EventLog(tmp_path / "none.jsonl"), FOUND).record(BOOK)
 
 
 def test_other_and_damaged_events_are_passed_over(tmp_path):
@@ -200,28 +200,28 @@ def test_other_and_damaged_events_are_passed_over(tmp_path):
             data={"removed": [], "added": [{"id": "x", "t_start": 5.0, "t_end": 1.0}]},
         )
     )
-    edits = ManeuverLog(EventLog(path), FOUND)
+    edits = ManeuverEditLog(EventLog(path), FOUND)
     assert edits.left_out == 2
     assert edits.book.maneuvers == FOUND
 
 
 def test_a_record_comes_back_whole():
     for one in FOUND:
-        assert FoundManeuver.from_record(json.loads(json.dumps(one.to_record()))) == one
+        assert DetectedManeuver.from_record(json.loads(json.dumps(one.to_record()))) == one
     # What `gsapp maneuvers --json` writes is enough.
-    short = FoundManeuver.from_record(FOUND[0].to_json())
+    short = DetectedManeuver.from_record(FOUND[0].to_json())
     assert (short.id, short.inputs, short.grade) == ("1", ("de",), FOUND[0].grade)
     for wrong in (3, {}, {**FOUND[0].to_json(), "grade": "Z"}, {**FOUND[0].to_json(), "t_end": 0}):
         with pytest.raises(FlightError, match="find the maneuvers anew"):
-            FoundManeuver.from_record(wrong)
+            DetectedManeuver.from_record(wrong)
 
 
 # A list that is found otherwise than when it was changed --------------------------------
 
 
-def edited(path: Path, found: tuple[FoundManeuver, ...], *deeds: tuple[str, int, float]) -> None:
+def edited(path: Path, found: tuple[DetectedManeuver, ...], *deeds: tuple[str, int, float]) -> None:
     """Write changes of a list to an events file."""
-    log = ManeuverLog(EventLog(path), found)
+    log = ManeuverEditLog(EventLog(path), found)
     for deed in deeds:
         log.record(done(log.book, *deed))
 
@@ -238,12 +238,12 @@ def test_a_change_finds_its_maneuver_where_it_lay_not_by_its_number(tmp_path):
     """A detection that sees one more before it counts on; the change stays with its motion."""
     path = tmp_path / "events.jsonl"
     edited(path, FOUND, ("move", 1, 2.5), ("note", 1, 7.0), ("remove", 3, 1.0))
-    before = ManeuverLog(EventLog(path), FOUND).book
+    before = ManeuverEditLog(EventLog(path), FOUND).book
     more = (
         plain("1", 40.0, 44.0),
         *(replace(one, id=str(number)) for number, one in enumerate(FOUND, start=2)),
     )
-    log = ManeuverLog(EventLog(path), more)
+    log = ManeuverEditLog(EventLog(path), more)
     assert log.left_out == 0
     shifted = [replace(one, id=str(int(one.id) + 1)) for one in before.maneuvers]
     assert list(log.book.maneuvers) == [more[0], *shifted]
@@ -258,7 +258,7 @@ def test_what_is_not_found_any_more_stands_as_it_was_changed_and_is_said(tmp_pat
     fewer = tuple(
         replace(one, id=str(number)) for number, one in enumerate((FOUND[0], *FOUND[3:]), start=1)
     )
-    log = ManeuverLog(EventLog(path), fewer)
+    log = ManeuverEditLog(EventLog(path), fewer)
     (there,) = (one for one in log.book.maneuvers if one.note == "7.00")
     assert (there.t_start, there.t_end) == (FOUND[1].t_start, FOUND[1].t_start + 2.5)
     assert [one for one in log.book.maneuvers if one is not there] == list(fewer)
@@ -273,25 +273,25 @@ def test_what_is_not_found_any_more_stands_as_it_was_changed_and_is_said(tmp_pat
 def test_undo_takes_back_its_own_change_whichever_are_left_out(tmp_path):
     """The history holds an overtaken change; its undo must not take back the one before it."""
     path = tmp_path / "events.jsonl"
-    one, two = (ManeuverLog(EventLog(path), FOUND) for _ in range(2))
+    one, two = (ManeuverEditLog(EventLog(path), FOUND) for _ in range(2))
     one.record(one.book.remove("1"))
     two.record(two.book.annotate("1", "mine"))
     EventLog(path).append(Event(kind="maneuver-undo", text="", data={"change": 2}))
-    again = ManeuverLog(EventLog(path), FOUND)
+    again = ManeuverEditLog(EventLog(path), FOUND)
     assert [edit.words for edit in again.book.edits] == ["remove 1"]
     again.record(again.book.undo())
-    assert records(ManeuverLog(EventLog(path), FOUND).book) == records(BOOK)
+    assert records(ManeuverEditLog(EventLog(path), FOUND).book) == records(BOOK)
 
 
 def test_a_grade_by_a_person_survives_and_can_be_taken_back(tmp_path):
     path = tmp_path / "events.jsonl"
-    log = ManeuverLog(EventLog(path), FOUND)
+    log = ManeuverEditLog(EventLog(path), FOUND)
     log.record(log.book.regrade("2", "C", ASSESS, "wind"))
     log.record(log.book.move("2", ASSESS, t_end=FOUND[1].t_end - 0.5))
-    kept = ManeuverLog(EventLog(path), FOUND).book["2"]
-    assert (kept.grade, kept.reasons, kept.graded_by) == ("C", ("wind",), CREW)
+    kept = ManeuverEditLog(EventLog(path), FOUND).book["2"]
+    assert (kept.grade, kept.reasons, kept.graded_by) == ("C", ("wind",), GRADED_BY_CREW)
     log.record(log.book.regrade("2", None, ASSESS))
-    assert log.book["2"].graded_by == PROGRAM
+    assert log.book["2"].graded_by == GRADED_BY_PROGRAM
     assert log.book["2"].grade == ASSESS("2", FOUND[1].t_start, FOUND[1].t_end - 0.5).grade
     assert records(log.book.undo().undo().undo()) == records(BOOK)
     with pytest.raises(FlightError, match="no grade 'E'"):
@@ -301,20 +301,21 @@ def test_a_grade_by_a_person_survives_and_can_be_taken_back(tmp_path):
 def test_a_survey_takes_what_was_changed_as_the_samples_show_it_now(tmp_path):
     """Edges and notes are the person's, the grade is what this very record shows."""
     flight = replace(FLIGHT, path=tmp_path / "made.csv")
-    found = survey(flight, AIRCRAFT).maneuvers
-    log = ManeuverLog(EventLog(events_path(flight.path)), found)
+    found = collect_maneuvers(flight, AIRCRAFT).maneuvers
+    log = ManeuverEditLog(EventLog(events_path(flight.path)), found)
     log.record(log.book.add(plain, 64.0, 66.0, name="rest"))
     log.record(log.book.annotate("rest", "nothing here"))
     assert (tmp_path / "made.csv.events.jsonl").is_file()
-    edited_list = survey(flight, AIRCRAFT)
+    edited_list = collect_maneuvers(flight, AIRCRAFT)
     (rest,) = (one for one in edited_list.maneuvers if one.id == "rest")
     assert rest.note == "nothing here"
     assert rest == replace(ASSESS("rest", 64.0, 66.0), note="nothing here")
     assert any("2 changes by hand" in remark for remark in edited_list.remarks)
-    assert survey(flight, AIRCRAFT, as_found=True).maneuvers == found
-    (given,) = survey(flight, AIRCRAFT, given=["64:66"]).maneuvers
+    assert collect_maneuvers(flight, AIRCRAFT, as_found=True).maneuvers == found
+    (given,) = collect_maneuvers(flight, AIRCRAFT, given=["64:66"]).maneuvers
     assert given.note == ""
     shorter = replace(flight, block=flight.block.between(0.0, 62.0))
     assert any(
-        "rest, put in by hand, is left out" in one for one in survey(shorter, AIRCRAFT).remarks
+        "rest, put in by hand, is left out" in one
+        for one in collect_maneuvers(shorter, AIRCRAFT).remarks
     )

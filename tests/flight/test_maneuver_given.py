@@ -12,12 +12,12 @@ from gsapp.aircraft import load_aircraft
 from gsapp.flight import Flight
 from gsapp.flight.events import Event, EventLog, events_path
 from gsapp.flight.maneuvers import (
-    CREW,
-    find_maneuvers,
-    maneuvers_of,
-    parse_windows,
-    survey,
-    why_none,
+    GRADED_BY_CREW,
+    collect_maneuvers,
+    detect_maneuvers,
+    explain_no_maneuvers,
+    list_maneuvers,
+    parse_maneuver_windows,
 )
 from gsapp.foundation import FlightError
 from gsapp.quantities.constants import DEGREE
@@ -33,10 +33,10 @@ def short(*inputs: Input, **options: object) -> Flight:
 
 
 def test_windows_are_read():
-    one, two = parse_windows(["2:139.5:146", "1: 10 :20.25"], flights=2)
+    one, two = parse_maneuver_windows(["2:139.5:146", "1: 10 :20.25"], flights=2)
     assert (one.flight, one.start, one.stop) == (2, 139.5, 146.0)
     assert (two.flight, two.start, two.stop) == (1, 10.0, 20.25)
-    (alone,) = parse_windows(["139.5:146"])
+    (alone,) = parse_maneuver_windows(["139.5:146"])
     assert (alone.flight, alone.start) == (1, 139.5)
 
 
@@ -57,32 +57,32 @@ def test_windows_are_read():
 )
 def test_a_window_that_cannot_be_gets_one_sentence(text, flights, words):
     with pytest.raises(FlightError, match=words):
-        parse_windows([text], flights)
+        parse_maneuver_windows([text], flights)
 
 
 def test_a_named_maneuver_takes_the_place_of_found_ones():
     """What moved is seen from the samples; the edges are those given."""
-    (found,) = maneuvers_of(FLIGHT, AIRCRAFT, ["94.5:101"])
+    (found,) = list_maneuvers(FLIGHT, AIRCRAFT, ["94.5:101"])
     assert (found.t_start, found.t_end) == (94.5, 101.0)
     assert found.inputs == ("da", "dr")
     assert found.kind == "doublet"
-    searched = find_maneuvers(FLIGHT, AIRCRAFT)[3]
+    searched = detect_maneuvers(FLIGHT, AIRCRAFT)[3]
     assert found.amplitudes == pytest.approx(dict(searched.amplitudes), rel=0.1)
 
 
 def test_windows_go_to_their_flights():
     given = ["2:58:65", "2:70:77"]
-    assert [one.inputs for one in maneuvers_of(FLIGHT, AIRCRAFT, given, number=2, flights=2)] == [
+    assert [one.inputs for one in list_maneuvers(FLIGHT, AIRCRAFT, given, number=2, flights=2)] == [
         ("de",),
         ("da",),
     ]
     # The other flight, which nobody named, is searched.
-    assert len(maneuvers_of(FLIGHT, AIRCRAFT, given, number=1, flights=2)) == 5
+    assert len(list_maneuvers(FLIGHT, AIRCRAFT, given, number=1, flights=2)) == 5
 
 
 def test_a_window_without_an_input_is_graded_for_it():
     flight = make_flight([Input(at=60.0, surface="de")], steering=0.0)
-    (found,) = maneuvers_of(flight, AIRCRAFT, ["80:90"])
+    (found,) = list_maneuvers(flight, AIRCRAFT, ["80:90"])
     assert (found.inputs, found.kind, found.grade, found.amplitude) == ((), "none", "D", None)
     assert "nothing is excited" in found.reasons[0]
     assert found.to_json()["amplitude"] is None
@@ -90,7 +90,7 @@ def test_a_window_without_an_input_is_graded_for_it():
 
 def test_a_window_outside_the_flight_names_its_ends():
     with pytest.raises(FlightError, match=r"runs from 0.00 to 124.99 s"):
-        maneuvers_of(FLIGHT, AIRCRAFT, ["500:510"])
+        list_maneuvers(FLIGHT, AIRCRAFT, ["500:510"])
 
 
 @pytest.mark.parametrize(
@@ -104,7 +104,7 @@ def test_a_window_outside_the_flight_names_its_ends():
     ],
 )
 def test_a_short_record_is_one_maneuver_whole(inputs, moved):
-    found = survey(short(*inputs), AIRCRAFT)
+    found = collect_maneuvers(short(*inputs), AIRCRAFT)
     (one,) = found.maneuvers
     assert (one.t_start, one.t_end) == (0.0, pytest.approx(11.99))
     assert one.inputs == moved
@@ -112,7 +112,7 @@ def test_a_short_record_is_one_maneuver_whole(inputs, moved):
 
 
 def test_a_short_record_without_input_earns_nothing():
-    (one,) = maneuvers_of(short(), AIRCRAFT)
+    (one,) = list_maneuvers(short(), AIRCRAFT)
     assert (one.inputs, one.grade) == ((), "D")
 
 
@@ -123,21 +123,21 @@ def test_a_short_record_of_two_maneuvers_is_not_whole():
         seconds=40.0,
         steering=0.5,
     )
-    assert [one.inputs for one in maneuvers_of(flight, AIRCRAFT)] == [("de",), ("da",)]
+    assert [one.inputs for one in list_maneuvers(flight, AIRCRAFT)] == [("de",), ("da",)]
 
 
 def test_ten_samples_are_a_maneuver_that_earns_nothing():
     whole = short(Input(at=3.0, surface="de"))
     columns = {name: whole.block[name][300:310] for name in whole.block.channels}
     flight = flight_of(columns, whole.block.times[300:310])
-    (one,) = maneuvers_of(flight, AIRCRAFT)
+    (one,) = list_maneuvers(flight, AIRCRAFT)
     assert one.grade == "D"
     assert any("10 samples are too few" in reason for reason in one.reasons) or not one.inputs
 
 
 def test_a_stuck_surface_is_told():
     stuck = changed(FLIGHT, dr=0.02, da=np.nan)
-    found = survey(stuck, AIRCRAFT)
+    found = collect_maneuvers(stuck, AIRCRAFT)
     assert any(f"dr stands still at {0.02 / DEGREE:.2f} deg" in remark for remark in found.remarks)
     assert any("da was not measured" in remark for remark in found.remarks)
     assert [one.inputs for one in found.maneuvers] == [("de",), ("de",)]
@@ -153,24 +153,27 @@ def recorded(folder: Path, **data: object) -> Flight:
 
 def test_a_verdict_given_in_flight_excludes_the_best_grade(tmp_path: Path):
     """Of the maneuver that it is about, found or named; a good one changes nothing."""
-    usual = survey(FLIGHT, AIRCRAFT).maneuvers
+    usual = collect_maneuvers(FLIGHT, AIRCRAFT).maneuvers
     first = next(one for one in usual if one.grade == "A")
     second = next(one for one in usual if one.id != first.id)
     flown = recorded(tmp_path, t_input=first.t_input, result="too-fast")
-    graded = {one.id: one for one in survey(flown, AIRCRAFT).maneuvers}
+    graded = {one.id: one for one in collect_maneuvers(flown, AIRCRAFT).maneuvers}
     assert graded[first.id].grade == "B"
     assert graded[first.id].reasons == ("too fast: slower",)
     assert graded[second.id] == second
-    (named,) = maneuvers_of(flown, AIRCRAFT, [f"{first.t_start}:{first.t_end}"])
+    (named,) = list_maneuvers(flown, AIRCRAFT, [f"{first.t_start}:{first.t_end}"])
     assert named.grade == "B"
-    regraded = replace(first, graded_by=CREW)
+    regraded = replace(first, graded_by=GRADED_BY_CREW)
     assert regraded.after_verdict("too-fast", "slower") == regraded
     assert first.after_verdict("good", "good", "A") == first
 
 
 def test_a_verdict_that_cannot_be_read_changes_nothing(tmp_path: Path):
     flown = recorded(tmp_path, t_input="soon", result=3, grade="Z")
-    assert survey(flown, AIRCRAFT).maneuvers == survey(FLIGHT, AIRCRAFT).maneuvers
+    assert (
+        collect_maneuvers(flown, AIRCRAFT).maneuvers
+        == collect_maneuvers(FLIGHT, AIRCRAFT).maneuvers
+    )
 
 
 def test_a_command_that_stands_still_is_told_as_one():
@@ -179,7 +182,7 @@ def test_a_command_that_stands_still_is_told_as_one():
     commanded = flight_of(
         {**columns, "da_command": np.zeros(len(FLIGHT.block))}, FLIGHT.block.times
     )
-    (remark,) = survey(commanded, AIRCRAFT).remarks
+    (remark,) = collect_maneuvers(commanded, AIRCRAFT).remarks
     assert "da_command stands still" in remark
     assert "sensor" not in remark
 
@@ -187,20 +190,22 @@ def test_a_command_that_stands_still_is_told_as_one():
 def test_why_there_is_no_maneuver_to_use():
     """Each surface that shows nothing; what was found and left out; else what was looked for."""
     still = changed(FLIGHT, dr=0.02, da=np.nan)
-    assert all(words in why_none(still) for words in ("dr stands still", "da was not measured"))
-    found = tuple(replace(one, use=False) for one in survey(FLIGHT, AIRCRAFT).maneuvers)
-    assert why_none(FLIGHT, found).count("excluded by hand") == len(found)
-    assert "no input was quick" in why_none(FLIGHT)
+    assert all(
+        words in explain_no_maneuvers(still) for words in ("dr stands still", "da was not measured")
+    )
+    found = tuple(replace(one, use=False) for one in collect_maneuvers(FLIGHT, AIRCRAFT).maneuvers)
+    assert explain_no_maneuvers(FLIGHT, found).count("excluded by hand") == len(found)
+    assert "no input was quick" in explain_no_maneuvers(FLIGHT)
 
 
 def test_a_window_on_the_ground_is_told():
     """By airspeed; where none is measured, a steady flight may look like standing."""
     given = ["5:12", "59:65"]
-    surveyed = survey(FLIGHT, AIRCRAFT, given=given)
+    surveyed = collect_maneuvers(FLIGHT, AIRCRAFT, given=given)
     told = [one for one in surveyed.remarks if "not flown" in one]
     assert len(told) == 1
     assert told[0].startswith("maneuver 1 ")
     assert surveyed.on_ground == ("1",)
-    unknown = survey(changed(FLIGHT, V=np.nan), AIRCRAFT, given=given)
+    unknown = collect_maneuvers(changed(FLIGHT, V=np.nan), AIRCRAFT, given=given)
     assert not [one for one in unknown.remarks if "not flown" in one]
     assert not unknown.on_ground

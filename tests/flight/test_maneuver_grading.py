@@ -9,9 +9,9 @@ import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.flight import Flight
-from gsapp.flight.maneuvers import FoundManeuver, detect, find_maneuvers
-from gsapp.flight.maneuvers.grading import Passage, Setting, grade_maneuver
-from gsapp.flight.maneuvers.noise import window_noise
+from gsapp.flight.maneuvers import DetectedManeuver, detect_maneuvers, run_detector
+from gsapp.flight.maneuvers.maneuver_grade import GradingContext, ManeuverSamples, grade_maneuver
+from gsapp.flight.maneuvers.noise_floor import window_noise
 from gsapp.flight.maneuvers.signals import SIGNALS
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, GRAVITY
@@ -25,8 +25,8 @@ def made(size: float = 5.0, **options: object) -> Flight:
     return make_flight([Input(at=AT, surface="de", size=size)], seed=2, **options)  # type: ignore[arg-type]
 
 
-def graded(flight: Flight) -> FoundManeuver:
-    (found,) = find_maneuvers(flight, AIRCRAFT)
+def graded(flight: Flight) -> DetectedManeuver:
+    (found,) = detect_maneuvers(flight, AIRCRAFT)
     return found
 
 
@@ -77,10 +77,10 @@ def test_defects_add_up_to_a_grade():
 
 
 def test_where_nothing_moved_there_is_nothing_to_learn():
-    passage = Passage(
+    passage = ManeuverSamples(
         times=np.zeros(0), rows=np.zeros((0, len(SIGNALS))), t_input=0.0, t_input_end=1.0, t_end=3.0
     )
-    setting = Setting(aircraft=AIRCRAFT, noise=detect(made(), AIRCRAFT).noise)
+    setting = GradingContext(aircraft=AIRCRAFT, noise=run_detector(made(), AIRCRAFT).noise)
     assert grade_maneuver(passage, setting, ()) == (
         "D", ("no surface moved beyond its noise: nothing is excited",)
     )  # fmt: skip
@@ -103,7 +103,7 @@ def test_too_small_an_input_is_told_by_its_answer():
         name: flight.block[name] + 10.0 * NOISE[name] * random.standard_normal(len(flight.block))
         for name in ("q", "an", "alpha")
     }
-    (found,) = find_maneuvers(changed(flight, **loud), AIRCRAFT) or (None,)
+    (found,) = detect_maneuvers(changed(flight, **loud), AIRCRAFT) or (None,)
     # Buried in the noise it is no maneuver at all, or one that says so.
     assert found is None or any("too small" in reason for reason in found.reasons)
     modest = {
@@ -205,7 +205,7 @@ def test_no_answer_at_all_is_no_maneuver():
         name: NOISE[name] * random.standard_normal(len(flight.block))
         for name in ("p", "q", "r", "ay", "an", "alpha", "beta")
     }
-    assert find_maneuvers(changed(flight, **dead), AIRCRAFT) == ()
+    assert detect_maneuvers(changed(flight, **dead), AIRCRAFT) == ()
 
 
 # Noise floor ----------------------------------------------------------------------------
@@ -215,7 +215,7 @@ def test_no_answer_at_all_is_no_maneuver():
 def test_the_noise_floor_is_measured_before_take_off(name):
     """Within 10 % of the noise put in, range-check pulses on that very ground notwithstanding."""
     flight = make_flight(ground=60.0, seconds=100.0, range_check=[(20.0, "de"), (30.0, "de")])
-    detector = detect(flight, AIRCRAFT)
+    detector = run_detector(flight, AIRCRAFT)
     assert detector.noise.of(name) == pytest.approx(NOISE[name], rel=0.1)
     assert "before take-off" in detector.noise.source
     assert 50.0 < detector.noise.seconds < 70.0
@@ -230,19 +230,19 @@ def test_the_engines_make_the_noise_floor_not_the_silence_before_them():
         name: np.where(times < 40.0, 0.05 * DEGREE * random.standard_normal(times.size), samples)
         for name, samples in ((name, flight.block[name]) for name in ("p", "q", "r"))
     }
-    detector = detect(changed(flight, **quiet), AIRCRAFT)
+    detector = run_detector(changed(flight, **quiet), AIRCRAFT)
     assert detector.noise.of("q") == pytest.approx(NOISE["q"], rel=0.1)
     assert "while the gyros shook" in detector.noise.source
     turning = np.where(times < 40.0, 0.0, 800.0)
     with_rpm = {**{n: flight.block[n] for n in flight.block.channels}, "rpm_left": turning}
-    detector = detect(flight_of(with_rpm, times), AIRCRAFT)
+    detector = run_detector(flight_of(with_rpm, times), AIRCRAFT)
     assert "with the engines running" in detector.noise.source
     assert 35.0 < detector.noise.seconds < 45.0
 
 
 def test_a_record_that_begins_in_the_air_takes_its_quietest_stretches():
     flight = make_flight(ground=0.0, seconds=120.0, steering=0.3)
-    detector = detect(flight, AIRCRAFT)
+    detector = run_detector(flight, AIRCRAFT)
     assert "quietest" in detector.noise.source
     assert detector.noise.of("de") == pytest.approx(NOISE["de"], rel=1.0)
 
@@ -266,5 +266,5 @@ def test_ten_samples_are_too_few():
         times=flight.block.times[6010:6020],
         values=flight.block.values[6010:6020],
     )
-    found = find_maneuvers(Flight(name="ten", path=Path("ten"), block=part, sources={}), AIRCRAFT)
+    found = detect_maneuvers(Flight(name="ten", path=Path("ten"), block=part, sources={}), AIRCRAFT)
     assert found == ()

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gsapp.flight.onboard import LogClock, OnboardLogState
-from gsapp.flight.onboard.clocks import NoClockError, compare_clocks
-from gsapp.flight.onboard.placing import in_flight_time
+from gsapp.flight.onboard_log import LogClock, OnboardLogState
+from gsapp.flight.onboard_log.clock_alignment import ClockAlignmentError, align_clocks
+from gsapp.flight.onboard_log.log_merge import resample_to_flight_time
 from gsapp.quantities import Block
 
 RATE = 100.0
@@ -64,7 +64,7 @@ def test_offset_and_drift_are_found_within_their_uncertainties(offset, ppm, seed
     The deviations are small where the radio carries enough.
     """
     log, at = own_log(300.0, offset, ppm * 1e-6, seed + 1)
-    clock = compare_clocks(thin_record(300.0, seed, step=step), log, RATE)
+    clock = align_clocks(thin_record(300.0, seed, step=step), log, RATE)
     assert clock.drift_std < 3e-6 * (step / 0.05) ** 2
     assert clock.offset_std < 1e-3
     assert abs(clock.drift - ppm * 1e-6) < 4.0 * clock.drift_std
@@ -77,11 +77,11 @@ def test_a_log_that_drifts_is_laid_on_the_motion_within_a_sample():
     """3.7 s off and 40 ppm fast over ten minutes, which are 24 ms: corrected to a few ms."""
     live = thin_record(600.0)
     log, _ = own_log(600.0, 3.7, 40e-6)
-    clock = compare_clocks(live, log, RATE)
+    clock = align_clocks(live, log, RATE)
     assert clock.drifts
     assert clock.drift == pytest.approx(40e-6, abs=3e-6)
     assert "gains 40." in clock.words() or "gains 39." in clock.words()
-    moved = in_flight_time(log, clock, RATE)
+    moved = resample_to_flight_time(log, clock, RATE)
     rows = moved.times * RATE
     np.testing.assert_allclose(rows, np.rint(rows), atol=1e-6)
     for start in (5.0, 300.0, 590.0):
@@ -105,7 +105,7 @@ def test_of_a_long_flight_the_stretches_that_move_count():
 
     log, at = own_log(900.0, 3.7, 40e-6)
     live = still_after(thin_record(900.0), 70.0, 8)
-    clock = compare_clocks(live, still_after(log, 70.0 - 3.7, 9), RATE)
+    clock = align_clocks(live, still_after(log, 70.0 - 3.7, 9), RATE)
     assert clock.agreeing >= 5
     there = clock.offset - clock.drift * (at - clock.at)
     sure = clock.offset_std + clock.drift_std * abs(at - clock.at)
@@ -116,14 +116,14 @@ def test_without_a_drift_samples_stay_as_they_were_measured():
     """A mere offset moves whole rows, so that every sample of the log is there to the last bit."""
     live = thin_record(120.0)
     log, _ = own_log(120.0, -12.34, 0.0)
-    clock = compare_clocks(live, log, RATE)
+    clock = align_clocks(live, log, RATE)
     assert not clock.drifts
-    moved = in_flight_time(log, clock, RATE)
+    moved = resample_to_flight_time(log, clock, RATE)
     assert np.array_equal(moved.values, log.values)
     np.testing.assert_allclose(moved.times - log.times, -12.34, atol=1e-6)
     same, _ = own_log(120.0, 0.0, 0.0)
-    clock = compare_clocks(live, same, RATE)
-    assert in_flight_time(same, clock, RATE) is same
+    clock = align_clocks(live, same, RATE)
+    assert resample_to_flight_time(same, clock, RATE) is same
     assert "agrees with the live record's" in clock.words()
 
 
@@ -142,7 +142,7 @@ def test_interpolation_keeps_steps_gaps_and_turns():
         offset=0.5, offset_std=1e-4, drift=1e-3, drift_std=1e-6, drifts=True, at=10.0,
         correlation=1.0, windows=5, agreeing=5,
     )  # fmt: skip
-    moved = in_flight_time(log, clock, RATE)
+    moved = resample_to_flight_time(log, clock, RATE)
     own = 10.0 + (moved.times - 10.0 - 0.5) / (1.0 - 1e-3)
     turn = np.remainder(moved["psi"] - own * 2.0 + np.pi, 2.0 * np.pi) - np.pi
     assert np.nanmax(np.abs(turn)) < 1e-9
@@ -159,17 +159,17 @@ def test_another_flight_is_refused_and_why():
     times = np.arange(12000) / RATE
     walk = np.cumsum(random.normal(size=(times.size, 3)), axis=0)
     other = Block(channels=CHANNELS, times=times, values=walk)
-    with pytest.raises(NoClockError, match="moves alike"):
-        compare_clocks(live, other, RATE)
+    with pytest.raises(ClockAlignmentError, match="moves alike"):
+        align_clocks(live, other, RATE)
     silent = Block(channels=("alpha",), times=times, values=walk[:, :1])
-    with pytest.raises(NoClockError, match="no channel that moves is in both"):
-        compare_clocks(live, silent, RATE)
+    with pytest.raises(ClockAlignmentError, match="no channel that moves is in both"):
+        align_clocks(live, silent, RATE)
     # The same flight, cut into pieces that were put together with pauses left out.
     whole, _ = own_log(120.0, 0.0, 0.0)
     rows = np.concatenate([np.arange(k * 2000, k * 2000 + 1200) for k in range(6)])
     pieced = Block(channels=CHANNELS, times=np.arange(rows.size) / RATE, values=whole.values[rows])
-    with pytest.raises(NoClockError):
-        compare_clocks(live, pieced, RATE)
+    with pytest.raises(ClockAlignmentError):
+        align_clocks(live, pieced, RATE)
 
 
 def test_the_state_goes_through_the_cache_unchanged():

@@ -15,15 +15,20 @@ import pytest
 from gsapp.aircraft import load_aircraft
 from gsapp.cli import onboard
 from gsapp.flight.events import Event, read_events
+from gsapp.flight.flight_loader import load_flight
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.loading import load_flight
-from gsapp.flight.maneuvers import Assessor, ManeuverLog, detect, survey
-from gsapp.flight.onboard.keeping import logs_in, place_log, use_log
+from gsapp.flight.maneuvers import (
+    ManeuverAssessor,
+    ManeuverEditLog,
+    collect_maneuvers,
+    run_detector,
+)
+from gsapp.flight.onboard_log.log_storage import activate_log, install_log, list_logs
 from gsapp.flight.writers import write_flight_csv
 from gsapp.foundation import FlightError, GroundStationError
 from gsapp.identification.campaign import CampaignSettings
-from gsapp.identification.runs.request import ChosenManeuver, RunRequest
-from gsapp.identification.runs.running import run
+from gsapp.identification.runs.request import RunRequest, SelectedManeuver
+from gsapp.identification.runs.run_execution import execute_run
 from gsapp.quantities import Block
 from tests.flight.box_kit import box_tlog
 from tests.flight.onboard_kit import BEGUN_US, fly_thin
@@ -63,11 +68,11 @@ def test_what_was_noted_before_stands_after_the_log_has_come(flight):
     folder, log = flight
     aircraft = load_aircraft("b777")
     before = load_flight(folder.path)
-    detector = detect(before, aircraft)
+    detector = run_detector(before, aircraft)
     found = detector.finish()
     assert [one.inputs for one in found] == [("de",)]
-    edits = ManeuverLog(folder.events, found)
-    assess = Assessor(before, aircraft, detector.noise).assess
+    edits = ManeuverEditLog(folder.events, found)
+    assess = ManeuverAssessor(before, aircraft, detector.noise).assess
     name = found[0].id
     start, stop = found[0].t_start + 0.2, found[0].t_end + 0.3
     edits.record(edits.book.move(name, assess, t_start=start, t_end=stop))
@@ -77,9 +82,9 @@ def test_what_was_noted_before_stands_after_the_log_has_come(flight):
         Event(kind="verdict", text="good", time=stop, data={"id": name, "t_input": start + 1.0})
     )
     noted = read_events(folder.path / "events.jsonl").events
-    (edited,) = survey(load_flight(folder.path), aircraft).maneuvers
+    (edited,) = collect_maneuvers(load_flight(folder.path), aircraft).maneuvers
 
-    placed = place_log(folder.path, log)
+    placed = install_log(folder.path, log)
 
     after = placed.flight
     assert after.onboard.in_place
@@ -88,7 +93,7 @@ def test_what_was_noted_before_stands_after_the_log_has_come(flight):
     assert abs(clock.drift - DRIFT) < 4.0 * clock.drift_std
     assert clock.drift_std < 60e-6
     assert read_events(folder.path / "events.jsonl").events == noted
-    (now,) = survey(after, aircraft).maneuvers
+    (now,) = collect_maneuvers(after, aircraft).maneuvers
     assert (now.id, now.grade, now.reasons, now.graded_by) == (
         edited.id, "B", ("gusty, said the pilot",), "crew",
     )  # fmt: skip
@@ -109,10 +114,10 @@ def test_what_was_noted_before_stands_after_the_log_has_come(flight):
     assert after.sources["q"].source.startswith("on-board log: ")
 
     def bounds(as_it_is):
-        chosen = ChosenManeuver(
+        chosen = SelectedManeuver(
             flight=as_it_is, id=now.id, t_start=now.t_start, t_end=now.t_end, inputs=("de",)
         )
-        outcome = run(
+        outcome = execute_run(
             RunRequest(
                 flights=(as_it_is,), maneuvers=(chosen,), settings=CampaignSettings(axis="lon")
             )
@@ -122,7 +127,7 @@ def test_what_was_noted_before_stands_after_the_log_has_come(flight):
         return {key: one.std for key, one in derivatives.items() if one.std is not None}
 
     with_log = bounds(folder.path)
-    use_log(folder.path, "")
+    activate_log(folder.path, "")
     live_only = bounds(folder.path)
     shared = [key for key in ("Cm_alpha", "Cm_q", "Cm_de", "CN_alpha") if key in live_only]
     assert len(shared) >= 3
@@ -158,39 +163,39 @@ def test_the_command_tells_and_takes_back(flight, tmp_path, capsys):
     second = told(log=csv)
     assert (second["onboard"]["file"], second["former"]) == ("box.csv", "box.tlog")
     assert second["onboard"]["clock"]["offset"] == pytest.approx(2.0, abs=0.005)
-    assert second["logs"] == ["box.csv", "box.tlog"] == list(logs_in(folder))
+    assert second["logs"] == ["box.csv", "box.tlog"] == list(list_logs(folder))
     assert told(use="box.tlog")["onboard"] == first["onboard"]
     assert told(use="none")["onboard"] is None
     again = load_flight(folder.path)
     assert np.array_equal(again.block.values, live.block.values, equal_nan=True)
     with pytest.raises(FlightError, match=r"it has box\.csv, box\.tlog"):
-        use_log(folder.path, "other.bin")
+        activate_log(folder.path, "other.bin")
 
 
 def test_a_log_of_another_flight_changes_nothing(flight, tmp_path):
     """Refused with why and the dates; not a byte of the folder is another."""
     folder, log = flight
-    place_log(folder.path, log)
+    install_log(folder.path, log)
     before = listing(folder)
     other = tmp_path / "other.tlog"
     random = np.random.default_rng(2).normal(size=6000).cumsum()
     other.write_bytes(box_tlog(50.0, motion=lambda time: np.sin(random[int(time * 100)])))
     begun = datetime.fromtimestamp(BEGUN_US / 1e6, UTC) + timedelta(days=3)
     with pytest.raises(FlightError, match=r"not taken as the on-board log.*begun on 2025-10-12"):
-        place_log(folder.path, other, begun=begun)
+        install_log(folder.path, other, begun=begun)
     with pytest.raises(FlightError, match="is the live record itself"):
-        place_log(folder.path, folder.tlog_file)
+        install_log(folder.path, folder.tlog_file)
     table = tmp_path / "points.csv"
     table.write_text("angle [deg],volts [V]\n1,2\n")
     with pytest.raises(FlightError) as caught:
-        place_log(folder.path, table)
+        install_log(folder.path, table)
     assert str(caught.value).count(str(table)) == 2  # by its name, and not by that of a copy
     assert "incoming" not in str(caught.value)
     torn = tmp_path / "1.bin"
     torn.write_bytes(b"no log at all" * 30)
     for wrong in (torn, tmp_path / "missing.bin", tmp_path, tmp_path / "x.pdf"):
         with pytest.raises(GroundStationError):
-            place_log(folder.path, wrong)
+            install_log(folder.path, wrong)
     assert listing(folder) == before
     assert sorted(path.name for path in folder.cache_folder.iterdir()) == ["engineering.npz"]
 
@@ -199,9 +204,7 @@ def test_killed_in_the_midst_the_flight_stands(flight):
     """However far it came: the flight opens as before, and the log can be taken then."""
     folder, log = flight
     before = listing(folder)
-    code = (
-        "import sys; from gsapp.flight.onboard.keeping import place_log; place_log(*sys.argv[1:])"
-    )
+    code = "import sys; from gsapp.flight.onboard_log.log_storage import place_log; place_log(*sys.argv[1:])"
     incoming = folder.cache_folder / "incoming"
     child = subprocess.Popen([sys.executable, "-c", code, str(folder.path), str(log)])
     deadline = time.monotonic() + 60.0
@@ -212,7 +215,7 @@ def test_killed_in_the_midst_the_flight_stands(flight):
     assert child.wait() != 0  # in the midst, not at its end
     assert listing(folder) == before
     assert load_flight(folder.path).onboard is None
-    assert place_log(folder.path, log).flight.onboard.in_place
+    assert install_log(folder.path, log).flight.onboard.in_place
     assert sorted(path.name for path in folder.cache_folder.iterdir()) == ["engineering.npz"]
 
 
@@ -222,13 +225,13 @@ def test_names_that_are_taken_stay(flight, tmp_path):
     live = folder.tlog_file.read_bytes()
     named = tmp_path / "raw.tlog"
     shutil.copy(log, named)
-    assert place_log(folder.path, named).flight.onboard.file == "onboard.tlog"
-    assert place_log(folder.path, named).flight.onboard.file == "onboard.tlog"
+    assert install_log(folder.path, named).flight.onboard.file == "onboard.tlog"
+    assert install_log(folder.path, named).flight.onboard.file == "onboard.tlog"
     shorter = tmp_path / "onboard.tlog"
     shorter.write_bytes(log.read_bytes()[: -(1 << 18)])
-    placed = place_log(folder.path, shorter)
+    placed = install_log(folder.path, shorter)
     assert (placed.flight.onboard.file, placed.former) == ("onboard-2.tlog", "onboard.tlog")
     assert folder.tlog_file.read_bytes() == live
     empty = FlightFolder.create(tmp_path / "empty")
     with pytest.raises(FlightError, match="no live record"):
-        place_log(empty.path, named)
+        install_log(empty.path, named)

@@ -12,21 +12,21 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 
-from calibration import certificate_files, load_certificates, write_certificate
-from gsapp.aircraft.reading import SHIPPED
+from calibration import certificate_paths, load_certificates, write_certificate
+from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
 from gsapp.cli import compatibility, cut, discrepancy, estimate, export, linear_models, maneuvers
 from gsapp.cli import replay as replay_command
-from gsapp.cli._calls import WrongCallError
-from gsapp.decoding.channel_map import SHIPPED as MAPS
+from gsapp.cli._usage_errors import CommandUsageError
+from gsapp.decoding.channel_map import SHIPPED_CHANNEL_MAPS as MAPS
 from gsapp.flight import load_flight
-from gsapp.flight.certificates import covered_behind
+from gsapp.flight.certificates import calibrated_ranges
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.maneuvers import uncalibrated_words
-from gsapp.flight.summary import summarize
+from gsapp.flight.maneuvers import uncalibrated_text
+from gsapp.flight.summary import summarize_flight
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError
 from gsapp.session import Session
-from gsapp.session.running import run_through
+from gsapp.session.replay_runner import run_replay
 from tests.flight.box_kit import box_tlog
 
 
@@ -36,8 +36,8 @@ def flight(tmp_path: Path) -> FlightFolder:
     folder = FlightFolder.create(tmp_path / "flight")
     folder.tlog_file.write_bytes(box_tlog())
     folder.keep_channel_map(MAPS.find("b777"))
-    folder.keep_aircraft(SHIPPED.find("b777"))
-    folder.keep_certificates(certificate_files("b777"))
+    folder.keep_aircraft(SHIPPED_AIRCRAFT.find("b777"))
+    folder.keep_certificates(certificate_paths("b777"))
     return folder
 
 
@@ -46,7 +46,7 @@ def other(tmp_path: Path) -> Path:
     """Return another day's certificates: alpha reads 1 deg more, and the flap has none."""
     folder = tmp_path / "spring"
     folder.mkdir()
-    for path in certificate_files("b777"):
+    for path in certificate_paths("b777"):
         if path.stem != "flap":
             shutil.copy(path, folder)
     alpha = load_certificates("b777")["alpha"]
@@ -70,11 +70,11 @@ def test_other_certificates_change_the_numbers_and_are_said(
         "differ for alpha and they lack flap"
     )
     assert read.remarks[1].endswith("only volts: flap")
-    said = summarize(read)["calibration"]
+    said = summarize_flight(read)["calibration"]
     assert (said["given"], said["instead_of_own"]) == (str(other), ["alpha", "flap"])
     assert said["uncalibrated"] == ["flap"]
     assert said["certificates"]["alpha"]["who"] == "shipped example"
-    assert summarize(own)["calibration"]["given"] is None
+    assert summarize_flight(own)["calibration"]["given"] is None
 
 
 def test_what_lies_beyond_the_calibrated_range_is_said(flight: FlightFolder, other: Path) -> None:
@@ -92,9 +92,9 @@ def test_what_lies_beyond_the_calibrated_range_is_said(flight: FlightFolder, oth
     assert share > 0.0
     assert said.endswith(f"samples of alpha {100.0 * share:.1f} %")
     assert said in read.calibration_remarks
-    assert summarize(own)["calibration"]["beyond"] == {}
+    assert summarize_flight(own)["calibration"]["beyond"] == {}
     count = int(np.sum(np.abs(np.rad2deg(shown)) > 1.0))
-    assert summarize(read)["calibration"]["beyond"] == {"alpha": count}
+    assert summarize_flight(read)["calibration"]["beyond"] == {"alpha": count}
 
 
 def test_what_is_derived_from_values_beyond_the_range_is_counted_too(
@@ -114,7 +114,7 @@ def test_what_is_derived_from_values_beyond_the_range_is_counted_too(
     assert beyond["de"] == np.count_nonzero(np.isfinite(again.block["de"]))
     assert set(beyond) == {"elevator_left", "de"}
     assert "de " in again.calibration_remarks[-1]
-    covered = covered_behind(again.certificates, again.sources)
+    covered = calibrated_ranges(again.certificates, again.sources)
     assert set(covered["V"]) == {"dynamic_pressure", "static_pressure", "temperature"}
     assert set(covered["elevator_right"]) == {"elevator_right"}
 
@@ -138,7 +138,7 @@ def test_a_replay_on_the_road_of_a_live_flight_says_and_does_the_same(
     flight: FlightFolder, other: Path
 ) -> None:
     session = Session.replay(flight.path, certificates=other, speed=np.inf)
-    run_through(session)
+    run_replay(session)
     streamed, read = session.flight(), load_flight(flight.path, certificates=other)
     assert streamed.calibration_json() == read.calibration_json()
     assert streamed.calibration_remarks == read.calibration_remarks
@@ -152,10 +152,10 @@ def test_the_rudder_alone_is_calibrated(flight: FlightFolder, tmp_path: Path) ->
     certificates = tmp_path / "rudder"
     certificates.mkdir()
     shutil.copy(
-        next(path for path in certificate_files("b777") if path.stem == "rudder"), certificates
+        next(path for path in certificate_paths("b777") if path.stem == "rudder"), certificates
     )
     session = Session.replay(flight.path, certificates=certificates, speed=np.inf)
-    run_through(session)
+    run_replay(session)
     streamed, read = session.flight(), load_flight(flight.path, certificates=certificates)
     session.close()
     for name in ("dr", "rudder"):
@@ -174,10 +174,10 @@ def test_inputs_that_are_volts_only_are_named_as_the_cause(
     """Where no maneuver can be used for want of certificates, each command says which."""
     certificates = tmp_path / "one"
     certificates.mkdir()
-    (own,) = (path for path in certificate_files("b777") if path.stem == kept)
+    (own,) = (path for path in certificate_paths("b777") if path.stem == kept)
     shutil.copy(own, certificates)
     read = load_flight(flight.path, certificates=certificates)
-    (words,) = uncalibrated_words(read)
+    (words,) = uncalibrated_text(read)
     inputs, _, answers = words.partition("; answers ")
     assert bare in inputs
     assert kept not in re.findall(r"\w+", words)
@@ -189,7 +189,7 @@ def test_inputs_that_are_volts_only_are_named_as_the_cause(
     ):
         with pytest.raises(FlightError, match=f"uncalibrated.*{bare}"):
             run()
-    assert uncalibrated_words(load_flight(flight.path)) == ()
+    assert uncalibrated_text(load_flight(flight.path)) == ()
 
 
 def test_columns_that_were_calibrated_before_take_no_other_certificates(
@@ -266,7 +266,7 @@ def test_results_with_other_certificates_stay_out_of_the_catalog(
             flights=[flight.path], calibration=str(other), catalog=tmp_path / "c.sqlite"
         ),
     ):
-        with pytest.raises(WrongCallError, match="--catalog"):
+        with pytest.raises(CommandUsageError, match="--catalog"):
             call()
     assert not (tmp_path / "c.sqlite").exists()
 

@@ -6,20 +6,20 @@ from pathlib import Path
 
 import pytest
 
-from gsapp.flight.card_file import CardFile
+from gsapp.flight.card_set_file import CardSetFile
 from gsapp.flight.cards import load_cards
-from gsapp.flight.cards_file import CardsFile
 from gsapp.flight.events import Event, read_events
+from gsapp.flight.flight_draft import apply_draft
+from gsapp.flight.flight_info_file import FlightInfoFile
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
-from gsapp.flight.next_flight import hand_over
 from gsapp.foundation import FileProblemsError, FlightError
 
 PILOT, WEIGHT = ("crew", "pilot"), ("takeoff_weight",)
 
 
-def card(folder: Path) -> CardFile:
-    return CardFile(FlightFolder(path=folder))
+def card(folder: Path) -> FlightInfoFile:
+    return FlightInfoFile(FlightFolder(path=folder))
 
 
 def test_a_card_is_changed_saved_and_read_by_others(tmp_path: Path) -> None:
@@ -75,7 +75,7 @@ def test_a_disk_that_refuses_keeps_the_change_in_memory(tmp_path: Path) -> None:
 
 def test_cards_begin_as_shipped_and_keep_the_units_they_were_typed_in(tmp_path: Path) -> None:
     path = tmp_path / "cards.toml"
-    file = CardsFile(path, "b777")
+    file = CardSetFile(path, "b777")
     assert not path.exists()
     first = str(file.value(("cards", "0", "id")))
     file.change({("cards", "0", "speed"): "62 kt"})
@@ -98,7 +98,7 @@ def waiting_flight(folder: Path) -> None:
     file.change({("name",): "Flight 7", PILOT: "Ann", WEIGHT: "46.5 lb", ("notes",): "windy"})
     file.save()
     FlightFolder(path=folder).events.append(Event(kind="checklist-tick", text="fuel"))
-    plan = CardsFile(folder / "cards.toml", "b777")
+    plan = CardSetFile(folder / "cards.toml", "b777")
     plan.change({("name",): "Monday"})
     plan.save()
 
@@ -108,7 +108,7 @@ def test_what_waits_goes_into_the_flight_and_the_next_begins(tmp_path: Path) -> 
     waiting = tmp_path / "next"
     waiting_flight(waiting)
     folder = FlightFolder.create(tmp_path / "2026-05-12 flight 1", FlightInfo(source="udpin:x:1"))
-    assert hand_over(waiting, folder)
+    assert apply_draft(waiting, folder)
     info = folder.info()
     assert (info.name, info.crew, info.source) == ("Flight 7", {"pilot": "Ann"}, "udpin:x:1")
     assert info.notes == "windy"
@@ -125,20 +125,20 @@ def test_a_trial_gets_a_copy_and_a_flight_under_way_gets_nothing(tmp_path: Path)
     waiting = tmp_path / "next"
     waiting_flight(waiting)
     trial = FlightFolder.create(tmp_path / "trial")
-    assert hand_over(waiting, trial, keep=True)
+    assert apply_draft(waiting, trial, keep=True)
     assert trial.info().notes == card(waiting).model.notes == "windy"
     begun = FlightFolder.create(tmp_path / "begun")
     begun.tlog_file.write_bytes(b"frame")
-    assert not hand_over(waiting, begun)
+    assert not apply_draft(waiting, begun)
     assert begun.info().notes == ""
-    assert not hand_over(tmp_path / "nothing", trial)
+    assert not apply_draft(tmp_path / "nothing", trial)
 
 
 def test_what_the_folder_knows_already_stays(tmp_path: Path) -> None:
     waiting = tmp_path / "next"
     waiting_flight(waiting)
     folder = FlightFolder.create(tmp_path / "flight", FlightInfo(name="Named", notes="calm"))
-    hand_over(waiting, folder)
+    apply_draft(waiting, folder)
     assert (folder.info().name, folder.info().notes) == ("Named", "calm")
 
 
@@ -148,7 +148,7 @@ def test_a_damaged_card_is_told_and_nothing_is_lost(tmp_path: Path) -> None:
     (waiting / "flight.toml").write_text("notes = ", encoding="utf-8")
     folder = FlightFolder.create(tmp_path / "flight")
     with pytest.raises(FileProblemsError, match="not valid TOML"):
-        hand_over(waiting, folder)
+        apply_draft(waiting, folder)
     assert read_events(waiting / "events.jsonl").events
 
 
@@ -157,9 +157,9 @@ def test_a_flight_for_trial_takes_the_card_but_not_the_name(tmp_path: Path) -> N
     waiting.change({("name",): "Maiden flight", PILOT: "Ann"})
     waiting.save()
     trial = FlightFolder.create(tmp_path / "trial A", FlightInfo(source="udpin:x:1"))
-    assert hand_over(tmp_path / "next", trial, keep=True, named=False)
+    assert apply_draft(tmp_path / "next", trial, keep=True, named=False)
     assert trial.name == "trial A"
     assert trial.info().crew == {"pilot": "Ann"}
     flight = FlightFolder.create(tmp_path / "flight A", FlightInfo(source="udpin:x:1"))
-    hand_over(tmp_path / "next", flight)
+    apply_draft(tmp_path / "next", flight)
     assert flight.name == "Maiden flight"

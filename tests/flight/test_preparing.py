@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from calibration import load_certificates
-from gsapp.flight.preparing import prepare_flight
+from gsapp.flight.folder_setup import prepare_flight_folder
 from gsapp.foundation import FileProblemsError, UnknownNameError
 from gsapp.quantities import INSTRUMENTS
 
 
 def test_copies_of_everything_in_force_are_made(tmp_path: Path) -> None:
-    folder = prepare_flight(
+    folder = prepare_flight_folder(
         tmp_path / "a", aircraft="b777", channel_map="b777", source="udpin:127.0.0.1:14550"
     )
     info = folder.info()
@@ -27,9 +27,9 @@ def test_copies_of_everything_in_force_are_made(tmp_path: Path) -> None:
 
 
 def test_a_flight_keeps_what_it_began_with(tmp_path: Path) -> None:
-    first = prepare_flight(tmp_path / "a", channel_map="b777", calibration="")
+    first = prepare_flight_folder(tmp_path / "a", channel_map="b777", calibration="")
     before = first.channel_map_file.read_bytes()
-    again = prepare_flight(tmp_path / "a", aircraft="b777", channel_map="px4")
+    again = prepare_flight_folder(tmp_path / "a", aircraft="b777", channel_map="px4")
     assert again.channel_map_file.read_bytes() == before
     assert again.aircraft_file.exists()
 
@@ -38,8 +38,8 @@ def test_what_is_not_taken_is_told(tmp_path: Path) -> None:
     """Another map, aircraft or set of certificates than at the beginning; the same is no news."""
     said: list[str] = []
     folder = tmp_path / "a"
-    prepare_flight(folder, aircraft="b777", channel_map="b777", tell=said.append)
-    prepare_flight(folder, aircraft="b777", channel_map="b777", tell=said.append)
+    prepare_flight_folder(folder, aircraft="b777", channel_map="b777", tell=said.append)
+    prepare_flight_folder(folder, aircraft="b777", channel_map="b777", tell=said.append)
     assert said == []
     own = tmp_path / "own.toml"
     own.write_text((folder / "aircraft.toml").read_text(encoding="utf-8") + "# mine\n")
@@ -47,7 +47,7 @@ def test_what_is_not_taken_is_told(tmp_path: Path) -> None:
     certificates.mkdir()
     first = next(iter(sorted((folder / "calibration").iterdir())))
     (certificates / first.name).write_bytes(first.read_bytes())
-    prepare_flight(
+    prepare_flight_folder(
         folder, aircraft=own, channel_map="px4", calibration=certificates, tell=said.append
     )
     assert len(said) == 3
@@ -60,7 +60,7 @@ def test_nothing_is_made_when_a_file_holds_mistakes(tmp_path: Path) -> None:
     wrong = tmp_path / "aircraft.toml"
     wrong.write_text("[geometry]\nspan = '2 kg'\n")
     with pytest.raises(FileProblemsError, match=r"geometry\.span"):
-        prepare_flight(tmp_path / "a", aircraft=wrong, channel_map="b777")
+        prepare_flight_folder(tmp_path / "a", aircraft=wrong, channel_map="b777")
     with pytest.raises(UnknownNameError, match="b777"):
-        prepare_flight(tmp_path / "a", channel_map="b778")
+        prepare_flight_folder(tmp_path / "a", channel_map="b778")
     assert not (tmp_path / "a").exists()

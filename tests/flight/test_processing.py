@@ -12,17 +12,17 @@ from hypothesis import strategies as st
 
 from gsapp.flight import load_flight
 from gsapp.flight.processing import (
-    append_in_time,
-    beside_each_other,
+    append_records,
     cut_windows,
+    drop_channels,
     low_pass,
-    parse_window,
+    merge_records,
+    parse_time_window,
     rename_channels,
     resample,
-    shifted,
-    without_channels,
+    shift_time,
 )
-from gsapp.flight.processing.sampling import Interpolation
+from gsapp.flight.processing.resample_filter import Interpolation
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.quantities import Block
@@ -43,7 +43,7 @@ def sine(frequency: float):
 
 def test_cut_keeps_exactly_the_windows_and_leaves_a_gap_between() -> None:
     """Both ends are kept; one missing row parts two windows; times stay."""
-    found = cut_windows(block(q=sine(1.0)), [parse_window("1:2"), parse_window("5:6.5")])
+    found = cut_windows(block(q=sine(1.0)), [parse_time_window("1:2"), parse_time_window("5:6.5")])
     there = np.isfinite(found["q"])
     assert found.times[there][0] == 1.0
     assert found.times[there][-1] == 6.5
@@ -57,7 +57,7 @@ def test_cut_keeps_exactly_the_windows_and_leaves_a_gap_between() -> None:
 def test_cut_windows_that_touch_or_overlap_are_one(parts: list[tuple[int, int]]) -> None:
     """Whatever the windows, the samples kept are those inside any of them, unchanged."""
     whole = block(q=sine(0.7))
-    windows = [parse_window(f"{a / 10}:{(a + b) / 10}") for a, b in parts]
+    windows = [parse_time_window(f"{a / 10}:{(a + b) / 10}") for a, b in parts]
     found = cut_windows(whole, windows)
     there = np.isfinite(found["q"])
     inside = np.zeros(len(whole), dtype=bool)
@@ -71,16 +71,16 @@ def test_cut_windows_that_touch_or_overlap_are_one(parts: list[tuple[int, int]])
 def test_window_that_is_none_is_refused(text: str) -> None:
     """All but the empty ends of ':' need the earlier time first."""
     if text == ":":
-        assert parse_window(text).start == -np.inf
+        assert parse_time_window(text).start == -np.inf
         return
     with pytest.raises(FlightError, match="not a window"):
-        parse_window(text)
+        parse_time_window(text)
 
 
 def test_window_outside_the_flight_says_what_the_flight_covers() -> None:
     """The remedy is in the sentence."""
     with pytest.raises(FlightError, match="covers 0 to 10 s"):
-        cut_windows(block(q=sine(1.0)), [parse_window("20:30")])
+        cut_windows(block(q=sine(1.0)), [parse_time_window("20:30")])
 
 
 def test_filter_shifts_no_phase_and_stops_what_lies_above() -> None:
@@ -163,12 +163,12 @@ def test_merge_fills_holes_and_obeys_the_winner() -> None:
     values = one.values.copy()
     values[200:300] = np.nan
     one = Block(channels=one.channels, times=one.times, values=values)
-    first = beside_each_other([one, two], conflict="first")
+    first = merge_records([one, two], conflict="first")
     assert set(np.unique(first["q"][np.r_[0:200, 300:1001]])) == {0.1}
     assert set(np.unique(first["q"][201:299])) == {0.2}
-    last = beside_each_other([one, two], conflict="last")
+    last = merge_records([one, two], conflict="last")
     assert set(np.unique(last["q"])) == {0.2}
-    both = beside_each_other([one, two], conflict="both")
+    both = merge_records([one, two], conflict="both")
     assert both.channels == ("q", "q.2", "alpha")
     assert np.isnan(both["q"][250])
 
@@ -176,14 +176,14 @@ def test_merge_fills_holes_and_obeys_the_winner() -> None:
 def test_merge_of_two_rates_lies_on_the_quicker_grid() -> None:
     """A 20 Hz record beside one of 100 Hz, with a clock 0.35 s off that is put right."""
     slow = block(rate=20.0, start=0.35, altitude=lambda t: 100.0 + (t - 0.35))
-    merged = beside_each_other([block(q=sine(1.0)), shifted(slow, -0.35)])
+    merged = merge_records([block(q=sine(1.0)), shift_time(slow, -0.35)])
     assert merged.channels == ("q", "altitude")
     assert np.allclose(merged["altitude"], 100.0 + merged.times)
 
 
 def test_append_puts_a_pause_between() -> None:
     """The second record begins a pause after the first ends; nothing lies between."""
-    whole = append_in_time([block(q=sine(1.0)), block(q=sine(1.0), alpha=sine(2.0))], pause=5.0)
+    whole = append_records([block(q=sine(1.0)), block(q=sine(1.0), alpha=sine(2.0))], pause=5.0)
     gap = (whole.times > 10.0 + 1e-9) & (whole.times < 15.0 - 1e-9)
     assert np.isnan(whole["q"][gap]).all()
     assert np.isnan(whole["alpha"][whole.times < 12.0]).all()
@@ -202,7 +202,7 @@ def test_rename_swaps_and_refuses_what_makes_no_sense() -> None:
     with pytest.raises(UnknownNameError):
         rename_channels(start, {"p": "pitchrate"})
     with pytest.raises(UnknownNameError):
-        without_channels(start, ["r"])
+        drop_channels(start, ["r"])
 
 
 def test_commands_do_the_same_from_outside(tmp_path: Path) -> None:
@@ -223,7 +223,7 @@ def test_commands_do_the_same_from_outside(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert "251 samples of 2 channels, 0.00 to 10.00 s at 25 per s" in done.stdout
     assert load_flight(tmp_path / "c.csv").rate == pytest.approx(25.0)
-    late = shifted(whole, 0.4)
+    late = shift_time(whole, 0.4)
     rng = np.random.default_rng(1)
     kick = np.interp(late.times, np.arange(0.4, 11.0, 0.2), rng.standard_normal(53))
     for name, times in (("d.csv", late.times), ("e.csv", late.times - 0.4)):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gsapp.flight.provenance import changed, input_file
+from gsapp.flight.provenance import find_changed_parts, hash_input_file
 
 
 def flight(folder: Path) -> Path:
@@ -23,31 +23,31 @@ def flight(folder: Path) -> Path:
 def test_of_a_folder_each_file_is_named(tmp_path: Path) -> None:
     """The cache is no part of it; marks count in the sum, but change no number."""
     folder = flight(tmp_path / "a")
-    before = input_file("flight", folder, name="a")
+    before = hash_input_file("flight", folder, name="a")
     assert sorted(before.parts) == ["calibration/alpha.toml", "events.jsonl", "raw.tlog"]
     (folder / "cache/engineering.npz").write_text("made again", encoding="utf-8")
-    assert input_file("flight", folder, name="a") == before
+    assert hash_input_file("flight", folder, name="a") == before
     (folder / "events.jsonl").write_text("another mark", encoding="utf-8")
-    marked = input_file("flight", folder, name="a")
+    marked = hash_input_file("flight", folder, name="a")
     assert marked.sha256 != before.sha256
-    assert changed(before, marked) == ()
+    assert find_changed_parts(before, marked) == ()
     (folder / "calibration/alpha.toml").write_text("others", encoding="utf-8")
     (folder / "onboard.bin").write_bytes(b"log")
-    assert changed(before, input_file("flight", folder, name="a")) == (
+    assert find_changed_parts(before, hash_input_file("flight", folder, name="a")) == (
         "a/calibration/alpha.toml",
         "a/onboard.bin",
     )
     # The same content in another order of directories is the same.
-    assert input_file("x", flight(tmp_path / "b")).sha256 == before.sha256
+    assert hash_input_file("x", flight(tmp_path / "b")).sha256 == before.sha256
 
 
 def test_a_file_is_its_bytes(tmp_path: Path) -> None:
     """Nothing but the content counts; what changed is called as the user calls it."""
     path = tmp_path / "a.csv"
     path.write_bytes(b"abc")
-    before = input_file("flight", path)
+    before = hash_input_file("flight", path)
     # Of FIPS 180-2.
     assert before.sha256 == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
     assert before.name == str(path)
     path.write_bytes(b"abd")
-    assert changed(before, input_file("flight", path)) == (str(path),)
+    assert find_changed_parts(before, hash_input_file("flight", path)) == (str(path),)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from gsapp.decoding.framing import LineFramer
-from gsapp.flight.raw import LINES_FILE, RESIDUE_FILE, RawTail, RawWriter
+from gsapp.flight.raw_files import LINES_FILE, RESIDUE_FILE, RawTail, RawWriter
 
 STAMP = 1_700_000_000_000_000
 

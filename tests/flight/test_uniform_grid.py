@@ -6,7 +6,12 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gsapp.flight.uniform import LONGEST_GAP, even_grid, rows_for, union
+from gsapp.flight.uniform_grid import (
+    MAX_FILLED_GAP,
+    combine_on_grid,
+    find_uniform_grid,
+    grid_row_indices,
+)
 from gsapp.quantities import Block
 
 
@@ -18,7 +23,9 @@ def block(name, first, values, rate=100.0):
 def test_union_lays_channels_side_by_side():
     """Blocks of different channels and lengths end on one grid, each at its own index."""
     nan = np.nan
-    flight = union([block("q", 0, [1, 2, 3]), block("p", 2, [7, 8]), block("q", 3, [4])], 100.0)
+    flight = combine_on_grid(
+        [block("q", 0, [1, 2, 3]), block("p", 2, [7, 8]), block("q", 3, [4])], 100.0
+    )
     assert flight.channels == ("q", "p")
     assert np.array_equal(flight.times, np.arange(4) / 100.0)
     assert np.array_equal(flight["q"], [1, 2, 3, 4])
@@ -28,18 +35,18 @@ def test_union_lays_channels_side_by_side():
 def test_a_night_between_two_flights_costs_no_memory():
     """Ten hours of pause leave one missing row at either end, a minute is filled."""
     night = 10 * 3600 * 100
-    flight = union([block("q", 0, [1, 2]), block("q", night, [3, 4])], 100.0)
+    flight = combine_on_grid([block("q", 0, [1, 2]), block("q", night, [3, 4])], 100.0)
     assert len(flight) == 6
     assert np.array_equal(flight["q"], [1, 2, np.nan, np.nan, 3, 4], equal_nan=True)
     assert np.all(np.diff(flight.times) > 0)
-    minute = int(LONGEST_GAP * 100)
-    assert len(union([block("q", 0, [1]), block("q", minute, [2])], 100.0)) == minute + 1
+    minute = int(MAX_FILLED_GAP * 100)
+    assert len(combine_on_grid([block("q", 0, [1]), block("q", minute, [2])], 100.0)) == minute + 1
 
 
 def test_no_samples_is_an_empty_flight():
     """No blocks give an empty flight; a channel without any sample is absent, not empty."""
-    assert len(union([], 100.0)) == 0
-    flight = union([block("q", 0, [np.nan]), block("p", 0, [1.0])], 100.0)
+    assert len(combine_on_grid([], 100.0)) == 0
+    flight = combine_on_grid([block("q", 0, [np.nan]), block("p", 0, [1.0])], 100.0)
     assert flight.channels == ("p",)
 
 
@@ -49,10 +56,10 @@ def test_no_samples_is_an_empty_flight():
 )
 def test_rows_hold_every_sample_and_no_long_gap(present, rate):
     """Every index present has its row; rows increase; no run of missing ones exceeds the limit."""
-    rows = rows_for(np.array(present, dtype=np.int64), rate)
+    rows = grid_row_indices(np.array(present, dtype=np.int64), rate)
     assert set(present) <= set(rows.tolist())
     assert np.all(np.diff(rows) >= 1)
-    assert rows.size <= len(set(present)) * (LONGEST_GAP * rate + 2)
+    assert rows.size <= len(set(present)) * (MAX_FILLED_GAP * rate + 2)
     if present:
         assert (rows[0], rows[-1]) == (min(present), max(present))
 
@@ -70,7 +77,7 @@ def test_rounded_and_missing_rows_are_still_even(rate, start, lost, digits):
     times = start + index / rate
     if digits is not None:
         times = np.round(times, digits)
-    found = even_grid(times)
+    found = find_uniform_grid(times)
     assert found is not None
     grid, rows = found
     assert np.array_equal(rows, index)
@@ -82,7 +89,7 @@ def test_rounded_and_missing_rows_are_still_even(rate, start, lost, digits):
 def test_exact_times_are_kept_bit_for_bit():
     """Times that are even stay the very numbers of the file."""
     times = np.arange(500) * 0.01 + 12.34
-    grid, rows = even_grid(times)
+    grid, rows = find_uniform_grid(times)
     assert np.array_equal(grid[rows], times)
 
 
@@ -90,4 +97,4 @@ def test_uneven_times_are_told():
     """A jittering clock is not taken for an even one."""
     rng = np.random.default_rng(3)
     times = np.arange(500) * 0.01 + rng.uniform(-3e-3, 3e-3, 500)
-    assert even_grid(times) is None
+    assert find_uniform_grid(times) is None

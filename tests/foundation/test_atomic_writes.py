@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from gsapp.decoding.framing import Line
+from gsapp.decoding.framing import TextLine
 from gsapp.flight.events import Event, EventLog
-from gsapp.flight.raw import RawWriter
+from gsapp.flight.raw_files import RawWriter
 from gsapp.foundation import GroundStationError, files, write_atomically
-from gsapp.foundation.files import appearing, files_of, folder_beside, put_in_place
+from gsapp.foundation.files import atomic_folder, create_sibling_folder, list_files, move_into_place
 
 
 def test_a_failed_write_leaves_the_former_file_and_no_litter(
@@ -135,19 +135,19 @@ def test_a_folder_made_beside_its_place_is_open_like_any_other(tmp_path: Path) -
     """Without a mode set afterwards, which opens nothing on Windows."""
     place = tmp_path / "flight"
     (tmp_path / "usual").mkdir()
-    made = [folder_beside(place) for _ in range(3)]
+    made = [create_sibling_folder(place) for _ in range(3)]
     assert len(set(made)) == 3
     assert {one.parent for one in made} == {tmp_path}
     assert {one.stat().st_mode for one in made} == {(tmp_path / "usual").stat().st_mode}
     (made[0] / "raw.tlog").write_bytes(b"x")
-    put_in_place(made[0], place)
+    move_into_place(made[0], place)
     assert (place / "raw.tlog").read_bytes() == b"x"
     with pytest.raises(FileNotFoundError):
-        folder_beside(tmp_path / "missing" / "flight")
+        create_sibling_folder(tmp_path / "missing" / "flight")
 
 
 def fill(place: Path, content: bytes, *, whole: bool = True) -> None:
-    with appearing(place) as made:
+    with atomic_folder(place) as made:
         (made / "raw.tlog").write_bytes(content)
         if not whole:
             raise RuntimeError("half of it")
@@ -180,9 +180,9 @@ def test_what_a_system_lays_into_a_folder_is_not_ours(tmp_path: Path) -> None:
     (place / "._raw.tlog").write_bytes(b"\x00\x05\x16\x07")
     (place / "alpha.toml").touch()
     (place / "._alpha.toml").write_bytes(b"\x00\x05\x16\x07")
-    assert [one.name for one in files_of(place)] == ["alpha.toml", "raw.tlog"]
-    assert [one.name for one in files_of(place, "*.toml")] == ["alpha.toml"]
-    assert files_of(tmp_path / "missing") == ()
+    assert [one.name for one in list_files(place)] == ["alpha.toml", "raw.tlog"]
+    assert [one.name for one in list_files(place, "*.toml")] == ["alpha.toml"]
+    assert list_files(tmp_path / "missing") == ()
 
     mine = tmp_path / "mine"
     mine.mkdir()
@@ -214,7 +214,7 @@ def mac(monkeypatch: pytest.MonkeyPatch) -> Mac:
     if sys.platform == "win32":
         pytest.skip("Windows knows one flush only")
     made = Mac()
-    monkeypatch.setattr(files, "_FULL", 51)
+    monkeypatch.setattr(files, "_FULL_FSYNC", 51)
     monkeypatch.setattr(files, "fcntl", made, raising=False)
     monkeypatch.setattr(os, "fsync", made.fsync)
     return made
@@ -226,10 +226,10 @@ def test_a_file_is_flushed_out_of_the_drive_too_where_that_can_be_asked_for(
     write_atomically(tmp_path / "file.txt", "kept")
     EventLog(tmp_path / "events.jsonl").append(Event(kind="mark"))
     writer = RawWriter(tmp_path / "flight")
-    writer.append(1_000_000, [Line(0, b"1,2", 4)])
+    writer.append(1_000_000, [TextLine(0, b"1,2", 4)])
     writer.sync()  # once a second, and quick
     assert mac.calls == [51, 51, "fsync"]
-    writer.append(1_000_001, [Line(4, b"3,4", 8)])
+    writer.append(1_000_001, [TextLine(4, b"3,4", 8)])
     writer.close()
     assert mac.calls == [51, 51, "fsync", 51]
 
@@ -252,12 +252,12 @@ def test_a_folder_that_cannot_be_read_is_not_an_empty_one(
 
     monkeypatch.setattr(Path, "iterdir", refuse)
     with pytest.raises(GroundStationError, match=r"kept cannot be read \(.*; check its perm"):
-        files_of(tmp_path / "kept", "*.toml")
-    assert files_of(tmp_path / "missing") == ()
+        list_files(tmp_path / "kept", "*.toml")
+    assert list_files(tmp_path / "missing") == ()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="links need rights of their own")
 def test_a_link_to_nothing_is_not_an_empty_folder(tmp_path: Path) -> None:
     (tmp_path / "link").symlink_to(tmp_path / "gone")
     with pytest.raises(GroundStationError, match="is a link to a folder that is not there"):
-        files_of(tmp_path / "link")
+        list_files(tmp_path / "link")

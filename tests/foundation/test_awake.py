@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from gsapp.foundation.awake import kept_awake
+from gsapp.foundation.sleep_inhibitor import inhibit_sleep
 
 pytestmark = pytest.mark.skipif(
     sys.platform in ("win32", "darwin"), reason="what keeps Linux awake is asked for by a program"
@@ -48,7 +48,7 @@ def until(done: Callable[[], bool]) -> None:
 
 def test_the_login_manager_is_asked_and_let_go(inhibitor: Path) -> None:
     """It hears who asks, and why; afterwards nothing is left running."""
-    with kept_awake("recording 2026-05-12-a"):
+    with inhibit_sleep("recording 2026-05-12-a"):
         until((inhibitor / "process").exists)
         until(lambda: bool((inhibitor / "process").read_text().strip()))
         process = int((inhibitor / "process").read_text())
@@ -63,7 +63,7 @@ def test_the_login_manager_is_asked_and_let_go(inhibitor: Path) -> None:
 def test_it_is_let_go_however_the_process_ends(inhibitor: Path) -> None:
     """A recorder that is killed leaves a computer that falls asleep again."""
     program = (
-        "import time; from gsapp.foundation.awake import kept_awake\n"
+        "import time; from gsapp.foundation.sleep_inhibitor import kept_awake\n"
         "with kept_awake('recording'): time.sleep(60)"
     )
     process = subprocess.Popen([sys.executable, "-c", program])
@@ -78,9 +78,9 @@ def test_nothing_happens_where_nobody_can_be_asked(
 ) -> None:
     """No such program, or one that cannot be started: the record goes on all the same."""
     monkeypatch.setenv("PATH", str(tmp_path))
-    with kept_awake("recording"):
+    with inhibit_sleep("recording"):
         pass
     (tmp_path / "systemd-inhibit").write_text("no program")
     (tmp_path / "systemd-inhibit").chmod(0o755)
-    with kept_awake("recording"):
+    with inhibit_sleep("recording"):
         pass

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from gsapp.foundation.endings import block_sigint
+from gsapp.foundation.process_shutdown import block_sigint
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="SIGTERM ends a process at once")
 
@@ -21,7 +21,7 @@ def run(body: str, log: Path) -> subprocess.Popen[bytes]:
     code = (
         "import sys, threading, time\n"
         "from pathlib import Path\n"
-        "from gsapp.foundation.endings import asked_to_end, ends_within\n"
+        "from gsapp.foundation.process_shutdown import asked_to_end, ends_within\n"
         "end = threading.Event()\n"
         "with asked_to_end(lambda _: end.set()), ends_within(1.0, Path(sys.argv[1])):\n"
         "    print('ready', flush=True)\n"

@@ -13,7 +13,7 @@ from types import ModuleType, SimpleNamespace
 
 import pytest
 
-import gsapp.foundation.locking
+import gsapp.foundation.file_lock
 from gsapp.foundation import FlightError
 
 if sys.platform == "win32":
@@ -31,13 +31,13 @@ def _locking(descriptor: int, mode: int, _count: int) -> None:
 @pytest.fixture(params=["here", "as on Windows"])
 def locking(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     if request.param == "here":
-        return gsapp.foundation.locking
+        return gsapp.foundation.file_lock
     with monkeypatch.context() as windows:
         windows.setattr(sys, "platform", "win32")
         msvcrt = SimpleNamespace(LK_UNLCK=1, LK_NBLCK=2, locking=_locking)
         windows.setitem(sys.modules, "msvcrt", msvcrt)
         spec = importlib.util.spec_from_file_location(
-            "locking_as_on_windows", gsapp.foundation.locking.__file__
+            "locking_as_on_windows", gsapp.foundation.file_lock.__file__
         )
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from gsapp.foundation.naming import did_you_mean, listed
+from gsapp.foundation.name_suggestions import did_you_mean, format_names
 
 
 @pytest.mark.parametrize(
@@ -12,7 +12,7 @@ from gsapp.foundation.naming import did_you_mean, listed
     [((), ""), (("p",), "p"), (("p", "q"), "p, q"), (("p", "q", "r", "V"), "p, q and 2 more")],
 )
 def test_of_many_names_only_the_first_are_named(names: tuple[str, ...], text: str) -> None:
-    assert listed(names, 2) == text
+    assert format_names(names, 2) == text
 
 
 def test_a_slip_is_answered_by_what_is_near() -> None:

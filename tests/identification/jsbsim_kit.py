@@ -23,7 +23,7 @@ from scipy.signal import lfilter
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.decoding.air_data import density, dynamic_pressure, true_airspeed
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
-from gsapp.dynamics.buildup import reads_of
+from gsapp.dynamics.buildup import linear_variables
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.trim import Trim, trim
@@ -138,7 +138,7 @@ def _structural(position: tuple[float, float, float]) -> tuple[float, float, flo
 def _products(coefficient: str) -> str:
     """Return the linear build-up of a coefficient as JSBSim's functions."""
     terms = [f"<property>known/{coefficient}_0</property>"]
-    for name in reads_of(coefficient):
+    for name in linear_variables(coefficient):
         reads = "".join(f"<property>{one}</property>" for one in READS[name])
         terms.append(f"<product><property>known/{coefficient}_{name}</property>{reads}</product>")
     return f"<sum>{''.join(terms)}</sum>"
@@ -202,7 +202,9 @@ class Engine:
 
     def _description(self) -> str:
         aircraft, names = self.aircraft, [*FORCES, *MOMENTS]
-        derivatives = [f"{one}_{suffix}" for one in names for suffix in ("0", *reads_of(one))]
+        derivatives = [
+            f"{one}_{suffix}" for one in names for suffix in ("0", *linear_variables(one))
+        ]
         eye = _structural(aircraft.sensors.accelerometer.position)
         geometry, mass = aircraft.geometry, aircraft.mass
         count = len(aircraft.propulsion.position)

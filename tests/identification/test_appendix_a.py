@@ -10,25 +10,25 @@ import pytest
 from scipy.optimize import brentq
 
 from gsapp.aircraft import Propulsion, load_aircraft
-from gsapp.dynamics.flight_model import INPUTS, FlightModel
-from gsapp.dynamics.linearization import Steady, linearize
+from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
+from gsapp.dynamics.linearization import OperatingPoint, linearize
 from gsapp.dynamics.model import load_model
 from gsapp.dynamics.trim import trim
 from gsapp.foundation import FileProblemsError, FlightError, UnknownNameError
-from gsapp.identification.linear_models.appendix_a import (
-    Condition,
+from gsapp.identification.linear_models.derivative_conversion import (
+    SteadyCondition,
     lateral_derivatives,
     lateral_model,
     longitudinal_derivatives,
     longitudinal_model,
-    steady_flight,
+    solve_steady_flight,
 )
-from gsapp.identification.linear_models.comparison import model_of_derivatives
-from gsapp.identification.linear_models.files import (
+from gsapp.identification.linear_models.linear_model_files import (
     load_linear_model,
     published_errors,
     save_linear_model,
 )
+from gsapp.identification.linear_models.model_comparison import model_from_derivatives
 
 B777 = load_aircraft("b777")
 FOOT = 0.3048
@@ -45,11 +45,11 @@ LATERAL = {
 }  # fmt: skip
 
 
-def published(name: str) -> tuple[Condition, object]:
+def published(name: str) -> tuple[SteadyCondition, object]:
     """Return a published model with its condition: stability axes, mass of table 3.2.2."""
     file = load_linear_model(name)
     assert file.speed is not None
-    condition = Condition(U1=file.speed, mass=B777.mass.mass, stability_axes=True)
+    condition = SteadyCondition(U1=file.speed, mass=B777.mass.mass, stability_axes=True)
     return condition, file.model()
 
 
@@ -113,10 +113,10 @@ def test_appendix_a_agrees_with_exact_linearization(speed: float) -> None:
     model = load_model("b777")
     flight_model = FlightModel(B777, model)
     level = trim(flight_model, V=speed)
-    condition = Condition(
+    condition = SteadyCondition(
         U1=speed, mass=B777.mass.mass, alpha1=level.polar.alpha, de1=level.inputs[0]
     )
-    condition, derivatives = steady_flight(B777, condition, model.derivatives)
+    condition, derivatives = solve_steady_flight(B777, condition, model.derivatives)
     lateral = lateral_model(B777, condition, derivatives)
     exact = linearize(
         flight_model, level, states=lateral.states, inputs=lateral.inputs,
@@ -146,17 +146,17 @@ def test_a_glider_is_linear_about_its_glide() -> None:
             steady = trim(flight_model, V=speed, climb_angle=path)
         except FlightError:  # so steep that throttle closed is too much
             return -1.0
-        return float(steady.inputs[INPUTS.index("throttle")])
+        return float(steady.inputs[MODEL_INPUTS.index("throttle")])
 
     glide = brentq(throttle, -0.2, -0.02, xtol=1e-12)
     assert isinstance(glide, float)
     steady = trim(flight_model, V=speed, climb_angle=glide)
     glider = B777.model_copy(update={"propulsion": Propulsion()})
-    condition = Condition(
+    condition = SteadyCondition(
         U1=speed, mass=B777.mass.mass, alpha1=steady.polar.alpha, de1=steady.inputs[0]
     )
     for axis in ("lon", "lat"):
-        found = model_of_derivatives(glider, condition, axis, model.derivatives)
+        found = model_from_derivatives(glider, condition, axis, model.derivatives)
         exact = linearize(flight_model, steady, states=found.states, inputs=found.inputs)
         for one, other in zip(found.modes(), exact.modes(), strict=True):
             # Drag times beta and X'_q, which the appendix leaves out.
@@ -166,13 +166,13 @@ def test_a_glider_is_linear_about_its_glide() -> None:
 def test_without_drag_there_is_no_phugoid() -> None:
     """Nothing would damp it: it was told to grow, with a bound of half a percent."""
     known = dict(load_model("b777").derivatives)
-    condition = Condition(U1=30.0, mass=B777.mass.mass, alpha1=0.05, de1=-0.01)
-    found = model_of_derivatives(B777, condition, "lon", known)
+    condition = SteadyCondition(U1=30.0, mass=B777.mass.mass, alpha1=0.05, de1=-0.01)
+    found = model_from_derivatives(B777, condition, "lon", known)
     assert {mode.name: mode.pole.real < 0.0 for mode in found.modes()} == {
         "short period": True, "phugoid": True,
     }  # fmt: skip
     del known["CA_0"]
-    found = model_of_derivatives(B777, condition, "lon", known)
+    found = model_from_derivatives(B777, condition, "lon", known)
     assert found.states == ("alpha", "q")
     assert [mode.name for mode in found.modes()] == ["short period"]
 
@@ -181,7 +181,7 @@ def test_derivatives_go_through_and_come_back() -> None:
     """The shipped model's derivatives survive both ways exactly."""
     model = load_model("b777")
     given = {name: model.derivative(name) for name in model.derivatives}
-    condition = Condition(U1=31.0, mass=21.0, alpha1=0.06)
+    condition = SteadyCondition(U1=31.0, mass=21.0, alpha1=0.06)
     back = lateral_derivatives(B777, condition, lateral_model(B777, condition, given))
     for name, value in back.items():
         assert value == pytest.approx(given[name], abs=1e-12), name
@@ -192,7 +192,7 @@ def test_derivatives_go_through_and_come_back() -> None:
 
 def test_linear_model_file_goes_to_disk_and_back(tmp_path: Path) -> None:
     """SI on disk; a wrong matrix and an unknown name are told."""
-    steady = Steady(speed=31.5, density=1.1, mass=21.0)
+    steady = OperatingPoint(speed=31.5, density=1.1, mass=21.0)
     model = replace(load_linear_model("seanor-bls-lateral").model(), about=steady)
     path = save_linear_model(model, tmp_path / "model.toml", name="mine")
     back = load_linear_model(path).model()

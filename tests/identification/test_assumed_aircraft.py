@@ -8,8 +8,8 @@ import pytest
 
 from gsapp.cli import maneuvers as maneuvers_command
 from gsapp.flight.info import FlightInfo
-from gsapp.flight.setting import assumed_words
-from gsapp.identification.flights import flown_flights
+from gsapp.flight.read_settings import assumed_aircraft_text
+from gsapp.identification.maneuver_extraction import open_flights_with_maneuvers
 
 CSV = "time [s],q [deg/s],de [deg]\n" + "".join(
     f"{0.01 * k:.2f},{0.1 * (k % 7):.1f},{2.0 if 200 < k < 240 else 0.0}\n" for k in range(600)
@@ -24,7 +24,7 @@ def table(tmp_path: Path) -> Path:
 
 
 def words_of(flight: Path, aircraft: str | None = None) -> list[str]:
-    (flown,) = flown_flights([flight], aircraft=aircraft, given=["1:5"])
+    (flown,) = open_flights_with_maneuvers([flight], aircraft=aircraft, given=["1:5"])
     return [one for one in flown.remarks if "no aircraft file" in one]
 
 
@@ -39,8 +39,8 @@ def test_what_is_taken_for_an_unnamed_aircraft_is_said(table: Path) -> None:
 
 def test_a_flight_card_that_names_the_shipped_aircraft_is_enough() -> None:
     """However it is written."""
-    assert assumed_words("flight", FlightInfo(aircraft="B777")) == ""
-    assert assumed_words("flight", FlightInfo()) != ""
+    assert assumed_aircraft_text("flight", FlightInfo(aircraft="B777")) == ""
+    assert assumed_aircraft_text("flight", FlightInfo()) != ""
 
 
 def test_maneuvers_are_found_with_the_same_words(

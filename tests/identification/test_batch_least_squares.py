@@ -9,18 +9,20 @@ import pytest
 
 from gsapp.foundation import FlightError
 from gsapp.identification.linear_models.batch_least_squares import batch_least_squares
-from gsapp.identification.linear_models.files import load_linear_model
-from gsapp.identification.linear_models.records import discrete
-from gsapp.identification.linear_models.signals import Signals
+from gsapp.identification.linear_models.discrete_model import discretize
+from gsapp.identification.linear_models.linear_model_files import load_linear_model
+from gsapp.identification.linear_models.signals import LinearModelSignals
 
 DT = 0.01
 
 
-def stretches(axis: str, seed: int, *, noise: float, maneuvers: int = 4) -> list[Signals]:
+def stretches(
+    axis: str, seed: int, *, noise: float, maneuvers: int = 4
+) -> list[LinearModelSignals]:
     """Return maneuvers of a published least-squares model, each with a trim of its own."""
     rng = np.random.default_rng(seed)
     model = load_linear_model(f"seanor-bls-{axis}").model()
-    sampled = discrete(model, DT)
+    sampled = discretize(model, DT)
     found = []
     for number in range(maneuvers):
         times = np.arange(800) * DT
@@ -35,7 +37,7 @@ def stretches(axis: str, seed: int, *, noise: float, maneuvers: int = 4) -> list
         trim_u, trim_y = 0.05 * rng.standard_normal(u.shape[1]), rng.standard_normal(y.shape[1])
         y = y + trim_y + noise * np.ptp(y, axis=0) * rng.standard_normal(y.shape)
         found.append(
-            Signals(
+            LinearModelSignals(
                 maneuver=str(number), times=times, states=y[:, 1:], inputs=u + trim_u, outputs=y,
                 state_names=model.states, input_names=model.inputs, output_names=model.outputs,
             )
@@ -79,7 +81,7 @@ def test_input_that_never_moves_is_named() -> None:
         inputs = one.inputs.copy()
         inputs[:, 1] = 0.02
         still.append(
-            Signals(
+            LinearModelSignals(
                 maneuver=one.maneuver, times=one.times, states=one.states, inputs=inputs,
                 outputs=one.outputs, state_names=one.state_names, input_names=one.input_names,
                 output_names=one.output_names,

@@ -11,10 +11,10 @@ import pytest
 
 from gsapp.foundation import FlightError
 from gsapp.identification.campaign import CampaignResult, CampaignSettings, run_campaign
-from gsapp.identification.campaign import fitting as campaign_fitting
+from gsapp.identification.campaign import maneuver_fit as campaign_fitting
 from gsapp.identification.estimate_json import campaign_json
 from gsapp.identification.results import Estimate
-from gsapp.identification.summary.beside import beside_means, beside_values
+from gsapp.identification.summary.method_comparison import compare_method_means, compare_methods
 from tests.identification.virtual_maneuvers import Virtual, fly
 
 
@@ -38,7 +38,7 @@ def test_in_gusts_equation_error_stands_beside_and_is_nearer_the_truth(kind: str
     assert any("turbulence" in text for text in result.estimate.warnings)
     assert result.beside is not None
     assert result.beside.method == "ee"
-    both = [one for one in beside_values(result) if one.likelihood and one.equations]
+    both = [one for one in compare_methods(result) if one.likelihood and one.equations]
     assert len(both) >= (8 if kind == "lon" else 15)
     # Constants hold zero offsets of accelerometers, which equation error does not know.
     assert not any(one.name.endswith("_0") for one in both)
@@ -68,7 +68,7 @@ def test_in_calm_air_nothing_is_computed_beside(monkeypatch: pytest.MonkeyPatch)
     (one,) = result.results
     assert one.estimate is not None
     assert (one.estimate.gusty, one.beside) == ((), None)
-    assert beside_values(one) == beside_means(result.results) == ()
+    assert compare_methods(one) == compare_method_means(result.results) == ()
     (content,) = campaign_json(result)["maneuvers"]
     assert content["equation_error"] is None
 
@@ -83,7 +83,7 @@ def test_programs_get_both_values_of_a_maneuver_in_gusts() -> None:
     beside = second["equation_error"]["derivatives"]
     assert beside["Cn_r"] != second["derivatives"]["Cn_r"]
     assert beside.keys() == second["derivatives"].keys()
-    (mean,) = [one for one in beside_means(result.results) if one.name == "Cn_r"]
+    (mean,) = [one for one in compare_method_means(result.results) if one.name == "Cn_r"]
     assert mean.equations == pytest.approx((beside["Cn_r"]["value"], beside["Cn_r"]["std"]))
     own = second["derivatives"]["Cn_r"]
     assert mean.apart == pytest.approx(

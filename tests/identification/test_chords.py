@@ -9,7 +9,7 @@ import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.flight import Flight
-from gsapp.identification.chords import curved
+from gsapp.identification.interpolation import interpolate_cubic
 from gsapp.identification.maneuver import cut_maneuver
 from gsapp.quantities import Block
 
@@ -30,15 +30,15 @@ def test_what_chords_cut_off_comes_back(length: int, first: int) -> None:
     inside = slice(12, -12)
     before = np.abs(slow - BANK)[inside].max()
     assert before > 2e-3 * (length / 2) ** 2
-    assert np.abs(curved(slow) - BANK)[inside].max() < 0.1 * before
+    assert np.abs(interpolate_cubic(slow) - BANK)[inside].max() < 0.1 * before
     ends = np.arange(first, TIMES.size, length)
-    assert np.array_equal(curved(slow)[ends], slow[ends])
+    assert np.array_equal(interpolate_cubic(slow)[ends], slow[ends])
 
 
 def test_gaps_stay_and_nothing_is_drawn_across_them() -> None:
     slow = chords(2)
     slow[301:340] = np.nan
-    found = curved(slow)
+    found = interpolate_cubic(slow)
     assert np.isnan(found[301:340]).all()
     assert np.abs(found - BANK)[12:295].max() < 2e-4
     assert np.abs(found - BANK)[346:-12].max() < 2e-4
@@ -49,7 +49,7 @@ def test_a_channel_with_samples_of_its_own_stays_as_it_was() -> None:
     count = 0.01
     noise = np.random.default_rng(0).normal(0.0, 1e-3, TIMES.size)
     for own in (BANK, BANK + noise, np.round(BANK / count) * count, np.full(800, 0.3), TIMES):
-        assert np.array_equal(curved(own), own)
+        assert np.array_equal(interpolate_cubic(own), own)
 
 
 def test_maneuvers_are_cut_with_curves() -> None:

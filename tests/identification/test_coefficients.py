@@ -11,12 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.aircraft import load_aircraft
-from gsapp.dynamics.equations import Body, angular_accelerations
+from gsapp.dynamics.equations import RigidBody, angular_accelerations
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import load_model
 from gsapp.foundation import FlightError
-from gsapp.identification.axes import COEFFICIENTS
-from gsapp.identification.coefficients import moments, reconstruct
+from gsapp.identification.axes import AXIS_COEFFICIENTS
+from gsapp.identification.coefficients import moments_from_rates, reconstruct_coefficients
 from gsapp.identification.motion import measured_motion
 from gsapp.quantities import Block
 from tests.identification.virtual_maneuvers import fly
@@ -50,9 +50,9 @@ def true_coefficients(maneuver, model=TRUTH):
 def test_every_coefficient_at_every_sample(axis):
     """Proves the reconstruction: thrust, lever arms and inertia coupling taken out, to 0.1 %."""
     maneuver = flown(axis)
-    found = reconstruct(maneuver, cutoff=5.0)
+    found = reconstruct_coefficients(maneuver, cutoff=5.0)
     true_ones = true_coefficients(maneuver)
-    for name in COEFFICIENTS[axis]:
+    for name in AXIS_COEFFICIENTS[axis]:
         true = true_ones[name]
         expected = found.smooth(np.broadcast_to(true, found.times.shape))
         counts = found.counts(name)
@@ -70,11 +70,11 @@ _NUMBERS = st.floats(-2.0, 2.0)
 @settings(max_examples=40, deadline=None)
 @given(st.tuples(*[_NUMBERS] * 6))
 def test_moments_are_the_inverse_of_the_equations(numbers):
-    """Proves `moments` against the equations of motion, products of inertia included."""
+    """Proves `moments_from_rates` against the equations of motion, products of inertia included."""
     p, q, r, L, M, N = numbers
-    body = Body(mass=20.0, ixx=7.0, iyy=8.6, izz=9.4, ixz=0.4)
+    body = RigidBody(mass=20.0, ixx=7.0, iyy=8.6, izz=9.4, ixz=0.4)
     spin = angular_accelerations(p, q, r, L, M, N, body)
-    np.testing.assert_allclose(moments((p, q, r), spin, body), (L, M, N), atol=1e-10)
+    np.testing.assert_allclose(moments_from_rates((p, q, r), spin, body), (L, M, N), atol=1e-10)
 
 
 def test_effects_of_a_model_are_taken_out():
@@ -83,8 +83,8 @@ def test_effects_of_a_model_are_taken_out():
     model = model.with_effect("mass.cg.x")
     maneuver = flown("lon", "aero.Cm.alpha2", "aero.Cm.alphadot", "mass.cg.x")
     linear = true_coefficients(maneuver)["Cm"]
-    found = reconstruct(maneuver, model=model)
-    blind = reconstruct(maneuver)
+    found = reconstruct_coefficients(maneuver, model=model)
+    blind = reconstruct_coefficients(maneuver)
     counts = found.counts("Cm")
     expected = found.smooth(linear)[counts]
     right = np.abs(found.value("Cm")[counts] - expected).max()
@@ -101,7 +101,7 @@ def test_missing_samples_do_not_count_and_long_gaps_block_their_neighbors():
     values[300:302, q] = np.nan
     values[500:520, q] = np.nan
     block = Block(channels=maneuver.block.channels, times=maneuver.block.times, values=values)
-    found = reconstruct(replace(maneuver, block=block), cutoff=5.0)
+    found = reconstruct_coefficients(replace(maneuver, block=block), cutoff=5.0)
     good = found.counts("Cm")
     reach = found.smoother.reach
     assert good[299]
@@ -118,7 +118,7 @@ def test_a_pause_of_the_record_is_not_smoothed_over():
     times = maneuver.block.times.copy()
     times[400:] += 30.0
     block = Block(channels=maneuver.block.channels, times=times, values=maneuver.block.values)
-    found = reconstruct(replace(maneuver, block=block), cutoff=5.0)
+    found = reconstruct_coefficients(replace(maneuver, block=block), cutoff=5.0)
     reach = found.smoother.reach
     assert not found.counts("Cm")[400 - reach : 400 + reach - 1].any()
     assert found.counts("Cm")[400 + reach :].any()
@@ -129,7 +129,7 @@ def test_clipped_samples_do_not_count():
     maneuver = flown("lat")
     clipped = np.zeros(len(maneuver.block), dtype=bool)
     clipped[200:230] = True
-    found = reconstruct(replace(maneuver, clipped={"p": clipped}), cutoff=5.0)
+    found = reconstruct_coefficients(replace(maneuver, clipped={"p": clipped}), cutoff=5.0)
     assert not found.counts("Cl")[200:230].any()
     assert not found.known["p_hat"][200:230].any()
 
@@ -137,11 +137,11 @@ def test_clipped_samples_do_not_count():
 def test_a_missing_or_stuck_instrument_is_named():
     """Proves that a coefficient without its instrument says so."""
     maneuver = flown("lon")
-    assert "an was not measured" in reconstruct(without(maneuver, "an")).missing["CN"]
+    assert "an was not measured" in reconstruct_coefficients(without(maneuver, "an")).missing["CN"]
     values = maneuver.block.values.copy()
     values[:, maneuver.block.channels.index("q")] = 0.1
     block = Block(channels=maneuver.block.channels, times=maneuver.block.times, values=values)
-    found = reconstruct(replace(maneuver, block=block))
+    found = reconstruct_coefficients(replace(maneuver, block=block))
     assert "stuck" in found.missing["Cm"]
     assert not found.counts("Cm").any()
 
@@ -149,7 +149,7 @@ def test_a_missing_or_stuck_instrument_is_named():
 def test_a_vane_that_is_missing_is_replaced_by_integration():
     """Proves that sideslip follows from accelerations and rates, but for offset and drift."""
     maneuver = flown("lat")
-    found = reconstruct(without(maneuver, "beta"))
+    found = reconstruct_coefficients(without(maneuver, "beta"))
     assert found.integrated == {"beta"}
     true = measured_motion(maneuver).state("beta")
     difference = found.variables["beta"] - true
@@ -160,4 +160,4 @@ def test_a_vane_that_is_missing_is_replaced_by_integration():
 def test_no_mass_is_refused():
     """Proves that a mass of zero is told, not divided by."""
     with pytest.raises(FlightError, match="mass of 0 kg"):
-        reconstruct(replace(flown("lon"), mass=0.0))
+        reconstruct_coefficients(replace(flown("lon"), mass=0.0))

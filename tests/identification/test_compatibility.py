@@ -11,12 +11,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from gsapp.aircraft import load_aircraft
-from gsapp.dynamics.pilot.flight import VirtualFlight
-from gsapp.dynamics.pilot.flight import fly as fly_whole
+from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
+from gsapp.dynamics.virtual_aircraft.virtual_flight import simulate_flight as fly_whole
 from gsapp.flight import Flight
 from gsapp.foundation import FlightError, UnknownNameError
-from gsapp.identification.compatibility import CompatibilitySettings, check
-from gsapp.identification.compatibility.kinematics import rotations
+from gsapp.identification.compatibility import CompatibilitySettings, check_compatibility
+from gsapp.identification.compatibility.kinematics import integrate_rotation_matrices
 from gsapp.identification.maneuver import Maneuver, cut_maneuver
 from gsapp.quantities import Block
 from tests.identification.virtual_instruments import with_errors, with_signs
@@ -39,7 +39,7 @@ def test_rotations_follow_the_rates() -> None:
     """Products by doubling agree with an independent library's, step by step."""
     rng = np.random.default_rng(0)
     rates = np.cumsum(rng.standard_normal((40, 3)), axis=0) * 0.2
-    found = rotations(rates, 0.01)
+    found = integrate_rotation_matrices(rates, 0.01)
     total = Rotation.identity()
     steps = 0.5 * (rates[1:] + rates[:-1])
     steps[1:-1] = (13.0 * (rates[1:-2] + rates[2:-1]) - rates[:-3] - rates[3:]) / 24.0
@@ -59,7 +59,7 @@ def test_errors_are_recovered_within_their_bounds() -> None:
     ratios: dict[str, list[float]] = defaultdict(list)
     for seed in range(300, 308):
         maneuver, truth = with_errors(seed, "both", ERRORS, gyros=0.3)
-        found = check([maneuver], settings=CompatibilitySettings(try_signs=False))
+        found = check_compatibility([maneuver], settings=CompatibilitySettings(try_signs=False))
         for name, value in truth.items():
             one = found.parameters[name]
             if one.value is not None and one.std is not None:
@@ -78,7 +78,7 @@ def test_a_bad_vane_is_named() -> None:
     values = block.values.copy()
     values[:, block.channels.index("alpha")] *= 1.3
     bad = replace(maneuver, block=Block(channels=block.channels, times=block.times, values=values))
-    found = check([bad])
+    found = check_compatibility([bad])
     assert [one.channels for one in found.verdicts] == [("alpha",)]
     (verdict,) = found.verdicts
     assert verdict.kind == "scale"
@@ -90,7 +90,7 @@ def test_a_bad_vane_is_named() -> None:
 def test_a_reversed_axis_is_found(name: str) -> None:
     """Each reversed axis is found, and no other; the sentence tells before and after."""
     maneuver, _ = with_errors(31, "both", ("ay.bias", "an.bias"), size=0.2, duration=8.0, gyros=0.3)
-    found = check([with_signs(maneuver, [name])])
+    found = check_compatibility([with_signs(maneuver, [name])])
     assert found.remedies == (f"-{name}",)
     assert found.signs[name] == "reversed"
     verdict = next(one for one in found.verdicts if one.kind == "reversed")
@@ -104,7 +104,7 @@ def test_a_reversed_axis_is_found(name: str) -> None:
 def test_exchanged_gyros_are_found() -> None:
     """Roll and yaw gyro in each other's place."""
     maneuver, _ = with_errors(32, "lat", ())
-    found = check([with_signs(maneuver, exchanged=("p", "r"))])
+    found = check_compatibility([with_signs(maneuver, exchanged=("p", "r"))])
     assert found.remedies == ("p<>r",)
     assert "p and r look exchanged" in found.summary
 
@@ -113,7 +113,7 @@ def test_no_false_alarm_and_nothing_claimed_unseen() -> None:
     """Good instruments: no verdict; a lateral maneuver says nothing of the scale of alpha."""
     for seed, kind in ((41, "lon"), (42, "lat"), (43, "both")):
         maneuver, _ = with_errors(seed, kind, ())
-        found = check([maneuver])
+        found = check_compatibility([maneuver])
         assert found.consistent, found.summary
         assert "is in the model" in found.summary
         silent = "alpha.scale" if kind == "lat" else "beta.scale"
@@ -127,7 +127,7 @@ def test_a_bad_model_is_not_blamed_on_instruments() -> None:
     """A whole flight with a hidden aerodynamic effect, all maneuvers jointly: no verdict."""
     flown = fly_whole("short", seed=5, hide=("aero.Cm.alpha2",))
     maneuvers = maneuvers_of(flown)
-    found = check(maneuvers)
+    found = check_compatibility(maneuvers)
     assert found.consistent, found.summary
     assert found.converged
     assert found.maneuvers == tuple(one.id for one in maneuvers)
@@ -145,4 +145,4 @@ def test_unknown_errors_and_nothing_at_all() -> None:
     with pytest.raises(UnknownNameError, match=r"alpha\.scale"):
         CompatibilitySettings(free=("alpha.gain",))
     with pytest.raises(FlightError, match="give at least one"):
-        check([])
+        check_compatibility([])

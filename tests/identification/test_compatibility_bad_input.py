@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gsapp.foundation import FlightError
-from gsapp.identification.compatibility import CompatibilitySettings, check
+from gsapp.identification.compatibility import CompatibilitySettings, check_compatibility
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
@@ -26,7 +26,7 @@ def good() -> Maneuver:
 def test_flight_b_has_nothing_to_contradict(good: Maneuver) -> None:
     """Without alpha, beta, airspeed and attitude there is one clear sentence and no number."""
     bare = without(good, "alpha", "beta", "V", "qbar", "dynamic_pressure")
-    found = check([bare])
+    found = check_compatibility([bare])
     assert not found.parameters
     assert found.maneuvers == ()
     assert "have nothing to contradict" in found.summary
@@ -34,7 +34,7 @@ def test_flight_b_has_nothing_to_contradict(good: Maneuver) -> None:
 
 def test_missing_gyros_leave_the_rest(good: Maneuver) -> None:
     """Flights 14 to 18: no p and r. No word about them, and no false alarm."""
-    found = check([without(good, "p", "r")])
+    found = check_compatibility([without(good, "p", "r")])
     assert not any(name.startswith(("p.", "r.")) for name in found.parameters)
     assert any("p and r were not measured" in one for one in found.warnings)
     assert not [one for one in found.verdicts if one.kind in ("reversed", "exchanged")]
@@ -43,7 +43,7 @@ def test_missing_gyros_leave_the_rest(good: Maneuver) -> None:
 def test_a_constant_channel_is_stuck(good: Maneuver) -> None:
     """A vane that never moves is said to be stuck and left out."""
     stuck = with_channels(good, alpha=np.full(len(good.block), 0.05))
-    found = check([stuck])
+    found = check_compatibility([stuck])
     assert [one.kind for one in found.verdicts] == ["stuck"]
     assert "alpha stays constant" in found.summary
     assert "alpha.bias" not in found.parameters
@@ -55,7 +55,10 @@ def test_gaps_do_not_count(good: Maneuver) -> None:
     alpha[200:260] = np.nan
     q = good.block["q"].copy()
     q[500:560] = np.nan
-    whole, gappy = check([good]), check([with_channels(good, alpha=alpha, q=q)])
+    whole, gappy = (
+        check_compatibility([good]),
+        check_compatibility([with_channels(good, alpha=alpha, q=q)]),
+    )
     assert len(whole.histories) == 1
     assert len(gappy.histories) == 2
     assert gappy.consistent, gappy.summary
@@ -75,9 +78,9 @@ def test_all_nan_and_ten_samples(good: Maneuver) -> None:
             channels=block.channels, times=block.times, values=np.full(block.values.shape, np.nan)
         ),
     )
-    assert "nothing to contradict" in check([empty]).summary
+    assert "nothing to contradict" in check_compatibility([empty]).summary
     short = replace(good, block=block.between(block.times[0], block.times[10] - 1e-6))
-    assert "10 samples; too few" in check([short]).summary
+    assert "10 samples; too few" in check_compatibility([short]).summary
 
 
 def test_redundant_gyros_and_the_outvoted_one(good: Maneuver) -> None:
@@ -86,7 +89,7 @@ def test_redundant_gyros_and_the_outvoted_one(good: Maneuver) -> None:
     q, size = good.block["q"], len(good.block)
     second = q + 0.2 * DEGREE * random.standard_normal(size)
     third = q + 3.0 * DEGREE + 0.2 * DEGREE * random.standard_normal(size)
-    found = check([with_channels(good, q__2=second, q__3=third)])
+    found = check_compatibility([with_channels(good, q__2=second, q__3=third)])
     (verdict,) = [one for one in found.verdicts if one.kind == "disagreement"]
     assert verdict.channels == ("q.3",)
     assert "q.3 is outvoted" in verdict.sentence
@@ -94,18 +97,18 @@ def test_redundant_gyros_and_the_outvoted_one(good: Maneuver) -> None:
     assert pairs["q", "q.2"].agree
     assert pairs["q", "q.3"].bias == pytest.approx(3.0 * DEGREE, abs=0.2 * DEGREE)
     assert pairs["q", "q.3"].noise is not None
-    agreeing = check([with_channels(good, q__2=second)])
+    agreeing = check_compatibility([with_channels(good, q__2=second)])
     assert agreeing.consistent, agreeing.summary
 
 
 def test_two_that_disagree(good: Maneuver) -> None:
     """Two vanes, one of them reversed; two elevator halves, one with too much travel."""
     vane = with_channels(good, alpha__2=-good.block["alpha"])
-    sentences = [one.sentence for one in check([vane]).verdicts]
+    sentences = [one.sentence for one in check_compatibility([vane]).verdicts]
     assert any("alpha.2 moves the other way" in one or "alpha.2 is" in one for one in sentences)
     de = good.block["de"]
     halves = with_channels(good, elevator_left=de, elevator_right=1.3 * de)
-    verdicts = check([halves]).verdicts
+    verdicts = check_compatibility([halves]).verdicts
     assert [one.channels for one in verdicts] == [("elevator_left", "elevator_right")]
     assert "1.30 times as much" in verdicts[0].sentence
 
@@ -114,23 +117,23 @@ def test_airspeed_against_dynamic_pressure(good: Maneuver) -> None:
     """V that does not belong to its dynamic pressure and density is told."""
     V, rho = good.block["V"], good.block["density"]
     wrong = with_channels(good, dynamic_pressure=0.5 * rho * (1.15 * V) ** 2)
-    verdicts = [one for one in check([wrong]).verdicts if one.kind == "disagreement"]
+    verdicts = [one for one in check_compatibility([wrong]).verdicts if one.kind == "disagreement"]
     assert len(verdicts) == 1
     assert "airspeed from dynamic pressure" in verdicts[0].sentence
     right = with_channels(good, dynamic_pressure=0.5 * rho * V**2)
-    assert check([right]).consistent
+    assert check_compatibility([right]).consistent
 
 
 def test_a_pitch_rate_in_another_unit_is_not_called_consistent(good: Maneuver) -> None:
     """Radians taken for degrees: no bias, scale or delay of usual size helps."""
-    found = check([with_channels(good, q=good.block["q"] * DEGREE)])
+    found = check_compatibility([with_channels(good, q=good.block["q"] * DEGREE)])
     assert not found.consistent
     assert "q and the other instruments show two different motions" in found.summary
 
 
 def test_a_vane_in_another_unit_is_not_called_consistent(good: Maneuver) -> None:
     """Radians taken for degrees: it hardly moves, and gusts could do that; it is no proof."""
-    found = check([with_channels(good, alpha=good.block["alpha"] * DEGREE)])
+    found = check_compatibility([with_channels(good, alpha=good.block["alpha"] * DEGREE)])
     assert not found.consistent
     assert "in the units that the channel map says" in found.summary
 
@@ -149,7 +152,7 @@ def test_quiet_stretches_in_gusts_give_a_result(
     """The last fit has no way from the usual start: it goes on from where the one before ended."""
     kind = "lat" if seed % 2 else "lon"
     flown = without(fly(seed, kind, gust=gust, duration=duration).maneuver, *missing)
-    found = check([flown], settings=CompatibilitySettings(try_signs=False))
+    found = check_compatibility([flown], settings=CompatibilitySettings(try_signs=False))
     assert found.maneuvers == (flown.id,)
     assert found.histories
     assert not found.converged
@@ -164,7 +167,9 @@ def test_where_nothing_moves_units_are_not_blamed(missing: tuple[str, ...]) -> N
     """No input, no gust: the check does not converge, and says that the aircraft hardly moves."""
     still = fly(105, "lon", duration=5.0, still=("de", "da", "dr")).maneuver
     try:
-        found = check([without(still, *missing)], settings=CompatibilitySettings(try_signs=False))
+        found = check_compatibility(
+            [without(still, *missing)], settings=CompatibilitySettings(try_signs=False)
+        )
         said = found.summary
         assert not found.consistent
     except FlightError as error:
@@ -177,7 +182,9 @@ def test_a_delay_that_ends_at_its_limit_is_no_estimate() -> None:
     """More is no delay: 200 ms with a bound of 4 would be stated in an aircraft file."""
     flown = fly(51, "both").maneuver
     late = np.interp(flown.block.times - 0.25, flown.block.times, flown.block["V"])
-    found = check([with_channels(flown, V=late)], settings=CompatibilitySettings(try_signs=False))
+    found = check_compatibility(
+        [with_channels(flown, V=late)], settings=CompatibilitySettings(try_signs=False)
+    )
     assert found.parameters["V.delay"].value is None
     assert "beyond 200 ms" in found.parameters["V.delay"].why
     assert not [one for one in found.verdicts if one.kind == "delay"]
@@ -187,7 +194,7 @@ def test_a_delay_that_ends_at_its_limit_is_no_estimate() -> None:
 @pytest.mark.parametrize(("shift", "word"), [(0.06, "late"), (-0.06, "early")])
 def test_a_delay_is_late_or_early(good: Maneuver, shift: float, word: str) -> None:
     moved = np.interp(good.block.times - shift, good.block.times, good.block["alpha"])
-    found = check(
+    found = check_compatibility(
         [with_channels(good, alpha=moved)], settings=CompatibilitySettings(try_signs=False)
     )
     (verdict,) = [one for one in found.verdicts if one.kind == "delay"]
@@ -200,7 +207,7 @@ def test_a_channel_with_a_few_samples_counts_as_absent(good: Maneuver) -> None:
     few = np.full(len(good.block), np.nan)
     few[100:105] = 0.05
     bare = without(good, "beta", "V", "qbar", "dynamic_pressure", "phi", "theta")
-    found = check([with_channels(bare, alpha=few)])
+    found = check_compatibility([with_channels(bare, alpha=few)])
     assert not found.parameters
     assert found.warnings
 
@@ -211,6 +218,6 @@ def test_redundant_gyros_of_which_one_is_rarely_there(good: Maneuver) -> None:
     rare[:45] = good.block["q"][:45]
     with np.errstate(all="raise"), warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = check([with_channels(good, **{"q.2": rare})])
+        found = check_compatibility([with_channels(good, **{"q.2": rare})])
     (compared,) = [one for one in found.comparisons if one.other == "q.2"]
     assert compared.delay is None or abs(compared.delay) < 0.1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from gsapp.identification.compatibility.wording import error_with_bound
+from gsapp.identification.compatibility.instrument_text import format_error_with_bound
 from gsapp.quantities.constants import DEGREE, GRAVITY
 
 
@@ -25,4 +25,4 @@ from gsapp.quantities.constants import DEGREE, GRAVITY
 def test_value_and_bound_end_at_the_same_digit(
     parameter: str, value: float, std: float, shown: tuple[str, str]
 ) -> None:
-    assert error_with_bound(parameter, value, std) == shown
+    assert format_error_with_bound(parameter, value, std) == shown

@@ -12,11 +12,11 @@ import pytest
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
 from gsapp.flight import Flight
-from gsapp.flight.maneuvers.dead import AIRSPEED, dead_instruments
+from gsapp.flight.maneuvers.dead_instruments import AIRSPEED, find_dead_instruments
 from gsapp.identification.campaign import CampaignSettings, run_campaign
 from gsapp.identification.maneuver import Maneuver, cut_maneuver
-from gsapp.identification.stand_ins import campaign_stand_ins
-from gsapp.identification.stuck import unseen_surfaces
+from gsapp.identification.missing_channels import campaign_assumed_constants
+from gsapp.identification.stuck_channels import unmeasured_surfaces
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
 from tests.identification.virtual_maneuvers import Virtual, fly
@@ -57,7 +57,7 @@ def test_dead_instruments_are_left_out_and_told() -> None:
         "throughout: taken as not measured",
     )
     half = np.where(np.arange(100) < 80, 30.0 * DEGREE, 0.0)
-    assert not dead_instruments(
+    assert not find_dead_instruments(
         lambda name: half if name == "beta" else np.full(100, np.nan), AIRCRAFT
     )
 
@@ -82,7 +82,7 @@ def test_means_of_the_others_stand_in_and_the_bounds_hold_their_error() -> None:
         replace(fly(seed, "lat", model=MODEL).maneuver, id=str(seed), flight="A")
         for seed in (1, 2, 3)
     ]
-    known = campaign_stand_ins(sound)
+    known = campaign_assumed_constants(sound)
     speeds = [float(one.samples("V")[:100].mean()) for one in sound]
     assert known["V"].value == pytest.approx(np.mean(speeds), rel=0.01)
     assert set(known) == {"V", "alpha"}
@@ -106,12 +106,12 @@ def test_means_of_the_others_stand_in_and_the_bounds_hold_their_error() -> None:
 def test_without_others_the_aircraft_file_suggests_them() -> None:
     """Cruise speed and the middle of the linear range, as uncertain as such a guess is."""
     lost = cut(dead_nose(fly(2, "lat", model=MODEL)))
-    known = campaign_stand_ins([lost])
+    known = campaign_assumed_constants([lost])
     low, high = AIRCRAFT.limits.alpha_linear
     assert known["alpha"].value == pytest.approx(0.5 * (low + high))
     assert known["V"].value == pytest.approx(100 * 0.3048, rel=0.01)
     assert known["V"].std == pytest.approx(0.1 * known["V"].value)
-    assert campaign_stand_ins([]) == {}
+    assert campaign_assumed_constants([]) == {}
 
 
 def flickering(samples: np.ndarray, step: float) -> np.ndarray:
@@ -168,4 +168,4 @@ def test_a_rudder_at_rest_with_its_noise_is_no_stuck_one() -> None:
     alive = noise * np.random.default_rng(3).standard_normal(len(block))
     for record, seen in ((alive, True), (flickering(alive, 0.5 * noise), False)):
         maneuver = cut(changed(block, dr=record), ("da",))
-        assert (not [name for name, _ in unseen_surfaces(maneuver, "lat")]) is seen
+        assert (not [name for name, _ in unmeasured_surfaces(maneuver, "lat")]) is seen

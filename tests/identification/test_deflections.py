@@ -11,11 +11,11 @@ import pytest
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.actuators import Actuator
 from gsapp.flight import Flight
-from gsapp.identification.deflections import deflected
-from gsapp.identification.ftr.whole import listen_to
+from gsapp.identification.deflections import reconstruct_deflections
+from gsapp.identification.ftr.flight_history import compute_ftr_history
 from gsapp.identification.maneuver import Maneuver, cut_maneuver
 from gsapp.identification.maximum_likelihood import MLSettings, estimate
-from gsapp.identification.stuck import unseen_surfaces
+from gsapp.identification.stuck_channels import unmeasured_surfaces
 from gsapp.quantities import Block, FloatArray
 from gsapp.quantities.constants import DEGREE
 from tests.identification.virtual_maneuvers import Virtual, fly
@@ -55,7 +55,7 @@ def test_a_command_passes_travel_servo_and_linkage_as_the_virtual_aircraft_has_i
     """Play apart, which a record's own noise would turn over: it follows the record smoothed."""
     for name in ("de", "de_command"):
         aircraft = flown_by("command", slop=0.0)
-        found = deflected(block_of(**{name: DOUBLET}), aircraft)["de"]
+        found = reconstruct_deflections(block_of(**{name: DOUBLET}), aircraft)["de"]
         assert found == pytest.approx(stepped(aircraft, DOUBLET)[1], abs=1e-9)
         assert found.max() == pytest.approx(aircraft.controls.de.travel[1], rel=1e-3)
 
@@ -64,7 +64,7 @@ def test_a_servo_passes_the_linkage_alone() -> None:
     """Its own lag is in the record already; half of the play is missing on either side."""
     aircraft = flown_by("servo", slop=2.0 * DEGREE)
     servo = stepped(aircraft, 0.5 * DOUBLET)[0]
-    found = deflected(block_of(de=servo), aircraft)["de"]
+    found = reconstruct_deflections(block_of(de=servo), aircraft)["de"]
     assert found[95] == pytest.approx(servo[95] - 1.0 * DEGREE, abs=0.02 * DEGREE)
     assert found[135] == pytest.approx(servo[135] + 1.0 * DEGREE, abs=0.02 * DEGREE)
 
@@ -72,7 +72,7 @@ def test_a_servo_passes_the_linkage_alone() -> None:
 def test_a_measured_surface_stays_to_the_last_bit() -> None:
     """Its command beside it is none of its business."""
     block = block_of(de=DOUBLET, de_command=2.0 * DOUBLET)
-    assert deflected(block, B777) is block
+    assert reconstruct_deflections(block, B777) is block
 
 
 def test_what_hangs_on_a_missing_sample_is_missing() -> None:
@@ -80,7 +80,7 @@ def test_what_hangs_on_a_missing_sample_is_missing() -> None:
     aircraft = flown_by("command", slop=0.0)
     commands = DOUBLET.copy()
     commands[70:74] = np.nan
-    found = deflected(block_of(de=commands), aircraft)["de"]
+    found = reconstruct_deflections(block_of(de=commands), aircraft)["de"]
     whole = stepped(aircraft, DOUBLET)[1]
     assert np.isnan(found[70:74]).all()
     assert np.isfinite(found[:70]).all()
@@ -146,7 +146,7 @@ def test_ftr_over_a_whole_flight_hears_the_surface() -> None:
     behind = behind_a_servo(aircraft, lag=LAG, delay=DELAY)
 
     def heard(flight: Flight, flown_by: Aircraft) -> float | None:
-        return listen_to(flight, flown_by).estimates()["Cm_de"].value
+        return compute_ftr_history(flight, flown_by).estimates()["Cm_de"].value
 
     truth = heard(measured, aircraft)
     assert truth is not None
@@ -156,7 +156,7 @@ def test_ftr_over_a_whole_flight_hears_the_surface() -> None:
 def test_an_aircraft_file_that_expects_a_position_is_told_what_the_log_holds() -> None:
     """The default of an aircraft file is a position; an autopilot's log has commands."""
     maneuver = commanded(fly(7, "lon"), B777)
-    (surface, words) = next(iter(unseen_surfaces(maneuver, "lon")))
+    (surface, words) = next(iter(unmeasured_surfaces(maneuver, "lon")))
     assert surface == "de"
     assert "its command (de_command) was" in words
     assert 'kind = "command"' in words

@@ -14,10 +14,13 @@ from gsapp.foundation import FlightError
 from gsapp.identification import ftr
 from gsapp.identification.axes import axis_derivatives, free_derivatives
 from gsapp.identification.campaign import campaign_values
-from gsapp.identification.equation_error import estimate, start_values
-from gsapp.identification.equation_error.preparing import coefficients_of
-from gsapp.identification.equation_error.timing import LATE_TOGETHER, relative_delay
-from gsapp.identification.signs import suspicious_signs
+from gsapp.identification.derivative_signs import suspicious_signs
+from gsapp.identification.equation_error import estimate, estimate_start_values
+from gsapp.identification.equation_error.delay_estimation import (
+    DELAYED_CHANNELS,
+    estimate_relative_delay,
+)
+from gsapp.identification.equation_error.smoothed_coefficients import smooth_coefficients
 from gsapp.quantities import Block
 from gsapp.quantities.constants import GRAVITY
 from tests.identification.virtual_maneuvers import NOISE, fly
@@ -282,13 +285,13 @@ def test_start_values_are_near_and_quick_about_it():
     """Proves that start values need no bounds to be near, and leave out what did not move."""
     maneuver = noisy(quiet("lat"), 1)
     names = free_derivatives("lat", ("da", "dr"))
-    start = start_values([maneuver], names)
+    start = estimate_start_values([maneuver], names)
     assert list(start) == list(names)
     for name in ("Cl_p", "Cl_da", "Cn_beta", "Cn_dr"):
         assert start[name] == pytest.approx(TRUTH.derivative(name), rel=0.15)
     still = changed(maneuver, dr=0.0)
-    assert "Cn_dr" not in start_values([still], names)
-    blind = start_values([without(maneuver, "beta")], names)
+    assert "Cn_dr" not in estimate_start_values([still], names)
+    blind = estimate_start_values([without(maneuver, "beta")], names)
     assert blind["Cn_beta"] == pytest.approx(TRUTH.derivative("Cn_beta"), rel=0.15)
 
 
@@ -297,14 +300,16 @@ def late(maneuver, delay):
     times = maneuver.block.times
     return changed(
         maneuver,
-        **{name: np.interp(times - delay, times, maneuver.block[name]) for name in LATE_TOGETHER},
+        **{
+            name: np.interp(times - delay, times, maneuver.block[name]) for name in DELAYED_CHANNELS
+        },
     )
 
 
 def test_a_filter_before_the_converter_is_noticed_and_undone():
     """Proves that 8 ms between gyros and the rest are found; unsaid they bend Cl_p by 10 %."""
     maneuvers = [noisy(late(quiet("lat", seed), 0.008), seed) for seed in range(3)]
-    delay, bound = relative_delay(coefficients_of(maneuvers), "lat", ("da", "dr"))
+    delay, bound = estimate_relative_delay(smooth_coefficients(maneuvers), "lat", ("da", "dr"))
     assert abs(delay - 0.008) < 4.0 * bound
     assert bound < 0.002
     bent = estimate(maneuvers, "lat")

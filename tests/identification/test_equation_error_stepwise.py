@@ -8,7 +8,7 @@ import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
-from gsapp.identification.equation_error.stepwise import choose_terms, pool_for
+from gsapp.identification.equation_error.stepwise_regression import candidate_terms, select_terms
 from tests.identification.virtual_maneuvers import fly
 
 TRUTH = load_model("b777")
@@ -26,7 +26,7 @@ def flown(axis, effect):
 def test_a_linear_aircraft_needs_no_more(axis, coefficients):
     """Proves that colored residuals of a linear aircraft are not taken for an effect."""
     for coefficient in coefficients:
-        found = choose_terms(flown(axis, ""), coefficient)
+        found = select_terms(flown(axis, ""), coefficient)
         assert found.beyond_linear == ()
         assert found.r2 > 0.9
         assert all(step.action == "refused" for step in found.steps)
@@ -42,7 +42,7 @@ def test_a_linear_aircraft_needs_no_more(axis, coefficients):
 )
 def test_an_effect_is_chosen_with_its_size(axis, coefficient, effect):
     """Proves that the missing term is the one added, with its value within its bound."""
-    found = choose_terms(flown(axis, effect), coefficient)
+    found = select_terms(flown(axis, effect), coefficient)
     assert found.beyond_linear == (effect,)
     value, std = found.values[effect]
     truth = TRUTH.with_effect(effect).effects[0].values(load_aircraft("b777"))[0]
@@ -56,14 +56,14 @@ def test_an_effect_is_chosen_with_its_size(axis, coefficient, effect):
 
 def test_from_nothing_the_linear_terms_come_first():
     """Proves forward selection without the linear terms given: Cm takes its own three."""
-    found = choose_terms(flown("lon", ""), "Cm", keep_linear=False)
+    found = select_terms(flown("lon", ""), "Cm", keep_linear=False)
     assert {"Cm_alpha", "Cm_q", "Cm_de"} <= set(found.values)
     assert found.steps[0].action == "added"
 
 
 def test_the_pool_holds_no_term_twice():
     """Proves that catalog effects stand under their own names only."""
-    pool = pool_for("Cm", load_aircraft("b777"))
+    pool = candidate_terms("Cm", load_aircraft("b777"))
     assert {"Cm_alpha", "aero.Cm.alpha2", "aero.Cm.alpha_de", "unnamed.Cm.de2"} <= set(pool)
     assert "unnamed.Cm.alpha2" not in pool
     assert "aero.Cm.memory" not in pool

@@ -12,12 +12,12 @@ from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import load_model
 from gsapp.dynamics.sensors import OutputModel
-from gsapp.dynamics.simulation import open_loop
+from gsapp.dynamics.simulation import simulate_open_loop
 from gsapp.dynamics.trim import trim
 from gsapp.foundation import FlightError
 from gsapp.identification import maximum_likelihood
-from gsapp.identification.axes import SURFACES
-from gsapp.identification.ftr import Band, FTRSettings, estimate
+from gsapp.identification.axes import AXIS_SURFACES
+from gsapp.identification.ftr import FrequencyBand, FTRSettings, estimate
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block, FloatArray
 from gsapp.quantities.constants import DEGREE
@@ -152,7 +152,7 @@ def doublets(surfaces: dict[str, float], seed: int, duration: float = 10.0) -> M
         pulse = np.where((times >= begin) & (times < begin + 0.5), size, 0.0)
         pulse -= np.where((times >= begin + 0.5) & (times < begin + 1.0), size, 0.0)
         inputs[name] = inputs[name] + lfilter([0.15], [1.0, -0.85], pulse)
-    states = open_loop(model, start.state, inputs, 0.01)
+    states = simulate_open_loop(model, start.state, inputs, 0.01)
     channels = ("V", "alpha", "beta", "p", "q", "r", "ax", "ay", "an", "qbar")
     shown = OutputModel(model, channels).values(
         tuple(states[:, k] for k in range(states.shape[1])), tuple(inputs.values())
@@ -315,7 +315,7 @@ def test_hopeless_maneuvers_give_no_number() -> None:
             times=short.block.times[:10],
             values=short.block.values[:10],
         ),
-        inputs=SURFACES["lat"],
+        inputs=AXIS_SURFACES["lat"],
         mass=20.0,
     )
     for hopeless in (rested, missing):
@@ -331,7 +331,7 @@ def test_hopeless_maneuvers_give_no_number() -> None:
 def test_settings_refuse_what_cannot_work() -> None:
     """Bands and spacings that leave nothing to regress are named."""
     with pytest.raises(FlightError, match="lowest frequency above zero"):
-        FTRSettings(lateral=Band(lowest=0.0, highest=3.0))
+        FTRSettings(lateral=FrequencyBand(lowest=0.0, highest=3.0))
     with pytest.raises(FlightError, match="fewer than five"):
         FTRSettings(spacing=1.0)
     with pytest.raises(FlightError, match="positive forgetting"):

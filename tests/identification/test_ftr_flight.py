@@ -9,7 +9,7 @@ import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.pilot.flight import VirtualFlight, fly
+from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight, simulate_flight
 from gsapp.identification.ftr import FTR, FTRSettings
 from gsapp.quantities import Block
 
@@ -22,7 +22,7 @@ SEED, GUSTS = 44, 0.5
 @cache
 def flight() -> VirtualFlight:
     """Return a flight from switching the box on to engines off."""
-    return fly("short", seed=SEED, turbulence=GUSTS)
+    return simulate_flight("short", seed=SEED, turbulence=GUSTS)
 
 
 @cache

@@ -15,11 +15,11 @@ from scipy.interpolate import CubicSpline
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
 from gsapp.foundation import FlightError, UnknownNameError
-from gsapp.identification.alignment import lateness
 from gsapp.identification.axes import axis_derivatives
+from gsapp.identification.delay_compensation import channel_delays
 from gsapp.identification.ftr import FTR, FTRSettings
 from gsapp.quantities import Block
-from gsapp.session.following import Consumer
+from gsapp.session.consumer_scheduler import Consumer
 from tests.identification.virtual_maneuvers import fly
 
 AIRCRAFT = load_aircraft("b777")
@@ -320,7 +320,7 @@ def test_instrument_that_is_late_is_put_right() -> None:
     )
     block = fly(2, "lat", model=TRUTH, noise=0.0).maneuver.block
     values = block.values.copy()
-    late = lateness(plane)
+    late = channel_delays(plane)
     assert late["p"] >= 0.03
     for column, name in enumerate(block.channels):
         if name in late:

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 from gsapp.dynamics.model import Model, load_model
-from gsapp.dynamics.recorded_controls import acted
-from gsapp.dynamics.terms import make_term
+from gsapp.dynamics.recorded_controls import simulate_control_path
+from gsapp.dynamics.terms import create_term
 from gsapp.identification import equation_error
 from gsapp.identification.campaign import CampaignSettings, run_campaign
-from gsapp.identification.coefficients import reconstruct
+from gsapp.identification.coefficients import reconstruct_coefficients
 from gsapp.identification.instrument_effects import (
-    acts_outside,
-    as_it_acted,
-    freed,
-    true_record,
-    without_paths,
+    effective_record,
+    effective_records,
+    has_instrument_effects,
+    undo_instrument_effects,
+    without_path_effects,
 )
 from gsapp.identification.maximum_likelihood import MLSettings, estimate
 from gsapp.quantities import Block
@@ -44,7 +44,7 @@ def edited(maneuver, **changes):
 
 
 def recorded(maneuver, effect, channels, *parameters):
-    term = make_term(effect, maneuver.aircraft)
+    term = create_term(effect, maneuver.aircraft)
     return edited(
         maneuver,
         **{name: lambda x: term.respond(x, maneuver.dt, parameters).values for name in channels},
@@ -74,7 +74,7 @@ def with_sensor(maneuver, instrument, axis, by):
 def test_the_record_comes_back(clean, effect, channels, given) -> None:
     """The touched channels are right again but for a small part, the others untouched."""
     shown = recorded(clean.maneuver, effect, channels, *given.values())
-    back = true_record(shown, BASE.with_effect(effect, given))
+    back = undo_instrument_effects(shown, BASE.with_effect(effect, given))
     for name in clean.maneuver.block.channels:
         true, wrong, found = (one.samples(name)[INNER] for one in (clean.maneuver, shown, back))
         if name in channels:
@@ -91,7 +91,7 @@ def test_missing_samples_stay_missing_and_spread_no_further_than_they_must(clean
         return x
 
     holed = edited(clean.maneuver, q=gap)
-    back = true_record(holed, BASE.with_effect("sensor.q.delay", {"delay": 0.02}))
+    back = undo_instrument_effects(holed, BASE.with_effect("sensor.q.delay", {"delay": 0.02}))
     lost = np.flatnonzero(~np.isfinite(back.samples("q")))
     # Two samples late: what is right for sample k was recorded at k + 2.
     assert lost.tolist() == list(range(98, 108))
@@ -100,7 +100,7 @@ def test_missing_samples_stay_missing_and_spread_no_further_than_they_must(clean
 def test_what_was_cut_off_is_missing(clean) -> None:
     limit = 0.5 * float(np.abs(clean.maneuver.samples("q")).max())
     shown = recorded(clean.maneuver, "sensor.q.clipping", ("q",), limit)
-    back = true_record(shown, BASE.with_effect("sensor.q.clipping", {"limit": limit}))
+    back = undo_instrument_effects(shown, BASE.with_effect("sensor.q.clipping", {"limit": limit}))
     beyond = np.abs(clean.maneuver.samples("q")) >= limit
     assert beyond.any()
     assert np.array_equal(~np.isfinite(back.samples("q")), beyond)
@@ -112,7 +112,7 @@ def test_swapped_channels_go_back_with_their_flags(clean) -> None:
     flags = np.zeros(p.size, dtype=bool)
     flags[5] = True
     swapped = replace(edited(clean.maneuver, p=lambda _: r, r=lambda _: p), clipped={"p": flags})
-    back = true_record(swapped, BASE.with_effect("sensor.p_r.swapped"), keep=names)
+    back = undo_instrument_effects(swapped, BASE.with_effect("sensor.p_r.swapped"), keep=names)
     assert np.array_equal(back.block["p"], p)
     assert np.array_equal(back.block["r"], r)
     assert set(back.clipped) == {"r"}
@@ -120,13 +120,13 @@ def test_swapped_channels_go_back_with_their_flags(clean) -> None:
 
 def test_nothing_to_undo_is_the_same_object(clean) -> None:
     bent = BASE.with_effect("aero.Cm.alpha2")
-    assert not acts_outside(bent)
-    assert not acts_outside(None)
-    assert true_record(clean.maneuver, bent) is clean.maneuver
-    assert freed([clean.maneuver], bent)[1] is bent
+    assert not has_instrument_effects(bent)
+    assert not has_instrument_effects(None)
+    assert undo_instrument_effects(clean.maneuver, bent) is clean.maneuver
+    assert effective_records([clean.maneuver], bent)[1] is bent
     late = bent.with_effect("sensor.q.delay")
-    assert acts_outside(late)
-    assert [one.id for one in without_paths(late).effects] == ["aero.Cm.alpha2"]
+    assert has_instrument_effects(late)
+    assert [one.id for one in without_path_effects(late).effects] == ["aero.Cm.alpha2"]
 
 
 def test_a_misplaced_accelerometer_is_put_right(clean) -> None:
@@ -134,16 +134,16 @@ def test_a_misplaced_accelerometer_is_put_right(clean) -> None:
     wrong = with_sensor(clean.maneuver, "accelerometer", "z", -0.4)
     model = Model().with_effect("sensor.accelerometer.z", {"z": 0.4})
     right, bad, good = (
-        reconstruct(clean.maneuver).value("CY"),
-        reconstruct(wrong).value("CY"),
-        reconstruct(wrong, model=model).value("CY"),
+        reconstruct_coefficients(clean.maneuver).value("CY"),
+        reconstruct_coefficients(wrong).value("CY"),
+        reconstruct_coefficients(wrong, model=model).value("CY"),
     )
     harm = np.nanmax(np.abs(bad - right))
     assert harm > 1e-3
     assert np.nanmax(np.abs(good - right)) < 1e-9
-    assert as_it_acted(wrong, model).aircraft.sensors.accelerometer.position[2] == pytest.approx(
-        clean.maneuver.aircraft.sensors.accelerometer.position[2]
-    )
+    assert effective_record(wrong, model).aircraft.sensors.accelerometer.position[
+        2
+    ] == pytest.approx(clean.maneuver.aircraft.sensors.accelerometer.position[2])
 
 
 @pytest.mark.parametrize(
@@ -155,10 +155,10 @@ def test_a_misplaced_accelerometer_is_put_right(clean) -> None:
     ],
 )
 def test_a_control_path_is_walked_forward(clean, effect, given, channel) -> None:
-    term = make_term(effect, clean.maneuver.aircraft)
-    found = as_it_acted(clean.maneuver, BASE.with_effect(effect, given)).samples(channel)
+    term = create_term(effect, clean.maneuver.aircraft)
+    found = effective_record(clean.maneuver, BASE.with_effect(effect, given)).samples(channel)
     path = ((term, tuple(given.values())),)
-    expected = acted(path, clean.maneuver.samples(channel), clean.maneuver.dt)
+    expected = simulate_control_path(path, clean.maneuver.samples(channel), clean.maneuver.dt)
     assert np.allclose(found, expected.values, atol=1e-14)
 
 

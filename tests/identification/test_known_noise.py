@@ -6,8 +6,8 @@ import numpy as np
 from scipy.signal import lfilter
 
 from gsapp.identification.statistics import (
-    Part,
-    covariance_under,
+    ManeuverFitData,
+    covariance_for_known_noise,
     cramer_rao,
     noise_autocovariance,
 )
@@ -25,7 +25,9 @@ def test_white_noise_gives_the_cramer_rao_bound() -> None:
     lagged = np.zeros((2 * LAGS + 1, 2, 2))
     lagged[LAGS] = R
     W = np.linalg.inv(R)
-    np.testing.assert_allclose(covariance_under(S, W, lagged), cramer_rao(S, W), rtol=1e-9)
+    np.testing.assert_allclose(
+        covariance_for_known_noise(S, W, lagged), cramer_rao(S, W), rtol=1e-9
+    )
 
 
 def test_colored_noise_gives_the_sum_over_lags() -> None:
@@ -41,7 +43,7 @@ def test_colored_noise_gives_the_sum_over_lags() -> None:
                 B += taper * S[k].T @ W @ lagged[j + LAGS] @ W @ S[k + j]
     H = np.einsum("kri,rs,ksj->ij", S, W, S)
     expected = np.linalg.inv(H) @ B @ np.linalg.inv(H)
-    np.testing.assert_allclose(covariance_under(S, W, lagged), expected, rtol=1e-6)
+    np.testing.assert_allclose(covariance_for_known_noise(S, W, lagged), expected, rtol=1e-6)
 
 
 def test_what_a_fit_took_from_the_noise_is_added_back() -> None:
@@ -55,7 +57,7 @@ def test_what_a_fit_took_from_the_noise_is_added_back() -> None:
         noise = lfilter([np.sqrt(1.0 - color**2)], [1.0, -color], error)[50:]
         residual = noise - flat @ np.linalg.lstsq(flat, noise, rcond=None)[0]
         raw.append(float(residual @ residual) / count - float(noise @ noise) / count)
-        part = Part(S=flat[:, None, :], v=residual[:, None], W=np.eye(1))
+        part = ManeuverFitData(S=flat[:, None, :], v=residual[:, None], W=np.eye(1))
         found = noise_autocovariance(part, lags=40)[40, 0, 0]
         mended.append(float(found) - float(noise @ noise) / count)
     assert np.mean(raw) < -0.03

@@ -12,7 +12,7 @@ from gsapp.dynamics.model import load_model
 from gsapp.foundation import FlightError
 from gsapp.identification.campaign import CampaignResult, CampaignSettings, run_campaign
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.summary.linear_comparison import compare_linear
+from gsapp.identification.summary.linear_model_validation import validate_linear_models
 from gsapp.quantities import Block
 from tests.identification.virtual_maneuvers import fly
 
@@ -60,7 +60,7 @@ def test_the_last_flight_is_kept_out_and_nothing_of_it_is_in_the_models() -> Non
     that judges.
     """
     flown = maneuvers(2)
-    found = compare_linear(campaign(flown))
+    found = validate_linear_models(campaign(flown))
     assert not found.remarks
     assert found.axes["lon"].judged == ("2:M4", "2:M6")
     assert found.axes["lat"].fitted == ("1:M1", "1:M3")
@@ -75,7 +75,7 @@ def test_the_last_flight_is_kept_out_and_nothing_of_it_is_in_the_models() -> Non
         for one in flown
         if "de" in one.inputs
     )
-    wrong = compare_linear(campaign(other))
+    wrong = validate_linear_models(campaign(other))
     for name, model in found.axes["lon"].models.items():
         assert np.array_equal(model.model.A, wrong.axes["lon"].models[name].model.A)
         assert np.array_equal(model.model.B, wrong.axes["lon"].models[name].model.B)
@@ -97,14 +97,14 @@ def test_the_flight_that_judges_can_be_named_and_judges_as_a_whole() -> None:
     def gone(*_: object) -> Maneuver:
         raise FlightError("the flight is gone")
 
-    found = compare_linear(campaign(flown), keep_out=("1",), cut=cut).axes["lon"]
+    found = validate_linear_models(campaign(flown), keep_out=("1",), cut=cut).axes["lon"]
     assert found.judged == ("1:M0",)
     assert asked == [("1", flown[0].t_start, flown[0].t_end)]
     for name, errors in found.errors.items():
         ratios = np.array([errors[key] / found.whole[name][key] for key in found.outputs])
         # All outputs together, each in units of what it missed without.
         assert 0.0 < np.mean(ratios**2) < 1.0
-    closed = compare_linear(campaign(flown), keep_out=("1",), cut=gone)
+    closed = validate_linear_models(campaign(flown), keep_out=("1",), cut=gone)
     assert not closed.axes["lon"].whole
     assert closed.remarks == (
         "no longitudinal models are judged on whole flights: the flight is gone",
@@ -112,7 +112,7 @@ def test_the_flight_that_judges_can_be_named_and_judges_as_a_whole() -> None:
 
 
 def test_one_flight_is_judged_on_every_other_maneuver_of_each_kind() -> None:
-    found = compare_linear(campaign(maneuvers(1)))
+    found = validate_linear_models(campaign(maneuvers(1)))
     assert found.axes["lon"].fitted == ("M0", "M4")
     assert found.axes["lon"].judged == ("M2", "M6")
     assert found.axes["lat"].judged == ("M3", "M7")
@@ -128,7 +128,7 @@ def test_one_flight_is_judged_on_every_other_maneuver_of_each_kind() -> None:
 
 
 def test_what_was_left_out_by_hand_is_neither_fitted_nor_judged() -> None:
-    found = compare_linear(campaign(maneuvers(2)), without=("1:M0", "2:M6", "1:M1", "1:M3"))
+    found = validate_linear_models(campaign(maneuvers(2)), without=("1:M0", "2:M6", "1:M1", "1:M3"))
     assert (found.axes["lon"].fitted, found.axes["lon"].judged) == (("1:M2",), ("2:M4",))
     assert found.axes["lat"].fitted == ("2:M5",)
 
@@ -136,7 +136,7 @@ def test_what_was_left_out_by_hand_is_neither_fitted_nor_judged() -> None:
 def test_a_single_maneuver_of_a_kind_is_told_and_not_judged() -> None:
     """Longitudinal: one maneuver only. Lateral: compared all the same."""
     flown = tuple(one for one in maneuvers(1) if one.id not in ("M2", "M4", "M6"))
-    found = compare_linear(campaign(flown))
+    found = validate_linear_models(campaign(flown))
     assert set(found.axes) == {"lat"}
     (said,) = found.remarks
     assert said == (

@@ -13,15 +13,20 @@ from scipy.integrate import solve_ivp
 
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.equations import attitude_rates
-from gsapp.dynamics.pilot.flight import VirtualFlight
+from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
 from gsapp.flight import Flight
 from gsapp.flight.info import FlightInfo, Weather
 from gsapp.foundation import FlightError
-from gsapp.identification.air import with_air_data
-from gsapp.identification.alignment import advanced, aligned, lateness, touched
+from gsapp.identification.air_data import add_air_data
 from gsapp.identification.axes import axis_of, free_derivatives
+from gsapp.identification.delay_compensation import (
+    advance_flags,
+    advance_samples,
+    channel_delays,
+    compensate_delays,
+)
 from gsapp.identification.maneuver import cut_maneuver, mass_over_flight
-from gsapp.identification.motion import measured_motion, turned_attitude
+from gsapp.identification.motion import integrate_attitude, measured_motion
 from gsapp.quantities import Block
 from gsapp.quantities.constants import GRAVITY
 
@@ -100,7 +105,7 @@ def test_advanced_undoes_a_delay(steps: float) -> None:
     """A 2 Hz sine that came late is at its time to a thousandth; what is not known is missing."""
     times = np.arange(200) / 100.0
     late = np.sin(4.0 * np.pi * (times - steps / 100.0))
-    found = advanced(late, steps)
+    found = advance_samples(late, steps)
     known = np.isfinite(found)
     assert np.all(np.flatnonzero(~known) >= 200 - int(np.ceil(steps)))
     inner = slice(1, 190)
@@ -111,10 +116,10 @@ def test_advanced_spreads_no_missing_sample_further_than_its_neighbors() -> None
     """One hole makes two missing values at most, and flags go with it."""
     samples = np.sin(np.arange(50) / 5.0)
     samples[20] = np.nan
-    assert np.flatnonzero(np.isnan(advanced(samples, 0.4)))[:2].tolist() == [19, 20]
+    assert np.flatnonzero(np.isnan(advance_samples(samples, 0.4)))[:2].tolist() == [19, 20]
     flags = np.zeros(50, dtype=bool)
     flags[20] = True
-    assert np.flatnonzero(touched(flags, 0.4))[:2].tolist() == [19, 20]
+    assert np.flatnonzero(advance_flags(flags, 0.4))[:2].tolist() == [19, 20]
 
 
 def test_lateness_of_a_filter_is_its_delay_at_low_frequency() -> None:
@@ -122,12 +127,14 @@ def test_lateness_of_a_filter_is_its_delay_at_low_frequency() -> None:
     b, a = signal.butter(2, 2.0 * np.pi * 50.0, analog=True)
     frequency = np.array([0.9, 1.1]) * 2.0 * np.pi
     phase = np.unwrap(np.angle(signal.freqs(b, a, frequency)[1]))
-    assert lateness(B777)["alpha"] == pytest.approx(
+    assert channel_delays(B777)["alpha"] == pytest.approx(
         -np.diff(phase)[0] / np.diff(frequency)[0], rel=1e-3
     )
-    assert "q" not in lateness(B777)
+    assert "q" not in channel_delays(B777)
     assert (
-        aligned(Block(channels=("q",), times=[0.0, 0.01], values=[[1.0], [2.0]]), B777)["q"][1]
+        compensate_delays(Block(channels=("q",), times=[0.0, 0.01], values=[[1.0], [2.0]]), B777)[
+            "q"
+        ][1]
         == 2.0
     )
 
@@ -182,7 +189,7 @@ def test_turned_attitude_follows_the_rates_exactly() -> None:
         return float(found[0]), float(found[1])
 
     expected = solve_ivp(slopes, (0.0, 3.99), (0.2, -0.1), t_eval=times, rtol=1e-10, atol=1e-12)
-    phi, theta = turned_attitude(times, rates, 0.2, -0.1)
+    phi, theta = integrate_attitude(times, rates, 0.2, -0.1)
     assert np.max(np.abs(phi - expected.y[0])) < 5e-5
     assert np.max(np.abs(theta - expected.y[1])) < 5e-5
 
@@ -191,15 +198,15 @@ def test_air_data_follow_from_either_side(flown: VirtualFlight) -> None:
     """V from pressures, qbar from V and density, the field's temperature where none is aboard."""
     block = flown.measured.between(41.0, 44.0)
     truth = flown.truth.between(41.0, 44.0)
-    whole = with_air_data(block)
+    whole = add_air_data(block)
     assert np.sqrt(np.mean((whole["V"] - truth["V"]) ** 2)) < 0.15
     assert np.array_equal(whole["qbar"], block["dynamic_pressure"])
     only_speed = Block(
         channels=("V", "static_pressure"), times=whole.times,
         values=np.column_stack([whole["V"], block["static_pressure"]]),
     )  # fmt: skip
-    warm = with_air_data(only_speed, Weather(temperature="30 degC"))
+    warm = add_air_data(only_speed, Weather(temperature="30 degC"))
     expected = block["static_pressure"] / (287.05 * 303.15)
     assert np.allclose(warm["density"], expected, rtol=1e-3)
     assert np.allclose(warm["qbar"], 0.5 * expected * whole["V"] ** 2, rtol=1e-3)
-    assert with_air_data(block.select(("de",))).channels == ("de",)
+    assert add_air_data(block.select(("de",))).channels == ("de",)

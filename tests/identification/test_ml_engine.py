@@ -7,15 +7,18 @@ import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.equations import POLAR_STATES
-from gsapp.dynamics.flight_model import INPUTS, FlightModel
+from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.simulation import input_columns, open_loop
+from gsapp.dynamics.simulation import input_columns, simulate_open_loop
 from gsapp.dynamics.trim import trim
-from gsapp.identification.axes import RESPONSES, STATES, axis_derivatives
-from gsapp.identification.maximum_likelihood.engine import Engine, drives_of
+from gsapp.identification.axes import AXIS_RESPONSES, AXIS_STATES, axis_derivatives
+from gsapp.identification.maximum_likelihood.axis_kernels import build_axis_kernel
 from gsapp.identification.maximum_likelihood.kernels import GeneralKernel
-from gsapp.identification.maximum_likelihood.lean import lean_kernel
-from gsapp.identification.maximum_likelihood.responses import shifted
+from gsapp.identification.maximum_likelihood.responses import shift_samples
+from gsapp.identification.maximum_likelihood.trajectory_solver import (
+    TrajectorySolver,
+    build_segment_forcing,
+)
 
 DT = 0.02
 COUNT = 300
@@ -35,7 +38,7 @@ def motion_of(model):
     inputs["da"] = inputs["da"] + 0.06 * np.sin(4.0 * times + 1.0)
     inputs["dr"] = inputs["dr"] + 0.08 * np.sin(2.0 * times)
     inputs["throttle_difference"] = np.full(COUNT, 0.05)
-    states = open_loop(model, start.state, inputs, DT)
+    states = simulate_open_loop(model, start.state, inputs, DT)
     return states.T.copy(), np.array(input_columns(model, inputs))
 
 
@@ -56,9 +59,9 @@ def kernels_for(axis, effects=(), attitude=()):
     }
     wanted = {*axis_derivatives(axis), *added}
     free = tuple(name for name in model.parameter_names if name in wanted)
-    states = (*STATES[axis], *attitude)
-    general = GeneralKernel(model, states, RESPONSES[axis], free)
-    return model, general, lean_kernel(model, axis, states, RESPONSES[axis], free)
+    states = (*AXIS_STATES[axis], *attitude)
+    general = GeneralKernel(model, states, AXIS_RESPONSES[axis], free)
+    return model, general, build_axis_kernel(model, axis, states, AXIS_RESPONSES[axis], free)
 
 
 @pytest.mark.parametrize("axis", ["lon", "lat"])
@@ -71,11 +74,11 @@ def test_the_written_out_kernels_are_the_general_one(axis, with_effects, with_at
     assert lean is not None
     states, inputs = motion_of(model)
     values = np.array(model.defaults)
-    rows = [POLAR_STATES.index(name) for name in (*STATES[axis], *attitude)]
+    rows = [POLAR_STATES.index(name) for name in (*AXIS_STATES[axis], *attitude)]
     found = []
     for kernel in (general, lean):
-        engine = Engine(kernel, "rk4")
-        drives = drives_of(kernel, states, inputs, None, values)
+        engine = TrajectorySolver(kernel, "rk4")
+        drives = build_segment_forcing(kernel, states, inputs, None, values)
         x = engine.trajectory(drives, DT, values, states[rows, 0], states[rows])
         S, _ = engine.sensitivities(drives, DT, values, x, np.eye(len(rows)))
         y, dy = kernel.output_sensitivities(drives.samples, x, values, S)
@@ -91,10 +94,15 @@ def test_cases_that_only_the_general_kernel_covers_are_left_to_it():
         assert kernels_for("lon", (effect,))[2] is None
     model = kernels_for("lon")[0]
     free = axis_derivatives("lon")
-    assert lean_kernel(model, "lon", ("V", "alpha", "q"), RESPONSES["lon"], free) is None
-    assert lean_kernel(model, "lon", STATES["lon"], ("alpha", "V"), free) is None
-    assert lean_kernel(model, "both", STATES["both"], RESPONSES["both"], free) is None
-    assert lean_kernel(model, "lat", STATES["lat"], RESPONSES["lat"], ("CN_alpha",)) is None
+    assert build_axis_kernel(model, "lon", ("V", "alpha", "q"), AXIS_RESPONSES["lon"], free) is None
+    assert build_axis_kernel(model, "lon", AXIS_STATES["lon"], ("alpha", "V"), free) is None
+    assert (
+        build_axis_kernel(model, "both", AXIS_STATES["both"], AXIS_RESPONSES["both"], free) is None
+    )
+    assert (
+        build_axis_kernel(model, "lat", AXIS_STATES["lat"], AXIS_RESPONSES["lat"], ("CN_alpha",))
+        is None
+    )
 
 
 @pytest.mark.parametrize("integration", ["rk4", "euler"])
@@ -105,9 +113,9 @@ def test_all_samples_at_once_give_what_stepping_through_time_gives(axis, integra
     kernel = lean or general
     states, inputs = motion_of(model)
     values = np.array(model.defaults)
-    rows = [POLAR_STATES.index(name) for name in STATES[axis]]
-    engine = Engine(kernel, integration)
-    drives = drives_of(kernel, states, inputs, None, values)
+    rows = [POLAR_STATES.index(name) for name in AXIS_STATES[axis]]
+    engine = TrajectorySolver(kernel, integration)
+    drives = build_segment_forcing(kernel, states, inputs, None, values)
     guess = states[rows] + 0.02 * np.random.default_rng(0).standard_normal((len(rows), COUNT))
     x = engine.trajectory(drives, DT, values, states[rows, 0], guess)
     stepped = engine._in_sequence(drives, DT, values, states[rows, 0])
@@ -129,10 +137,10 @@ def test_sensitivities_are_the_derivatives_of_the_discretized_motion(axis):
     model, _, kernel = kernels_for(axis, EFFECTS[axis])
     states, inputs = motion_of(model)
     values = np.array(model.defaults)
-    rows = [POLAR_STATES.index(name) for name in STATES[axis]]
+    rows = [POLAR_STATES.index(name) for name in AXIS_STATES[axis]]
     start = states[rows, 0]
-    engine = Engine(kernel, "rk4")
-    drives = drives_of(kernel, states, inputs, None, values)
+    engine = TrajectorySolver(kernel, "rk4")
+    drives = build_segment_forcing(kernel, states, inputs, None, values)
     x = engine.trajectory(drives, DT, values, start, states[rows])
     S, _ = engine.sensitivities(drives, DT, values, x, np.eye(len(rows)))
     _, dy = kernel.output_sensitivities(drives.samples, x, values, S)
@@ -163,8 +171,8 @@ def test_an_explosive_model_is_recognized():
     states, inputs = motion_of(model)
     values = np.array(model.defaults)
     values[model.parameter_names.index("Cm_q")] = 2000.0
-    engine = Engine(kernel, "rk4")
-    drives = drives_of(kernel, states, inputs, None, values)
+    engine = TrajectorySolver(kernel, "rk4")
+    drives = build_segment_forcing(kernel, states, inputs, None, values)
     start = states[[1, 4], 0]
     assert engine.trajectory(drives, DT, values, start, states[[1, 4]]) is None
     assert engine.trajectory(drives, DT, values, start, states[[1, 4]], at_any_rate=True) is None
@@ -175,16 +183,16 @@ def test_control_path_derivatives_come_through_the_inputs():
     model = FlightModel(AIRCRAFT, load_model("b777"))
     states, inputs = motion_of(model)
     values = np.array(model.defaults)
-    kernel = GeneralKernel(model, STATES["lon"], RESPONSES["lon"], (), ("gearing",))
-    engine = Engine(kernel, "rk4")
+    kernel = GeneralKernel(model, AXIS_STATES["lon"], AXIS_RESPONSES["lon"], (), ("gearing",))
+    engine = TrajectorySolver(kernel, "rk4")
     by_path = np.zeros((3, 1, COUNT))
-    by_path[0, 0] = inputs[INPUTS.index("de")]
+    by_path[0, 0] = inputs[MODEL_INPUTS.index("de")]
     start = states[[1, 4], 0]
 
     def drives_for(gearing):
         driven = inputs.copy()
         driven[0] *= gearing
-        return drives_of(kernel, states, driven, by_path, values)
+        return build_segment_forcing(kernel, states, driven, by_path, values)
 
     def responses(gearing):
         drives = drives_for(gearing)
@@ -204,12 +212,12 @@ def test_a_time_shift_is_exact_for_parabolas_and_knows_its_slope(samples):
     """Away from the ends; the derivative is that of the shifted signal."""
     k = np.arange(60.0)
     signal = np.array([0.3 * k * k - 2.0 * k + 1.0, np.sin(0.2 * k)])
-    moved, slope = shifted(signal, samples)
+    moved, slope = shift_samples(signal, samples)
     inside = slice(10, 50)
     late = k - samples
     assert np.allclose(moved[0, inside], (0.3 * late * late - 2.0 * late + 1.0)[inside])
     assert np.allclose(moved[1, inside], np.sin(0.2 * late)[inside], atol=2e-4)
     step = 1e-6
-    up, _ = shifted(signal, samples + step)
-    down, _ = shifted(signal, samples - step)
+    up, _ = shift_samples(signal, samples + step)
+    down, _ = shift_samples(signal, samples - step)
     assert np.allclose(slope[:, inside], ((up - down) / (2.0 * step))[:, inside], atol=1e-6)

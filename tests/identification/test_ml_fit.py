@@ -10,7 +10,7 @@ import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.terms import make_term
+from gsapp.dynamics.terms import create_term
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.identification.axes import axis_derivatives
 from gsapp.identification.maximum_likelihood import MLSettings, estimate, fit, simulate
@@ -60,7 +60,7 @@ def missing(first, last):
 
 def along(maneuver, channel, effect, *parameters):
     """Return the maneuver with one channel sent along an effect's path."""
-    term = make_term(effect, maneuver.aircraft)
+    term = create_term(effect, maneuver.aircraft)
     return edited(maneuver, **{channel: lambda x: term.respond(x, maneuver.dt, parameters).values})
 
 

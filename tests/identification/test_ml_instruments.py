@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.terms import make_term
+from gsapp.dynamics.terms import create_term
 from gsapp.identification.maximum_likelihood import MLSettings, estimate
 from gsapp.quantities import Block
 from tests.identification.virtual_maneuvers import fly
@@ -41,7 +41,7 @@ def edited(maneuver, **changes):
 
 def through(maneuver, effect, channels, *parameters):
     """Return the maneuver as recorded with an effect on some of its channels."""
-    term = make_term(effect, maneuver.aircraft)
+    term = create_term(effect, maneuver.aircraft)
     changes = {name: lambda x: term.respond(x, maneuver.dt, parameters).values for name in channels}
     return edited(maneuver, **changes)
 

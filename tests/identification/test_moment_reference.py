@@ -12,15 +12,15 @@ import pytest
 from gsapp.aircraft import load_aircraft
 from gsapp.discrepancy.remarks import record_remarks
 from gsapp.dynamics.model import load_model
-from gsapp.flight.as_flown import as_flown
+from gsapp.flight.flown_aircraft import apply_flight_info
 from gsapp.flight.info import FlightInfo
 from gsapp.foundation import FlightError
 from gsapp.identification.campaign import CampaignSettings, run_campaign
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.moment_reference import (
-    about_file_cg,
-    about_flown_cg,
-    common_shift,
+    common_cg_shift,
+    derivatives_about_flown_cg,
+    estimate_about_file_cg,
     model_about_flown_cg,
 )
 from gsapp.identification.results import DerivativeEstimate, Estimate
@@ -60,7 +60,7 @@ def flown(kind: str, seed: int, *, card: bool) -> Maneuver:
     they sit in the aircraft, so closer to the CG by that much.
     """
     virtual = moved_ahead(kind, seed)
-    truly = as_flown(B777, weighed(AHEAD))
+    truly = apply_flight_info(B777, weighed(AHEAD))
     random = np.random.default_rng(seed)
     measured = _measured(truly.aircraft, virtual.motion, random, 0.0, 0.3)
     block = Block(
@@ -68,7 +68,7 @@ def flown(kind: str, seed: int, *, card: bool) -> Maneuver:
         times=virtual.motion["time"],
         values=np.column_stack([*measured.values()]),
     )
-    own = truly if card else as_flown(B777, None)
+    own = truly if card else apply_flight_info(B777, None)
     return replace(
         virtual.maneuver,
         block=block,
@@ -149,7 +149,7 @@ def test_covariance_is_carried_over_as_samples_are() -> None:
     """Draws of the parameters, each carried over by itself, scatter as the covariance says."""
     before = estimate_of(CN_alpha=4.0, CA_alpha=-0.2, Cm_alpha=-0.5, CN_0=0.3)
     shift = (0.03, 0.0, 0.02)
-    after = about_file_cg(before, shift, B777.geometry)
+    after = estimate_about_file_cg(before, shift, B777.geometry)
     chord = B777.geometry.chord
     assert after.value("Cm_alpha") == pytest.approx(-0.5 + 0.03 / chord * 4.0 - 0.02 / chord * -0.2)
     draws = np.random.default_rng(1).multivariate_normal(
@@ -166,25 +166,25 @@ def test_there_and_back() -> None:
     model, shift = load_model("b777"), (-0.02, 0.0, 0.01)
     there = model_about_flown_cg(model, shift, B777.geometry)
     assert there.derivative("Cn_beta") != pytest.approx(model.derivative("Cn_beta"))
-    back = about_file_cg(estimate_of(**there.derivatives), shift, B777.geometry)
+    back = estimate_about_file_cg(estimate_of(**there.derivatives), shift, B777.geometry)
     for name, value in model.derivatives.items():
         assert back.value(name) == pytest.approx(value, abs=1e-12)
-    alone = about_flown_cg({"Cm_q": -20.0}, shift, B777.geometry, {"CN_q": 5.0})
+    alone = derivatives_about_flown_cg({"Cm_q": -20.0}, shift, B777.geometry, {"CN_q": 5.0})
     assert alone == {"Cm_q": pytest.approx(-20.0 + 0.02 / B777.geometry.chord * 5.0)}
 
 
 def test_what_cannot_be_carried_over_says_so() -> None:
     """A moment whose force was not earned stays; CGs far apart do not share a fit."""
-    found = about_file_cg(
+    found = estimate_about_file_cg(
         estimate_of(CN_alpha=None, CA_alpha=0.1, Cm_alpha=-0.5), (0.02, 0.0, 0.0), B777.geometry
     )
     assert found.value("Cm_alpha") == -0.5
     assert "Cm_alpha stay about the CG as flown" in found.warnings[0]
     one = flown("lon", 3, card=True)
     near: Any = replace(one, cg_shift=(AHEAD + 1e-3, 0.0, 0.0))
-    assert common_shift([one, near])[0] == pytest.approx(AHEAD + 0.5e-3, abs=1e-5)
+    assert common_cg_shift([one, near])[0] == pytest.approx(AHEAD + 0.5e-3, abs=1e-5)
     with pytest.raises(FlightError, match="CGs 25 mm apart"):
-        common_shift([one, replace(one, cg_shift=(0.0, 0.0, 0.0))])
+        common_cg_shift([one, replace(one, cg_shift=(0.0, 0.0, 0.0))])
 
 
 def test_a_search_for_effects_is_told_of_the_cg() -> None:

@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 from gsapp.dynamics.model import Model, load_model
-from gsapp.identification.axes import RESPONSES, STATES, Axis, axis_derivatives
+from gsapp.identification.axes import AXIS_RESPONSES, AXIS_STATES, Axis, axis_derivatives
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.maximum_likelihood import DEFAULT_BIASES, MLSettings, Solution, fit
+from gsapp.identification.maximum_likelihood import DEFAULT_BIASES, MLSettings, MLSolution, fit
 from gsapp.quantities import Block
 from tests.identification.reference_ml import Fit, Reference
 from tests.identification.virtual_maneuvers import fly
@@ -36,7 +36,7 @@ def compared(
     effects: Sequence[str] = (),
     plain: Mapping[str, Any] | None = None,
     **settings: Any,
-) -> tuple[Solution, Fit]:
+) -> tuple[MLSolution, Fit]:
     """Fit both ways and compare all unknowns; return both."""
     base = model or load_model("b777")
     fast = fit(
@@ -53,8 +53,8 @@ def compared(
     )
     chosen = (*(free or axis_derivatives(axis)), *effects)
     given: dict[str, Any] = {
-        "states": STATES[axis],
-        "responses": RESPONSES[axis],
+        "states": AXIS_STATES[axis],
+        "responses": AXIS_RESPONSES[axis],
         "biases": DEFAULT_BIASES[axis],
     }
     reference = Reference(
@@ -126,7 +126,7 @@ def test_the_plain_fit_from_afar() -> None:
     reference = Reference(
         maneuvers=[virtual.maneuver],
         model=model,
-        states=STATES["lon"],
+        states=AXIS_STATES["lon"],
         responses=responses,
         free=free,
         held=held,

@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gsapp.identification.smoothing import bridge, choose_cutoff, runs, smoother
+from gsapp.identification.smoothing import (
+    build_smoother,
+    contiguous_slices,
+    interpolate_missing,
+    select_cutoff,
+)
 
 DT = 0.01
 TIMES = np.arange(1001) * DT
@@ -14,7 +19,7 @@ TIMES = np.arange(1001) * DT
 @pytest.mark.parametrize("frequency", [0.3, 1.0, 3.0, 5.0])
 def test_derivative_and_average_pass_the_same_filter(frequency):
     """Proves that the derivative of a wave is the derivative of its smoothed self, to 1e-4."""
-    filtering = smoother(DT, 5.0)
+    filtering = build_smoother(DT, 5.0)
     phase = 2.0 * np.pi * frequency * TIMES
     smoothed = filtering.smooth(filtering.matched(np.cos(phase)))
     slope = filtering.smooth(filtering.differentiate(np.sin(phase)))
@@ -25,7 +30,7 @@ def test_derivative_and_average_pass_the_same_filter(frequency):
 
 def test_smoothing_does_not_move_a_signal_in_time():
     """Proves zero phase: a symmetric bump stays symmetric about its middle."""
-    filtering = smoother(DT, 3.0)
+    filtering = build_smoother(DT, 3.0)
     bump = filtering.smooth(np.exp(-(((TIMES - 5.0) / 0.2) ** 2)))
     np.testing.assert_allclose(bump, bump[::-1], atol=1e-12)
     assert filtering.kernel.sum() == pytest.approx(1.0)
@@ -33,14 +38,14 @@ def test_smoothing_does_not_move_a_signal_in_time():
 
 def test_the_gain_at_the_cutoff_is_that_of_a_filter():
     """Proves that the cutoff is where the gain is 1/sqrt(2)."""
-    filtering = smoother(DT, 4.0)
+    filtering = build_smoother(DT, 4.0)
     wave = filtering.smooth(np.sin(2.0 * np.pi * 4.0 * TIMES))[100:-100]
     assert np.max(np.abs(wave)) == pytest.approx(np.sqrt(0.5), rel=0.03)
 
 
 def test_samples_near_a_gap_and_the_ends_do_not_count():
     """Proves that no smoothed sample that depends on a missing one counts."""
-    filtering = smoother(DT, 5.0)
+    filtering = build_smoother(DT, 5.0)
     missing = np.zeros(TIMES.size, dtype=bool)
     missing[500] = True
     good = filtering.within(missing)
@@ -48,12 +53,12 @@ def test_samples_near_a_gap_and_the_ends_do_not_count():
     assert not good[:reach].any()
     assert not good[500 - reach : 501 + reach].any()
     assert good[500 - reach - 1]
-    assert [part.start for part in runs(good)] == [reach, 501 + reach]
+    assert [part.start for part in contiguous_slices(good)] == [reach, 501 + reach]
 
 
 def test_a_record_shorter_than_the_kernel_has_no_sample_that_counts():
     """Proves that ten samples give nothing rather than something wrong."""
-    assert not smoother(DT, 2.0).within(np.zeros(10, dtype=bool)).any()
+    assert not build_smoother(DT, 2.0).within(np.zeros(10, dtype=bool)).any()
 
 
 def test_the_cutoff_follows_the_motion_not_the_noise():
@@ -63,7 +68,7 @@ def test_the_cutoff_follows_the_motion_not_the_noise():
     for frequency in (0.5, 3.5):
         envelope = np.exp(-(((TIMES - 5.0) / 1.0) ** 2))
         signal = envelope * np.sin(2.0 * np.pi * frequency * TIMES)
-        found.append(choose_cutoff((signal + 0.02 * random.standard_normal(1001))[:, None], DT))
+        found.append(select_cutoff((signal + 0.02 * random.standard_normal(1001))[:, None], DT))
     assert found[0] < found[1]
     assert 2.0 <= found[0] < 3.5
     assert 3.0 < found[1] < 6.0
@@ -78,7 +83,7 @@ def test_noise_is_measured_beside_motion_and_an_engine_tone():
     noise = np.column_stack((0.1 * one, 0.05 * one + 0.05 * two))
     motion = np.exp(-(((times - 20.0) / 3.0) ** 2)) * np.sin(times)
     tone = 0.5 * np.sin(2.0 * np.pi * 31.0 * times)
-    filtering = smoother(DT, 4.0)
+    filtering = build_smoother(DT, 4.0)
     found = filtering.white_noise(filtering.matched(noise + (motion + tone)[:, None]))
     true = np.cov(filtering.smooth(filtering.matched(noise))[50:-50].T)
     np.testing.assert_allclose(found, true, rtol=0.3)
@@ -87,4 +92,4 @@ def test_noise_is_measured_beside_motion_and_an_engine_tone():
 def test_bridging_leaves_what_is_there():
     """Proves that only missing samples change."""
     signal = np.array([0.0, np.nan, 2.0, 3.0])
-    assert bridge(signal, np.isnan(signal)).tolist() == [0.0, 1.0, 2.0, 3.0]
+    assert interpolate_missing(signal, np.isnan(signal)).tolist() == [0.0, 1.0, 2.0, 3.0]

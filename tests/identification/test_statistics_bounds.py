@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from gsapp.identification.statistics import (
-    Part,
+    ManeuverFitData,
     colored_covariance,
     cramer_rao,
-    information,
+    information_matrix,
     joint_covariance,
     noise_covariance,
 )
-from gsapp.identification.statistics.correlation import usual_lags
+from gsapp.identification.statistics.correlation import default_lags
 from gsapp.quantities import FloatArray
 
 W = np.array([[2.0, 0.3, 0.0], [0.3, 1.0, -0.2], [0.0, -0.2, 5.0]])
@@ -56,7 +56,7 @@ def gradient_covariance(
     S: FloatArray, v: FloatArray, lags: int, segments: list[slice] | None = None
 ) -> FloatArray:
     """Return B from the covariance as the notes print it, H^-1 B H^-1."""
-    H = information(S, W, counted=v)
+    H = information_matrix(S, W, counted=v)
     covariance = colored_covariance(S, v, W, lags=lags, segments=segments, passes=0)
     found: FloatArray = H @ covariance @ H
     return found
@@ -82,7 +82,9 @@ def test_missing_samples_do_not_count() -> None:
     S, v = some(n=400)
     v[np.random.default_rng(1).random(v.shape) < 0.05] = np.nan
     other = np.where(np.isfinite(v)[:, :, None], S, 1e6)
-    assert information(S, W, counted=v) == pytest.approx(information(other, W, counted=v))
+    assert information_matrix(S, W, counted=v) == pytest.approx(
+        information_matrix(other, W, counted=v)
+    )
     found = gradient_covariance(S, v, 6)
     assert found == pytest.approx(gradient_covariance(other, v, 6), rel=1e-9)
     assert found == pytest.approx(as_written(S, v, 6), rel=1e-9)
@@ -116,7 +118,7 @@ def test_the_honest_bound_is_the_scatter_under_colored_noise(share_missing: floa
             noise[k] += 0.9 * noise[k - 1]
         z = noise[100:].copy()
         z[random.random(z.shape) < share_missing] = np.nan
-        H = information(S, weight, counted=z)
+        H = information_matrix(S, weight, counted=z)
         estimate = np.linalg.solve(H, np.einsum("krp,kr->p", S, np.nan_to_num(z) @ weight))
         v = z - S @ estimate
         bound = np.sqrt(colored_covariance(S, v, weight).diagonal())
@@ -148,8 +150,8 @@ def test_parts_of_a_joint_fit() -> None:
     cut = 140
     shared, own = S[:, :, :2], S[:, :, 2:3]
     parts = [
-        Part(S=np.concatenate((shared[:cut], own[:cut]), 2), v=v[:cut], W=W),
-        Part(
+        ManeuverFitData(S=np.concatenate((shared[:cut], own[:cut]), 2), v=v[:cut], W=W),
+        ManeuverFitData(
             S=np.concatenate((shared[cut:], own[cut:]), 2),
             v=v[cut:],
             W=2.0 * W,
@@ -163,7 +165,7 @@ def test_parts_of_a_joint_fit() -> None:
     # The same with the second maneuver's weights taken into its responses.
     heavy = np.concatenate((np.ones(cut), np.full(300 - cut, np.sqrt(2.0))))
     segments = [slice(0, cut), slice(cut, 300)]
-    H = information(whole * heavy[:, None, None], W)
+    H = information_matrix(whole * heavy[:, None, None], W)
     B = sum(
         as_written(whole[part] * heavy[part, None, None], v[part] * heavy[part, None], 20)
         for part in segments
@@ -186,7 +188,7 @@ def test_what_the_fit_took_is_added_back() -> None:
     ratios = {0: [], 2: []}  # type: dict[int, list[FloatArray]]
     for _ in range(200):
         z = random.standard_normal((n, 1))
-        v = z - S @ np.linalg.solve(information(S, one), np.einsum("krp,kr->p", S, z))
+        v = z - S @ np.linalg.solve(information_matrix(S, one), np.einsum("krp,kr->p", S, z))
         for passes, found in ratios.items():
             honest = colored_covariance(S, v, one, lags=20, passes=passes)
             found.append(honest.diagonal() / cramer_rao(S, one).diagonal())
@@ -220,4 +222,4 @@ def test_noise_covariance_counts_pairs() -> None:
 
 def test_lags_suit_the_record() -> None:
     """100, and never more than a quarter of the samples."""
-    assert [usual_lags(n) for n in (3, 10, 100, 400, 5000)] == [1, 2, 25, 100, 100]
+    assert [default_lags(n) for n in (3, 10, 100, 400, 5000)] == [1, 2, 25, 100, 100]

@@ -7,9 +7,9 @@ import pytest
 
 from gsapp.identification.statistics import (
     Identifiability,
+    assess_identifiability,
     correlation_warning,
-    identifiability,
-    information,
+    information_matrix,
 )
 from gsapp.quantities import FloatArray
 
@@ -26,7 +26,7 @@ def regressors(count: int = 500) -> FloatArray:
 
 
 def judged(columns: FloatArray, sigma: float) -> Identifiability:
-    return identifiability(information(columns[:, None, :], ONE / sigma**2), NAMES)
+    return assess_identifiability(information_matrix(columns[:, None, :], ONE / sigma**2), NAMES)
 
 
 def test_what_is_well_excited_is_estimated() -> None:
@@ -89,20 +89,20 @@ def test_a_parameter_of_unknown_size_is_judged_by_singularity() -> None:
     """Biases and parameters of effects have no plausible size, unless one is given."""
     columns = regressors()
     names = ("a", "b", "c", "d")
-    H = information(columns[:, None, :], ONE / 1e6**2)
-    assert identifiability(H, names)["b"].status == "estimated"
-    assert identifiability(H, names, plausible={"b": 1.0})["b"].status == "unknown"
+    H = information_matrix(columns[:, None, :], ONE / 1e6**2)
+    assert assess_identifiability(H, names)["b"].status == "estimated"
+    assert assess_identifiability(H, names, plausible={"b": 1.0})["b"].status == "unknown"
     H[:, 2] = H[2, :] = 0.0
-    assert identifiability(H, names)["c"].status == "unknown"
+    assert assess_identifiability(H, names)["c"].status == "unknown"
 
 
 def test_honest_bounds_judge_harder() -> None:
     """With colored noise a bound may pass the plausible size that Cramer-Rao stays below."""
-    H = information(regressors()[:, None, :], ONE / 0.01**2)
+    H = information_matrix(regressors()[:, None, :], ONE / 0.01**2)
     covariance = 1e6 * np.linalg.inv(H)
-    found = identifiability(H, NAMES, covariance=covariance)
+    found = assess_identifiability(H, NAMES, covariance=covariance)
     assert found["Cm_alpha"].status == "unknown"
-    assert identifiability(H, NAMES)["Cm_alpha"].status == "estimated"
+    assert assess_identifiability(H, NAMES)["Cm_alpha"].status == "estimated"
 
 
 def test_one_sentence_names_the_correlated_pairs_of_a_fit() -> None:

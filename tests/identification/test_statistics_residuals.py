@@ -7,7 +7,12 @@ import pytest
 from scipy.signal import lfilter
 
 from gsapp.identification.maximum_likelihood import MLSettings, fit
-from gsapp.identification.statistics import Turbulence, response_fit, turbulence, whiteness
+from gsapp.identification.statistics import (
+    TurbulenceDetection,
+    detect_turbulence,
+    evaluate_whiteness,
+    response_fit,
+)
 from gsapp.quantities import FloatArray
 from tests.identification.virtual_maneuvers import AXES, fly
 
@@ -26,7 +31,7 @@ def test_white_residuals_pass(share_missing: float) -> None:
     random = np.random.default_rng(3)
     v = random.standard_normal((500, 300))
     v[random.random(v.shape) < share_missing] = np.nan
-    found = whiteness(v)
+    found = evaluate_whiteness(v)
     assert sum(not one.white for one in found) <= 2
     assert np.mean([one.p_value < 0.1 for one in found]) == pytest.approx(0.1, abs=0.05)
     assert np.mean([one.inflation for one in found]) == pytest.approx(1.0, abs=0.05)
@@ -36,7 +41,7 @@ def test_colored_residuals_are_told_and_measured() -> None:
     """AR(0.9): the density at zero is (1 + 0.9)/(1 - 0.9) = 19 times that of white noise."""
     random = np.random.default_rng(4)
     v = np.column_stack([colored(random, 4000, 0.9), random.standard_normal(4000)])
-    one, other = whiteness(v, [slice(0, 1500), slice(1500, 4000)], dt=0.01)
+    one, other = evaluate_whiteness(v, [slice(0, 1500), slice(1500, 4000)], dt=0.01)
     assert (one.white, other.white) == (False, True)
     assert one.inflation == pytest.approx(19.0, rel=0.3)
     # Integral of the AR(1) density from 0 to 2 Hz of 50: 2/pi atan(19 tan(pi 0.02)).
@@ -52,19 +57,19 @@ def test_residuals_of_nothing_say_nothing() -> None:
     v[:, 0] = np.nan
     v[19:, 1] = np.nan
     v[:19, 1] = 1.0
-    assert [one.p_value for one in whiteness(v)] == [1.0, 1.0, 1.0]
+    assert [one.p_value for one in evaluate_whiteness(v)] == [1.0, 1.0, 1.0]
 
 
 # --- turbulence ---------------------------------------------------------------------------------
 
 
-def judged(seed: int, kind: str, *, gust: float = 0.0, color: float = 0.0) -> Turbulence:
+def judged(seed: int, kind: str, *, gust: float = 0.0, color: float = 0.0) -> TurbulenceDetection:
     """Fly a maneuver, fit it, and judge its residuals."""
     virtual = fly(seed, kind, gust=gust, color=color)
     part = fit([virtual.maneuver], MLSettings(axis=AXES[kind])).parts[0]
     residuals = dict(zip(part.responses, part.residuals.T, strict=True))
     sensors = virtual.maneuver.aircraft.sensors
-    (found,) = turbulence(
+    (found,) = detect_turbulence(
         residuals,
         dt=virtual.maneuver.dt,
         V=float(virtual.motion["V"].mean()),
@@ -104,7 +109,7 @@ def test_a_bad_vane_is_no_gust() -> None:
         for _ in range(50):
             residuals = synthetic(random)
             residuals[name] = residuals[name] * size
-            (found,) = turbulence(residuals, dt=0.01, V=30.0)
+            (found,) = detect_turbulence(residuals, dt=0.01, V=30.0)
             assert not found.detected
 
 
@@ -126,19 +131,21 @@ def test_motion_that_obeys_kinematics_is_no_gust() -> None:
             "an": an + quiet["an"],
         }
         air = {**quiet, "alpha": wave + quiet["alpha"], "an": an + quiet["an"]}
-        assert not turbulence(body, dt=dt, V=V)[0].detected
-        assert turbulence(air, dt=dt, V=V)[0].detected
+        assert not detect_turbulence(body, dt=dt, V=V)[0].detected
+        assert detect_turbulence(air, dt=dt, V=V)[0].detected
 
 
 def test_turbulence_needs_three_instruments_and_time() -> None:
     """Without a gyro, or in two seconds, nothing is said."""
     residuals = synthetic(np.random.default_rng(1))
-    assert turbulence({k: x for k, x in residuals.items() if k != "q"}, dt=0.01, V=30.0) == ()
+    assert (
+        detect_turbulence({k: x for k, x in residuals.items() if k != "q"}, dt=0.01, V=30.0) == ()
+    )
     parts = [slice(0, 200), slice(300, 500)]
-    assert turbulence(residuals, dt=0.01, V=30.0, segments=parts) == ()
+    assert detect_turbulence(residuals, dt=0.01, V=30.0, segments=parts) == ()
     residuals["an"][:] = np.nan
-    assert turbulence(residuals, dt=0.01, V=30.0) == ()
-    assert turbulence({}, dt=0.01, V=30.0) == ()
+    assert detect_turbulence(residuals, dt=0.01, V=30.0) == ()
+    assert detect_turbulence({}, dt=0.01, V=30.0) == ()
 
 
 # --- quality of fit -----------------------------------------------------------------------------

@@ -6,22 +6,26 @@ import numpy as np
 import pytest
 
 from gsapp.foundation import FlightError
-from gsapp.identification.linear_models.files import load_linear_model
-from gsapp.identification.linear_models.prediction_error import (
-    _cost,
-    _moved,
-    _normal_equations,
-    prediction_error,
+from gsapp.identification.linear_models.discrete_model import (
+    DiscreteModel,
+    InputOutputRecord,
+    discretize,
 )
-from gsapp.identification.linear_models.records import DiscreteModel, Record, discrete
-from gsapp.identification.linear_models.subspace import subspace
+from gsapp.identification.linear_models.linear_model_files import load_linear_model
+from gsapp.identification.linear_models.prediction_error import (
+    _apply_step,
+    _cost,
+    _normal_equations,
+    refine_by_prediction_error,
+)
+from gsapp.identification.linear_models.subspace import identify_subspace_model
 
 DT = 0.02
 
 
 def b777(axis: str) -> DiscreteModel:
     """Return the published least-squares model of an axis, sampled."""
-    return discrete(load_linear_model(f"seanor-bls-{axis}").model(), DT)
+    return discretize(load_linear_model(f"seanor-bls-{axis}").model(), DT)
 
 
 def doublets(rng: np.random.Generator, count: int, inputs: int) -> np.ndarray:
@@ -44,7 +48,7 @@ def records(
     maneuvers: int,
     noise: float,
     count: int = 500,
-) -> list[Record]:
+) -> list[InputOutputRecord]:
     """Return maneuvers flown by a model, noise added as a share of each output's range."""
     found = []
     for _ in range(maneuvers):
@@ -52,7 +56,7 @@ def records(
         start = 0.02 * rng.standard_normal(model.order)
         y = model.simulate(u, start)
         y += noise * np.ptp(y, axis=0) * rng.standard_normal(y.shape)
-        found.append(Record(inputs=u, outputs=y))
+        found.append(InputOutputRecord(inputs=u, outputs=y))
     return found
 
 
@@ -66,7 +70,7 @@ def test_without_noise_the_system_is_found_exactly(axis: str, order: int) -> Non
     """Poles and outputs agree to rounding, from several records with starts of their own."""
     truth = b777(axis)
     data = records(truth, np.random.default_rng(1), maneuvers=4, noise=0.0)
-    found = subspace(data, DT, order=order)
+    found = identify_subspace_model(data, DT, order=order)
     assert np.allclose(poles(found.model), poles(truth), rtol=1e-5)
     for record, start in zip(data, found.starts, strict=True):
         error = record.outputs - found.model.simulate(record.inputs, start)
@@ -79,7 +83,7 @@ def test_order_is_chosen_from_the_data(axis: str, order: int) -> None:
     truth = b777(axis)
     for seed in range(4):
         data = records(truth, np.random.default_rng(seed), maneuvers=6, noise=0.01)
-        assert subspace(data, DT).order == order
+        assert identify_subspace_model(data, DT).order == order
 
 
 def test_slopes_of_the_prediction_errors_are_exact() -> None:
@@ -99,8 +103,8 @@ def test_slopes_of_the_prediction_errors_are_exact() -> None:
         for index in rng.choice(gradient.size, 12, replace=False):
             step = np.zeros(gradient.size)
             step[index] = 1e-6
-            up = _cost(data, *_moved(model, starts, step, innovations), weight)
-            down = _cost(data, *_moved(model, starts, -step, innovations), weight)
+            up = _cost(data, *_apply_step(model, starts, step, innovations), weight)
+            down = _cost(data, *_apply_step(model, starts, -step, innovations), weight)
             # The gradient of half the sum of squares, downhill.
             assert gradient[index] == pytest.approx(
                 -0.5 * count * (up - down) / 2e-6, rel=1e-4, abs=1e-4 * np.abs(gradient).max()
@@ -114,8 +118,8 @@ def test_refinement_comes_nearer_to_the_truth() -> None:
     for seed in range(6):
         rng = np.random.default_rng(100 + seed)
         data = records(truth, rng, maneuvers=4, noise=0.02)
-        start = subspace(data, DT, order=3)
-        refined = prediction_error(data, start.model, start.starts)
+        start = identify_subspace_model(data, DT, order=3)
+        refined = refine_by_prediction_error(data, start.model, start.starts)
         assert refined.cost <= refined.cost_before
         assert refined.converged
         held_out = doublets(rng, 500, 2)
@@ -137,10 +141,10 @@ def test_innovations_gain_whitens_process_noise() -> None:
         outputs.append(truth.C @ state + truth.D @ u[k])
         state = truth.A @ state + truth.B @ u[k] + 0.002 * rng.standard_normal(2)
     y = np.array(outputs) + 1e-4 * rng.standard_normal((len(u), 3))
-    data = [Record(inputs=u, outputs=y)]
-    start = subspace(data, DT, order=2)
-    plain = prediction_error(data, start.model, start.starts)
-    gained = prediction_error(data, plain.model, plain.starts, innovations=True)
+    data = [InputOutputRecord(inputs=u, outputs=y)]
+    start = identify_subspace_model(data, DT, order=2)
+    plain = refine_by_prediction_error(data, start.model, start.starts)
+    gained = refine_by_prediction_error(data, plain.model, plain.starts, innovations=True)
     assert gained.cost < 0.2 * plain.cost
     error = y - gained.model.predict(data[0], gained.starts[0])
     for column in error[20:].T:
@@ -153,4 +157,4 @@ def test_too_little_data_says_so() -> None:
     truth = b777("longitudinal")
     data = records(truth, np.random.default_rng(1), maneuvers=1, noise=0.0, count=24)
     with pytest.raises(FlightError, match="too few"):
-        subspace(data, DT, order=2)
+        identify_subspace_model(data, DT, order=2)

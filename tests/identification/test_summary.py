@@ -12,7 +12,7 @@ import pytest
 from gsapp.identification.campaign import CampaignResult, CampaignSettings, ManeuverResult
 from gsapp.identification.results import DerivativeEstimate, Estimate, ResponseFit
 from gsapp.identification.summary import CampaignSummary, summarize_campaign
-from gsapp.identification.summary.spread import honesty
+from gsapp.identification.summary.bound_consistency import assess_bound_consistency
 from gsapp.quantities import Block
 
 NAMES = ("Cm_alpha", "Cm_q", "Cm_de", "CN_alpha", "CN_de")
@@ -109,10 +109,10 @@ def test_bounds_that_are_too_small_are_told() -> None:
     told = [one.honesty for one in summary.derivatives.values()]
     assert all(one is not None and one.p_value < 1e-4 for one in told)
     values, stds = np.array([1.0, 3.0, 5.0]), np.full(3, 0.1)
-    spread = honesty(values, stds)
+    spread = assess_bound_consistency(values, stds)
     assert spread is not None
     assert np.hypot(spread.between, 0.1) == pytest.approx(2.0, rel=1e-3)
-    assert honesty(values[:2], stds[:2]) is None
+    assert assess_bound_consistency(values[:2], stds[:2]) is None
 
 
 def test_means_and_values_hold_the_truth_though_single_bounds_are_too_small() -> None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import lfilter
 
-from gsapp.identification.compatibility import PLAUSIBLE
+from gsapp.identification.compatibility import PLAUSIBLE_ERRORS
 from gsapp.identification.maneuver import Maneuver
 from gsapp.quantities import Block, FloatArray
 from tests.identification.virtual_maneuvers import COLORED, NOISE, fly
@@ -40,7 +40,7 @@ def with_errors(
     clean = fly(seed, kind, noise=0.0, attitude=attitude, duration=duration).maneuver
     truth: dict[str, float] = {}
     for name in names:
-        spread = PLAUSIBLE[name] * size
+        spread = PLAUSIBLE_ERRORS[name] * size
         value = random.normal() * (min(spread, 0.15) if name.endswith("scale") else spread)
         truth[name] = abs(value) if name.endswith("delay") else value
     values = clean.block.values.copy()

@@ -17,11 +17,17 @@ import numpy as np
 from scipy.signal import lfilter
 
 from gsapp.aircraft import Aircraft, load_aircraft
-from gsapp.dynamics.atmosphere import Turbulence
+from gsapp.dynamics.atmosphere import DrydenTurbulence
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model, load_model
-from gsapp.dynamics.sensors import accelerations_at, airspeed, alpha_vane, beta_vane, velocity_at
-from gsapp.dynamics.simulation import Commands, Simulator, run
+from gsapp.dynamics.sensors import (
+    accelerations_at,
+    alpha_vane,
+    beta_vane,
+    pitot_airspeed,
+    velocity_at,
+)
+from gsapp.dynamics.simulation import ControlCommands, Simulator, run_simulation
 from gsapp.dynamics.trim import trim
 from gsapp.identification.axes import Axis, axis_derivatives
 from gsapp.identification.maneuver import Maneuver
@@ -210,7 +216,7 @@ def _flown(
     simulator = Simulator(
         plane,
         truth,
-        turbulence=Turbulence(gust, seed=seed) if gust else None,
+        turbulence=DrydenTurbulence(gust, seed=seed) if gust else None,
         dt=dt,
         stall=False,
     )
@@ -220,12 +226,14 @@ def _flown(
         alpha=float(polar.alpha),
         beta=float(polar.beta),
         attitude=(float(polar.phi), float(polar.theta), 0.0),
-        commands=Commands(**resting),
+        commands=ControlCommands(**resting),
     )
     times = dt * np.arange(round(duration / dt))
     histories = commands_for(kind, times, random)
     histories.update({name: np.zeros_like(times) for name in still})
-    motion = run(simulator, {name: history + resting[name] for name, history in histories.items()})
+    motion = run_simulation(
+        simulator, {name: history + resting[name] for name, history in histories.items()}
+    )
     return plane, truth, motion, dict(random.bit_generator.state)
 
 
@@ -243,7 +251,7 @@ def _measured(
     force = (motion["ax"], motion["ay"], motion["an"])
     ax, ay, an = accelerations_at(sensors.accelerometer.position, force, rates, spin)
     exposed = {
-        "V": airspeed(velocity_at(sensors.air_data.position, flow, rates)),
+        "V": pitot_airspeed(velocity_at(sensors.air_data.position, flow, rates)),
         "alpha": alpha_vane(velocity_at(sensors.alpha_vane.position, flow, rates)),
         "beta": beta_vane(velocity_at(sensors.beta_vane.position, flow, rates)),
         **dict(zip(("p", "q", "r"), rates, strict=True)),

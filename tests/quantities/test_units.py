@@ -17,7 +17,7 @@ from gsapp.quantities import (
     channel,
     from_si,
     normalize_unit,
-    parse,
+    parse_quantity,
     to_si,
     units,
 )
@@ -112,14 +112,14 @@ def test_common_spellings_are_understood() -> None:
 @pytest.mark.parametrize("text", ["fast", "", "1,5 ft", "ft 3", True, None, [1]])
 def test_what_is_not_a_value_with_a_unit_says_what_to_write(text: object) -> None:
     with pytest.raises(UnitError, match="write for example"):
-        parse(text, "length")  # type: ignore[arg-type]
+        parse_quantity(text, "length")  # type: ignore[arg-type]
 
 
 def test_a_bare_number_needs_a_quantity_without_unit() -> None:
-    assert parse(0.5, "ratio") == 0.5
-    assert parse("50 %", "ratio") == 0.5
+    assert parse_quantity(0.5, "ratio") == 0.5
+    assert parse_quantity("50 %", "ratio") == 0.5
     with pytest.raises(UnitError, match="has no unit"):
-        parse(3, "length")
+        parse_quantity(3, "length")
 
 
 def test_a_unit_that_will_not_do_is_named_beside_those_that_will() -> None:

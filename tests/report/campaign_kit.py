@@ -14,10 +14,10 @@ from gsapp.dynamics.model import load_model
 from gsapp.identification.campaign import CampaignResult, CampaignSettings, run_campaign
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.maximum_likelihood import MLSettings
-from gsapp.identification.runs.outcome import Outcome
+from gsapp.identification.runs.outcome import RunOutcome
 from gsapp.identification.runs.request import RunRequest
 from gsapp.identification.summary import summarize_campaign
-from gsapp.identification.summary.linear import linear_models
+from gsapp.identification.summary.campaign_linear_models import build_linear_models
 from tests.identification.virtual_maneuvers import fly
 
 TRUTH = load_model("b777")
@@ -43,26 +43,26 @@ def maneuvers() -> tuple[Maneuver, ...]:
 
 
 @cache
-def outcome() -> Outcome:
+def outcome() -> RunOutcome:
     """Return what maximum likelihood makes of them, with the truth as what was known before."""
     settings = CampaignSettings(likelihood=MLSettings(axis="lon", model=TRUTH))
     return _outcome(run_campaign(maneuvers(), settings))
 
 
 @cache
-def together() -> Outcome:
+def together() -> RunOutcome:
     """Return what comes of the four maneuvers of flight A, fitted together, too."""
     settings = CampaignSettings(likelihood=MLSettings(axis="lon", model=TRUTH), joint=True)
     return _outcome(run_campaign(maneuvers()[:4], settings))
 
 
-def regressed(count: int) -> Outcome:
+def regressed(count: int) -> RunOutcome:
     """Return what equation error makes of the first maneuvers of flight A."""
     return _outcome(run_campaign(maneuvers()[:count], CampaignSettings(method="ee", axis="lon")))
 
 
 @cache
-def unearned() -> Outcome:
+def unearned() -> RunOutcome:
     """Return what comes of an elevator maneuver in which nothing moved: hardly any derivative."""
     still = fly(47, "lon", dt=0.02, duration=4.0, model=TRUTH, still=("de",)).maneuver
     settings = CampaignSettings(axis="lon")
@@ -70,7 +70,7 @@ def unearned() -> Outcome:
 
 
 @cache
-def gusty() -> Outcome:
+def gusty() -> RunOutcome:
     """Return what comes of a maneuver in gusts of 1 m/s, M1, and of one in calm air, M2."""
     flown = [
         replace(
@@ -82,10 +82,10 @@ def gusty() -> Outcome:
     return _outcome(run_campaign(flown, CampaignSettings()))
 
 
-def _outcome(result: CampaignResult) -> Outcome:
+def _outcome(result: CampaignResult) -> RunOutcome:
     summary = summarize_campaign(result)
-    models, why_not = linear_models(result, summary)
-    return Outcome(
+    models, why_not = build_linear_models(result, summary)
+    return RunOutcome(
         request=RunRequest(flights=(Path("A"), Path("B")), settings=result.settings, label="trial"),
         aircraft="B777",
         result=result,

@@ -8,18 +8,18 @@ import numpy as np
 
 from gsapp.discrepancy.results import (
     Alternative,
-    Candidate,
     ChangedValue,
     ChannelGap,
     Disagreement,
-    Discrepancy,
+    DiscrepancyResult,
+    FlightRegion,
     FoundEffect,
     Gap,
     InstrumentRemark,
-    ManeuverView,
+    ManeuverHistories,
+    ModelStep,
     Observability,
-    Region,
-    Step,
+    RankedCandidate,
 )
 from gsapp.dynamics.model import Model, load_model
 
@@ -32,7 +32,7 @@ _FLOOR = {
 _EFFECT = "propulsion.Cm.throttle"
 
 
-def answer(*, maneuvers: int = 6, samples: int = 600) -> Discrepancy:
+def answer(*, maneuvers: int = 6, samples: int = 600) -> DiscrepancyResult:
     """Return an answer that found throttle to pitching moment, then a second, forced effect."""
     baseline = load_model("b777")
     first = baseline.with_effect(_EFFECT, {"arm": 0.05}, name="b777+1")
@@ -51,14 +51,14 @@ def answer(*, maneuvers: int = 6, samples: int = 600) -> Discrepancy:
         )
         for name, floor in _FLOOR.items()
     }  # fmt: skip
-    return Discrepancy(
+    return DiscrepancyResult(
         verdict="effects-found",
         why="Pitching moment follows throttle, most at low speed.",
         disagreements=(
             Disagreement(
                 coefficient="Cm", channel="q", maneuver="1", t_start=102.0, t_end=108.0, rms=0.02,
                 noise_floor=0.0025, p_value=3e-9,
-                region=Region(
+                region=FlightRegion(
                     variable="throttle", low=0.7, high=1.0, words="throttle above 70 %"
                 ),
             ),
@@ -110,7 +110,7 @@ def answer(*, maneuvers: int = 6, samples: int = 600) -> Discrepancy:
     )  # fmt: skip
 
 
-def adequate(*, maneuvers: int = 6, samples: int = 600) -> Discrepancy:
+def adequate(*, maneuvers: int = 6, samples: int = 600) -> DiscrepancyResult:
     """Return the answer that nothing is missing: no effects, nothing to close, nothing to rank."""
     found = answer(maneuvers=maneuvers, samples=samples)
     gap = Gap(channels=found.gap.channels, closed=None, closed_std=None, on=found.gap.on)
@@ -125,22 +125,22 @@ def adequate(*, maneuvers: int = 6, samples: int = 600) -> Discrepancy:
     )  # fmt: skip
 
 
-def _step(model: Model, added: str, maneuvers: int, misfit: float) -> Step:
+def _step(model: Model, added: str, maneuvers: int, misfit: float) -> ModelStep:
     ranking = (
-        Candidate(effect=_EFFECT, title="throttle lifts the nose", score=120.0 * misfit,
+        RankedCandidate(effect=_EFFECT, title="throttle lifts the nose", score=120.0 * misfit,
                   evidence=0.97, held_out=33.0, sigma=23.0),
-        Candidate(effect="aero.Cm.speed", title="pitching moment changes with speed",
+        RankedCandidate(effect="aero.Cm.speed", title="pitching moment changes with speed",
                   score=79.0 * misfit, evidence=0.03, held_out=20.0, sigma=18.0),
-        Candidate(effect="unnamed.Cm.alpha_de2", title="structure without a name", score=4.0,
+        RankedCandidate(effect="unnamed.Cm.alpha_de2", title="structure without a name", score=4.0,
                   evidence=1e-9, held_out=-1.0, sigma=3.0),
     )  # fmt: skip
     sizes = np.ones((maneuvers, len(COEFFICIENTS)))
     sizes[:, 2] += misfit * np.linspace(0.5, 1.5, maneuvers)
     gap = {name: 1.0 + (misfit - 1.0) * (name in ("q", "alpha")) for name in CHANNELS}
-    return Step(model=model, added=added, ranking=ranking, map=sizes, gap=gap, misfit=misfit)
+    return ModelStep(model=model, added=added, ranking=ranking, map=sizes, gap=gap, misfit=misfit)
 
 
-def _view(number: int, count: int, samples: int) -> ManeuverView:
+def _view(number: int, count: int, samples: int) -> ManeuverHistories:
     random = np.random.default_rng(number)
     times = 100.0 + 20.0 * number + 0.01 * np.arange(samples)
     throttle = np.where(times - times[0] > 2.0, 0.8, 0.3)
@@ -164,7 +164,7 @@ def _view(number: int, count: int, samples: int) -> ManeuverView:
     missing = [noise.copy() for _ in range(3)]
     missing[0][:, 2] += 0.03 * (throttle - 0.4)
     missing[1][:, 2] += 0.006 * np.sin(times)
-    return ManeuverView(
+    return ManeuverHistories(
         id=str(number + 1), flight="a flight", kind="doublet" if number % 2 else "3-2-1-1",
         held_out=number % 3 == 2, times=times, channels=CHANNELS, measured=measured,
         computed=(smooth + off, smooth + 0.3 * off, smooth), coefficients=COEFFICIENTS,

@@ -16,21 +16,21 @@ from scipy.io import loadmat
 
 from gsapp.dynamics.model import load_model
 from gsapp.identification.campaign import CanceledError
-from gsapp.identification.linear_models.files import load_linear_model
-from gsapp.identification.runs.excluding import excluding
-from gsapp.identification.summary.beside import beside_values
-from gsapp.report.campaign_writing import write_campaign_report
-from gsapp.report.document import Document, Paragraph, Table
-from gsapp.report.estimate_files import campaign_files, file_names
-from gsapp.report.estimate_report import Reported, estimate_document
-from gsapp.report.hearing import Heard
-from gsapp.report.linear_figures import linear_picture
-from gsapp.report.linear_report import LinearComparison, compare_linear_models
+from gsapp.identification.linear_models.linear_model_files import load_linear_model
+from gsapp.identification.runs.exclusion import exclude_maneuvers
+from gsapp.identification.summary.method_comparison import compare_methods
+from gsapp.report.campaign_report import write_campaign_report
+from gsapp.report.document import Document, DocumentTable, Paragraph
+from gsapp.report.estimate_export import campaign_files, file_names
+from gsapp.report.estimate_report import CampaignReportData, estimate_document
+from gsapp.report.ftr_histories import FlightEstimateHistory
+from gsapp.report.linear_figures import linear_model_figure
+from gsapp.report.linear_report import LinearModelValidation, compare_linear_models
 from tests.report.campaign_kit import TRUTH, WILD, gusty, outcome, together, unearned
 
 
 @pytest.fixture(scope="module")
-def compared() -> LinearComparison:
+def compared() -> LinearModelValidation:
     """Return linear models of the campaign, judged on flight B."""
     return compare_linear_models(outcome())
 
@@ -43,18 +43,20 @@ def words_of(document: Document) -> str:
         for part in section.parts:
             if isinstance(part, Paragraph):
                 found.append(part.text)
-            elif isinstance(part, Table):
+            elif isinstance(part, DocumentTable):
                 found += [part.caption, " ".join(part.columns), *map(" ".join, part.rows)]
             else:
                 found.append(part.caption)
     return "\n".join(found)
 
 
-def test_the_report_says_what_a_supervisor_asks(compared: LinearComparison) -> None:
+def test_the_report_says_what_a_supervisor_asks(compared: LinearModelValidation) -> None:
     """Wild maneuver, honesty, linear models on what they never saw, modes, residuals, settings."""
-    heard = (Heard(flight="A", why="there are too few samples"),)
+    heard = (FlightEstimateHistory(flight="A", why="there are too few samples"),)
     said = words_of(
-        estimate_document(Reported(outcome=outcome(), heard=heard, linear=compared), units="SI")
+        estimate_document(
+            CampaignReportData(outcome=outcome(), heard=heard, linear=compared), units="SI"
+        )
     )
     for words in (
         "Derivatives of the B777",
@@ -75,14 +77,15 @@ def test_the_report_says_what_a_supervisor_asks(compared: LinearComparison) -> N
 
 
 def test_a_kept_run_stands_in_the_line_of_the_date_and_nowhere_else(
-    compared: LinearComparison,
+    compared: LinearModelValidation,
 ) -> None:
     """So that a run gives the same page whether it is kept or not, but for that line."""
     when = datetime(2026, 5, 12, 9, 30, tzinfo=UTC)
     every = [
         words_of(
             estimate_document(
-                Reported(outcome=replace(outcome(), number=number), linear=compared), written=when
+                CampaignReportData(outcome=replace(outcome(), number=number), linear=compared),
+                written=when,
             )
         ).splitlines()
         for number in (None, 3)
@@ -95,16 +98,16 @@ def test_what_was_not_earned_is_listed_with_its_reason() -> None:
     """And there are no linear models, which is said, too."""
     run = unearned()
     compared = compare_linear_models(run)
-    said = words_of(estimate_document(Reported(outcome=run, linear=compared)))
+    said = words_of(estimate_document(CampaignReportData(outcome=run, linear=compared)))
     assert "Not earned" in said
     assert "CN_q unknown too little excitation" in said
     assert "no linear longitudinal model: " in said
 
 
-def test_a_fit_of_all_together_stands_beside_the_means(compared: LinearComparison) -> None:
+def test_a_fit_of_all_together_stands_beside_the_means(compared: LinearModelValidation) -> None:
     """With its own bound, and how far apart the two are; its correlations are those shown."""
     run = together()
-    said = words_of(estimate_document(Reported(outcome=run, linear=compared)))
+    said = words_of(estimate_document(CampaignReportData(outcome=run, linear=compared)))
     assert "All maneuvers of an axis fitted together, beside the means" in said
     (fit,) = run.result.joint
     found = fit.derivatives["Cm_de"]
@@ -119,28 +122,28 @@ def test_a_fit_of_all_together_stands_beside_the_means(compared: LinearCompariso
 def test_in_gusts_both_methods_stand_in_the_report() -> None:
     """The maneuver is named, its values stand by both methods, and the calm one has no table."""
     run = gusty()
-    document = estimate_document(Reported(outcome=run, linear=LinearComparison()))
+    document = estimate_document(CampaignReportData(outcome=run, linear=LinearModelValidation()))
     said = words_of(document)
     assert "The residuals of 1 maneuver (M1) show gusts" in said
     assert "Maneuver M1 of A flew in gusts: equation error beside maximum likelihood" in said
     assert "Maneuver M2 of A flew in gusts" not in said
-    (value,) = [one for one in beside_values(run.result.results[0]) if one.name == "Cm_q"]
+    (value,) = [one for one in compare_methods(run.result.results[0]) if one.name == "Cm_q"]
     assert value.equations is not None
     shown, bound = value.equations
     assert f"{shown:.2f} {bound:.2f} {value.apart:+.1f}" in said
 
 
-def test_pictures_have_names_of_their_own(compared: LinearComparison) -> None:
+def test_pictures_have_names_of_their_own(compared: LinearModelValidation) -> None:
     """A page finds each picture by its name: two of one name would show one of them twice."""
-    document = estimate_document(Reported(outcome=outcome(), linear=compared))
+    document = estimate_document(CampaignReportData(outcome=outcome(), linear=compared))
     names = [one.name for one in document.pictures]
     assert len(names) == len(set(names)) > 8
 
 
-def test_what_was_left_out_by_hand_is_said_and_marked(compared: LinearComparison) -> None:
+def test_what_was_left_out_by_hand_is_said_and_marked(compared: LinearModelValidation) -> None:
     """In words, in the table of values, and in the JSON; the mean is that of the others."""
-    without = excluding(outcome(), [WILD])
-    said = words_of(estimate_document(Reported(outcome=without, linear=compared)))
+    without = exclude_maneuvers(outcome(), [WILD])
+    said = words_of(estimate_document(CampaignReportData(outcome=without, linear=compared)))
     assert f"Left out of all means by hand: 1 maneuver ({WILD})." in said
     assert "is wild" not in said
     files = campaign_files(without, compared)
@@ -153,7 +156,7 @@ def test_what_was_left_out_by_hand_is_said_and_marked(compared: LinearComparison
     assert content["campaign"]["Cm_de"]["n"] == 5
 
 
-def test_every_file_can_be_read_back(compared: LinearComparison, tmp_path: Path) -> None:
+def test_every_file_can_be_read_back(compared: LinearModelValidation, tmp_path: Path) -> None:
     """CSV, MATLAB, JSON, model and linear model: the same means, near the truth."""
     run = outcome()
     files = campaign_files(run, compared)
@@ -182,7 +185,7 @@ def test_every_file_can_be_read_back(compared: LinearComparison, tmp_path: Path)
 
 
 def test_a_report_that_is_stopped_leaves_nothing(
-    compared: LinearComparison, tmp_path: Path
+    compared: LinearModelValidation, tmp_path: Path
 ) -> None:
     """Stopped while the pages for print are set, after all figures: no file, no folder."""
     told: list[str] = []
@@ -191,7 +194,7 @@ def test_a_report_that_is_stopped_leaves_nothing(
         told.append(what)
         return done < total and "pages" not in what
 
-    small = excluding(outcome(), [one.maneuver.id for one in outcome().result.results[1:]])
+    small = exclude_maneuvers(outcome(), [one.maneuver.id for one in outcome().result.results[1:]])
     with pytest.raises(CanceledError):
         write_campaign_report(small, tmp_path / "out.pdf", heard=(), linear=compared, progress=step)
     assert told[-1] == "setting the pages"
@@ -202,9 +205,9 @@ def test_a_report_that_is_stopped_leaves_nothing(
     assert not list(tmp_path.iterdir())
 
 
-def test_linear_models_are_drawn_with_the_numbers_shown(compared: LinearComparison) -> None:
+def test_linear_models_are_drawn_with_the_numbers_shown(compared: LinearModelValidation) -> None:
     """A chart for each variable of each maneuver, which names its maneuver; measured is solid."""
-    picture = linear_picture(compared.axes["lon"], units="SI")
+    picture = linear_model_figure(compared.axes["lon"], units="SI")
     figure = Figure(figsize=(7, picture.height))
     picture.draw(figure)
     charts = figure.get_axes()

@@ -14,29 +14,29 @@ from matplotlib.figure import Figure
 
 from calibration import (
     Certificate,
-    certificate_files,
+    certificate_paths,
     load_certificate,
     load_certificates,
     write_certificate,
 )
-from calibration.choosing import calibrate, certify
-from calibration.overview import overview, stand
-from calibration.points import DIRECTION_WORDS
-from calibration.reading import FOLDER
-from calibration.store import CertificateStore
+from calibration.certificate_overview import evaluate_certificate, load_certificate_overview
+from calibration.certificate_store import CertificateStore
+from calibration.certificate_toml import SHIPPED_CERTIFICATES_FOLDER
+from calibration.curve_selection import create_certificate, fit_calibration
+from calibration.points import DIRECTION_TEXT
 from gsapp.cli import calibrate as calibrate_command
 from gsapp.cli import certificates as certificates_command
 from gsapp.foundation import GroundStationError, UnknownNameError
 from gsapp.report.certificate_figures import draw_certificate
 from gsapp.report.certificate_report import certificate_document, write_certificate_report
-from gsapp.report.palette import PAPER
+from gsapp.report.palette import PRINT_PALETTE
 
 
 def moved(former: Certificate, by: float, stamp: datetime) -> Certificate:
     """Return a certificate of the same instrument whose zero has moved."""
     points = [replace(point, value=point.value + by) for point in former.points]
-    return certify(
-        calibrate(points, travel=(-35.0, 35.0)), points, channel_id=former.channel,
+    return create_certificate(
+        fit_calibration(points, travel=(-35.0, 35.0)), points, channel_id=former.channel,
         unit=former.unit, who="B. Jones", stamp=stamp, excitation_voltage=5.0, ratiometric=True,
         temperature=289.15, instrument=former.instrument,
     )  # fmt: skip
@@ -55,7 +55,7 @@ def again(rudder: Certificate) -> Certificate:
 def test_the_page_is_one_page_of_paper(rudder: Certificate, again: Certificate, tmp_path: Path):
     """With the most points, notes and a former certificate that a set holds."""
     file = write_certificate(replace(again, notes="words " * 40), tmp_path / "rudder.toml")
-    standing = stand(replace(again, notes="words " * 40), file, rudder)
+    standing = evaluate_certificate(replace(again, notes="words " * 40), file, rudder)
     page = write_certificate_report(standing, tmp_path / "rudder.pdf").read_bytes()
     assert page.startswith(b"%PDF")
     assert len(re.findall(rb"/Type\s*/Page\b", page)) == 1
@@ -65,7 +65,9 @@ def test_the_page_for_a_browser_needs_nothing_else_and_says_who_when_and_how_goo
     rudder: Certificate, again: Certificate, tmp_path: Path
 ) -> None:
     file = write_certificate(again, tmp_path / "rudder.toml")
-    path = write_certificate_report(stand(again, file, rudder), tmp_path / "rudder.html")
+    path = write_certificate_report(
+        evaluate_certificate(again, file, rudder), tmp_path / "rudder.html"
+    )
     page = path.read_text(encoding="utf-8")
     assert not re.findall(r"(?:src|href)=\"(?!data:)", page)
     assert page.count("data:image/png;base64,") == 1
@@ -85,7 +87,7 @@ def test_what_is_drawn_are_the_points_the_band_and_the_drift(
 ) -> None:
     """Read back from the axes: residuals by direction, half widths, the former curve's distance."""
     figure = Figure(figsize=(7.1, 2.6))
-    draw_certificate(figure, stand(again, tmp_path / "rudder.toml", rudder))
+    draw_certificate(figure, evaluate_certificate(again, tmp_path / "rudder.toml", rudder))
     curve, residuals = figure.axes
     lines = {line.get_label(): line for line in residuals.lines}
     for direction in ("up", "down"):
@@ -94,7 +96,7 @@ def test_what_is_drawn_are_the_points_the_band_and_the_drift(
             for p in again.points
             if p.direction == direction
         )
-        drawn = lines[DIRECTION_WORDS[direction]]
+        drawn = lines[DIRECTION_TEXT[direction]]
         np.testing.assert_allclose(np.column_stack(drawn.get_data()), taken, atol=1e-9)
     (band,) = residuals.collections
     highest = band.get_paths()[0].vertices[:, 1].max()
@@ -111,7 +113,7 @@ def test_an_instrument_without_branches_or_quality_has_its_page_too(tmp_path: Pa
         load_certificates("b777")["temperature"], points=(), quality=None, temperature=None,
         excitation_voltage=None,
     )  # fmt: skip
-    document = certificate_document(stand(bare, tmp_path / "absent.toml"))
+    document = certificate_document(evaluate_certificate(bare, tmp_path / "absent.toml"))
     assert [section.title for section in document.sections] == ["What it is worth"]
     facts = dict(document.facts)
     assert "temperature not noted" in facts["Taken"]
@@ -120,7 +122,9 @@ def test_an_instrument_without_branches_or_quality_has_its_page_too(tmp_path: Pa
 
 def test_a_report_of_another_ending_is_refused(rudder: Certificate, tmp_path: Path) -> None:
     with pytest.raises(GroundStationError, match=r"\.html or \.pdf"):
-        write_certificate_report(stand(rudder, tmp_path / "x.toml"), tmp_path / "rudder.doc")
+        write_certificate_report(
+            evaluate_certificate(rudder, tmp_path / "x.toml"), tmp_path / "rudder.doc"
+        )
 
 
 def test_calibrate_writes_the_page_beside_the_certificate(
@@ -164,7 +168,7 @@ def test_a_store_is_listed_with_age_quality_drift_and_what_was_skipped(
     assert listed["former"]["zero"] == pytest.approx(np.deg2rad(0.9), abs=1e-3)
     assert listed["former"]["significant"]
     assert listed["quality"]["hysteresis"] == pytest.approx(
-        np.deg2rad(overview(folder).standing[1].quality.hysteresis)
+        np.deg2rad(load_certificate_overview(folder).standing[1].quality.hysteresis)
     )
     assert [one["channel"] for one in told["uncalibrated"]] == ["beta"]
     assert sorted(path.name for path in (tmp_path / "pages").iterdir()) == [
@@ -176,23 +180,23 @@ def test_a_flight_folder_and_a_set_are_listed_too(tmp_path: Path) -> None:
     kept = tmp_path / "flight" / "calibration"
     kept.mkdir(parents=True)
     (tmp_path / "flight" / "flight.toml").write_text('name = "a"\n')
-    for path in certificate_files("b777")[:2]:
+    for path in certificate_paths("b777")[:2]:
         (kept / path.name).write_bytes(path.read_bytes())
-    found = overview(tmp_path / "flight", former="b777")
+    found = load_certificate_overview(tmp_path / "flight", former="b777")
     assert [one.certificate.channel for one in found.standing] == ["aileron_left", "aileron_right"]
     assert not any(one.drift.significant for one in found.standing)
     with pytest.raises(UnknownNameError):
-        overview(tmp_path)
+        load_certificate_overview(tmp_path)
 
 
 @pytest.mark.parametrize("name", ["rudder", "elevator_left", "aileron_right"])
 def test_points_have_the_color_of_their_channel(name: str) -> None:
     """Directions differ by marker, so that no color stands for another quantity."""
-    file = FOLDER / "b777" / f"{name}.toml"
+    file = SHIPPED_CERTIFICATES_FOLDER / "b777" / f"{name}.toml"
     figure = Figure()
-    draw_certificate(figure, stand(load_certificate(file), file))
+    draw_certificate(figure, evaluate_certificate(load_certificate(file), file))
     points = [
         line for chart in figure.axes for line in chart.lines if line.get_marker() in ("^", "v")
     ]
-    assert {line.get_color() for line in points} == {PAPER.channel(name)}
+    assert {line.get_color() for line in points} == {PRINT_PALETTE.channel(name)}
     assert {line.get_marker() for line in points} == {"^", "v"}

@@ -21,28 +21,28 @@ from matplotlib.figure import Figure, FigureBase
 from matplotlib.text import Text
 from rich.console import Console
 
-from gsapp.cli._discrepancy_text import describe
-from gsapp.discrepancy.results import Verdict
+from gsapp.cli._discrepancy_text import print_discrepancy
+from gsapp.discrepancy.results import DiscrepancyVerdict
 from gsapp.discrepancy.settings import DiscrepancySettings
-from gsapp.flight.provenance import input_file
+from gsapp.flight.provenance import hash_input_file
 from gsapp.foundation import GroundStationError
-from gsapp.report.discrepancy_inputs import search_provenance
-from gsapp.report.discrepancy_report import discrepancy_document, write_report
-from gsapp.report.discrepancy_words import HEADLINES, channel_map
+from gsapp.report.discrepancy_provenance import search_provenance
+from gsapp.report.discrepancy_report import discrepancy_document, write_discrepancy_report
+from gsapp.report.discrepancy_text import HEADLINES, residual_map
 from gsapp.report.document import (
-    LOOK,
-    TALLEST,
-    WIDTH,
+    FIGURE_WIDTH,
+    MATPLOTLIB_STYLE,
+    MAX_FIGURE_HEIGHT,
     Document,
+    DocumentFigure,
+    DocumentSection,
+    DocumentTable,
     Paragraph,
-    Picture,
-    Section,
-    Table,
-    picture_png,
+    render_png,
 )
-from gsapp.report.html import html_page
-from gsapp.report.pdf import pdf_pages
-from gsapp.report.writing import write_document
+from gsapp.report.document_writer import write_document
+from gsapp.report.html_writer import render_html
+from gsapp.report.pdf_writer import render_pdf
 from tests.report.discrepancy_kit import adequate, answer
 
 NOON = datetime(2026, 5, 12, 12, 0, tzinfo=UTC)
@@ -84,12 +84,12 @@ def small() -> Document:
 
 def page_of(document: Document) -> str:
     """Return a document as HTML without drawing its pictures."""
-    return html_page(document, {one.name: b"\x89PNG" for one in document.pictures})
+    return render_html(document, {one.name: b"\x89PNG" for one in document.pictures})
 
 
 def test_a_folder_gets_html_pdf_and_every_picture(tmp_path: Path) -> None:
     found = answer(maneuvers=3, samples=60)
-    paths = write_report(found, tmp_path, overlays=[], written=NOON)
+    paths = write_discrepancy_report(found, tmp_path, overlays=[], written=NOON)
     assert sorted(path for path in tmp_path.rglob("*") if path.is_file()) == sorted(paths)
     page = Page((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert page.open == []
@@ -115,7 +115,7 @@ def test_same_answer_gives_the_same_page_but_for_its_date(small: Document) -> No
     assert len(differing) == 1
     assert "2026-05-12 12:00 UTC" in differing[0][0]
     picture = small.pictures[0]
-    assert picture_png(picture) == picture_png(picture)
+    assert render_png(picture) == render_png(picture)
 
 
 def test_the_story_has_four_steps_and_says_what_was_found(small: Document) -> None:
@@ -140,13 +140,13 @@ def test_the_story_has_four_steps_and_says_what_was_found(small: Document) -> No
         assert words in page.text, words
 
 
-@pytest.mark.parametrize("verdict", get_args(Verdict))
-def test_every_verdict_is_told_in_words(verdict: Verdict) -> None:
+@pytest.mark.parametrize("verdict", get_args(DiscrepancyVerdict))
+def test_every_verdict_is_told_in_words(verdict: DiscrepancyVerdict) -> None:
     """A sentence for each, in the report and on the screen; the code itself is for programs."""
     found = replace(answer(maneuvers=3, samples=60), verdict=verdict)
     page = Page(page_of(discrepancy_document(found, overlays=[])))
     console = Console(width=100, file=StringIO())
-    describe(console, found)
+    print_discrepancy(console, found)
     for text in (page.text, console.file.getvalue()):
         assert HEADLINES[verdict] in text
         assert verdict not in text
@@ -155,14 +155,14 @@ def test_every_verdict_is_told_in_words(verdict: Verdict) -> None:
 
 def test_what_could_not_show_stands_apart_with_what_to_fly(small: Document) -> None:
     (section,) = (one for one in small.sections if one.title == "What these flights could show")
-    clear, faint = (part for part in section.parts if isinstance(part, Table))
+    clear, faint = (part for part in section.parts if isinstance(part, DocumentTable))
     assert clear.rows == (("propulsion.Cm.throttle", "A", "22", "aero.Cm.speed (0.71)"),)
     assert faint.rows == (("aero.Cm.flap (A)", "an elevator doublet with the flap at 20 deg"),)
 
 
 def test_nothing_found_is_a_whole_report_too(tmp_path: Path) -> None:
     found = adequate()
-    (path,) = write_report(found, tmp_path / "a.html", overlays=[])
+    (path,) = write_discrepancy_report(found, tmp_path / "a.html", overlays=[])
     page = Page(path.read_text(encoding="utf-8"))
     assert "The model is adequate" in page.text
     assert "after" not in page.text.partition("4. Show")[2].partition("What these flights")[0]
@@ -182,7 +182,7 @@ def test_names_of_strangers_are_text_and_not_markup() -> None:
     assert odd in Page(html).text
     (section,) = (one for one in document.sections if one.title.startswith("4."))
     drawn = replace(document, sections=(replace(section, parts=section.parts[-1:]),))
-    assert pdf_pages(drawn).startswith(b"%PDF")
+    assert render_pdf(drawn).startswith(b"%PDF")
 
 
 def test_only_known_maneuvers_and_endings_are_taken(tmp_path: Path) -> None:
@@ -190,13 +190,15 @@ def test_only_known_maneuvers_and_endings_are_taken(tmp_path: Path) -> None:
     with pytest.raises(GroundStationError, match=r"no maneuver '9' to draw; there are 1, 2"):
         discrepancy_document(found, overlays=["9"])
     with pytest.raises(GroundStationError, match=r"\.html or \.pdf"):
-        write_report(found, tmp_path / "a.doc")
+        write_discrepancy_report(found, tmp_path / "a.doc")
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(("name", "begin"), [("A.PDF", b"%PDF"), ("a.Html", b"<!DOCTYPE html>")])
 def test_an_ending_may_be_written_in_capitals(tmp_path: Path, name: str, begin: bytes) -> None:
-    document = Document(title="t", sections=(Section(title="s", parts=(Paragraph(text="p"),)),))
+    document = Document(
+        title="t", sections=(DocumentSection(title="s", parts=(Paragraph(text="p"),)),)
+    )
     (path,) = write_document(document, tmp_path / name)
     assert path.read_bytes().startswith(begin)
 
@@ -204,7 +206,7 @@ def test_an_ending_may_be_written_in_capitals(tmp_path: Path, name: str, begin: 
 def test_the_map_of_channels_is_measured_less_computed_over_the_noise() -> None:
     """Noise alone gives 1, the part that the model lacks stands out in its channel alone."""
     found = answer(maneuvers=3, samples=600)
-    before, after = channel_map(found, 0), channel_map(found, -1)
+    before, after = residual_map(found, 0), residual_map(found, -1)
     assert before.shape == (3, len(found.channels))
     q = found.channels.index("q")
     assert (before[:, q] > 3.0).all()
@@ -214,7 +216,7 @@ def test_the_map_of_channels_is_measured_less_computed_over_the_noise() -> None:
     few = replace(
         found.maneuvers[0], channels=("alpha",), measured=found.maneuvers[0].measured[:, :1]
     )
-    lacking = channel_map(replace(found, maneuvers=(few,)), 0)
+    lacking = residual_map(replace(found, maneuvers=(few,)), 0)
     assert np.isnan(lacking[0, 1:]).all()
 
 
@@ -230,7 +232,7 @@ def test_no_text_of_a_picture_overlaps_another_or_leaves_the_sheet() -> None:
     found = answer(maneuvers=4, samples=120)
     document = discrepancy_document(found, overlays=["3"])
     for picture in document.pictures:
-        assert 1.0 < picture.height <= TALLEST
+        assert 1.0 < picture.height <= MAX_FIGURE_HEIGHT
         assert clashes(picture) == [], picture.name
 
 
@@ -242,11 +244,11 @@ def test_the_overlap_check_sees_an_overlap() -> None:
         container.text(0.51, 0.5, "two")
         container.text(0.99, 0.2, "beyond")
 
-    told = clashes(Picture(name="bad", caption="", height=2.0, draw=draw))
+    told = clashes(DocumentFigure(name="bad", caption="", height=2.0, draw=draw))
     assert told == ["'beyond' leaves the sheet", "'one' on 'two'"]
 
 
-def clashes(picture: Picture) -> list[str]:
+def clashes(picture: DocumentFigure) -> list[str]:
     """Return the texts of a picture, as really drawn, that overlap or leave it."""
     drawn: dict[int, Text] = {}
     draw = Text.draw
@@ -256,8 +258,8 @@ def clashes(picture: Picture) -> list[str]:
             drawn[id(text)] = text
         draw(text, renderer)
 
-    with style.context(list(LOOK)), patch.object(Text, "draw", note):
-        figure = Figure(figsize=(WIDTH, picture.height), dpi=100.0)
+    with style.context(list(MATPLOTLIB_STYLE)), patch.object(Text, "draw", note):
+        figure = Figure(figsize=(FIGURE_WIDTH, picture.height), dpi=100.0)
         canvas = FigureCanvasAgg(figure)
         picture.draw(figure)
         canvas.draw()
@@ -280,11 +282,11 @@ def clashes(picture: Picture) -> list[str]:
 def test_a_long_table_breaks_and_keeps_every_row() -> None:
     """Rows go on over pages; a word wider than its column is cut, none is lost."""
     rows = tuple((f"row {number}", "x" * 300, f"{number}") for number in range(60))
-    table = Table(columns=("a", "b", "c"), rows=rows, numeric=frozenset({2}))
+    table = DocumentTable(columns=("a", "b", "c"), rows=rows, numeric=frozenset({2}))
     document = Document(
-        title="t", sections=(Section(title="s", parts=(Paragraph(text="p"), table)),)
+        title="t", sections=(DocumentSection(title="s", parts=(Paragraph(text="p"), table)),)
     )
-    pdf = pdf_pages(document)
+    pdf = render_pdf(document)
     assert len(re.findall(rb"/Type /Page\b", pdf)) >= 3
     assert Page(page_of(document)).text.count("x" * 300) == 60
 
@@ -294,15 +296,15 @@ def test_a_hash_tells_content_and_not_caches(tmp_path: Path) -> None:
     (folder / "cache").mkdir(parents=True)
     (folder / "raw.tlog").write_bytes(b"abc")
     (folder / "cache" / "block.npy").write_bytes(b"1")
-    first = input_file("flight", folder)
+    first = hash_input_file("flight", folder)
     (folder / "cache" / "block.npy").write_bytes(b"2")
-    assert input_file("flight", folder) == first
+    assert hash_input_file("flight", folder) == first
     (folder / "raw.tlog").write_bytes(b"abd")
-    assert input_file("flight", folder).sha256 != first.sha256
+    assert hash_input_file("flight", folder).sha256 != first.sha256
     # The sum of a file is the one that everybody's tools give.
     known = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
     (tmp_path / "file").write_bytes(b"abc")
-    assert input_file("model", tmp_path / "file", name="b777").sha256 == known
+    assert hash_input_file("model", tmp_path / "file", name="b777").sha256 == known
 
 
 def test_the_last_page_says_what_went_in(tmp_path: Path) -> None:
@@ -355,8 +357,8 @@ def test_missing_samples_and_runaway_models_leave_gaps_and_no_errors() -> None:
     overlay = changed.pictures[-1]
     assert overlay.height < whole.pictures[-1].height
     assert clashes(changed.pictures[0]) == []
-    with style.context(list(LOOK)):
-        figure = Figure(figsize=(WIDTH, overlay.height))
+    with style.context(list(MATPLOTLIB_STYLE)):
+        figure = Figure(figsize=(FIGURE_WIDTH, overlay.height))
         overlay.draw(figure)
     an = measured[:, 2] / 9.80665
     left, right = figure.axes[2:4]

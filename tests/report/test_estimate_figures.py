@@ -16,20 +16,20 @@ from matplotlib.figure import Figure
 from gsapp.foundation import GroundStationError
 from gsapp.identification import equation_error, ftr
 from gsapp.identification.ftr import EstimateHistory
-from gsapp.identification.runs.excluding import excluding
+from gsapp.identification.runs.exclusion import exclude_maneuvers
 from gsapp.identification.summary import summarize_campaign
-from gsapp.identification.summary.mode_spread import mode_spread
+from gsapp.identification.summary.mode_uncertainty import propagate_mode_uncertainty
 from gsapp.quantities import TRACE_COLORS
-from gsapp.report.document import Picture, drawing, picture_png
-from gsapp.report.figure_parts import DERIVATIVE, point_names
-from gsapp.report.fit_figures import autocorrelation, fit_picture, residual_picture
-from gsapp.report.mode_figures import modes_picture, modes_table
-from gsapp.report.online_figures import online_picture
-from gsapp.report.palette import PAPER, Palette
-from gsapp.report.picture_files import picture_content
-from gsapp.report.residual_words import residual_summaries
-from gsapp.report.trust_figures import bounds_picture, correlation_picture, strong_pairs
-from gsapp.report.value_figures import values_picture
+from gsapp.report.document import DocumentFigure, figure_style, render_png
+from gsapp.report.figure_files import export_figure
+from gsapp.report.fit_diagnostic_figures import bounds_figure, correlated_pairs, correlation_figure
+from gsapp.report.fit_figures import autocorrelation, fit_figure, residual_figure
+from gsapp.report.mode_figures import modes_figure, modes_table
+from gsapp.report.online_figures import online_estimates_figure
+from gsapp.report.palette import PRINT_PALETTE, Palette
+from gsapp.report.plot_elements import DERIVATIVE_PREFIX, point_names
+from gsapp.report.residual_text import residual_summaries
+from gsapp.report.value_figures import value_figure
 from tests.report.campaign_kit import WILD, outcome
 
 NIGHT = Palette(
@@ -40,9 +40,9 @@ NIGHT = Palette(
 )  # fmt: skip
 
 
-def drawn(picture: Picture, palette: Palette = PAPER) -> Figure:
+def drawn(picture: DocumentFigure, palette: Palette = PRINT_PALETTE) -> Figure:
     """Return the figure that a picture draws."""
-    with drawing(palette):
+    with figure_style(palette):
         figure = Figure(figsize=(7.1, picture.height), dpi=100)
         FigureCanvasAgg(figure)
         picture.draw(figure)
@@ -51,7 +51,7 @@ def drawn(picture: Picture, palette: Palette = PAPER) -> Figure:
 
 def points_in(figure: Figure, name: str) -> dict[str, tuple[float, float, str]]:
     """Return the named points of one derivative: place, height and color, by maneuver."""
-    chart = next(one for one in figure.axes if one.get_gid() == DERIVATIVE + name)
+    chart = next(one for one in figure.axes if one.get_gid() == DERIVATIVE_PREFIX + name)
     return {
         maneuver: (float(x), float(y), to_hex(line.get_color()))
         for line in chart.lines
@@ -63,7 +63,7 @@ def points_in(figure: Figure, name: str) -> dict[str, tuple[float, float, str]]:
 def test_each_point_is_named_and_stands_at_its_value_and_condition(over: str) -> None:
     """Every maneuver once, at the value found, in its flight's color; the wild one gray."""
     summary = outcome().summary
-    picture = values_picture(summary, ["Cm_alpha", "Cm_de"], over, units="SI")
+    picture = value_figure(summary, ["Cm_alpha", "Cm_de"], over, units="SI")
     figure = drawn(picture)
     found = points_in(figure, "Cm_alpha")
     one = summary.derivatives["Cm_alpha"]
@@ -86,10 +86,10 @@ def test_each_point_is_named_and_stands_at_its_value_and_condition(over: str) ->
             {"number": point.number, "V": value, "alpha": np.degrees(value)}[over]
         )
         if point.maneuver == WILD:
-            assert color == PAPER.left_out
+            assert color == PRINT_PALETTE.left_out
         else:
             assert y == pytest.approx(point.value)
-            assert color == PAPER.flight(0 if point.flight == "A" else 1)
+            assert color == PRINT_PALETTE.flight(0 if point.flight == "A" else 1)
 
 
 def test_names_of_maneuvers_do_not_lie_upon_one_another() -> None:
@@ -101,7 +101,7 @@ def test_names_of_maneuvers_do_not_lie_upon_one_another() -> None:
         for one, name in zip(found.results, longer, strict=False)
     ]
     summary = summarize_campaign(replace(found, results=tuple(renamed)))
-    figure = drawn(values_picture(summary, ["Cm_alpha", "Cm_de", "Cm_q"], "number", units="SI"))
+    figure = drawn(value_figure(summary, ["Cm_alpha", "Cm_de", "Cm_q"], "number", units="SI"))
     figure.canvas.draw()
     boxes = [
         label.get_window_extent()
@@ -116,17 +116,21 @@ def test_names_of_maneuvers_do_not_lie_upon_one_another() -> None:
 def test_a_maneuver_left_out_by_hand_stays_in_sight_and_moves_the_mean() -> None:
     """Gray, named, at its value; means are as if it were not there; taken in they are as before."""
     before = outcome()
-    after = excluding(before, {"1:M2"})
-    figure = drawn(values_picture(after.summary, ["Cm_de"], "number"))
+    after = exclude_maneuvers(before, {"1:M2"})
+    figure = drawn(value_figure(after.summary, ["Cm_de"], "number"))
     one = after.summary.derivatives["Cm_de"]
     (point,) = one.excluded
-    assert points_in(figure, "Cm_de")["1:M2"] == (2.0, pytest.approx(point.value), PAPER.left_out)
+    assert points_in(figure, "Cm_de")["1:M2"] == (
+        2.0,
+        pytest.approx(point.value),
+        PRINT_PALETTE.left_out,
+    )
     others = tuple(other for other in before.result.results if other.maneuver.id != "1:M2")
     alone = summarize_campaign(replace(before.result, results=others))
     for name, summary in after.summary.derivatives.items():
         assert summary.value == alone.derivatives[name].value
         assert summary.value != before.summary.derivatives[name].value
-    again = excluding(after, ())
+    again = exclude_maneuvers(after, ())
     assert again.summary.derivatives["Cm_de"].value == before.summary.derivatives["Cm_de"].value
     assert again.summary.without == frozenset()
 
@@ -143,9 +147,9 @@ def test_a_fit_that_did_not_converge_is_gray_and_counts_for_nothing() -> None:
     )
     one = summary.derivatives["Cm_de"]
     assert one.value == summarize_campaign(replace(before, results=rest)).derivatives["Cm_de"].value
-    picture = values_picture(summary, ["Cm_de"], "number")
+    picture = value_figure(summary, ["Cm_de"], "number")
     x, y, color = points_in(drawn(picture), "Cm_de")["1:M3"]
-    assert (x, color) == (3.0, PAPER.left_out)
+    assert (x, color) == (3.0, PRINT_PALETTE.left_out)
     assert y == pytest.approx(estimate.derivatives["Cm_de"].value)
     assert picture.numbers is not None
     (row,) = [row for row in picture.numbers().rows if row[1] == "1:M3"]
@@ -157,16 +161,22 @@ def test_pictures_take_every_color_from_the_palette() -> None:
     one = outcome().result.results[0]
     assert one.estimate is not None
     pictures = (
-        values_picture(outcome().summary, ["Cm_de"], "V", palette=NIGHT),
-        fit_picture(one, palette=NIGHT),
-        bounds_picture(one.estimate, "it", palette=NIGHT),
+        value_figure(outcome().summary, ["Cm_de"], "V", palette=NIGHT),
+        fit_figure(one, palette=NIGHT),
+        bounds_figure(one.estimate, "it", palette=NIGHT),
     )
-    paper = {*PAPER.traces.values(), PAPER.ink, PAPER.band, PAPER.faint, "#ffffff"}
+    paper = {
+        *PRINT_PALETTE.traces.values(),
+        PRINT_PALETTE.ink,
+        PRINT_PALETTE.band,
+        PRINT_PALETTE.faint,
+        "#ffffff",
+    }
     for picture in pictures:
         assert picture is not None
         canvas = drawn(picture, NIGHT).canvas
         assert isinstance(canvas, FigureCanvasAgg)
-        with drawing(NIGHT):
+        with figure_style(NIGHT):
             canvas.draw()
         pixels = np.asarray(canvas.buffer_rgba())[..., :3]
         counts = np.bincount((pixels @ np.array([65536, 256, 1])).ravel())
@@ -178,11 +188,13 @@ def test_pictures_take_every_color_from_the_palette() -> None:
 def test_fit_shows_another_run_in_gray_and_its_numbers_are_those_of_the_history() -> None:
     """Three lines of a response; the table holds measured and computed, in the units asked for."""
     one = outcome().result.results[0]
-    picture = fit_picture(one, units="SI", other=one, other_name="before")
+    picture = fit_figure(one, units="SI", other=one, other_name="before")
     assert picture is not None
     figure = drawn(picture)
     colors = [to_hex(line.get_color()) for line in figure.axes[-1].lines]
-    assert sorted(colors) == sorted([PAPER.channel("an"), PAPER.ink, PAPER.previous])
+    assert sorted(colors) == sorted(
+        [PRINT_PALETTE.channel("an"), PRINT_PALETTE.ink, PRINT_PALETTE.previous]
+    )
     assert picture.numbers is not None
     table = picture.numbers()
     assert one.estimate is not None
@@ -191,7 +203,7 @@ def test_fit_shows_another_run_in_gray_and_its_numbers_are_those_of_the_history(
     told = np.array([float(row[column]) for row in table.rows])
     expected = np.degrees(history.computed[:, history.channels.index("q")])
     np.testing.assert_allclose(told, expected, rtol=1e-12)
-    left = residual_picture(one, units="SI")
+    left = residual_figure(one, units="SI")
     assert left is not None
     chart = drawn(left).axes[2 * history.channels.index("q")]
     missed = np.degrees((history.measured - history.computed)[:, history.channels.index("q")])
@@ -204,7 +216,7 @@ def test_methods_without_responses_show_coefficients_and_no_residuals(method: st
     one = outcome().result.results[0]
     estimate = {"ee": equation_error, "ftr": ftr}[method].estimate([one.maneuver], "lon")
     fitted = replace(one, estimate=estimate)
-    picture = fit_picture(fitted, units="US")
+    picture = fit_figure(fitted, units="US")
     assert picture is not None
     assert "coefficients" in picture.caption
     lowest = drawn(picture).axes[-1]
@@ -213,7 +225,7 @@ def test_methods_without_responses_show_coefficients_and_no_residuals(method: st
     np.testing.assert_array_equal(lowest.lines[0].get_ydata(), history.measured[:, -1])
     assert picture.numbers is not None
     assert picture.numbers().columns[-2:] == ("Cm measured", "Cm computed")
-    assert residual_picture(fitted) is None
+    assert residual_figure(fitted) is None
     assert residual_summaries(replace(outcome().result, results=(fitted,))) == ()
 
 
@@ -238,7 +250,7 @@ def test_histories_carry_the_points_of_the_flight_alone() -> None:
         signal_to_noise=np.full(400, 9.0),
     )  # fmt: skip
     unknown = replace(history, name="Cn_beta", values=np.full(400, np.nan))
-    picture = online_picture([history, unknown], found.result, found.summary, "A", 1)
+    picture = online_estimates_figure([history, unknown], found.result, found.summary, "A", 1)
     figure = drawn(picture)
     points = points_in(figure, "Cm_alpha")
     ends = {one.maneuver.id: one.maneuver.t_end for one in found.result.results}
@@ -257,8 +269,8 @@ def test_close_pairs_are_named_and_biases_are_not() -> None:
     assert estimate is not None
     covariance = np.array([[1.0, -0.95, 0.99], [-0.95, 1.0, -0.2], [0.99, -0.2, 1.0]])
     made = replace(estimate, free=("Cm_q", "Cm_de", "Cm_0"), covariance=covariance)
-    assert strong_pairs(made) == (("Cm_q", "Cm_de", -0.95),)
-    picture = correlation_picture(made, "maneuver 1")
+    assert correlated_pairs(made) == (("Cm_q", "Cm_de", -0.95),)
+    picture = correlation_figure(made, "maneuver 1")
     assert picture is not None
     assert "Cm_q and Cm_de (-0.95)" in picture.caption
     assert len(drawn(picture).axes[0].patches) == 2
@@ -267,7 +279,7 @@ def test_close_pairs_are_named_and_biases_are_not() -> None:
 def test_modes_stray_as_far_as_a_moved_derivative_moves_them() -> None:
     """Short period: a smaller bound of Cm_alpha alone lets its frequency stray less."""
     found = outcome()
-    modes = mode_spread(found.result, found.summary, "lon")
+    modes = propagate_mode_uncertainty(found.result, found.summary, "lon")
     assert {"short period"} <= {one.mode.name for one in modes}
     short = next(one for one in modes if one.mode.name == "short period")
     assert 0.0 < short.frequency < 0.1 * short.mode.frequency
@@ -275,7 +287,9 @@ def test_modes_stray_as_far_as_a_moved_derivative_moves_them() -> None:
     for name in ("Cm_alpha", "Cm_q"):
         value = replace(summaries[name].value, std=10.0 * summaries[name].value.std)
         summaries[name] = replace(summaries[name], value=value)
-    wider = mode_spread(found.result, replace(found.summary, derivatives=summaries), "lon")
+    wider = propagate_mode_uncertainty(
+        found.result, replace(found.summary, derivatives=summaries), "lon"
+    )
     other = next(one for one in wider if one.mode.name == "short period")
     assert other.mode == short.mode
     assert other.frequency > 3.0 * short.frequency
@@ -292,7 +306,7 @@ def test_modes_stray_as_far_as_a_moved_derivative_moves_them() -> None:
     still = replace(short, mode=replace(short.mode, pole=complex(1e-6)))
     said = [row[-1] for row in modes_table({"longitudinal": (grows, still)}, "SI").rows]
     assert said == [f"{table.rows[0][-1]} (grows)", "neutral"]
-    figure = drawn(modes_picture({"longitudinal": modes}))
+    figure = drawn(modes_figure({"longitudinal": modes}))
     poles = {
         (round(float(line.get_xdata()[0]), 6), round(float(line.get_ydata()[0]), 6))
         for line in figure.axes[0].lines
@@ -303,13 +317,13 @@ def test_modes_stray_as_far_as_a_moved_derivative_moves_them() -> None:
 
 def test_a_picture_is_saved_the_same_each_time_and_its_numbers_are_read_back() -> None:
     """PNG, PDF and SVG byte for byte; CSV with every point; another ending is refused."""
-    picture = values_picture(outcome().summary, ["Cm_alpha"], "alpha")
+    picture = value_figure(outcome().summary, ["Cm_alpha"], "alpha")
     for ending in (".png", ".pdf", ".svg"):
-        one, other = (picture_content(picture, ending) for _ in "ab")
+        one, other = (export_figure(picture, ending) for _ in "ab")
         assert one == other
         assert len(one) > 1000
-    assert picture_content(picture, ".png") == picture_png(picture)
-    text = picture_content(picture, ".csv").decode()
+    assert export_figure(picture, ".png") == render_png(picture)
+    text = export_figure(picture, ".csv").decode()
     rows = list(csv.DictReader(io.StringIO(text)))
     told = {(row["derivative"], row["maneuver"]): float(row["value"]) for row in rows}
     assert told == {
@@ -317,6 +331,6 @@ def test_a_picture_is_saved_the_same_each_time_and_its_numbers_are_read_back() -
         for point in outcome().summary.derivatives["Cm_alpha"].points
     }
     assert {row["maneuver"] for row in rows if row["left out"] == "outlier"} == {WILD}
-    assert picture_content(picture, ".tsv").count(b"\t") > len(rows)
+    assert export_figure(picture, ".tsv").count(b"\t") > len(rows)
     with pytest.raises(GroundStationError, match="ends in"):
-        picture_content(picture, ".doc")
+        export_figure(picture, ".doc")

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from gsapp.quantities import Block
-from gsapp.report.figure_parts import clock_axis
-from gsapp.report.strip_figure import strip_figure
+from gsapp.report.plot_elements import format_clock_axis
+from gsapp.report.strip_figure import write_strip_figure
 
 
 def block() -> Block:
@@ -30,7 +30,9 @@ def traces(path: Path) -> np.ndarray:
 
 
 def test_a_gap_is_left_empty(tmp_path: Path) -> None:
-    path = strip_figure(block(), ["alpha", "q", "absent"], tmp_path / "charts.png", title="Flight")
+    path = write_strip_figure(
+        block(), ["alpha", "q", "absent"], tmp_path / "charts.png", title="Flight"
+    )
     drawn = traces(path)
     rows = np.flatnonzero(drawn.any(axis=1))
     # alpha is one level line, the first trace from above; q fills the chart below it.
@@ -44,15 +46,15 @@ def test_a_gap_is_left_empty(tmp_path: Path) -> None:
 
 
 def test_svg_and_pdf_are_written_too(tmp_path: Path) -> None:
-    assert strip_figure(block(), ["q"], tmp_path / "a.svg").read_bytes().startswith(b"<?xml")
-    assert strip_figure(block(), ["q"], tmp_path / "a.pdf").read_bytes().startswith(b"%PDF")
+    assert write_strip_figure(block(), ["q"], tmp_path / "a.svg").read_bytes().startswith(b"<?xml")
+    assert write_strip_figure(block(), ["q"], tmp_path / "a.pdf").read_bytes().startswith(b"%PDF")
 
 
 @pytest.mark.parametrize(("units", "unit"), [("US", "ft/s"), ("SI", "m/s")])
 def test_values_are_drawn_in_the_units_asked_for(tmp_path: Path, units: str, unit: str) -> None:
     speeds = Block(channels=("V",), times=np.arange(100.0), values=np.full((100, 1), 30.48))
     with rc_context({"svg.fonttype": "none"}):
-        page = strip_figure(speeds, ["V"], tmp_path / "v.svg", units=units).read_text()
+        page = write_strip_figure(speeds, ["V"], tmp_path / "v.svg", units=units).read_text()
     assert unit in page
     assert {"m/s": "ft/s", "ft/s": "m/s"}[unit] not in page
 
@@ -60,7 +62,7 @@ def test_values_are_drawn_in_the_units_asked_for(tmp_path: Path, units: str, uni
 def test_time_axes_are_clocks_with_ticks_at_round_times() -> None:
     figure = Figure()
     chart = figure.subplots()
-    clock_axis(chart)
+    format_clock_axis(chart)
     ticks = {}
     for low, high in ((0.0, 600.0), (96.2, 101.4), (96.20, 96.35)):
         chart.set_xlim(low, high)

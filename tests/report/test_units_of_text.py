@@ -12,21 +12,28 @@ from matplotlib.figure import FigureBase
 from rich.console import Console
 
 from calibration import load_certificate
-from calibration.overview import stand
-from calibration.reading import FOLDER
-from gsapp.cli._discrepancy_text import describe
-from gsapp.cli._options import UNITS
-from gsapp.discrepancy.results import Discrepancy, Region
-from gsapp.quantities import in_units, size_in
+from calibration.certificate_overview import evaluate_certificate
+from calibration.certificate_toml import SHIPPED_CERTIFICATES_FOLDER
+from gsapp.cli._discrepancy_text import print_discrepancy
+from gsapp.cli._options import DISPLAY_UNITS
+from gsapp.discrepancy.results import DiscrepancyResult, FlightRegion
+from gsapp.quantities import convert_text_units, convert_value_and_std
 from gsapp.report.certificate_report import certificate_document, write_certificate_report
 from gsapp.report.discrepancy_report import discrepancy_document
-from gsapp.report.document import Document, Paragraph, Picture, Section, Table, in_system
-from gsapp.report.html import html_page
-from gsapp.report.pdf import pdf_pages
+from gsapp.report.document import (
+    Document,
+    DocumentFigure,
+    DocumentSection,
+    DocumentTable,
+    Paragraph,
+    convert_units,
+)
+from gsapp.report.html_writer import render_html
+from gsapp.report.pdf_writer import render_pdf
 from tests.foreign_units import CUSTOMARY, METRIC
 from tests.report.discrepancy_kit import answer
-from ui.gap.phrases import parameter_text
-from ui.gap.pictures import disagreement_text
+from ui.gap.gap_text import parameter_text
+from ui.gap.gap_view_models import describe_disagreement
 
 SHEETS = {"US": (612.0, 792.0), "SI": (595.4, 841.7)}
 
@@ -47,24 +54,27 @@ SHEETS = {"US": (612.0, 792.0), "SI": (595.4, 841.7)}
     ],
 )
 def test_metric_values_of_a_sentence_are_converted(sentence: str, shown: str) -> None:
-    assert in_units(sentence, "US") == shown
-    assert in_units(shown, "US") == shown
+    assert convert_text_units(sentence, "US") == shown
+    assert convert_text_units(shown, "US") == shown
 
 
 def test_customary_values_of_a_sentence_are_converted() -> None:
     """Sources and cards write feet and pounds."""
     said = "from 80 to 120 ft/s, 12 lb each, 68 degF; 3 in 5 maneuvers"
-    assert in_units(said, "SI") == "from 24 to 36.6 m/s, 5.4 kg each, 20 degC; 3 in 5 maneuvers"
-    assert in_units(said, "US") == said
+    assert (
+        convert_text_units(said, "SI")
+        == "from 24 to 36.6 m/s, 5.4 kg each, 20 degC; 3 in 5 maneuvers"
+    )
+    assert convert_text_units(said, "US") == said
     metric = "26.2 m/s, 20 degC, 20.5 kg"
-    assert in_units(metric, "SI") == metric
+    assert convert_text_units(metric, "SI") == metric
 
 
 def test_sizes_keep_their_spread() -> None:
-    value, std, unit = size_in(0.3048, 0.03048, "m", "US")
+    value, std, unit = convert_value_and_std(0.3048, 0.03048, "m", "US")
     assert (value, std, unit) == (pytest.approx(1.0), pytest.approx(0.1), "ft")
-    assert size_in(2.0, 0.1, "m", "SI") == (2.0, 0.1, "m")
-    assert size_in(2.0, 0.1, "1/s", "US") == (2.0, 0.1, "1/s")
+    assert convert_value_and_std(2.0, 0.1, "m", "SI") == (2.0, 0.1, "m")
+    assert convert_value_and_std(2.0, 0.1, "1/s", "US") == (2.0, 0.1, "1/s")
 
 
 def boxes(pdf: bytes) -> set[tuple[float, float]]:
@@ -73,28 +83,30 @@ def boxes(pdf: bytes) -> set[tuple[float, float]]:
 
 
 def document() -> Document:
-    tall = Picture(name="tall", caption="Gusts of 1.50 m/s. " * 20, height=9.6, draw=lambda _: None)
-    table = Table(columns=("where", "V [ft/s]"), rows=(("V above 30.0 m/s", "98"),))
+    tall = DocumentFigure(
+        name="tall", caption="Gusts of 1.50 m/s. " * 20, height=9.6, draw=lambda _: None
+    )
+    table = DocumentTable(columns=("where", "V [ft/s]"), rows=(("V above 30.0 m/s", "98"),))
     parts = (Paragraph(text="The CG was 26 mm aft."), table, tall)
-    return Document(title="Test", sections=(Section(title="One", parts=parts),))
+    return Document(title="Test", sections=(DocumentSection(title="One", parts=parts),))
 
 
 @pytest.mark.parametrize("units", ["US", "SI"])
 def test_a_document_has_the_paper_and_the_units_of_its_reader(units: str) -> None:
-    shown = in_system(document(), units)
-    page = html_page(shown, {"tall": b"\x89PNG"})
+    shown = convert_units(document(), units)
+    page = render_html(shown, {"tall": b"\x89PNG"})
     assert bool(re.search(r"\d (m/s|mm)\b", page)) == (units == "SI")
     assert ("1.0 in aft" in page) == (units == "US")
-    (sheet,) = boxes(pdf_pages(shown))
+    (sheet,) = boxes(render_pdf(shown))
     assert sheet == pytest.approx(SHEETS[units], abs=0.2)
 
 
 def test_captions_have_symbols_as_figures_do(monkeypatch: pytest.MonkeyPatch) -> None:
     """In HTML and PDF alike; names in tables stay as files write them."""
-    table = Table(columns=("name",), rows=(("Cm_alpha",),), caption="Cn_dr by flight")
-    picture = Picture(name="one", caption="Cm_alpha over V", height=1.0, draw=lambda _: None)
-    made = Document(title="Test", sections=(Section(title="One", parts=(table, picture)),))
-    page = html_page(made, {"one": b""})
+    table = DocumentTable(columns=("name",), rows=(("Cm_alpha",),), caption="Cn_dr by flight")
+    picture = DocumentFigure(name="one", caption="Cm_alpha over V", height=1.0, draw=lambda _: None)
+    made = Document(title="Test", sections=(DocumentSection(title="One", parts=(table, picture)),))
+    page = render_html(made, {"one": b""})
     assert "<figcaption>Cmα over V</figcaption>" in page
     assert "<caption>Cnδr by flight</caption>" in page
     assert "Cm_alpha</td>" in page
@@ -105,29 +117,29 @@ def test_captions_have_symbols_as_figures_do(monkeypatch: pytest.MonkeyPatch) ->
         "text",
         lambda self, x, y, s, *a, **k: written.append(s) or text(self, x, y, s, *a, **k),
     )
-    pdf_pages(made)
+    render_pdf(made)
     assert {"Cmα over V", "Cnδr by flight", "Cm_alpha"} <= set(written)
 
 
 @pytest.mark.parametrize("units", ["US", "SI"])
 def test_certificates_are_printed_on_the_same_paper(tmp_path: Path, units: str) -> None:
-    file = FOLDER / "b777" / "rudder.toml"
-    standing = stand(load_certificate(file), file)
+    file = SHIPPED_CERTIFICATES_FOLDER / "b777" / "rudder.toml"
+    standing = evaluate_certificate(load_certificate(file), file)
     (sheet,) = boxes(
         write_certificate_report(standing, tmp_path / "c.pdf", units=units).read_bytes()
     )
     assert sheet == pytest.approx(SHEETS[units], abs=0.2)
     taken = dict(certificate_document(standing, units=units).facts)["Taken"]
     assert ("68 degF" in taken, "20 degC" in taken) == (units == "US", units == "SI")
-    other = stand(replace(standing.certificate, temperature=None), file)
+    other = evaluate_certificate(replace(standing.certificate, temperature=None), file)
     assert "not noted" in dict(certificate_document(other, units=units).facts)["Taken"]
 
 
 @pytest.fixture(scope="module")
-def found() -> Discrepancy:
+def found() -> DiscrepancyResult:
     """Return an answer whose sentences hold metric values, as the search writes them."""
     made = answer(maneuvers=3, samples=40)
-    region = Region(variable="V", low=20.0, high=26.2, words="V below 26.2 m/s")
+    region = FlightRegion(variable="V", low=20.0, high=26.2, words="V below 26.2 m/s")
     return replace(
         made,
         why=f"{made.why} Turbulence of about 0.3 m/s disturbed the flights.",
@@ -138,17 +150,17 @@ def found() -> Discrepancy:
 
 @pytest.mark.parametrize(("units", "foreign"), [("US", METRIC), ("SI", CUSTOMARY)])
 def test_no_foreign_unit_stands_in_report_command_or_page(
-    found: Discrepancy, units: str, foreign: re.Pattern[str]
+    found: DiscrepancyResult, units: str, foreign: re.Pattern[str]
 ) -> None:
     """The report, what the command prints, and the words of the page Model gap."""
     shown = discrepancy_document(found, units=units, overlays=[])
-    page = re.sub(r"<[^>]+>", " ", html_page(shown, {one.name: b"" for one in shown.pictures}))
+    page = re.sub(r"<[^>]+>", " ", render_html(shown, {one.name: b"" for one in shown.pictures}))
     console = Console(file=io.StringIO(), width=160)
-    shown_in = UNITS.set("SI" if units == "SI" else "US")
-    describe(console, found)
-    UNITS.reset(shown_in)
+    shown_in = DISPLAY_UNITS.set("SI" if units == "SI" else "US")
+    print_discrepancy(console, found)
+    DISPLAY_UNITS.reset(shown_in)
     words = [
-        *(disagreement_text(one, units) for one in found.disagreements),
+        *(describe_disagreement(one, units) for one in found.disagreements),
         *(parameter_text(*size, "m", units) for one in found.effects
           for size in one.parameters.values()),
     ]  # fmt: skip

@@ -8,9 +8,9 @@ import pytest
 
 from gsapp.flight.events import EventLog
 from gsapp.session.alarm_log import AlarmLog
-from gsapp.session.alarms import AlarmBoard
-from gsapp.session.limits import Bands, Severity
-from gsapp.session.marks import MarkBook
+from gsapp.session.alarms import AlarmRegistry
+from gsapp.session.limits import LimitBands, Severity
+from gsapp.session.marks import MarkStore
 from gsapp.session.session import Session
 
 
@@ -18,8 +18,8 @@ class Window:
     """What a window has of a flight's alarms."""
 
     def __init__(self, path: Path, clock: list[int]) -> None:
-        self.board = AlarmBoard()
-        self.book = MarkBook(EventLog(path), lambda: clock[0])
+        self.board = AlarmRegistry()
+        self.book = MarkStore(EventLog(path), lambda: clock[0])
         self.log = AlarmLog(self.board, self.book, lambda: clock[0])
         self.log.read()
 
@@ -57,7 +57,7 @@ def test_trouble_of_the_equipment_stands_once_in_every_window_and_after_reopenin
 
 
 def test_an_alarm_that_came_back_is_seen_together_with_what_it_was_before() -> None:
-    board = AlarmBoard()
+    board = AlarmRegistry()
     for onset in (1.0, 3.0):
         board.raise_("cues", Severity.CAUTION, onset, "words")
         board.clear("cues", onset + 1.0)
@@ -73,7 +73,7 @@ def test_a_replay_knows_all_alarms_of_the_flight_wherever_it_stands(tmp_path: Pa
     rows = "\n".join(f"{t:.2f},{a}" for t, a in zip(times, alpha, strict=True))
     flight.write_text(f"time [s],alpha [deg]\n{rows}\n")
     session = Session.replay(flight, playing=False, cues=False)
-    session.type_limits("alpha", Bands(caution_high=math.radians(10.0)))
+    session.type_limits("alpha", LimitBands(caution_high=math.radians(10.0)))
     for _ in range(60):
         session.update(0.02)
     feed = session.replaying
@@ -91,7 +91,7 @@ def test_a_replay_knows_all_alarms_of_the_flight_wherever_it_stands(tmp_path: Pa
     assert [one.acknowledged for one in session.alarm_log.episodes] == [True, False, False]
     session.close()
     again = Session.replay(flight, playing=False, cues=False)
-    again.type_limits("alpha", Bands(caution_high=math.radians(10.0)))
+    again.type_limits("alpha", LimitBands(caution_high=math.radians(10.0)))
     for _ in range(60):
         again.update(0.02)
     assert again.alarm_log.episodes[0].acknowledgment is not None

@@ -15,19 +15,19 @@ from hypothesis import strategies as st
 from gsapp.aircraft import load_aircraft
 from gsapp.foundation import FileProblemsError
 from gsapp.quantities import Block, channel
-from gsapp.session.alarm_watch import AlarmWatch
-from gsapp.session.alarms import Alarm, AlarmBoard
-from gsapp.session.limit_book import LimitBook
+from gsapp.session.alarm_monitor import AlarmMonitor
+from gsapp.session.alarms import Alarm, AlarmRegistry
 from gsapp.session.limit_monitor import LimitMonitor
 from gsapp.session.limits import (
-    Bands,
+    LimitBands,
     LimitRule,
     LimitSet,
     Severity,
     aircraft_rules,
     load_limits,
 )
-from gsapp.session.presence import PresenceMonitor
+from gsapp.session.message_presence import MessagePresenceMonitor
+from gsapp.session.user_limit_store import UserLimitStore
 
 RATE = 100.0
 DEG = np.pi / 180.0
@@ -113,7 +113,7 @@ def test_limits_act_sample_by_sample_however_the_samples_arrive(
     )
     boards = []
     for places in ([0, 600], [0, *sorted(set(cuts)), 600]):
-        board = AlarmBoard()
+        board = AlarmRegistry()
         monitor = LimitMonitor(LimitSet(own=[rule]), board, RATE)
         for first, last in pairwise(places):
             monitor.feed(block(first, {"alpha": values[first:last]}))
@@ -130,7 +130,7 @@ def test_limits_act_sample_by_sample_however_the_samples_arrive(
 
 def test_an_alarm_stays_until_seen_and_over() -> None:
     """Latched when the cause goes, gone once acknowledged; new again when it grows worse."""
-    board = AlarmBoard()
+    board = AlarmRegistry()
     rule = LimitRule(channel="alpha", side="high", caution=10 * DEG, warning=14 * DEG)
     monitor = LimitMonitor(LimitSet(own=[rule]), board, RATE)
 
@@ -163,7 +163,7 @@ def test_an_alarm_stays_until_seen_and_over() -> None:
 @pytest.mark.parametrize("side", ["high", "low"])
 def test_an_episode_holds_the_worst_of_an_alarm_that_grew(side: Literal["high", "low"]) -> None:
     """From caution to warning is one episode: its limit, its value and its end are the worst's."""
-    board = AlarmBoard()
+    board = AlarmRegistry()
     unit = DEG if side == "high" else -DEG
     rule = LimitRule(channel="alpha", side=side, caution=10 * unit, warning=14 * unit)
     for time, severity, words, value in (
@@ -188,7 +188,7 @@ def test_an_alarm_that_came_back_keeps_its_farthest_value() -> None:
     rule = LimitRule(channel="alpha", side="high", caution=10 * DEG, warning=14 * DEG)
     values = np.concatenate([np.full(50, degrees) for degrees in (15.0, 0.0, 11.0, 0.0)]) * DEG
     for step in (200, 30, 7):
-        board = AlarmBoard()
+        board = AlarmRegistry()
         monitor = LimitMonitor(LimitSet(own=[rule]), board, RATE)
         for first in range(0, 200, step):
             monitor.feed(block(first, {"alpha": values[first : first + step]}))
@@ -199,7 +199,7 @@ def test_an_alarm_that_came_back_keeps_its_farthest_value() -> None:
 
 def test_alarms_speak_as_engineers_do() -> None:
     """Value and limit with the unit the user chose, and what it means."""
-    board = AlarmBoard()
+    board = AlarmRegistry()
     aircraft = load_aircraft("b777")
     monitor = LimitMonitor(LimitSet(aircraft), board, RATE)
     monitor.feed(block(0, {"alpha": np.full(50, 15.2 * DEG), "an": np.full(50, 3.7 * 9.80665)}))
@@ -212,7 +212,7 @@ def test_alarms_speak_as_engineers_do() -> None:
 
 def test_newest_first() -> None:
     """The list is in the order in which the crew needs it."""
-    board = AlarmBoard()
+    board = AlarmRegistry()
     board.raise_("link", Severity.WARNING, 3.0, "link lost")
     board.raise_("disk", Severity.CAUTION, 9.0, "disk nearly full")
     board.raise_("recorder", Severity.WARNING, 9.0, "recorder stopped")
@@ -224,7 +224,7 @@ def test_newest_first() -> None:
 
 def test_stall_speed_is_no_alarm_on_the_ground() -> None:
     """The rule sleeps before take-off, wakes in flight, and sleeps again after landing."""
-    board = AlarmBoard()
+    board = AlarmRegistry()
     aircraft = load_aircraft("b777")
     stall = aircraft.limits.stall_speed
     monitor = LimitMonitor(LimitSet(aircraft), board, RATE)
@@ -271,7 +271,7 @@ def _landing(height: float, sensor_noise: float = 1.3) -> dict[str, np.ndarray]:
 def _stall_alarms(
     samples: dict[str, np.ndarray], places: Sequence[int], *, together: bool = True
 ) -> list[tuple[float | None, Severity]]:
-    board = AlarmBoard()
+    board = AlarmRegistry()
     limits = LimitSet(load_aircraft("b777"))
     monitor = LimitMonitor(limits, board, RATE, lambda _one, _other: together)
     for first, last in pairwise((0, *places, len(samples["Vc"]))):
@@ -313,7 +313,7 @@ def test_a_pitot_blocked_in_flight_is_no_ground() -> None:
 
 def test_redundant_sensors_have_their_own_limits_of_plausibility() -> None:
     """A second vane that reads nonsense is named, and is not taken for a stall."""
-    board = AlarmBoard()
+    board = AlarmRegistry()
     monitor = LimitMonitor(LimitSet(load_aircraft("b777")), board, RATE)
     monitor.feed(block(0, {"alpha.2": np.full(100, 20 * DEG)}))
     assert board.standing == ()
@@ -336,8 +336,8 @@ def test_a_silent_instrument_is_missed_the_same_live_and_replayed(
     p[1000:1100] = np.nan
     boards = []
     for places in ([0, 2000], [0, *sorted(set(cuts)), 2000]):
-        board = AlarmBoard()
-        monitor = PresenceMonitor(board, lambda name: name, 2.0)
+        board = AlarmRegistry()
+        monitor = MessagePresenceMonitor(board, lambda name: name, 2.0)
         for first, last in pairwise(places):
             # One channel runs ahead of the other, as messages do.
             begin, end = max(first - lead, 0), last if last == 2000 else max(last - lead, 0)
@@ -360,8 +360,8 @@ def test_a_silent_instrument_is_missed_the_same_live_and_replayed(
 
 def test_when_everything_is_silent_no_instrument_is_blamed() -> None:
     """A lost link is an alarm of its own, not one of every instrument."""
-    board = AlarmBoard()
-    monitor = PresenceMonitor(board, lambda name: name, 2.0)
+    board = AlarmRegistry()
+    monitor = MessagePresenceMonitor(board, lambda name: name, 2.0)
     monitor.feed(block(0, {"q": np.ones(200)}))
     monitor.settle()
     monitor.feed(block(200, {"q": np.full(1000, np.nan)}))
@@ -375,8 +375,8 @@ def test_a_link_that_drops_out_and_comes_again_is_no_messages_fault(
     pause: float, last: float
 ) -> None:
     """However long it was, and however rarely a message comes that has not come again yet."""
-    board = AlarmBoard()
-    monitor = PresenceMonitor(board, lambda name: name)
+    board = AlarmRegistry()
+    monitor = MessagePresenceMonitor(board, lambda name: name)
     rare = np.full(800, np.nan)
     rare[199 - round(last * RATE) :: 200] = 1.0  # the last one so long before the end
     for begin, battery in ((0, rare), (round((8.0 + pause) * RATE), rare[::-1])):
@@ -393,8 +393,8 @@ def test_a_link_that_drops_out_and_comes_again_is_no_messages_fault(
 @pytest.mark.parametrize("piece", [50, 370, 6000])
 def test_one_lost_of_a_rare_message_is_not_one_that_stays_away(piece: int) -> None:
     """At one in two seconds the next one that is not lost comes after four."""
-    board = AlarmBoard()
-    monitor = PresenceMonitor(board, lambda name: name)
+    board = AlarmRegistry()
+    monitor = MessagePresenceMonitor(board, lambda name: name)
     rare = np.full(6000, np.nan)
     rare[::200] = 1.0
     rare[[1600, 3000]] = np.nan
@@ -408,9 +408,9 @@ def test_one_lost_of_a_rare_message_is_not_one_that_stays_away(piece: int) -> No
 
 def test_a_message_of_which_one_channel_is_dead_has_not_fallen_silent() -> None:
     """It goes on coming, with one number less."""
-    board = AlarmBoard()
+    board = AlarmRegistry()
     carriers = {"q": "daq", "r": "daq", "alpha": "ATTITUDE"}
-    monitor = PresenceMonitor(board, carriers.get)
+    monitor = MessagePresenceMonitor(board, carriers.get)
     dead = np.concatenate([np.ones(300), np.full(1500, np.nan)])
     monitor.feed(block(0, {"q": np.ones(1800), "r": dead, "alpha": np.ones(1800)}))
     monitor.settle()
@@ -419,9 +419,9 @@ def test_a_message_of_which_one_channel_is_dead_has_not_fallen_silent() -> None:
 
 def test_a_box_that_falls_silent_is_one_alarm() -> None:
     """All channels of a message are one alarm, named by the message; derived ones are none."""
-    board = AlarmBoard()
+    board = AlarmRegistry()
     carriers = {"q": "daq", "r": "daq", "alpha": "ATTITUDE"}
-    monitor = PresenceMonitor(board, carriers.get)
+    monitor = MessagePresenceMonitor(board, carriers.get)
     gone = np.concatenate([np.ones(300), np.full(1500, np.nan)])
     monitor.feed(block(0, {"q": gone, "r": gone, "V": gone, "alpha": np.ones(1800)}))
     monitor.settle()
@@ -475,8 +475,8 @@ def test_a_limit_that_is_switched_off_raises_nothing(tmp_path: Path) -> None:
     path = tmp_path / "limits.toml"
     path.write_text('[[limits]]\nchannel = "alpha"\noff = true\n', encoding="utf-8")
     limits = LimitSet(load_aircraft("b777"), load_limits(path).rules())
-    assert limits.bands("alpha") == Bands()
-    board = AlarmBoard()
+    assert limits.bands("alpha") == LimitBands()
+    board = AlarmRegistry()
     LimitMonitor(limits, board, RATE).feed(block(0, {"alpha": np.full(100, 20 * DEG)}))
     assert board.log == ()
     path.write_text('[[limits]]\nchannel = "alpha"\noff = true\nhigh_caution = "5 deg"\n')
@@ -486,22 +486,22 @@ def test_a_limit_that_is_switched_off_raises_nothing(tmp_path: Path) -> None:
 
 def test_typed_limits_count_from_the_next_sample_and_can_be_taken_back() -> None:
     """The alarm of the former limit ends; the typed one is raised; reset brings the first back."""
-    board = AlarmBoard()
+    board = AlarmRegistry()
     limits = LimitSet(load_aircraft("b777"))
     shipped = limits.bands("alpha")
-    watch = AlarmWatch(board, limits, RATE, lambda _name: None, lambda _one, _other: True)
+    watch = AlarmMonitor(board, limits, RATE, lambda _name: None, lambda _one, _other: True)
 
     def feed(first: int) -> None:
         watch.feed(block(first, {"alpha": np.full(100, 11 * DEG)}))
 
     feed(0)
     assert board.get("alpha:high").severity is Severity.CAUTION
-    limits.set_typed("alpha", Bands(caution_high=12 * DEG))
+    limits.set_typed("alpha", LimitBands(caution_high=12 * DEG))
     watch.renew("alpha")
     assert not board.get("alpha:high").active
     feed(100)
     assert len(board.log) == 1
-    limits.set_typed("alpha", Bands(warning_high=9 * DEG))
+    limits.set_typed("alpha", LimitBands(warning_high=9 * DEG))
     watch.renew("alpha")
     feed(200)
     assert board.get("alpha:high").severity is Severity.WARNING
@@ -516,7 +516,7 @@ def test_typed_limits_count_from_the_next_sample_and_can_be_taken_back() -> None
 
 def test_a_typed_stall_speed_still_sleeps_on_the_ground() -> None:
     limits = LimitSet(load_aircraft("b777"))
-    limits.set_typed("Vc", Bands(caution_low=25.0))
+    limits.set_typed("Vc", LimitBands(caution_low=25.0))
     (rule, _) = limits.rules("Vc")
     assert (rule.caution, rule.warning) == (25.0, None)
     assert rule.armed_at == pytest.approx(27.5)
@@ -527,17 +527,17 @@ def test_a_typed_stall_speed_still_sleeps_on_the_ground() -> None:
 
 def test_typed_limits_are_kept_in_a_file_with_units(tmp_path: Path) -> None:
     path = tmp_path / "settings" / "limits.toml"
-    book = LimitBook(path)
-    book.write("alpha", Bands(caution_high=8 * DEG, warning_high=11 * DEG), "US")
-    book.write("q", Bands(), "US")
+    book = UserLimitStore(path)
+    book.write("alpha", LimitBands(caution_high=8 * DEG, warning_high=11 * DEG), "US")
+    book.write("q", LimitBands(), "US")
     assert 'high_caution = "8 deg"' in path.read_text(encoding="utf-8")
-    again = LimitBook(path).limits
+    again = UserLimitStore(path).limits
     assert again["alpha"].warning_high == pytest.approx(11 * DEG, rel=1e-9)
-    assert again["q"] == Bands()
+    assert again["q"] == LimitBands()
     book.write("alpha", None, "US")
-    assert set(LimitBook(path).limits) == {"q"}
+    assert set(UserLimitStore(path).limits) == {"q"}
     path.write_text('[[limits]]\nchannel = "alfa"\n', encoding="utf-8")
-    damaged = LimitBook(path)
+    damaged = UserLimitStore(path)
     assert "kept as limits.damaged.toml" in damaged.complaint
     assert not damaged.limits
     assert (tmp_path / "settings" / "limits.damaged.toml").exists()
@@ -546,11 +546,11 @@ def test_typed_limits_are_kept_in_a_file_with_units(tmp_path: Path) -> None:
 def test_two_windows_type_limits_into_one_file(tmp_path: Path) -> None:
     """Neither forgets what the other wrote, and each is told what there is to take in."""
     path = tmp_path / "limits.toml"
-    one, other = LimitBook(path), LimitBook(path)
+    one, other = UserLimitStore(path), UserLimitStore(path)
     assert not other.look()
-    one.write("alpha", Bands(caution_high=8 * DEG), "US")
-    other.write("q", Bands(caution_high=40 * DEG), "US")
-    assert set(LimitBook(path).limits) == {"alpha", "q"}
+    one.write("alpha", LimitBands(caution_high=8 * DEG), "US")
+    other.write("q", LimitBands(caution_high=40 * DEG), "US")
+    assert set(UserLimitStore(path).limits) == {"alpha", "q"}
     assert one.look()
     assert set(one.limits) == {"alpha", "q"}
     assert not one.look()

@@ -17,29 +17,29 @@ import pytest
 from calibration import load_certificates
 from calibration.validity import CalibrationInForce
 from gsapp.flight.events import read_events
+from gsapp.flight.flight_loader import load_flight
 from gsapp.flight.folder import FlightFolder
+from gsapp.flight.folder_setup import prepare_flight_folder
 from gsapp.flight.info import FlightInfo
-from gsapp.flight.loading import load_flight
-from gsapp.flight.preparing import prepare_flight
-from gsapp.flight.raw import FRAMES_FILE, read_tlog
+from gsapp.flight.raw_files import FRAMES_FILE, read_tlog
 from gsapp.foundation import FileProblemsError, UnknownNameError
-from gsapp.foundation.toml import validate
+from gsapp.foundation.toml import validate_content
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
 from gsapp.session import ChannelState, Freshness, Session
 from gsapp.session.checklist import (
     Checklist,
+    ChecklistContext,
     ChecklistFile,
-    Facts,
-    ItemState,
+    EvaluatedItem,
     SessionChecklist,
     load_checklist,
     shipped_checklists,
 )
-from gsapp.session.checklist.live import START
-from gsapp.session.running import run_through
-from gsapp.telemetry.virtual.onboard import OnboardLog
-from gsapp.telemetry.virtual.settings import FlightSettings
+from gsapp.session.checklist.session_checklist import FLIGHT_START_EVENT
+from gsapp.session.replay_runner import run_replay
+from gsapp.telemetry.virtual_aircraft.flight_settings import FlightSettings
+from gsapp.telemetry.virtual_aircraft.onboard_log import OnboardLog
 
 GROUND = """
 name = "ground"
@@ -79,7 +79,7 @@ def ground(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("ground")
     (place / "plan.toml").write_text(GROUND)
     settings = FlightSettings(plan=str(place / "plan.toml"), seed=3)
-    folder = prepare_flight(place / "flight", aircraft="b777", channel_map="b777")
+    folder = prepare_flight_folder(place / "flight", aircraft="b777", channel_map="b777")
     log = OnboardLog(folder.tlog_file)
     box = settings.downlink(1_778_000_000_000_000)
     flown = 0.0
@@ -98,24 +98,26 @@ def measured(ground: Path) -> Block:
 
 def rules(*rows: dict[str, Any]) -> Checklist:
     items = [{"id": f"i{k}", "words": "x", "rule": row} for k, row in enumerate(rows)]
-    return Checklist(validate("list.toml", {"items": items}, ChecklistFile))
+    return Checklist(validate_content("list.toml", {"items": items}, ChecklistFile))
 
 
-def by_id(items: Sequence[ItemState]) -> dict[str, ItemState]:
+def by_id(items: Sequence[EvaluatedItem]) -> dict[str, EvaluatedItem]:
     return {item.id: item for item in items}
 
 
-def facts_for(checklist: Checklist, **changes: Any) -> Facts:
+def facts_for(checklist: Checklist, **changes: Any) -> ChecklistContext:
     """Return facts in which telemetry brings every channel that is watched, fresh."""
     states = {
         name: ChannelState(channel=name, freshness=Freshness.FRESH) for name in checklist.watched
     }
     for name, change in changes.items():
         states[name] = replace(states[name], **change)
-    return Facts(states=states)
+    return ChecklistContext(states=states)
 
 
-def judged(checklist: Checklist, block: Block, facts: Facts | None = None) -> ItemState:
+def judged(
+    checklist: Checklist, block: Block, facts: ChecklistContext | None = None
+) -> EvaluatedItem:
     names = [name for name in checklist.watched if name in block]
     checklist.feed(block.select(names))
     (item,) = checklist.judge(facts or facts_for(checklist))
@@ -195,7 +197,7 @@ def test_a_sound_aircraft_is_green_after_its_run_up(ground: Path) -> None:
     going = SessionChecklist(session, load_checklist("b777"))
     before = by_id(going.look())
     assert before["engines_full"].state == "open"
-    run_through(session)
+    run_replay(session)
     for _ in range(5):
         items = going.look()
     found = by_id(items)
@@ -294,7 +296,7 @@ def test_engines_within_bounds_left_and_right(measured: Block) -> None:
     present = {
         name: state for name, state in facts_for(checklist).states.items() if name != "throttle"
     }
-    assert judged(checklist, bare, Facts(states=present)).state == "green"
+    assert judged(checklist, bare, ChecklistContext(states=present)).state == "green"
 
 
 def test_pulses_of_the_range_check_are_counted(measured: Block) -> None:
@@ -355,10 +357,10 @@ def test_batteries_and_sensors(measured: Block) -> None:
     checklist = rules(gyros)
     states = dict(facts_for(checklist).states)
     del states["r"]
-    absent = judged(checklist, measured, Facts(states=states))
+    absent = judged(checklist, measured, ChecklistContext(states=states))
     assert (absent.state, absent.can_tick) == ("amber", True)
     checklist.tick("i0", "J. Doe")
-    (ticked,) = checklist.judge(Facts(states=states))
+    (ticked,) = checklist.judge(ChecklistContext(states=states))
     assert (ticked.state, ticked.by) == ("green", "hand")
     assert ticked.why.startswith("ticked by J. Doe; yaw rate not in the telemetry")
 
@@ -369,13 +371,13 @@ def test_certificates_in_force_and_their_age() -> None:
     noon = datetime(2026, 5, 12, 12, 0, tzinfo=UTC)
     shipped = load_certificates("b777")
 
-    def item_of(lacking: Sequence[str] = (), **hours: float) -> ItemState:
+    def item_of(lacking: Sequence[str] = (), **hours: float) -> EvaluatedItem:
         certificates = {
             name: replace(shipped[name], who="crew", stamp=noon - timedelta(hours=age))
             for name, age in hours.items()
         }
         in_force = CalibrationInForce(certificates=certificates, on=noon, lacking=lacking)
-        (item,) = rules(row).judge(Facts(calibration=in_force))
+        (item,) = rules(row).judge(ChecklistContext(calibration=in_force))
         return item
 
     assert item_of(alpha=2.5, rudder=0.2).state == "green"
@@ -386,21 +388,21 @@ def test_certificates_in_force_and_their_age() -> None:
     assert not item_of(rudder=1.0).can_tick
     assert item_of(["rudder"], alpha=1.0).state == "red"
     assert item_of().state == "amber"
-    assert rules(row).judge(Facts())[0].state == "open"
+    assert rules(row).judge(ChecklistContext())[0].state == "open"
 
 
 def test_the_flight_card_is_looked_at() -> None:
     """Empty fields are named; a slip is amber; a filled card is green."""
     checklist = rules({"kind": "card", "fields": ["takeoff_weight", "weather.temperature"]})
-    (none,) = checklist.judge(Facts())
-    (empty,) = checklist.judge(Facts(card=FlightInfo()))
+    (none,) = checklist.judge(ChecklistContext())
+    (empty,) = checklist.judge(ChecklistContext(card=FlightInfo()))
     assert none.state == empty.state == "open"
     assert empty.why == "not filled in: takeoff weight and weather: temperature"
     card = FlightInfo.model_validate(
         {"takeoff_weight": "46 lb", "weather": {"temperature": "15 degC"}}
     )
-    assert checklist.judge(Facts(card=card))[0].state == "green"
-    assert checklist.judge(Facts(card=card, doubts=("a slip",)))[0].state == "amber"
+    assert checklist.judge(ChecklistContext(card=card))[0].state == "green"
+    assert checklist.judge(ChecklistContext(card=card, doubts=("a slip",)))[0].state == "amber"
 
 
 # Live
@@ -491,7 +493,7 @@ def test_a_live_flight_is_checked_and_started_all_the_same(
         "checklist-tick",
         "checklist-untick",
     ]
-    assert [event.data["who"] for event in kept if event.kind == START] == ["R. Roe"]
+    assert [event.data["who"] for event in kept if event.kind == FLIGHT_START_EVENT] == ["R. Roe"]
     later = SessionChecklist(
         Session.follow(field.folder, channel_map="b777", aircraft="b777"), file
     )

@@ -10,12 +10,12 @@ import pytest
 
 from gsapp.decoding.framing import Framer
 from gsapp.decoding.health import LinkHealth
-from gsapp.session import equipment
-from gsapp.session.alarms import AlarmBoard
-from gsapp.session.equipment import EquipmentMonitor, link_view
+from gsapp.session import equipment_monitor
+from gsapp.session.alarms import AlarmRegistry
+from gsapp.session.equipment_monitor import EquipmentMonitor, build_link_summary
 from gsapp.session.limits import Severity
 from gsapp.telemetry.clock import HostClock
-from gsapp.telemetry.status import RecorderStatus, read_status, write_status
+from gsapp.telemetry.recorder_status import RecorderStatus, read_status, write_status
 
 NOW_US = 1_700_000_000_000_000
 
@@ -31,7 +31,7 @@ class Bench:
     values: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.board = AlarmBoard()
+        self.board = AlarmRegistry()
         self.health = LinkHealth()
         self.health.flown = 1, 1
         self.clock = HostClock(wall_us=self.wall_us)
@@ -75,7 +75,7 @@ class Bench:
 @pytest.fixture
 def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Bench:
     found = Bench(tmp_path)
-    monkeypatch.setattr(equipment, "find_recorder", found.find)
+    monkeypatch.setattr(equipment_monitor, "find_recorder", found.find)
     return found
 
 
@@ -190,8 +190,8 @@ def test_loss_is_the_share_of_what_was_sent(bench: Bench, box: Any) -> None:
     report = bench.health.report()
     assert (report.good, report.lost) == (350, 50)
     assert bench.monitor.link.loss == pytest.approx(50 / 400)
-    assert link_view(report, words="replay").loss == pytest.approx(50 / 400)
-    assert link_view(report, words="ok", loss=0.0).loss == 0.0
+    assert build_link_summary(report, words="replay").loss == pytest.approx(50 / 400)
+    assert build_link_summary(report, words="ok", loss=0.0).loss == 0.0
     # What was lost long ago does not count any more.
     bench.now += 10.0
     bench.look()

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.quantities import Block
-from gsapp.session.feeds import MAX_SPEED, LiveFeed, ReplayFeed, Step
-from gsapp.session.history import History
+from gsapp.session.feeds import UNLIMITED_SPEED, LiveFeed, ReadResult, ReplayFeed
+from gsapp.session.sample_history import SampleHistory
 
 RATE = 100.0
 
@@ -35,10 +35,10 @@ class ListReader:
         self.position = 0
         self.per_read = 3
 
-    def read(self, limit: int) -> Step:
+    def read(self, limit: int) -> ReadResult:
         given = self.blocks[self.position : self.position + min(self.per_read, limit)]
         self.position += len(given)
-        return Step(given, self.position < len(self.blocks))
+        return ReadResult(given, self.position < len(self.blocks))
 
     def finish(self) -> Sequence[Block]:
         given, self.tail = self.tail, []
@@ -121,9 +121,9 @@ def run(feed: ReplayFeed, clock: Clock, seconds: float, step: float = 0.02) -> N
 
 def replay(
     blocks: Sequence[Block], *, each: float = 0.0, speed: float = 1.0
-) -> tuple[ReplayFeed, History, Watcher, Clock]:
+) -> tuple[ReplayFeed, SampleHistory, Watcher, Clock]:
     clock = Clock(each)
-    history = History(["q", "battery"], RATE)
+    history = SampleHistory(["q", "battery"], RATE)
     watcher = Watcher()
     feed = ReplayFeed(ListReader(blocks), history, [watcher], clock, speed=speed)
     return feed, history, watcher, clock
@@ -148,7 +148,7 @@ def test_the_playhead_runs_at_its_speed_and_the_charts_see_no_further() -> None:
     assert feed.speed == 50.0
     feed.speed = 0.001
     assert feed.speed == 0.1
-    feed.speed = MAX_SPEED
+    feed.speed = UNLIMITED_SPEED
     run(feed, clock, 1.0)
     assert (feed.now, feed.at_end, feed.playing) == (44.99, True, False)
     assert watcher.seen["q"] == np.arange(500.0, 4500.0).tolist()
@@ -217,7 +217,7 @@ def test_whatever_the_user_does_consumers_see_a_flight_in_order(
         elif what == "step":
             feed.step(round(40 * share) - 20)
         elif what == "speed":
-            feed.speed = 50.0 * share + 0.1 if share < 0.8 else MAX_SPEED
+            feed.speed = 50.0 * share + 0.1 if share < 0.8 else UNLIMITED_SPEED
         elif what == "pause":
             feed.pause()
         else:
@@ -230,7 +230,7 @@ def test_whatever_the_user_does_consumers_see_a_flight_in_order(
             np.testing.assert_array_equal(seen, expected)
             assert not count or watcher.times[name][-1] <= feed.now + 1e-6
     feed.play()
-    feed.speed = MAX_SPEED
+    feed.speed = UNLIMITED_SPEED
     run(feed, clock, 200.0, 1.0)
     assert feed.at_end
     assert watcher.seen["q"] == np.arange(500.0, 2500.0).tolist()
@@ -257,7 +257,7 @@ def test_a_long_pause_between_two_flights_is_skipped() -> None:
 
 def test_a_slow_machine_keeps_its_deadline_and_gets_there() -> None:
     """However long a piece takes, a call ends soon after its deadline and the work goes on."""
-    feed, _, watcher, clock = replay(flight(), each=0.003, speed=MAX_SPEED)
+    feed, _, watcher, clock = replay(flight(), each=0.003, speed=UNLIMITED_SPEED)
     calls = 0
     while not feed.at_end:
         begin = clock.time
@@ -270,7 +270,7 @@ def test_a_slow_machine_keeps_its_deadline_and_gets_there() -> None:
 
 def test_live_everything_read_has_happened_at_once() -> None:
     """History and consumers have it after the same call; the end of the record comes last."""
-    history = History(["q"], RATE)
+    history = SampleHistory(["q"], RATE)
     watcher = Watcher()
     blocks = flight(5)
     tail = [block(1000, {"q": np.arange(1000.0, 1002.0)})]
@@ -286,7 +286,7 @@ def test_live_everything_read_has_happened_at_once() -> None:
 
 def test_live_a_long_past_is_taken_in_over_several_calls() -> None:
     """Opening a window late: each call keeps its deadline, and progress is told."""
-    history = History(["q"], RATE)
+    history = SampleHistory(["q"], RATE)
     clock = Clock(each=0.001)
     feed = LiveFeed(ListReader(flight(30)), history, [], clock)
     told = []
@@ -301,10 +301,10 @@ def test_live_a_long_past_is_taken_in_over_several_calls() -> None:
     assert history.end == 34.99
 
 
-@pytest.mark.parametrize("speed", [1.0, MAX_SPEED])
+@pytest.mark.parametrize("speed", [1.0, UNLIMITED_SPEED])
 def test_a_consumer_that_still_thinks_is_waited_for(speed: float) -> None:
     """Nothing beyond the ninth second comes before the work is done, a slice in a step at most."""
-    clock, history, thinker = Clock(0.001), History(["q", "battery"], RATE), Thinker(60)
+    clock, history, thinker = Clock(0.001), SampleHistory(["q", "battery"], RATE), Thinker(60)
     feed = ReplayFeed(ListReader(flight()), history, [thinker], clock, speed=speed)
     while feed.now is None or feed.now < 11.0:
         before = clock.time
@@ -326,12 +326,12 @@ class GrowingReader(ListReader):
         super().__init__(blocks)
         self.come = come
 
-    def read(self, limit: int) -> Step:
+    def read(self, limit: int) -> ReadResult:
         given = self.blocks[
             self.position : min(self.position + min(self.per_read, limit), self.come)
         ]
         self.position += len(given)
-        return Step(given, self.position < self.come)
+        return ReadResult(given, self.position < self.come)
 
     @property
     def progress(self) -> float:
@@ -352,7 +352,7 @@ class Slow(Watcher):
 
 def test_a_window_opened_late_shows_the_present_and_looks_through_the_past_after() -> None:
     """The charts first; the quick watcher is not held up by the slow one; each is told how far."""
-    clock, history = Clock(0.0001), History(["q"], RATE)
+    clock, history = Clock(0.0001), SampleHistory(["q"], RATE)
     blocks = flight(120)
     reader = GrowingReader(blocks, len(blocks))
     quick, slow = Watcher(), Slow(clock, 0.0005)
@@ -385,7 +385,7 @@ def test_whenever_a_window_opens_watchers_see_the_flight_in_order(
     come: int, each: float, pieces: list[int]
 ) -> None:
     """Every sample of every channel once, late ones too, whatever was there when it opened."""
-    clock, history = Clock(0.0001), History(["q", "battery"], RATE)
+    clock, history = Clock(0.0001), SampleHistory(["q", "battery"], RATE)
     blocks = flight(40)
     reader = GrowingReader(blocks, min(come, len(blocks)))
     watchers = [Watcher(), Slow(clock, each)]
@@ -406,7 +406,7 @@ def test_whenever_a_window_opens_watchers_see_the_flight_in_order(
 
 
 def test_after_a_jump_the_slow_watcher_holds_nobody_up() -> None:
-    clock, history = Clock(0.0001), History(["q", "battery"], RATE)
+    clock, history = Clock(0.0001), SampleHistory(["q", "battery"], RATE)
     quick, slow = Watcher(), Slow(clock, 0.001)
     feed = ReplayFeed(ListReader(flight(120)), history, [quick, slow], clock, playing=False)
     run(feed, clock, 4.0)

@@ -15,15 +15,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gsapp.cli.replay import summary_of
+from gsapp.cli.replay import summary_json
 from gsapp.decoding.health import LinkReport
 from gsapp.flight import load_flight
 from gsapp.flight.events import events_path, read_events
-from gsapp.flight.preparing import prepare_flight
+from gsapp.flight.folder_setup import prepare_flight_folder
 from gsapp.session import Session
+from gsapp.session.channel_states import Freshness
 from gsapp.session.limits import Severity
-from gsapp.session.running import run_through
-from gsapp.session.states import Freshness
+from gsapp.session.replay_runner import run_replay
 from gsapp.telemetry.recorder_control import RecorderHandle, start_recorder
 
 # System, component, what it sends, port. A process of its own, as a transmitter is.
@@ -54,7 +54,9 @@ class Link:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             probe.bind(("127.0.0.1", 0))
             self.port = probe.getsockname()[1]
-        prepare_flight(folder, aircraft="b777", channel_map="ardupilot-plane", source="udpin")
+        prepare_flight_folder(
+            folder, aircraft="b777", channel_map="ardupilot-plane", source="udpin"
+        )
         self.folder = folder
         self.recorder: RecorderHandle = start_recorder(f"udpin:127.0.0.1:{self.port}", folder)
         self.senders: list[subprocess.Popen[bytes]] = []
@@ -197,12 +199,12 @@ def test_the_flown_system_that_is_chosen_counts_everywhere(link: Link) -> None:
     phi = load_flight(link.folder).block["phi"]
     assert (np.nanmin(phi), np.nanmax(phi)) == (pytest.approx(0.7), pytest.approx(0.7))
     replay = Session.replay(link.folder, speed=float("inf"), cues=False)
-    run_through(replay, lambda _share: None)
+    run_replay(replay, lambda _share: None)
     times = [pytest.approx(moved, abs=0.2), new.time]
     assert [mark.time for mark in replay.marks] == times
     told = [one.time for one in load_flight(link.folder).events if one.kind == "mark"]
     assert told == times
-    summary = json.loads(json.dumps(summary_of(replay)))
+    summary = json.loads(json.dumps(summary_json(replay)))
     replay.close()
     assert summary["flown"] == {"system": 7, "component": 1, "chosen": True}
     assert summary["channels"]["phi"]["max"] == pytest.approx(0.7)

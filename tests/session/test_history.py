@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import Block
-from gsapp.session import spill
-from gsapp.session.history import History
+from gsapp.session import spill_pool
+from gsapp.session.sample_history import SampleHistory
 
 RATE = 100.0
 
@@ -98,7 +98,7 @@ def test_extremes_samples_and_last_are_those_of_a_plain_search(
     horizon: int | None,
 ) -> None:
     """Any pieces (gaps, overlaps, all missing), any bins, with and without a horizon."""
-    history = History(["q"], RATE)
+    history = SampleHistory(["q"], RATE)
     truth: dict[int, float] = {}
     at = start
     with warnings.catch_warnings():
@@ -137,7 +137,7 @@ def test_extremes_samples_and_last_are_those_of_a_plain_search(
 
 def test_channels_arrive_apart_and_each_keeps_its_own_end() -> None:
     """Blocks of different channels, also one never announced, land on one grid."""
-    history = History(["p", "q"], RATE)
+    history = SampleHistory(["p", "q"], RATE)
     assert history.start is history.end is None
     history.append(block(200, {"p": np.array([1.0, 2.0, 3.0])}))
     history.append(block(201, {"q": np.array([5.0, np.nan]), "battery": np.array([12.0, 12.1])}))
@@ -154,7 +154,7 @@ def test_channels_arrive_apart_and_each_keeps_its_own_end() -> None:
 
 def test_a_slow_or_uneven_series_goes_to_the_nearest_places() -> None:
     """Samples that are not neighbors on the grid are placed one by one."""
-    history = History(["battery"], RATE)
+    history = SampleHistory(["battery"], RATE)
     times = np.array([0.0, 0.104, 0.5, np.inf, 7.0, np.nan])
     values = np.array([[1.0], [2.0], [3.0], [9.0], [4.0], [9.0]])
     history.append(Block(channels=("battery",), times=times, values=values))
@@ -168,7 +168,7 @@ def test_a_slow_or_uneven_series_goes_to_the_nearest_places() -> None:
 
 def test_a_clock_that_jumps_by_years_takes_no_room() -> None:
     """Fifty years between two stretches cost neither memory nor disk."""
-    history = History(["q"], RATE)
+    history = SampleHistory(["q"], RATE)
     years = 50 * 365 * 86400
     history.append(block(0, {"q": np.arange(10.0)}))
     history.append(block(int(years * RATE), {"q": np.arange(10.0)}))
@@ -186,7 +186,7 @@ def test_a_clock_that_jumps_by_years_takes_no_room() -> None:
 
 def test_the_revision_tells_when_a_picture_is_void() -> None:
     """Only rewriting and going back void what is on screen; going on does not."""
-    history = History(["q"], RATE)
+    history = SampleHistory(["q"], RATE)
     history.append(block(0, {"q": np.zeros(50)}))
     history.append(block(50, {"q": np.zeros(50)}))
     assert history.revision == 0
@@ -206,7 +206,7 @@ def test_an_hour_of_forty_channels_leaves_memory_flat() -> None:
     names += ["alpha", "beta", "ax", "ay", "an", "de", "da", "dr", "V", "qbar", "phi", "theta"]
     names.append("psi")
     assert len(names) == 40
-    history = History(names, RATE)
+    history = SampleHistory(names, RATE)
     rows = 7200
     values = np.random.default_rng(1).normal(size=(rows, 40))
     resident = _anonymous_memory()
@@ -243,7 +243,7 @@ def _anonymous_memory() -> float | None:
 
 def test_a_full_disk_moves_the_history_into_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     """When the temporary file cannot grow, nothing stored is lost and storing goes on."""
-    history = History(["q"], RATE)
+    history = SampleHistory(["q"], RATE)
     values = np.random.default_rng(2).normal(size=900_000)
     history.append(block(0, {"q": values}))
     assert history.on_disk
@@ -251,7 +251,7 @@ def test_a_full_disk_moves_the_history_into_memory(monkeypatch: pytest.MonkeyPat
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(spill.SpillPool, "_extend_file", staticmethod(full))
+    monkeypatch.setattr(spill_pool.SpillPool, "_extend_file", staticmethod(full))
     history.append(block(900_000, {"q": values}))
     history.append(block(1_800_000, {"q": values}))
     assert not history.on_disk
@@ -269,7 +269,7 @@ def test_a_file_system_that_cannot_set_room_aside(monkeypatch: pytest.MonkeyPatc
         raise OSError(errno.EOPNOTSUPP, "not supported")
 
     monkeypatch.setattr(os, "posix_fallocate", refuse, raising=False)
-    history = History(["q"], RATE)
+    history = SampleHistory(["q"], RATE)
     values = np.random.default_rng(2).normal(size=1_500_000)
     history.append(block(0, {"q": values}))
     assert history.on_disk
@@ -278,7 +278,7 @@ def test_a_file_system_that_cannot_set_room_aside(monkeypatch: pytest.MonkeyPatc
 
 def test_the_work_follows_the_bins_and_not_the_samples() -> None:
     """Numbers read per bin stay bounded however many samples a bin holds."""
-    history = History(["q"], 1000.0)
+    history = SampleHistory(["q"], 1000.0)
     history.append(block(0, {"q": np.random.default_rng(3).normal(size=2_000_000)}, 1000.0))
     track = history._tracks["q"]
     read: list[int] = []
@@ -309,7 +309,7 @@ def test_the_work_follows_the_bins_and_not_the_samples() -> None:
 
 def test_a_channel_of_which_no_number_came_is_not_filled() -> None:
     """A place without a number does not count; what the horizon hides does."""
-    history = History(("alpha", "q"), RATE)
+    history = SampleHistory(("alpha", "q"), RATE)
     missing = np.full(4, np.nan)
     history.append(block(0, {"alpha": missing, "q": np.array([np.nan, np.nan, 1.0, np.nan])}))
     assert history.channels == ("alpha", "q")

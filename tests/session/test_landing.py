@@ -14,13 +14,13 @@ from pymavlink.dialects.v20 import all as mavlink
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.decoder import Decoder
-from gsapp.dynamics.pilot.flight import VirtualFlight
+from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
 from gsapp.flight import Flight, load_flight
-from gsapp.flight.maneuvers.signals import COLUMN, signals_of
-from gsapp.flight.raw.reading import read_tlog
-from gsapp.flight.records import RawRecord
+from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, extract_signals
+from gsapp.flight.raw_files.raw_reader import read_tlog
+from gsapp.flight.raw_record import RawRecord
 from gsapp.quantities import Block, FloatArray
-from gsapp.session.landing import LandingMonitor
+from gsapp.session.landing_monitor import LandingMonitor
 
 RATE = 50.0
 GROUND = 380.0
@@ -64,7 +64,7 @@ def test_the_virtual_aircraft_lands_once(
     rate = 1.0 / float(np.median(np.diff(measured.times)))
     said = landings(measured, load_aircraft(aircraft) if aircraft else None, rate)
     assert len(said) == 1
-    speed = signals_of(measured)[:, COLUMN["V"]]
+    speed = extract_signals(measured)[:, SIGNAL_COLUMNS["V"]]
     fast = measured.times[np.flatnonzero(speed > 12.0)[-1]]
     assert said[0] == pytest.approx(fast, abs=6.0)
 

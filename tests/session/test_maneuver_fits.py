@@ -16,18 +16,18 @@ import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.pilot.flight import VirtualFlight
-from gsapp.excitation.doublets.verdict import Verdict
+from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
+from gsapp.excitation.doublets.verdict import InputVerdict
 from gsapp.flight import load_flight
 from gsapp.flight.writers import write_block
 from gsapp.identification.campaign import CampaignResult
 from gsapp.identification.maneuver import cut_maneuver
 from gsapp.session import Session
-from gsapp.session.estimating.cutting import HistoryCutter
-from gsapp.session.estimating.fitting import FitReply, FitRequest, fit
-from gsapp.session.estimating.maneuver_fits import ManeuverFits
-from gsapp.session.estimating.workers import AtOnce, OtherProcess, Workers
-from gsapp.session.running import run_through
+from gsapp.session.live_estimation.fit_workers import FitWorker, InlineFitWorker, ProcessFitWorker
+from gsapp.session.live_estimation.maneuver_cutter import ManeuverCutter
+from gsapp.session.live_estimation.maneuver_fit import FitRequest, FitResponse, run_fit_request
+from gsapp.session.live_estimation.maneuver_fits import ManeuverFits
+from gsapp.session.replay_runner import run_replay
 
 LATE = 1800.0
 """Seconds."""
@@ -47,7 +47,7 @@ def session(tmp_path_factory: pytest.TempPathFactory, flown: VirtualFlight):
     """Return a replay that has reached its end."""
     path = write_block(tmp_path_factory.mktemp("fits") / "flight.csv", flown.measured, "csv")
     made = Session.replay(path, aircraft="b777", speed=np.inf, cues=False)
-    run_through(made)
+    run_replay(made)
     yield made
     made.close()
 
@@ -58,16 +58,16 @@ def late_session(tmp_path_factory: pytest.TempPathFactory, flown: VirtualFlight)
     measured = replace(flown.measured, times=flown.measured.times + LATE)
     path = write_block(tmp_path_factory.mktemp("late") / "flight.csv", measured, "csv")
     made = Session.replay(path, aircraft="b777", speed=np.inf, cues=False)
-    run_through(made)
+    run_replay(made)
     yield made
     made.close()
 
 
 @pytest.fixture(scope="module")
-def verdicts(flown: VirtualFlight) -> tuple[Verdict, ...]:
+def verdicts(flown: VirtualFlight) -> tuple[InputVerdict, ...]:
     """Return what would be said of the maneuvers flown."""
     return tuple(
-        Verdict(
+        InputVerdict(
             id=f"M{number}", given_at=one.t_end, t_start=one.t_start - 1.0, t_input=one.t_start,
             t_input_end=one.t_start + 1.0, t_end=one.t_end - 0.2, surfaces=one.inputs,
             kind=one.kind, amplitudes={}, halves={}, symmetry={}, left_over={}, cross={}, V=None,
@@ -77,9 +77,9 @@ def verdicts(flown: VirtualFlight) -> tuple[Verdict, ...]:
     )  # fmt: skip
 
 
-def fits_of(session: Session, workers: Workers) -> ManeuverFits:
+def fits_of(session: Session, workers: FitWorker) -> ManeuverFits:
     assert session.aircraft is not None
-    cut = HistoryCutter(session.history, session.aircraft, lambda: None, session.name)
+    cut = ManeuverCutter(session.history, session.aircraft, lambda: None, session.name)
     return ManeuverFits(cut, TRUTH, workers)
 
 
@@ -93,10 +93,10 @@ def numbers(result: CampaignResult) -> list[tuple[str, str, float | None]]:
 
 
 def test_fits_come_after_each_maneuver_and_are_the_same_anywhere(
-    session: Session, verdicts: tuple[Verdict, ...]
+    session: Session, verdicts: tuple[InputVerdict, ...]
 ) -> None:
     """Not before all samples came; in order; bit by bit the same from another process."""
-    here, there = fits_of(session, AtOnce()), fits_of(session, OtherProcess())
+    here, there = fits_of(session, InlineFitWorker()), fits_of(session, ProcessFitWorker())
     assert here.look(verdicts[:1], verdicts[0].t_end + 2.0) == ()
     (news,) = here.look(verdicts[:1], verdicts[0].t_end + 3.5)
     assert (news.maneuver, news.failure) == ("M1", "")
@@ -115,7 +115,7 @@ def test_fits_come_after_each_maneuver_and_are_the_same_anywhere(
 
 @pytest.mark.parametrize(("box", "begin"), [("session", 0.0), ("late_session", LATE)])
 def test_the_cut_is_that_of_the_whole_flight(
-    box: str, begin: float, request: pytest.FixtureRequest, verdicts: tuple[Verdict, ...]
+    box: str, begin: float, request: pytest.FixtureRequest, verdicts: tuple[InputVerdict, ...]
 ) -> None:
     """Samples and mass as `gsapp estimate` cuts them from the file, however long the box was on."""
     session: Session = request.getfixturevalue(box)
@@ -126,7 +126,7 @@ def test_the_cut_is_that_of_the_whole_flight(
         t_input_end=verdict.t_input_end + begin, t_end=verdict.t_end + begin,
     )  # fmt: skip
     assert session.aircraft is not None
-    cut = HistoryCutter(session.history, session.aircraft, lambda: None, session.name)(verdict)
+    cut = ManeuverCutter(session.history, session.aircraft, lambda: None, session.name)(verdict)
     whole = cut_maneuver(
         load_flight(session.path), load_aircraft("b777"), verdict.t_start, verdict.t_end,
         id=verdict.id, inputs=("da", "dr"),
@@ -137,18 +137,18 @@ def test_the_cut_is_that_of_the_whole_flight(
     assert cut.mass == pytest.approx(whole.mass, abs=0.01)
 
 
-def die_of_the_first(request: FitRequest) -> FitReply:
+def die_of_the_first(request: FitRequest) -> FitResponse:
     """End the process in which the first maneuver is fitted, whenever it is."""
     if request.maneuver.id == "M1":
         os._exit(1)
-    return fit(request)
+    return run_fit_request(request)
 
 
 def test_a_worker_that_dies_costs_its_fit_alone(
-    session: Session, verdicts: tuple[Verdict, ...]
+    session: Session, verdicts: tuple[InputVerdict, ...]
 ) -> None:
     """Said in words; nothing hangs; the next maneuver finds a new process."""
-    fits = fits_of(session, OtherProcess(die_of_the_first))
+    fits = fits_of(session, ProcessFitWorker(die_of_the_first))
     fits.look(verdicts[:1], None)
     # The process yields to all others: on a busy machine it takes long even to begin.
     until = time.monotonic() + 120.0
@@ -167,8 +167,8 @@ def test_a_worker_that_dies_costs_its_fit_alone(
 def test_a_worker_ends_with_a_window_that_was_killed() -> None:
     """What both may write to is at its end only when neither lives."""
     code = (
-        "import time; from gsapp.session.estimating.workers import OtherProcess\n"
-        "workers = OtherProcess(time.sleep)\n"
+        "import time; from gsapp.session.live_estimation.fit_workers import ProcessFitWorker\n"
+        "workers = ProcessFitWorker(time.sleep)\n"
         "workers.submit(0.0).result()\n"
         "print('at work', flush=True); time.sleep(300.0)\n"
     )
@@ -181,8 +181,8 @@ def test_a_worker_ends_with_a_window_that_was_killed() -> None:
 
 def test_a_fit_that_runs_does_not_hold_up_the_end_of_the_program() -> None:
     code = (
-        "import time; from gsapp.session.estimating.workers import OtherProcess\n"
-        "workers = OtherProcess(time.sleep)\n"
+        "import time; from gsapp.session.live_estimation.fit_workers import ProcessFitWorker\n"
+        "workers = ProcessFitWorker(time.sleep)\n"
         "running = workers.submit(120.0)\n"
         "while not running.running(): time.sleep(0.01)\n"
         "workers.close()\n"
@@ -192,36 +192,39 @@ def test_a_fit_that_runs_does_not_hold_up_the_end_of_the_program() -> None:
     assert time.monotonic() - began < 60.0
 
 
-def die_once(request: FitRequest) -> FitReply:
+def die_once(request: FitRequest) -> FitResponse:
     """Be killed with the first fit, as by a system that is short of memory."""
     mark = Path(os.environ["GSAPP_TEST_DIED"])
     if not mark.exists():
         mark.touch()
         os.kill(os.getpid(), KILL)
-    return fit(request)
+    return run_fit_request(request)
 
 
 def test_a_fit_whose_worker_was_killed_is_made_anew(
-    session: Session, verdicts: tuple[Verdict, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    session: Session,
+    verdicts: tuple[InputVerdict, ...],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """All that were under way come after all, with the numbers that they have anywhere."""
     monkeypatch.setenv("GSAPP_TEST_DIED", str(tmp_path / "died"))
-    fits = fits_of(session, OtherProcess(die_once))
+    fits = fits_of(session, ProcessFitWorker(die_once))
     fits.look(verdicts, None)
     fits.wait()
     assert (tmp_path / "died").exists()
     assert fits.failures == {}
-    here = fits_of(session, AtOnce())
+    here = fits_of(session, InlineFitWorker())
     here.look(verdicts, None)
     assert numbers(fits.result) == numbers(here.result)
     fits.close()
 
 
 def test_what_was_spoiled_is_not_fitted_and_a_reset_forgets(
-    session: Session, verdicts: tuple[Verdict, ...]
+    session: Session, verdicts: tuple[InputVerdict, ...]
 ) -> None:
     """A replay that goes back begins anew; replies to old questions are dropped."""
-    fits = fits_of(session, AtOnce())
+    fits = fits_of(session, InlineFitWorker())
     first, second = verdicts
     fits.look((replace(first, result="spoiled"), second), None)
     assert [one.maneuver.id for one in fits.result.results] == ["M2"]

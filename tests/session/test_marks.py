@@ -7,14 +7,14 @@ import os
 from pathlib import Path
 
 from gsapp.flight.events import Event, EventLog
-from gsapp.session.marks import Mark, MarkBook
+from gsapp.session.marks import FlightMark, MarkStore
 
 
-def book(path: Path) -> MarkBook:
-    return MarkBook(EventLog(path / "events.jsonl"))
+def book(path: Path) -> MarkStore:
+    return MarkStore(EventLog(path / "events.jsonl"))
 
 
-def shown(marks: tuple[Mark, ...]) -> list[tuple[float | None, str]]:
+def shown(marks: tuple[FlightMark, ...]) -> list[tuple[float | None, str]]:
     return [(mark.time, mark.text) for mark in marks]
 
 

@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
-import gsapp.flight.setting
+import gsapp.flight.read_settings
 from calibration import load_certificates
 from gsapp.decoding.framing import Framer
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.raw import RawWriter
-from gsapp.session import MAX_SPEED, Session
-from gsapp.session.running import run_through
+from gsapp.flight.raw_files import RawWriter
+from gsapp.session import UNLIMITED_SPEED, Session
+from gsapp.session.replay_runner import run_replay
 
 START_US = 1_700_000_000_000_000
 
@@ -34,9 +34,9 @@ def test_certificates_that_the_map_names_are_read_once(
         read.append(name)
         return load_certificates(name)
 
-    monkeypatch.setattr(gsapp.flight.setting, "load_certificates", counted)
-    session = Session.replay(folder, channel_map="b777", speed=MAX_SPEED)
-    run_through(session)
+    monkeypatch.setattr(gsapp.flight.read_settings, "load_certificates", counted)
+    session = Session.replay(folder, channel_map="b777", speed=UNLIMITED_SPEED)
+    run_replay(session)
     told = [session.snapshot().calibration for _ in range(5)]
     assert read == ["b777"]
     assert set(told) == {tuple(sorted(load_certificates("b777")))}

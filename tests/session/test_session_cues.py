@@ -14,16 +14,16 @@ import pytest
 
 from gsapp.aircraft import Aircraft
 from gsapp.cli import replay
-from gsapp.excitation.rows import FlightRows
-from gsapp.excitation.trim.watch import TrimWatch
+from gsapp.excitation.flight_rows import FlightRows
+from gsapp.excitation.trim.trim_monitor import TrimMonitor
 from gsapp.flight.cards import CardSet
-from gsapp.flight.certificates import CertificatesUsed
+from gsapp.flight.certificates import AppliedCertificates
 from gsapp.flight.events import read_events
 from gsapp.flight.folder import FlightFolder
 from gsapp.quantities import Block
-from gsapp.session import MAX_SPEED, Session, Severity
-from gsapp.session.cue_watch import VERDICT
-from gsapp.session.running import run_through
+from gsapp.session import UNLIMITED_SPEED, Session, Severity
+from gsapp.session.cue_monitor import VERDICT_EVENT
+from gsapp.session.replay_runner import run_replay
 from tests.excitation.cue_kit import AIRCRAFT, CARDS, Record, card, flown
 
 _UNMODELED = AIRCRAFT.model_copy(update={"name": "its sister"})
@@ -52,9 +52,9 @@ def follow(folder: FlightFolder, aircraft: Aircraft = AIRCRAFT) -> Session:
 
 def replayed(folder: FlightFolder, aircraft: Aircraft = AIRCRAFT, **options: object) -> Session:
     session = Session.replay(
-        folder.path, channel_map="b777", aircraft=aircraft, speed=MAX_SPEED, **options
+        folder.path, channel_map="b777", aircraft=aircraft, speed=UNLIMITED_SPEED, **options
     )
-    run_through(session)
+    run_replay(session)
     return session
 
 
@@ -66,7 +66,7 @@ def told(session: Session) -> tuple[object, ...]:
 
 def verdicts_kept(folder: FlightFolder) -> list[tuple[str, object]]:
     events = read_events(folder.path / "events.jsonl").events
-    return [(event.text, event.data["id"]) for event in events if event.kind == VERDICT]
+    return [(event.text, event.data["id"]) for event in events if event.kind == VERDICT_EVENT]
 
 
 def test_two_live_windows_and_the_replay_tell_the_same_and_keep_it_once(tmp_path: Path) -> None:
@@ -241,11 +241,11 @@ def test_a_fault_in_a_cue_stops_neither_charts_nor_alarms(
     record.write(600)
     record.close()
 
-    def fail(self: TrimWatch, rows: FlightRows) -> None:
+    def fail(self: TrimMonitor, rows: FlightRows) -> None:
         if rows.times[-1] > 3.0:
             raise ZeroDivisionError("a fault of the program")
 
-    monkeypatch.setattr(TrimWatch, "take", fail)
+    monkeypatch.setattr(TrimMonitor, "take", fail)
     with opened(replayed(folder)) as session:
         assert session.history.last("q")[0] == pytest.approx(6.99, abs=0.02)
         assert session.feed.caught_up
@@ -300,7 +300,7 @@ def test_what_reads_beyond_its_calibration_is_said(
         # Of the whole range only the two degrees next to its lower end were calibrated.
         low, _ = used["alpha"].range
         used["alpha"] = replace(used["alpha"], range=(low, low + 0.1))
-        monkeypatch.setattr(Session, "calibration", CertificatesUsed(used=used))
+        monkeypatch.setattr(Session, "calibration", AppliedCertificates(used=used))
         assert session.beyond_calibration == ("alpha",)
         cues = session.cues
         assert cues is not None

@@ -10,12 +10,12 @@ from typing import Self
 import numpy as np
 import pytest
 
-from gsapp.dynamics.pilot.flight import VirtualFlight
+from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
 from gsapp.flight.writers import write_block
 from gsapp.session import Session
-from gsapp.session.estimating.picture import EstimateRow
-from gsapp.session.estimating.workers import AtOnce, OtherProcess, Workers
-from gsapp.session.running import run_through
+from gsapp.session.live_estimation.estimate_table import EstimateRow
+from gsapp.session.live_estimation.fit_workers import FitWorker, InlineFitWorker, ProcessFitWorker
+from gsapp.session.replay_runner import run_replay
 from tests.session.test_maneuver_fits import TRUTH, numbers
 
 
@@ -35,7 +35,7 @@ class Watched:
     early: dict[str, EstimateRow]
 
     @classmethod
-    def of(cls, path: Path, workers: Workers) -> Self:
+    def of(cls, path: Path, workers: FitWorker) -> Self:
         session = Session.replay(path, aircraft="b777", model="b777", speed=np.inf, workers=workers)
         early: dict[str, EstimateRow] = {}
 
@@ -43,7 +43,7 @@ class Watched:
             if not early and (session.now or 0.0) >= 30.0:
                 early.update(rows_of(session))
 
-        run_through(session, look)
+        run_replay(session, look)
         return cls(session, early)
 
 
@@ -55,7 +55,7 @@ def rows_of(session: Session) -> dict[str, EstimateRow]:
 @pytest.fixture(scope="module")
 def at_once(path: Path) -> Iterator[Watched]:
     """Return what the tests look at in turn; the last one takes it back to the beginning."""
-    watched = Watched.of(path, AtOnce())
+    watched = Watched.of(path, InlineFitWorker())
     yield watched
     watched.session.close()
 
@@ -63,7 +63,7 @@ def at_once(path: Path) -> Iterator[Watched]:
 def test_a_replay_gives_the_same_numbers_wherever_fits_run(at_once: Watched, path: Path) -> None:
     """FTR's values and the fits, to the last bit; near the truth; each maneuver's own."""
     found = []
-    elsewhere = Watched.of(path, OtherProcess())
+    elsewhere = Watched.of(path, ProcessFitWorker())
     for session in (at_once.session, elsewhere.session):
         estimates = session.estimates
         assert estimates is not None

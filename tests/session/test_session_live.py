@@ -15,14 +15,14 @@ import numpy as np
 import pytest
 
 from gsapp.flight.events import EventLog
-from gsapp.flight.loading import load_flight
-from gsapp.flight.raw.files import RawFile
+from gsapp.flight.flight_loader import load_flight
+from gsapp.flight.raw_files.record_files import RawFile
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
-from gsapp.session import MAX_SPEED, Freshness, Session, Severity, equipment, readers
-from gsapp.session.alarm_watch import AlarmWatch
-from gsapp.session.history import History
-from gsapp.session.running import run_through
+from gsapp.session import UNLIMITED_SPEED, Freshness, Session, Severity, equipment_monitor, readers
+from gsapp.session.alarm_monitor import AlarmMonitor
+from gsapp.session.replay_runner import run_replay
+from gsapp.session.sample_history import SampleHistory
 from gsapp.telemetry.recorder_control import find_recorders
 
 Field = Any
@@ -32,7 +32,7 @@ Patience = Callable[..., None]
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let every update look at the equipment and at what other windows wrote."""
-    monkeypatch.setattr(equipment, "_LOOK", 0.0)
+    monkeypatch.setattr(equipment_monitor, "_LOOK", 0.0)
     monkeypatch.setattr("gsapp.session.session._EVENTS_EVERY", 0.0)
 
 
@@ -48,7 +48,7 @@ def caught_up(session: Session, frames: int) -> Callable[[], bool]:
     return come
 
 
-def everything(history: History) -> dict[str, np.ndarray]:
+def everything(history: SampleHistory) -> dict[str, np.ndarray]:
     found = {}
     for name in history.channels:
         first, last = history.span(name)
@@ -56,7 +56,7 @@ def everything(history: History) -> dict[str, np.ndarray]:
     return found
 
 
-def same(left: History, right: History) -> None:
+def same(left: SampleHistory, right: SampleHistory) -> None:
     one, other = everything(left), everything(right)
     assert one.keys() == other.keys()
     for name, values in one.items():
@@ -89,8 +89,10 @@ def test_live_two_windows_a_frozen_one_and_the_replay_hold_the_same_bits(
     assert field.recorder.stop()
     for session in (steady, frozen, late):
         session.finish()
-    replayed = Session.replay(field.folder, channel_map="b777", aircraft="b777", speed=MAX_SPEED)
-    run_through(replayed)
+    replayed = Session.replay(
+        field.folder, channel_map="b777", aircraft="b777", speed=UNLIMITED_SPEED
+    )
+    run_replay(replayed)
     assert len(steady.history.channels) > 35
     assert steady.history.last("phi")[0] == pytest.approx(1.0 + 4.98)
     for session in (frozen, late, replayed):
@@ -292,8 +294,8 @@ def test_a_torn_record_opens_as_far_as_it_is_good(
     raw = bytearray((copy / "raw.tlog").read_bytes())
     raw[20_000:20_040] = b"\x55" * 40
     (copy / "raw.tlog").write_bytes(raw[:-7])
-    torn = Session.replay(copy, channel_map="b777", speed=MAX_SPEED)
-    run_through(torn)
+    torn = Session.replay(copy, channel_map="b777", speed=UNLIMITED_SPEED)
+    run_replay(torn)
     assert "raw.tlog" in " ".join(torn.remarks)
     assert frames_in(torn) >= field.aircraft.sent - 4
     values = torn.history.samples("q_volts", 100, 390)
@@ -428,10 +430,10 @@ def test_who_fails_while_watching_holds_up_nobody_else(
 
         def reset(self) -> None: ...
 
-    def fail(_watch: AlarmWatch, _block: Block) -> None:
+    def fail(_watch: AlarmMonitor, _block: Block) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr(AlarmWatch, "feed", fail)
+    monkeypatch.setattr(AlarmMonitor, "feed", fail)
     field.record()
     broken, sound = Watcher("no"), Watcher()
     session = Session.follow(field.folder, channel_map="b777", consumers=(broken, sound))
@@ -440,7 +442,7 @@ def test_who_fails_while_watching_holds_up_nobody_else(
     assert sound.rows > 100
     assert broken.calls == 1
     raised = {alarm.key: alarm for alarm in session.board.standing}
-    assert raised["failed:AlarmWatch"].severity is Severity.WARNING
-    assert "limits" in raised["failed:AlarmWatch"].sentence()
+    assert raised["failed:AlarmMonitor"].severity is Severity.WARNING
+    assert "limits" in raised["failed:AlarmMonitor"].sentence()
     assert raised["failed:Watcher"].severity is Severity.CAUTION
     assert session.snapshot().problem == ""

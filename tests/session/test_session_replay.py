@@ -12,23 +12,23 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from gsapp.aircraft.reading import SHIPPED
+from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
 from gsapp.cli import replay
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.dialect import dialect
 from gsapp.decoding.framing import Framer
 from gsapp.flight.events import Event, EventLog
 from gsapp.flight.flight import Flight
+from gsapp.flight.flight_loader import load_flight
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.loading import load_flight
-from gsapp.flight.raw import RawWriter
-from gsapp.flight.summary import summarize
+from gsapp.flight.raw_files import RawWriter
+from gsapp.flight.summary import summarize_flight
 from gsapp.foundation import FlightError, GroundStationError
-from gsapp.session import MAX_SPEED, Session
+from gsapp.session import UNLIMITED_SPEED, Session
+from gsapp.session.channel_states import DEFAULT_STALE_SECONDS
 from gsapp.session.feeds import parse_speed
-from gsapp.session.limits import Bands
-from gsapp.session.running import run_through
-from gsapp.session.states import USUAL_PATIENCE
+from gsapp.session.limits import LimitBands
+from gsapp.session.replay_runner import run_replay
 
 START_US = 1_700_000_000_000_000
 
@@ -62,7 +62,7 @@ def same_but_for_cues(told: dict[str, Any], flight: Flight) -> bool:
     beside = ("cues", "verdicts", "flown", "senders", "messages")
     rest = {name: told[name] for name in told if name not in beside}
     rest["events"] = [event for event in told["events"] if event["kind"] != "alarm"]
-    whole = json.loads(json.dumps(summarize(flight)))
+    whole = json.loads(json.dumps(summarize_flight(flight)))
     del whole["cues"]
     return rest == whole
 
@@ -98,8 +98,8 @@ def test_the_summary_of_a_flight_csv(tmp_path: Path) -> None:
     told = json.loads(target.read_text())
     assert same_but_for_cues(told, load_flight(path))
     assert told["channels"]["alpha"]["count"] == 500
-    session = Session.replay(path, speed=MAX_SPEED)
-    run_through(session)
+    session = Session.replay(path, speed=UNLIMITED_SPEED)
+    run_replay(session)
     assert session.history.rate == pytest.approx(50.0)
     np.testing.assert_array_equal(
         session.history.samples("alpha", 0, 500), load_flight(path).block["alpha"]
@@ -135,7 +135,7 @@ def test_wrong_speeds_and_missing_flights_are_named(tmp_path: Path) -> None:
         with pytest.raises(GroundStationError, match=r"give 0\.1 to 50 times real time, or max"):
             parse_speed(text)
     assert parse_speed("0.1") == 0.1
-    assert parse_speed(" Max ") == MAX_SPEED
+    assert parse_speed(" Max ") == UNLIMITED_SPEED
     with pytest.raises(FlightError, match="no flight"):
         replay.run(flight=tmp_path / "nothing.csv")
 
@@ -148,14 +148,14 @@ def test_alarms_are_told_for_people_and_for_programs(tmp_path: Path) -> None:
     flight, target = tmp_path / "flight.csv", tmp_path / "out.json"
     rows = [f"{t:.2f},{a},{n}" for t, a, n in zip(times, alpha, normal, strict=True)]
     flight.write_text("time [s],alpha [deg],an [g]\n" + "\n".join(rows) + "\n")
-    watched = Session.replay(flight, aircraft="b777", speed=MAX_SPEED)
-    run_through(watched)
+    watched = Session.replay(flight, aircraft="b777", speed=UNLIMITED_SPEED)
+    run_replay(watched)
     assert watched.acknowledge("alpha:high")
     watched.close()
-    again = Session.replay(flight, aircraft="b777", speed=MAX_SPEED)
-    run_through(again)
+    again = Session.replay(flight, aircraft="b777", speed=UNLIMITED_SPEED)
+    run_replay(again)
     screen = Console(file=io.StringIO(), width=80)
-    replay.sum_up(again, screen, target)
+    replay.print_summary(again, screen, target)
     again.close()
     told = json.loads(target.read_text())["events"]
     alarms = {event["data"]["alarm"]: event for event in told if event["kind"] == "alarm"}
@@ -178,9 +178,9 @@ def test_jumps_show_the_past_as_it_was(tmp_path: Path, box: Any) -> None:
     folder = recorded(tmp_path / "flight", box, 3000)
     now = [0.0]
     session = Session.replay(
-        folder, channel_map="b777", aircraft="b777", speed=MAX_SPEED, clock=lambda: now[0]
+        folder, channel_map="b777", aircraft="b777", speed=UNLIMITED_SPEED, clock=lambda: now[0]
     )
-    run_through(session)
+    run_replay(session)
     end = session.snapshot()
     assert end.playhead.at_end
     assert end.playhead.time == pytest.approx(30.99)
@@ -221,10 +221,10 @@ def test_patience_goes_by_how_often_a_message_comes(tmp_path: Path) -> None:
             frames += status.pack(link)
         writer.append(START_US + 100_000 * k, framer.feed(frames))
     writer.close()
-    session = Session.replay(folder, channel_map="ardupilot-plane", speed=MAX_SPEED)
-    run_through(session)
+    session = Session.replay(folder, channel_map="ardupilot-plane", speed=UNLIMITED_SPEED)
+    run_replay(session)
     assert session.patience(("phi", "battery", "alpha")) == {
-        "phi": 0.5, "battery": 10.0, "alpha": USUAL_PATIENCE
+        "phi": 0.5, "battery": 10.0, "alpha": DEFAULT_STALE_SECONDS
     }  # fmt: skip
 
 
@@ -260,7 +260,7 @@ def test_limits_typed_under_way_count_from_then_on(tmp_path: Path) -> None:
         return [alarm.key for alarm in session.board.standing]
 
     assert play(4.0) == []
-    session.type_limits("alpha", Bands(warning_high=math.radians(4.0)))
+    session.type_limits("alpha", LimitBands(warning_high=math.radians(4.0)))
     assert session.board.standing == ()  # what was before does not count
     assert play(3.9) == ["alpha:high"]
     assert session.acknowledge_all() == 1
@@ -272,14 +272,14 @@ def test_limits_typed_under_way_count_from_then_on(tmp_path: Path) -> None:
 def test_acknowledgments_of_the_flight_hold_in_its_replay(tmp_path: Path, box: Any) -> None:
     """What the crew had seen in flight does not sound again."""
     folder = recorded(tmp_path / "flight", box, 1000)
-    first = Session.replay(folder, channel_map="b777", aircraft="b777", speed=MAX_SPEED)
-    run_through(first)
+    first = Session.replay(folder, channel_map="b777", aircraft="b777", speed=UNLIMITED_SPEED)
+    run_replay(first)
     waiting = first.board.waiting
     assert waiting
     assert first.acknowledge_all() == len(waiting)
-    again = Session.replay(folder, channel_map="b777", aircraft="b777", speed=MAX_SPEED)
+    again = Session.replay(folder, channel_map="b777", aircraft="b777", speed=UNLIMITED_SPEED)
     again.update(0.0)
-    run_through(again)
+    run_replay(again)
     assert not {alarm.key for alarm in again.board.waiting} & {alarm.key for alarm in waiting}
 
 
@@ -288,12 +288,12 @@ def test_settings_come_from_the_folder(tmp_path: Path, box: Any) -> None:
     folder = recorded(tmp_path / "flight", box, 300)
     place = FlightFolder.open(folder)
     place.keep_channel_map(load_channel_map("b777").path)
-    place.keep_aircraft(SHIPPED.find("b777"))
+    place.keep_aircraft(SHIPPED_AIRCRAFT.find("b777"))
     (folder / "limits.toml").write_text(
         '[[limits]]\nchannel = "q"\nhigh_caution = "5 deg/s"\nhysteresis = "1 deg/s"\n'
     )
-    session = Session.replay(folder, speed=MAX_SPEED)
-    run_through(session)
+    session = Session.replay(folder, speed=UNLIMITED_SPEED)
+    run_replay(session)
     assert session.snapshot().aircraft == "B777"
     assert session.limits.bands("q").caution_high == pytest.approx(math.radians(5.0))
     assert session.limits.bands("battery").caution_low is None
@@ -302,8 +302,8 @@ def test_settings_come_from_the_folder(tmp_path: Path, box: Any) -> None:
 def test_an_empty_flight_is_no_fault(tmp_path: Path) -> None:
     """A recorder that heard nothing leaves a folder that opens, and has no time."""
     folder = FlightFolder.create(tmp_path / "flight").path
-    session = Session.replay(folder, speed=MAX_SPEED)
-    run_through(session)
+    session = Session.replay(folder, speed=UNLIMITED_SPEED)
+    run_replay(session)
     assert session.now is None
     assert session.snapshot().playhead is None
     assert session.flight().block.channels == ()
@@ -319,8 +319,8 @@ def test_what_the_vehicle_said_is_told_at_its_time(tmp_path: Path, box: Any) -> 
             frames.append(box.say(f"engine {k}"))
         writer.append(START_US + 10_000 * k, framer.feed(b"".join(frames)))
     writer.close()
-    session = Session.replay(folder, channel_map="b777", speed=MAX_SPEED)
-    run_through(session)
+    session = Session.replay(folder, channel_map="b777", speed=UNLIMITED_SPEED)
+    run_replay(session)
     assert [event.text for event in session.messages()] == ["engine 300", "engine 900"]
     assert session.messages()[0].time == pytest.approx(4.0, abs=0.02)
     session.replaying.seek(6.0)
@@ -338,7 +338,7 @@ def test_a_record_that_fits_no_map_says_so(tmp_path: Path) -> None:
         writer.append(START_US + 50_000 * k, framer.feed(frame))
     writer.close()
     with pytest.raises(FlightError, match="which channel map fits"):
-        run_through(Session.replay(folder, speed=MAX_SPEED))
+        run_replay(Session.replay(folder, speed=UNLIMITED_SPEED))
     (folder / "recorder.lock").touch()
     live = Session.follow(folder)
     live.update()

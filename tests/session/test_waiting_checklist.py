@@ -8,11 +8,11 @@ from gsapp.aircraft import load_aircraft
 from gsapp.flight.events import EventLog
 from gsapp.flight.info import FlightInfo
 from gsapp.session.checklist import load_checklist
-from gsapp.session.waiting_checklist import WaitingChecklist
+from gsapp.session.pending_checklist import PendingChecklist
 
 
-def begin(folder: Path, card: FlightInfo | None = None) -> WaitingChecklist:
-    return WaitingChecklist(
+def begin(folder: Path, card: FlightInfo | None = None) -> PendingChecklist:
+    return PendingChecklist(
         EventLog(folder / "next" / "events.jsonl"),
         load_checklist("b777"),
         card=lambda: card,
@@ -20,7 +20,7 @@ def begin(folder: Path, card: FlightInfo | None = None) -> WaitingChecklist:
     )
 
 
-def states(checklist: WaitingChecklist) -> dict[str, str]:
+def states(checklist: PendingChecklist) -> dict[str, str]:
     return {item.id: item.state for item in checklist.look()}
 
 

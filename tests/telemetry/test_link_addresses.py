@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gsapp.foundation import LinkError
-from gsapp.telemetry.address import LinkAddress, parse_link
+from gsapp.telemetry.link_address import LinkAddress, parse_link
 
 
 @pytest.mark.parametrize(

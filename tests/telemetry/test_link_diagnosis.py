@@ -19,12 +19,12 @@ import pytest
 
 from gsapp.cli import record as command
 from gsapp.decoding.dialect import dialect
-from gsapp.telemetry.address import parse_link
-from gsapp.telemetry.diagnosis import diagnose
+from gsapp.telemetry.link_address import parse_link
+from gsapp.telemetry.link_diagnosis import diagnose_link
 from gsapp.telemetry.link_test import LinkTest
-from gsapp.telemetry.recorder_process import record
-from gsapp.telemetry.sources.serial_port import port_words
-from gsapp.telemetry.status import RecorderStatus
+from gsapp.telemetry.recorder_process import record_link
+from gsapp.telemetry.recorder_status import RecorderStatus
+from gsapp.telemetry.sources.serial_port import describe_port
 
 if sys.platform == "win32":
     pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
@@ -109,15 +109,17 @@ def test_ports_on_the_network_are_named_with_what_to_try() -> None:
         }  # fmt: skip
         return RecorderStatus(**{**given, **values})
 
-    local = diagnose(status("udpin:127.0.0.1:14551"))
+    local = diagnose_link(status("udpin:127.0.0.1:14551"))
     assert local is not None
     assert "UDP port 14551 of 127.0.0.1 for 40 s" in local.found
     assert "udpin:0.0.0.0:14551" in local.remedy
-    everywhere = diagnose(status("tcpin:0.0.0.0:5760"))
+    everywhere = diagnose_link(status("tcpin:0.0.0.0:5760"))
     assert everywhere is not None
     assert "firewall" in everywhere.remedy
-    assert diagnose(status("virtual")) is None
-    assert diagnose(status("udpin:127.0.0.1:14550", received_bytes=9, content="mavlink")) is None
+    assert diagnose_link(status("virtual")) is None
+    assert (
+        diagnose_link(status("udpin:127.0.0.1:14550", received_bytes=9, content="mavlink")) is None
+    )
 
 
 def test_a_refused_connection_is_told_with_its_cause() -> None:
@@ -146,8 +148,8 @@ def test_a_port_tells_what_its_usb_device_is() -> None:
         device="/dev/ttyUSB0", description="FT231X USB UART", manufacturer="FTDI",
         serial_number="D30GZ7",
     )  # fmt: skip
-    assert port_words(port) == "/dev/ttyUSB0 (FT231X USB UART, FTDI, serial number D30GZ7)"
-    assert port_words(SimpleNamespace(device="/dev/ttyS0", description="n/a")) == "/dev/ttyS0"
+    assert describe_port(port) == "/dev/ttyUSB0 (FT231X USB UART, FTDI, serial number D30GZ7)"
+    assert describe_port(SimpleNamespace(device="/dev/ttyS0", description="n/a")) == "/dev/ttyS0"
 
 
 def test_recording_without_a_window_says_what_is_wrong(
@@ -185,5 +187,5 @@ def test_the_recorder_tells_what_came_last(
         if "unreadable" in seen or len(seen) > 20:
             stop.set()
 
-    record(parse_link(f"serial:{path}:57600"), tmp_path, stop=stop, on_status=look)
+    record_link(parse_link(f"serial:{path}:57600"), tmp_path, stop=stop, on_status=look)
     assert seen.index("mavlink") < seen.index("unreadable")

@@ -15,16 +15,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.decoding.dialect import dialect
+from gsapp.flight.file_names import SEND_FILE
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.names import SEND_FILE
-from gsapp.flight.raw import read_tlog
+from gsapp.flight.raw_files import read_tlog
 from gsapp.foundation import LinkError
-from gsapp.foundation.locking import FileLock
+from gsapp.foundation.file_lock import FileLock
 from gsapp.telemetry.log_download import LogEntry, LogFetcher
-from gsapp.telemetry.log_download.protocol import PIECE, LogConversation
-from gsapp.telemetry.log_download.stretches import Missing
-from gsapp.telemetry.outbox import ask_recorder
+from gsapp.telemetry.log_download.log_protocol import LOG_DATA_BYTES, LogDownloadProtocol
+from gsapp.telemetry.log_download.missing_ranges import MissingRanges
 from gsapp.telemetry.recorder_control import find_recorders, start_recorder
+from gsapp.telemetry.send_queue import request_send
 
 AUTOPILOT = Path(__file__).with_name("foreign_autopilot.py")
 BEGUN = 1_760_000_000
@@ -42,7 +42,7 @@ def log_bytes(size: int) -> bytes:
 @given(st.lists(st.tuples(st.integers(0, 60), st.integers(0, 25)), max_size=12))
 def test_what_came_is_not_missing_any_more(pieces):
     """Whatever comes, in any order and over each other: as a set of bytes would have it."""
-    missing, left = Missing(64), set(range(64))
+    missing, left = MissingRanges(64), set(range(64))
     for start, count in pieces:
         stop = min(start + count, 64)
         came = set(range(start, stop)) & left
@@ -51,7 +51,7 @@ def test_what_came_is_not_missing_any_more(pieces):
         left -= came
         found = {byte for a, b in missing.stretches for byte in range(a, b)}
         assert (found, missing.count, bool(missing)) == (left, len(left), bool(left))
-        again = Missing(64, missing.stretches)
+        again = MissingRanges(64, missing.stretches)
         assert again.stretches == missing.stretches
         wanted = missing.next_from(start, 10, 0)
         if left:
@@ -78,7 +78,7 @@ class Air:
         self.packer = self.names.MAVLink(None, srcSystem=3, srcComponent=1)
         self.asked: tuple[int, int] | None = None
         self.due: list[tuple[float, bytes]] = []
-        self.per_step = max(round(rate / PIECE * 0.02), 1)
+        self.per_step = max(round(rate / LOG_DATA_BYTES * 0.02), 1)
         self.sent = 0
         self.armed = False
         self.now = 0.0
@@ -105,34 +105,34 @@ class Air:
             if self.asked is None:
                 break
             start, stop = self.asked
-            piece = self.data[start : min(start + PIECE, stop)]
+            piece = self.data[start : min(start + LOG_DATA_BYTES, stop)]
             self.send(
                 self.names.MAVLink_log_data_message(
-                    5, start, len(piece), piece.ljust(PIECE, b"\0")
+                    5, start, len(piece), piece.ljust(LOG_DATA_BYTES, b"\0")
                 ),
                 now,
             )
             self.sent += len(piece)
-            self.asked = (start + PIECE, stop) if start + PIECE < stop else None
+            self.asked = (start + LOG_DATA_BYTES, stop) if start + LOG_DATA_BYTES < stop else None
         come = [frame for due, frame in self.due if due <= now]
         self.due = [(due, frame) for due, frame in self.due if due > now]
         return come
 
 
 def converse(
-    air: Air, kept: bytearray, limit: float = 600.0, missing: Missing | None = None
-) -> LogConversation:
+    air: Air, kept: bytearray, limit: float = 600.0, missing: MissingRanges | None = None
+) -> LogDownloadProtocol:
     """Fetch log 5, or what is missing of it, to its end, or for a while."""
 
     def keep(offset: int, data: bytes) -> None:
         kept[offset : offset + len(data)] = data
 
-    talk, now, requests = LogConversation(keep), 0.0, []
+    talk, now, requests = LogDownloadProtocol(keep), 0.0, []
     while talk.phase not in ("done", "failed") and now < limit:
         for frame in air.step(requests, now):
             talk.hear(frame, now)
         if talk.phase == "listed":
-            talk.fetch(talk.entries[5], missing or Missing(talk.entries[5].size))
+            talk.fetch(talk.entries[5], missing or MissingRanges(talk.entries[5].size))
         requests = talk.ask(now)
         now += 0.02
     return talk
@@ -170,7 +170,9 @@ def test_what_was_lost_is_fetched_in_no_more_time_than_all(rate, delay):
     How it divides into requests may cost one more.
     """
     data = bytes(200_000)
-    lost = Missing(len(data), [(at, at + PIECE) for at in range(0, len(data), 20 * PIECE)])
+    lost = MissingRanges(
+        len(data), [(at, at + LOG_DATA_BYTES) for at in range(0, len(data), 20 * LOG_DATA_BYTES)]
+    )
     took = []
     for missing in (None, lost):
         air = Air(data, 0.0, 4, rate, delay)
@@ -185,8 +187,8 @@ def test_a_link_that_dies_and_an_armed_aircraft_are_told():
     assert silent.phase == "failed"
     assert "answers the request" in silent.state(0.0).why
     air = Air(b"x" * 50_000, 0.0, 1)
-    talk = LogConversation(lambda _, __: None)
-    talk.fetch(LogEntry(number=5, size=50_000, begun=0), Missing(50_000))
+    talk = LogDownloadProtocol(lambda _, __: None)
+    talk.fetch(LogEntry(number=5, size=50_000, begun=0), MissingRanges(50_000))
     now, requests = 0.0, talk.ask(0.0)
     while talk.phase == "fetching" and now < 60.0:
         if now < 1.0:
@@ -252,7 +254,7 @@ def test_a_log_is_fetched_while_the_recorder_owns_the_link(autopilot, tmp_path, 
             names.MAVLink_log_erase_message(3, 1),
             names.MAVLink_command_long_message(3, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0),
         ):
-            ask_recorder(folder.path, bytes(message.pack(names.MAVLink(None, srcSystem=255))))
+            request_send(folder.path, bytes(message.pack(names.MAVLink(None, srcSystem=255))))
         patience(folder.tlog_file.exists)
         passing = {SEND_FILE, "cache"}
         before = {path.name for path in folder.path.iterdir()} - passing
@@ -288,7 +290,7 @@ def test_a_log_is_fetched_while_the_recorder_owns_the_link(autopilot, tmp_path, 
     finally:
         recorder.stop()
     assert not (folder.path / SEND_FILE).exists()
-    assert sum(1 for _ in read_tlog(folder.tlog_file)) > 200_000 / PIECE
+    assert sum(1 for _ in read_tlog(folder.tlog_file)) > 200_000 / LOG_DATA_BYTES
 
 
 @pytest.mark.usefixtures("own_runtime")

@@ -17,18 +17,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.decoding.framing import Framer, LineFramer, Residue
-from gsapp.flight.raw import (
+from gsapp.flight.raw_files import (
     FRAMES_FILE,
     LINES_FILE,
     RESIDUE_FILE,
     RawDamage,
     RawTail,
     RawWriter,
-    read_log,
+    raw_writer,
+    read_nonempty_tlog,
     read_tlog,
-    writing,
 )
-from gsapp.flight.records import RawRecord
+from gsapp.flight.raw_record import RawRecord
 from gsapp.foundation import FlightError
 
 STAMP = 1_700_000_000_000_000
@@ -328,7 +328,7 @@ def test_a_log_without_a_message_is_none(tmp_path: Path, frames) -> None:
         log.write_bytes(content)
         assert list(read_tlog(log)) == []
         with pytest.raises(FlightError, match=r"other\.tlog holds no MAVLink message"):
-            list(read_log(log))
+            list(read_nonempty_tlog(log))
 
 
 def test_an_unreadable_file_gets_a_sentence(tmp_path: Path) -> None:
@@ -456,7 +456,7 @@ def test_the_drive_empties_its_memory_as_a_record_ends(
     """Of every file, though all was flushed to the drive before."""
     emptied: list[int] = []
     monkeypatch.setattr(
-        writing, "flush_to_disk", lambda file: emptied.append(os.fstat(file).st_ino)
+        raw_writer, "flush_to_disk", lambda file: emptied.append(os.fstat(file).st_ino)
     )
     writer, framer = RawWriter(tmp_path), Framer()
     writer.append(STAMP, framer.feed(b"no" + frames(1)[0]) + framer.settle())

@@ -19,19 +19,24 @@ import pytest
 
 from gsapp.decoding.dialect import dialect
 from gsapp.decoding.framing import Framer, LineFramer
-from gsapp.flight.names import LOCK_FILE, STATUS_FILE, STOP_FILE
-from gsapp.flight.raw import FRAMES_FILE, LINES_FILE, RawTail, RawWriter
+from gsapp.flight.file_names import LOCK_FILE, STATUS_FILE, STOP_FILE
+from gsapp.flight.raw_files import FRAMES_FILE, LINES_FILE, RawTail, RawWriter
 from gsapp.foundation import FlightError, GroundStationError, LinkError
-from gsapp.foundation.locking import FileLock, holder
+from gsapp.foundation.file_lock import FileLock, lock_holder
 from gsapp.telemetry import recorder_control
-from gsapp.telemetry.address import LinkAddress, parse_link
 from gsapp.telemetry.clock import HostClock
-from gsapp.telemetry.outbox import ask_recorder
+from gsapp.telemetry.link_address import LinkAddress, parse_link
 from gsapp.telemetry.recorder import _MOST_UNSENT, PeerStream, Recorder
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders, start_recorder
-from gsapp.telemetry.recorder_process import record
-from gsapp.telemetry.sources import Chunk, Source
-from gsapp.telemetry.status import RUNTIME_VARIABLE, RecorderStatus, read_status, write_status
+from gsapp.telemetry.recorder_process import record_link
+from gsapp.telemetry.recorder_status import (
+    RUNTIME_VARIABLE,
+    RecorderStatus,
+    read_status,
+    write_status,
+)
+from gsapp.telemetry.send_queue import request_send
+from gsapp.telemetry.sources import Chunk, LinkSource
 
 pytestmark = pytest.mark.usefixtures("own_runtime")
 
@@ -39,7 +44,7 @@ pytestmark = pytest.mark.usefixtures("own_runtime")
 KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
 
 
-class Script(Source):
+class Script(LinkSource):
     """A source that plays what a test hands it."""
 
     def __init__(self, chunks=(), framing="mavlink") -> None:
@@ -67,7 +72,7 @@ class Script(Source):
 class Running:
     """A recorder in a thread of this process."""
 
-    def __init__(self, source: Source, folder: Path, **options) -> None:
+    def __init__(self, source: LinkSource, folder: Path, **options) -> None:
         writer = options.pop("writer", None) or RawWriter(folder)
         self.recorder = Recorder(source, writer, clock=HostClock(), **options)
         self.stop = threading.Event()
@@ -240,7 +245,7 @@ def test_an_output_that_is_blocked_does_not_hold_up_the_record(tmp_path, frames,
     with Running(source, tmp_path, heartbeat=True):
         patience((tmp_path / STATUS_FILE).exists)
         for _ in range(2 * _MOST_UNSENT):
-            ask_recorder(tmp_path, bytes(request.pack(dialect().MAVLink(None, srcSystem=255))))
+            request_send(tmp_path, bytes(request.pack(dialect().MAVLink(None, srcSystem=255))))
         source.chunks.extend(Chunk(1_000_000 + n, frame) for n, frame in enumerate(sent))
         patience(lambda: data_of(tmp_path) == sent)
         assert source.written == []
@@ -409,7 +414,7 @@ def test_a_disk_that_really_takes_no_more(tmp_path, frames) -> None:
         """
         import resource, sys
         from gsapp.decoding.framing import Framer
-        from gsapp.flight.raw import RawWriter
+        from gsapp.flight.raw_files import RawWriter
         writer = RawWriter(sys.argv[1])
         framer = Framer()
         soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -513,7 +518,7 @@ def test_a_second_recorder_is_refused(tmp_path, port) -> None:
     with pytest.raises(LinkError, match=f"recorded into already.*process {handle.pid}"):
         start_recorder(other, tmp_path)
     with pytest.raises(FlightError, match="recorded into already"):
-        record(other, tmp_path)
+        record_link(other, tmp_path)
     assert handle.alive()
 
 
@@ -592,7 +597,7 @@ def test_killing_the_window_loses_no_byte(tmp_path, frames, port, patience) -> N
     code = textwrap.dedent(
         """
         import sys, time
-        from gsapp.flight.raw import RawTail
+        from gsapp.flight.raw_files import RawTail
         from gsapp.telemetry.recorder_control import start_recorder
         start_recorder(sys.argv[1], sys.argv[2])
         print("recording", flush=True)
@@ -671,7 +676,7 @@ def test_a_serial_port_that_vanishes_and_returns(tmp_path, frames, patience) -> 
     master = plug()
     stop, told = threading.Event(), []
     thread = threading.Thread(
-        target=record,
+        target=record_link,
         args=(parse_link(f"serial:{device}:57600"), tmp_path / "flight"),
         kwargs={"stop": stop, "on_status": told.append},
     )
@@ -696,14 +701,14 @@ def test_a_serial_port_that_vanishes_and_returns(tmp_path, frames, patience) -> 
 def test_a_recycled_process_id_does_not_pass_for_a_recorder(tmp_path: Path) -> None:
     """The lock tells, not the number: here a living process has it, but no lock."""
     (tmp_path / LOCK_FILE).write_text(str(os.getpid()))
-    assert holder(tmp_path / LOCK_FILE) is None
+    assert lock_holder(tmp_path / LOCK_FILE) is None
     assert find_recorder(tmp_path) is None
     lock = FileLock(tmp_path / LOCK_FILE)
     assert lock.acquire()
-    assert holder(tmp_path / LOCK_FILE) == os.getpid()
+    assert lock_holder(tmp_path / LOCK_FILE) == os.getpid()
     assert not FileLock(tmp_path / LOCK_FILE).acquire(patience=0.0)
     lock.release()
-    assert holder(tmp_path / LOCK_FILE) is None
+    assert lock_holder(tmp_path / LOCK_FILE) is None
 
 
 def test_a_flight_is_recorded_again_from_its_record(tmp_path, frames) -> None:
@@ -713,7 +718,7 @@ def test_a_flight_is_recorded_again_from_its_record(tmp_path, frames) -> None:
     for number, frame in enumerate(sent):
         writer.append(1_000_000 + number * 1000, framer.feed(frame) + framer.settle())
     writer.close()
-    status = record(str(first), tmp_path / "second", speed=float("inf"))
+    status = record_link(str(first), tmp_path / "second", speed=float("inf"))
     assert status.state == "stopped"
     assert status.frames == 50
     assert data_of(tmp_path / "second") == sent

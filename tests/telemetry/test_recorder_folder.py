@@ -18,13 +18,13 @@ import pytest
 
 from gsapp.decoding.framing import Framer
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.preparing import prepare_flight
-from gsapp.flight.raw import FRAMES_FILE, RawTail, RawWriter
+from gsapp.flight.folder_setup import prepare_flight_folder
+from gsapp.flight.raw_files import FRAMES_FILE, RawTail, RawWriter
 from gsapp.foundation import FlightError
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders
-from gsapp.telemetry.recorder_folder import free_name, record_state
-from gsapp.telemetry.recorder_process import record
-from gsapp.telemetry.status import RecorderStatus
+from gsapp.telemetry.recorder_folder import next_free_folder, record_state
+from gsapp.telemetry.recorder_process import record_link
+from gsapp.telemetry.recorder_status import RecorderStatus
 
 pytestmark = [
     pytest.mark.usefixtures("own_runtime"),
@@ -53,7 +53,7 @@ class Recording:
         self._thread = threading.Thread(target=self._record)
 
     def _record(self) -> None:
-        self.last = record(f"udpin:127.0.0.1:{self._port}", self.folder, stop=self._stop)
+        self.last = record_link(f"udpin:127.0.0.1:{self._port}", self.folder, stop=self._stop)
 
     def __enter__(self) -> Self:
         self._thread.start()
@@ -80,7 +80,7 @@ class Recording:
 @pytest.fixture
 def recording(tmp_path: Path, frames, port, patience) -> Iterator[Recording]:
     folder = tmp_path / "flight"
-    prepare_flight(folder, aircraft="b777", channel_map="b777")
+    prepare_flight_folder(folder, aircraft="b777", channel_map="b777")
     with Recording(folder, port(socket.SOCK_DGRAM), frames(400)) as running:
         patience(lambda: find_recorder(folder) and (folder / "recorder.json").exists())
         running.send(50)
@@ -218,10 +218,10 @@ def test_a_folder_tells_whether_its_flight_is_finished(
     assert record_state(folder) == "interrupted"
     (folder / "recorder.json").unlink()
     assert record_state(folder) == "finished"
-    assert free_name(folder) == tmp_path / "flight-2"
+    assert next_free_folder(folder) == tmp_path / "flight-2"
     # An imported flight holds the log of another program.
     imported = tmp_path / "imported"
-    prepare_flight(imported)
+    prepare_flight_folder(imported)
     assert record_state(imported) == "none"
     log = tmp_path / "00000012.BIN"
     log.write_bytes(b"log")

@@ -16,22 +16,22 @@ from types import SimpleNamespace
 
 import pytest
 
-from gsapp.decoding.frames import Frame
+from gsapp.decoding.frames import MavlinkFrame
 from gsapp.decoding.framing import Framer, LineFramer
-from gsapp.flight.raw import RawWriter
+from gsapp.flight.raw_files import RawWriter
 from gsapp.foundation import LinkError
-from gsapp.telemetry.address import LinkAddress, parse_link
 from gsapp.telemetry.clock import HostClock
+from gsapp.telemetry.link_address import LinkAddress, parse_link
 from gsapp.telemetry.sources import (
     SOURCES,
     Chunk,
-    LinkAwaitedError,
-    Source,
+    LinkSource,
+    LinkUnavailableError,
     open_source,
     source_class,
 )
-from gsapp.telemetry.sources.base import network_problem
-from gsapp.telemetry.sources.serial_port import same_port
+from gsapp.telemetry.sources.link_source import network_error
+from gsapp.telemetry.sources.serial_port import is_same_port
 
 STAMP = 1_700_000_000_000_000
 
@@ -168,7 +168,7 @@ def end(request, port, tmp_path: Path) -> Iterator[OtherEnd]:
         made.close()
 
 
-def collect(source: Source, count: int, seconds: float = 5.0) -> list[Chunk]:
+def collect(source: LinkSource, count: int, seconds: float = 5.0) -> list[Chunk]:
     """Read until so many bytes have come."""
     chunks: list[Chunk] = []
     deadline = time.monotonic() + seconds
@@ -177,14 +177,14 @@ def collect(source: Source, count: int, seconds: float = 5.0) -> list[Chunk]:
     return chunks
 
 
-def make(end: OtherEnd) -> Source:
+def make(end: OtherEnd) -> LinkSource:
     source = open_source(end.link)
     if source.address.kind != "flight":
         source.open()
     return source
 
 
-def send_to(source: Source, end: OtherEnd, data: bytes) -> None:
+def send_to(source: LinkSource, end: OtherEnd, data: bytes) -> None:
     if source.address.kind == "udpout":
         source.write(b"hello")
     thread = threading.Thread(target=end.send, args=(data,))
@@ -200,7 +200,7 @@ def test_every_kind_of_link_is_in_the_suite() -> None:
 
 @pytest.mark.parametrize("kind", sorted(ENDS))
 def test_the_registry_finds_a_source(kind: str) -> None:
-    assert issubclass(source_class(kind), Source)
+    assert issubclass(source_class(kind), LinkSource)
 
 
 def test_all_bytes_arrive_in_order_with_rising_stamps(end: OtherEnd, frames) -> None:
@@ -269,7 +269,7 @@ def test_what_is_away_is_said_and_does_not_raise(tmp_path: Path, port) -> None:
         f"serial:{tmp_path}/ttyNone:57600",
     ):
         source = open_source(link)
-        with pytest.raises(LinkAwaitedError):
+        with pytest.raises(LinkUnavailableError):
             source.open()
         assert source.read(0.0) == []
         assert link in source.state
@@ -434,7 +434,7 @@ def refused(link: str) -> str:
     source = open_source(link)
     with pytest.raises(LinkError) as caught:
         source.open()
-    assert not isinstance(caught.value, LinkAwaitedError)
+    assert not isinstance(caught.value, LinkUnavailableError)
     assert source.state == str(caught.value)
     source.close()
     return str(caught.value)
@@ -468,7 +468,7 @@ def test_a_port_that_windows_keeps_back_gets_a_sentence() -> None:
         winerror = 10013
 
     error = RefusedError(errno.EACCES, "An attempt was made to access a socket")
-    problem = str(network_problem(parse_link("udpin:14550"), error))
+    problem = str(network_error(parse_link("udpin:14550"), error))
     assert "UDP port 14550" in problem
     assert "choose another port" in problem
     assert "1024" not in problem
@@ -485,8 +485,8 @@ def test_a_port_that_windows_keeps_back_gets_a_sentence() -> None:
     ],
 )
 def test_what_may_pass_by_itself_is_waited_for(error: OSError, words: str) -> None:
-    problem = network_problem(parse_link("tcp:10.0.0.5:576"), error)
-    assert isinstance(problem, LinkAwaitedError)
+    problem = network_error(parse_link("tcp:10.0.0.5:576"), error)
+    assert isinstance(problem, LinkUnavailableError)
     assert words in str(problem)
 
 
@@ -591,9 +591,9 @@ def test_what_other_systems_say_of_a_port_gets_its_own_sentence(raised: str, wor
 
 def test_a_port_of_macos_is_known_by_either_name() -> None:
     """The user writes one, the system lists the other; nothing else is the same."""
-    assert same_port("/dev/tty.usbserial-A1", "/dev/cu.usbserial-A1")
-    assert not same_port("/dev/tty.usbserial-A1", "/dev/cu.usbserial-A2")
-    assert not same_port("/dev/ttyUSB0", "/dev/ttyUSB1")
+    assert is_same_port("/dev/tty.usbserial-A1", "/dev/cu.usbserial-A1")
+    assert not is_same_port("/dev/tty.usbserial-A1", "/dev/cu.usbserial-A2")
+    assert not is_same_port("/dev/ttyUSB0", "/dev/ttyUSB1")
     radio = SimpleNamespace(device="/dev/cu.usbserial-A1", serial_number="A1", vid=1, pid=2)
     opened: list[str] = []
 
@@ -670,7 +670,7 @@ def test_ports_that_cannot_be_listed_do_not_keep_one_from_being_opened() -> None
     other = make_source(
         parse_link("serial:/dev/ttyUSB9:57600"), clock=HostClock(), ports=ports, opener=opener
     )
-    with pytest.raises(LinkAwaitedError, match="there is no serial port /dev/ttyUSB9"):
+    with pytest.raises(LinkUnavailableError, match="there is no serial port /dev/ttyUSB9"):
         other.open()
 
 
@@ -908,7 +908,7 @@ def test_the_virtual_aircraft_is_a_source_like_any_other() -> None:
     chunks = collect(source, 5000, 120.0)
     framer = Framer()
     items = [item for chunk in chunks for item in framer.feed(chunk.data)] + framer.settle()
-    assert all(isinstance(item, Frame) and item.known for item in items)
+    assert all(isinstance(item, MavlinkFrame) and item.known for item in items)
     assert {0, 350} <= {item.message_id for item in items}
     assert all(first.stamp_us < second.stamp_us for first, second in itertools.pairwise(chunks))
     source.write(b"it need not listen")

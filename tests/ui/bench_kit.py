@@ -10,14 +10,14 @@ from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMainWindow
 
-from calibration.plan import PLANS
+from calibration.plan import CALIBRATION_PLANS
 from calibration.wizard import WizardView
 from gsapp.aircraft import load_aircraft
-from gsapp.dynamics.pilot.bench import VirtualBench
-from gsapp.session.history import History
-from ui.appearance import Appearance
-from ui.faults import FaultDesk
-from ui.look import Look
+from gsapp.dynamics.virtual_aircraft.bench import VirtualBench
+from gsapp.session.sample_history import SampleHistory
+from ui.appearance_controller import AppearanceController
+from ui.display_style import DisplayStyle
+from ui.error_reporter import ErrorReporter
 from ui.preflight.wizard_page import WizardPage
 from ui.settings import SettingsStore, calibrations_path
 
@@ -38,11 +38,11 @@ class BenchDesk(QObject):
     def __init__(self, bench: VirtualBench, folder: Path) -> None:
         super().__init__()
         self.bench = bench
-        self.faults = FaultDesk()
+        self.faults = ErrorReporter()
         self.complaints: list[str] = []
         self.opened: list[Path] = []
         self.faults.raised.connect(lambda fault: self.complaints.append(fault.sentence))
-        self.history = History((), 100.0)
+        self.history = SampleHistory((), 100.0)
         # It notes which flight is to be read anew.
         self.starter = SimpleNamespace(open_flight=self.opened.append)
         self.session: object | None = SimpleNamespace(
@@ -82,7 +82,9 @@ class Voice:
 
 def leave_only(folder: Path, *channels: str) -> None:
     """Give the aircraft a plan of its own: the shipped one reduced to these, in this order."""
-    head, *tables = PLANS.find("b777").read_text(encoding="utf-8").split("[[instruments]]")
+    head, *tables = (
+        CALIBRATION_PLANS.find("b777").read_text(encoding="utf-8").split("[[instruments]]")
+    )
     kept = [table for name in channels for table in tables if f'channel = "{name}"' in table]
     own = calibrations_path(folder / "settings" / "window.toml") / "plans" / "B777.toml"
     own.parent.mkdir(parents=True, exist_ok=True)
@@ -103,8 +105,8 @@ class BenchWindow(QMainWindow):
         super().__init__()
         self.bench = bench
         self.store = SettingsStore(folder / "settings" / "window.toml")
-        self.look = Look()
-        self.appearance = Appearance(self.look, self.store, self)
+        self.look = DisplayStyle()
+        self.appearance = AppearanceController(self.look, self.store, self)
         self.appearance.apply()
         self.desk = BenchDesk(bench, folder)
         self.voice = Voice()

@@ -10,18 +10,18 @@ from pytestqt.qtbot import QtBot
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
-import ui.window
+import ui.main_window
 from gsapp.telemetry.recorder_control import find_recorders
-from gsapp.telemetry.status import RUNTIME_VARIABLE
+from gsapp.telemetry.recorder_status import RUNTIME_VARIABLE
 from tests.ui.window_kit import activate, open_window, opened_window
-from ui.window import MainWindow
+from ui.main_window import MainWindow
 
 
 @pytest.fixture
 def alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """See no recorder of others, be asked nothing on closing, and leave no recorder behind."""
     monkeypatch.setenv(RUNTIME_VARIABLE, str(tmp_path / "run"))
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+    monkeypatch.setattr(ui.main_window, "ask_closing", lambda *_: "leave")
     yield
     for recorder in find_recorders():
         recorder.stop()

@@ -23,10 +23,10 @@ from gsapp.telemetry.recorder_control import find_recorders
 from tests.ui.window_kit import Aircraft, free_port
 from tests.ui.x_driver import XDriver, run_program
 from ui.dialogs.connect import ConnectDialog
+from ui.main_window import MainWindow
 from ui.preflight.wizard_page import WizardPage
 from ui.review.estimate_page import EstimatePage
 from ui.settings import SettingsStore
-from ui.window import MainWindow
 
 PLAN = """\
 name = "day"

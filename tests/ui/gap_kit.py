@@ -14,23 +14,23 @@ import numpy as np
 
 from gsapp.discrepancy.results import (
     Alternative,
-    Candidate,
     ChangedValue,
     ChannelGap,
     Disagreement,
-    Discrepancy,
+    DiscrepancyResult,
+    FlightRegion,
     FoundEffect,
     Gap,
     InstrumentRemark,
-    ManeuverView,
+    ManeuverHistories,
+    ModelStep,
     Observability,
-    Region,
-    Step,
+    RankedCandidate,
 )
 from gsapp.dynamics.model import Model
-from ui.gap.request import Answer, Decisions, EffectNote, GapRequest
-from ui.gap.worker import Job, ReportJob
-from ui.process.serving import Tell
+from ui.gap.gap_worker import GapJob, GapReportJob
+from ui.gap.search_request import EffectDecisions, EffectInfo, GapRequest, SearchResult
+from ui.job_process.job_server import JobProgressCallback
 
 COEFFICIENTS = ("CX", "CY", "CZ", "Cl", "Cm", "Cn")
 CHANNELS = ("alpha", "q", "an", "beta", "p", "r", "ay")
@@ -47,14 +47,14 @@ _KINDS = ("de 3-2-1-1", "de doublet", "da doublet", "dr doublet", "de doublet", 
           "dr doublet", "de 3-2-1-1")  # fmt: skip
 
 
-def _candidate(effect: str, score: float, evidence: float, sigma: float) -> Candidate:
-    return Candidate(
+def _candidate(effect: str, score: float, evidence: float, sigma: float) -> RankedCandidate:
+    return RankedCandidate(
         effect=effect, title=TITLES[effect], score=score, evidence=evidence, held_out=0.4 * score,
         sigma=sigma,
     )  # fmt: skip
 
 
-def _view(place: int, count: int, steps: int) -> ManeuverView:
+def _view(place: int, count: int, steps: int) -> ManeuverHistories:
     generator = np.random.default_rng(place)
     start = 60.0 + 25.0 * place
     times = start + 0.02 * np.arange(count)
@@ -70,7 +70,7 @@ def _view(place: int, count: int, steps: int) -> ManeuverView:
     noise_c = generator.normal(size=missing.shape) * 0.0012
     measured = truth + noise
     measured[10:14, 1] = np.nan
-    return ManeuverView(
+    return ManeuverHistories(
         id=str(place + 1), flight="trial", kind=_KINDS[place % len(_KINDS)].split()[-1],
         held_out=place in (1, 5), times=times, channels=CHANNELS, measured=measured,
         computed=tuple(truth - share * off for share in left),
@@ -91,7 +91,7 @@ def make_discrepancy(
     maneuvers: int = 8,
     verdict: str = "effects-found",
     forced: tuple[str, ...] = (),
-) -> Discrepancy:
+) -> DiscrepancyResult:
     """Return an answer with these effects on the way.
 
     Parameters
@@ -120,7 +120,7 @@ def make_discrepancy(
         ratio[:, 4] += left * (2.0 + np.arange(maneuvers) * 1.9)
         ratio[:, 2] += left * 1.2
         steps.append(
-            Step(
+            ModelStep(
                 model=model,
                 added=effects[place - 1] if place else "",
                 ranking=tuple(c for c in ranked if c.effect not in effects[:place]),
@@ -145,7 +145,7 @@ def make_discrepancy(
             coefficient="Cm", channel="q", maneuver=view.id, t_start=float(view.times[60]),
             t_end=float(view.times[170]), rms=0.0024 * (3.0 + place), noise_floor=0.0024,
             p_value=1e-9,
-            region=Region(variable="throttle", low=0.7, high=1.0, words="throttle above 70 %"),
+            region=FlightRegion(variable="throttle", low=0.7, high=1.0, words="throttle above 70 %"),
         )
         for place, view in reversed(list(enumerate(views)))
     )  # fmt: skip
@@ -157,7 +157,7 @@ def make_discrepancy(
         )
         for name in CHANNELS
     }  # fmt: skip
-    return Discrepancy(
+    return DiscrepancyResult(
         verdict=verdict,  # type: ignore[arg-type]
         why="The pitching moment grows with throttle, most at low speed; with that effect in the "
         "model the maneuvers kept out agree to the noise.",
@@ -186,7 +186,7 @@ def make_discrepancy(
 
 
 NOTES = {
-    name: EffectNote(
+    name: EffectInfo(
         effect=name, title=title, equation="ΔCm = …",
         mistaken_for=("aero.Cm.speed",) if name != "aero.Cm.speed" else (THROTTLE,),
         told_apart="throttle steps at constant speed", units={"gap": "rad"},
@@ -200,7 +200,7 @@ class FakeEngine:
 
     Attributes
     ----------
-    jobs : list of Job
+    jobs : list of GapJob
         What was asked for.
     hold : threading.Event
         While cleared, a job goes on until it is stopped.
@@ -210,13 +210,13 @@ class FakeEngine:
 
     def __init__(self, effects: tuple[str, ...] = (THROTTLE, BACKLASH)) -> None:
         self.effects = effects
-        self.jobs: list[Job] = []
+        self.jobs: list[GapJob] = []
         self.hold = threading.Event()
         self.hold.set()
         self.fails: Exception | None = None
         self.closed = False
 
-    def do(self, job: Job, tell: Tell) -> Answer | Path:
+    def do(self, job: GapJob, tell: JobProgressCallback) -> SearchResult | Path:
         self.jobs.append(job)
         tell(0.25, "looking at maneuver 3")
         while not self.hold.is_set():
@@ -224,7 +224,7 @@ class FakeEngine:
             time.sleep(0.01)
         if self.fails is not None:
             raise self.fails
-        if isinstance(job, ReportJob):
+        if isinstance(job, GapReportJob):
             job.path.write_text("report", encoding="utf-8")
             return job.path
         return make_answer(job.request, job.decisions, self.effects)
@@ -235,13 +235,13 @@ class FakeEngine:
 
 def make_answer(
     request: GapRequest | None = None,
-    decisions: Decisions | None = None,
+    decisions: EffectDecisions | None = None,
     effects: tuple[str, ...] = (THROTTLE, BACKLASH),
-) -> Answer:
+) -> SearchResult:
     """Return the made-up answer under these decisions."""
-    decisions = decisions or Decisions()
+    decisions = decisions or EffectDecisions()
     proven = tuple(e for e in effects if e not in (*decisions.refused, *decisions.forced))
-    return Answer(
+    return SearchResult(
         request=request or GapRequest(flights=(Path("trial"),), model="b777"),
         decisions=decisions,
         discrepancy=make_discrepancy(

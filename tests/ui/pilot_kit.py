@@ -6,16 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from gsapp.excitation.alerts.alert import Alert, AlertLevel
 from gsapp.excitation.cues import CueSnapshot, NextCard
-from gsapp.excitation.dangers.danger import Danger, Urgency
 from gsapp.excitation.debrief import Debrief
-from gsapp.excitation.debrief_maneuver import Curves, JudgedManeuver
+from gsapp.excitation.debrief_maneuver import EvaluatedManeuver, ManeuverCurves
 from gsapp.excitation.debrief_trends import FlightTrend
-from gsapp.excitation.doublets.verdict import Finding, InputUnderWay, Verdict
-from gsapp.excitation.information.prospect import Gain, Outlook, Prospect
-from gsapp.excitation.points.point import TestPoint
-from gsapp.excitation.points.wanted import Band, WantedInput
-from gsapp.excitation.trim.cue import Off, TrimCue
+from gsapp.excitation.doublets.verdict import InputFinding, InputInProgress, InputVerdict
+from gsapp.excitation.information.outlook import BoundReduction, CardForecast, Outlook
+from gsapp.excitation.test_points.point import TestPoint
+from gsapp.excitation.test_points.target_input import TargetInput, ToleranceBand
+from gsapp.excitation.trim.trim_cue import TrimCue, TrimDeviation
 from gsapp.flight.cards import load_cards
 from gsapp.flight.catalog import CardScore
 from gsapp.quantities.constants import DEGREE, FOOT
@@ -25,13 +25,13 @@ CARD = next(card for card in CARDS.cards if card.id == "C1")
 POINT = TestPoint(
     card="C1", speed=100 * FOOT, speed_tolerance=5 * FOOT, alpha_tolerance=1.5 * DEGREE
 )
-WANTED = WantedInput(
+WANTED = TargetInput(
     surfaces=("da", "dr"), kind="doublet",
     amplitudes={
-        "da": Band(low=4 * DEGREE, best=6 * DEGREE, high=9 * DEGREE),
-        "dr": Band(low=7 * DEGREE, best=10 * DEGREE, high=14 * DEGREE),
+        "da": ToleranceBand(low=4 * DEGREE, best=6 * DEGREE, high=9 * DEGREE),
+        "dr": ToleranceBand(low=7 * DEGREE, best=10 * DEGREE, high=14 * DEGREE),
     },
-    width=Band(low=0.4, best=0.5, high=0.7), hands_off=2.4, mode="dutch roll", source="model",
+    width=ToleranceBand(low=0.4, best=0.5, high=0.7), hands_off=2.4, mode="dutch roll", source="model",
 )  # fmt: skip
 NEXT = NextCard(
     card=CARD, good=2, point=POINT, wanted=WANTED,
@@ -42,23 +42,23 @@ NEXT = NextCard(
 OUTLOOK = Outlook(
     time=180.0,
     prospects=(
-        Prospect(
+        CardForecast(
             card="C1", repeats=2,
-            gains=(Gain(name="Cn_r", before=0.12, after=0.05, low=0.04, high=0.07),), score=0.4,
+            gains=(BoundReduction(name="Cn_r", before=0.12, after=0.05, low=0.04, high=0.07),), score=0.4,
             seconds=60.0, words="two more rudder-aileron doublets at 100 ft/s: Cn_r from 35 % to "
             "15 %",
         ),
     ),
     time_left=250.0, maneuvers_left=6,
 )  # fmt: skip
-SLOW = Off(quantity="speed", amount=-3 * FOOT, share=1.8, channel="V")
-LOW_WING = Off(quantity="bank", amount=-6 * DEGREE, share=1.2, channel="phi")
-VERDICT = Verdict(
+SLOW = TrimDeviation(quantity="speed", amount=-3 * FOOT, share=1.8, channel="V")
+LOW_WING = TrimDeviation(quantity="bank", amount=-6 * DEGREE, share=1.2, channel="phi")
+VERDICT = InputVerdict(
     id="M7", given_at=180.0, t_start=174.0, t_input=175.0, t_input_end=179.0, t_end=179.4,
     surfaces=("da", "dr"), kind="doublet", amplitudes={"da": 6.2 * DEGREE, "dr": 4.9 * DEGREE},
     halves={"da": (0.5, 0.5), "dr": (0.5, 0.5)}, symmetry={"da": 0.9, "dr": 0.9},
     left_over={}, cross={}, V=100 * FOOT, alpha=4 * DEGREE, result="too-small",
-    findings=(Finding(result="too-small", words="rudder doublet too small: half again",
+    findings=(InputFinding(result="too-small", words="rudder doublet too small: half again",
                       surface="dr", factor=1.5),),
     advice="rudder doublet too small: half again, two thirds stick", card="C1",
 )  # fmt: skip
@@ -77,24 +77,24 @@ BASE = CueSnapshot(
 )  # fmt: skip
 
 
-def moving(phase: str, left: float = 1.6) -> InputUnderWay:
+def moving(phase: str, left: float = 1.6) -> InputInProgress:
     """Return an input under way."""
-    return InputUnderWay(
+    return InputInProgress(
         time=180.0, phase=phase, surfaces=("da", "dr"), t_input=179.0,  # type: ignore[arg-type]
         amplitudes={"da": 6.2 * DEGREE, "dr": 4.9 * DEGREE},
         hands_off_left=left, hands_off_total=2.4,
     )  # fmt: skip
 
 
-def verdict(result: str, advice: str) -> Verdict:
+def verdict(result: str, advice: str) -> InputVerdict:
     """Return a verdict."""
     return replace(VERDICT, result=result, advice=advice)  # type: ignore[type-var]
 
 
-def danger(words: str, *, warning: bool = True) -> Danger:
+def danger(words: str, *, warning: bool = True) -> Alert:
     """Return a danger that stands."""
-    urgency = Urgency.WARNING if warning else Urgency.CAUTION
-    return Danger(key="nose", urgency=urgency, since=178.0, words=words, spoken=words)
+    urgency = AlertLevel.WARNING if warning else AlertLevel.CAUTION
+    return Alert(key="nose", urgency=urgency, since=178.0, words=words, spoken=words)
 
 
 STATES: dict[str, CueSnapshot] = {
@@ -104,7 +104,7 @@ STATES: dict[str, CueSnapshot] = {
     "gusty": replace(BASE, trim=cue("gusty", gusts=0.9)),
     "turn": replace(
         BASE,
-        trim=cue("turn", off=(Off(quantity="turn", amount=0.3, share=3.0, channel="r"),)),
+        trim=cue("turn", off=(TrimDeviation(quantity="turn", amount=0.3, share=3.0, channel="r"),)),
     ),
     "blind": replace(BASE, trim=cue("blind", missing=("no rates come in",)), speed=None),
     "input": replace(BASE, under_way=moving("moving")),
@@ -127,7 +127,7 @@ STATES: dict[str, CueSnapshot] = {
 """Cues by what the page shows of them."""
 
 
-def judged(name: str = "M7", made: Verdict = VERDICT, *, go: bool = True) -> JudgedManeuver:
+def judged(name: str = "M7", made: InputVerdict = VERDICT, *, go: bool = True) -> EvaluatedManeuver:
     """Return a maneuver with curves: a doublet on each surface, and swinging rates."""
     times = np.arange(round(25 * (made.t_end - made.t_start))) / 25.0 + made.t_start
     since = times - made.t_input
@@ -138,10 +138,10 @@ def judged(name: str = "M7", made: Verdict = VERDICT, *, go: bool = True) -> Jud
         "dr": 0.02 + made.amplitudes.get("dr", 0.0) * np.roll(step, 12),
         "p": 0.5 * swing, "r": 0.2 * np.roll(swing, 6),
     }  # fmt: skip
-    return JudgedManeuver(
+    return EvaluatedManeuver(
         verdict=replace(made, id=name), wanted=WANTED, point=POINT,
         go_at=made.t_input - 1.2 if go else None, off={"speed": -0.4, "bank": 0.3},
-        curves=Curves(times=times, series=series),
+        curves=ManeuverCurves(times=times, series=series),
     )  # fmt: skip
 
 

@@ -9,9 +9,9 @@ from typing import Any
 
 from gsapp.identification.campaign import CanceledError
 from tests.identification.runs_kit import write_flights
-from ui.process.serving import Tell
-from ui.review.worker import ReviewBench
-from ui.work import CancelledError
+from ui.background_job import JobCanceledError
+from ui.job_process.job_server import JobProgressCallback
+from ui.review.review_worker import ReviewJobHandler
 
 __all__ = ["ThreadEngine", "write_flights"]
 
@@ -32,8 +32,8 @@ class ThreadEngine:
         self.hold = threading.Event()
         self.hold.set()
         self.closed = False
-        self._tell: Tell = lambda _share, _words: None
-        self._bench = ReviewBench(self._told)
+        self._tell: JobProgressCallback = lambda _share, _words: None
+        self._bench = ReviewJobHandler(self._told)
 
     def _told(self, share: float | None, words: str) -> None:
         self._tell(share, words)
@@ -42,13 +42,13 @@ class ThreadEngine:
             self._tell(share, words)
 
     def do(self, job: Any, tell: Callable[[float | None, str], object]) -> object:
-        """Do a job; see `ui.process.engine.Engine.do`."""
+        """Do a job; see `ui.job_process.job_runner.JobRunner.do`."""
         self.jobs.append(job)
         self._tell = tell
         try:
             return self._bench.do(job)
         except CanceledError as error:
-            raise CancelledError from error
+            raise JobCanceledError from error
 
     def close(self) -> None:
         """Note that the window closed."""

@@ -23,9 +23,9 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
-import ui.window
+import ui.main_window
 from tests.ui.window_kit import open_window, until, write_flight
-from ui.window import MainWindow
+from ui.main_window import MainWindow
 
 PAGES = {
     "preflight": ("card", "calibration", "checklist", "cards"),
@@ -93,7 +93,7 @@ class Watcher:
 @pytest.fixture
 def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[MainWindow]:
     monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+    monkeypatch.setattr(ui.main_window, "ask_closing", lambda *_: "leave")
     QApplication.setCursorFlashTime(0)
     made = open_window(tmp_path)
     qtbot.addWidget(made)

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from pytestqt.qtbot import QtBot
 
-from gsapp.excitation.speaking import Spoken
+from gsapp.excitation.announcer import Announcement
 from gsapp.session import Alarm, Session, Severity
-from gsapp.session.cue_watch import CueWatch
+from gsapp.session.cue_monitor import CueMonitor
 from tests.ui.window_kit import Loudspeaker, Mouth, open_window, until, write_flight
 
 
@@ -39,10 +39,10 @@ def test_what_was_true_a_while_ago_is_neither_shown_nor_said(
 
     def tell() -> None:
         watch = session.cue_watch
-        assert isinstance(watch, CueWatch)
+        assert isinstance(watch, CueMonitor)
         time = watch.cueing.snapshot().time
         assert time is not None
-        watch.spoken.append(Spoken(time=time, words="hands off", priority="prompt", tone=""))
+        watch.spoken.append(Announcement(time=time, words="hands off", priority="prompt", tone=""))
         window.desk._tell(session)
         # An aircraft that stands still gives alarms of its own.
         window.desk._snapshot = replace(session.snapshot(), alarms=())

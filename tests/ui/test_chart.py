@@ -14,18 +14,18 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from tests.ui.window_kit import FIGURE_MENU
-from ui.gap.chart import FLIGHT_TIME, Chart, Curve
-from ui.look import Look
-from ui.words import MINUS
+from ui.display_style import DisplayStyle
+from ui.gap.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotCurve
+from ui.number_format import MINUS
 
 
 @pytest.mark.parametrize(("scale", "width"), [(100, 280), (100, 700), (200, 560), (200, 900)])
 def test_points_at_the_ends_are_not_cut(qtbot: QtBot, scale: int, width: int) -> None:
-    look = Look(scale=scale)
-    chart = Chart(look, "Points off the curve")
+    look = DisplayStyle(scale=scale)
+    chart = AnalysisPlot(look, "Points off the curve")
     qtbot.addWidget(chart)
     chart.resize(width, 3 * scale)
-    points = Curve(
+    points = PlotCurve(
         x=np.array([0.4, 2.5, 4.7]), y=np.array([-1.0, 0.0, 1.0]), color="blue", points=True,
         symbol="t",
     )  # fmt: skip
@@ -44,30 +44,30 @@ def test_points_at_the_ends_are_not_cut(qtbot: QtBot, scale: int, width: int) ->
 
 
 @pytest.fixture
-def history(qtbot: QtBot) -> Chart:
+def history(qtbot: QtBot) -> AnalysisPlot:
     """Return a chart of a sine over flight time, with the one computed below it."""
-    chart = Chart(Look(), "q of a maneuver")
+    chart = AnalysisPlot(DisplayStyle(), "q of a maneuver")
     qtbot.addWidget(chart)
     chart.resize(700, 400)
     with qtbot.waitExposed(chart):
         chart.show()
     times = np.arange(100.0, 110.0, 0.02)
     curves = [
-        Curve(x=times, y=10.0 * np.sin(times), color="blue", name="measured"),
-        Curve(x=times, y=9.0 * np.sin(times), color="text", name="computed", dashed=True),
+        PlotCurve(x=times, y=10.0 * np.sin(times), color="blue", name="measured"),
+        PlotCurve(x=times, y=9.0 * np.sin(times), color="text", name="computed", dashed=True),
     ]
-    chart.draw(curves, title="q", bottom=FLIGHT_TIME, left="q, °/s")
+    chart.draw(curves, title="q", bottom=FLIGHT_TIME_LABEL, left="q, °/s")
     qtbot.wait(50)
     return chart
 
 
-def pixel(chart: Chart, x: float, y: float) -> QPointF:
+def pixel(chart: AnalysisPlot, x: float, y: float) -> QPointF:
     """Return the pixel of the plot at which x and y lie."""
     box = chart.plot.getPlotItem().getViewBox()
     return QPointF(chart.plot.mapFromScene(box.mapViewToScene(QPointF(x, y))))
 
 
-def test_the_cursor_reads_all_curves_and_the_time(history: Chart) -> None:
+def test_the_cursor_reads_all_curves_and_the_time(history: AnalysisPlot) -> None:
     words = history.plot.words_at(pixel(history, 105.0, 3.0)).splitlines()
     assert words[0] in ("01:44.99", "01:45.00", "01:45.01")
     found = {line.split()[1]: float(line.split()[2].replace(MINUS, "-")) for line in words[1:]}
@@ -79,7 +79,7 @@ def test_the_cursor_reads_all_curves_and_the_time(history: Chart) -> None:
 
 
 def test_a_drag_zooms_to_its_rectangle_and_a_double_click_shows_everything(
-    history: Chart, qtbot: QtBot
+    history: AnalysisPlot, qtbot: QtBot
 ) -> None:
     plot = history.plot
     box = plot.getPlotItem().getViewBox()
@@ -101,7 +101,7 @@ def test_a_drag_zooms_to_its_rectangle_and_a_double_click_shows_everything(
     assert box.viewRange()[1] == pytest.approx(whole[1], abs=0.1)
 
 
-def test_the_wheel_zooms_time_about_the_pointer(history: Chart) -> None:
+def test_the_wheel_zooms_time_about_the_pointer(history: AnalysisPlot) -> None:
     box = history.plot.getPlotItem().getViewBox()
     before = box.viewRange()
     at = pixel(history, 103.0, 0.0)
@@ -121,7 +121,7 @@ def test_the_wheel_zooms_time_about_the_pointer(history: Chart) -> None:
 
 
 def test_the_menu_saves_the_chart_and_its_numbers(
-    history: Chart, tmp_path: Path, qtbot: QtBot
+    history: AnalysisPlot, tmp_path: Path, qtbot: QtBot
 ) -> None:
     copy_picture, copy_numbers, save_as, reset = history.plot.actions()
     assert [one.text() for one in (copy_picture, copy_numbers, save_as, reset)] == FIGURE_MENU
@@ -132,7 +132,7 @@ def test_the_menu_saves_the_chart_and_its_numbers(
         assert path.read_bytes().startswith(begin)
         assert path.stat().st_size > 2000
     rows = list(csv.reader((tmp_path / "chart.csv").open(encoding="utf-8")))
-    assert rows[0] == ["curve", FLIGHT_TIME, "q, °/s"]
+    assert rows[0] == ["curve", FLIGHT_TIME_LABEL, "q, °/s"]
     assert [float(cell) for cell in rows[1][1:]] == [100.0, 10.0 * np.sin(100.0)]
     with qtbot.waitSignal(history.menu.reported):
         copy_picture.trigger()
@@ -142,5 +142,5 @@ def test_the_menu_saves_the_chart_and_its_numbers(
     lines = QApplication.clipboard().text().splitlines()
     assert lines[0].split("\t") == rows[0]
     assert len(lines) == len(rows)
-    history.draw([], title="q", bottom=FLIGHT_TIME, left="q, °/s")
+    history.draw([], title="q", bottom=FLIGHT_TIME_LABEL, left="q, °/s")
     assert not any(one.isEnabled() for one in history.plot.actions())

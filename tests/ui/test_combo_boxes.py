@@ -12,9 +12,9 @@ from pytestqt.qtbot import QtBot
 
 from tests.ui.window_kit import answer_dialog, until, write_flight
 from ui.dialogs.connect import ConnectDialog
-from ui.dialogs.form import FormDialog
-from ui.dialogs.small import ExportDialog
-from ui.window import MainWindow
+from ui.dialogs.flight_dialogs import ExportDialog
+from ui.dialogs.form_dialog import FormDialog
+from ui.main_window import MainWindow
 
 KEYS = {"Enter": Qt.Key.Key_Return, "keypad Enter": Qt.Key.Key_Enter, "Space": Qt.Key.Key_Space}
 

@@ -11,11 +11,11 @@ from pytestqt.qtbot import QtBot
 
 from gsapp.decoding.dialect import dialect
 from tests.ui.window_kit import Aircraft, answer_dialog, free_port, until
-from ui.choices import connect_choices
+from ui.dialog_options import connection_options
 from ui.dialogs.connect import ConnectDialog
-from ui.look import Look
+from ui.display_style import DisplayStyle
+from ui.main_window import MainWindow
 from ui.settings import Settings
-from ui.window import MainWindow
 
 
 def test_a_failed_connection_leaves_all_that_was_typed_and_no_recent_link(
@@ -86,7 +86,7 @@ def test_a_link_is_tested_in_the_dialog_and_the_flown_system_chosen_among_those_
 ) -> None:
     port = free_port()
     dialog = ConnectDialog(
-        Settings(links=(f"udpin:127.0.0.1:{port}",)), Look(), connect_choices(), tmp_path
+        Settings(links=(f"udpin:127.0.0.1:{port}",)), DisplayStyle(), connection_options(), tmp_path
     )
     qtbot.addWidget(dialog)
     test = dialog.test

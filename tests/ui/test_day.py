@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from gsapp.flight.raw import RawTail
+from gsapp.flight.raw_files import RawTail
 from tests.ui.x_driver import left_running, missing_programs, x_server
 
 WALK = Path(__file__).with_name("day_walk.py")

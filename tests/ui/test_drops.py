@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from tests.ui.window_kit import until, write_flight
-from ui.window import MainWindow
+from ui.main_window import MainWindow
 
 _HERE = QPoint(20, 20)
 _ALL = Qt.DropAction.CopyAction | Qt.DropAction.MoveAction

@@ -12,25 +12,25 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
-from gsapp.aircraft.reading import SHIPPED
-from gsapp.dynamics.pilot.flight import VirtualFlight
+from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
+from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
+from gsapp.flight.flight_import import import_flight
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.importing import import_flight
 from gsapp.flight.writers import write_block
 from gsapp.identification.campaign import CampaignValue
 from gsapp.quantities import trace_color
-from gsapp.session import MAX_SPEED
-from gsapp.session.estimating.picture import EstimateRow, FittedPoint
+from gsapp.session import UNLIMITED_SPEED
+from gsapp.session.live_estimation.estimate_table import EstimateRow, FittedPoint
 from tests.ui.window_kit import KILL, pixels, until
+from ui.display_style import DisplayStyle
 from ui.flight.estimates_panel import (
     EstimatesPanel,
-    percent_text,
-    spoken_row,
-    state_words,
-    value_words,
+    accessible_row_text,
+    bound_percent_text,
+    describe_value,
+    fit_status_text,
 )
-from ui.look import Look
-from ui.window import MainWindow
+from ui.main_window import MainWindow
 
 TIMES = np.arange(0.0, 100.0, 0.1)
 KNOWN = EstimateRow(
@@ -47,27 +47,29 @@ UNKNOWN = replace(
 
 def test_rows_in_words() -> None:
     """What a screen reader says; digits that the bound earns; unknown is no number."""
-    assert spoken_row(KNOWN) == "Cmα \N{MINUS SIGN}0.3350 ± 0.0040, standard error 1.2 %, " + (
+    assert accessible_row_text(
+        KNOWN
+    ) == "Cmα \N{MINUS SIGN}0.3350 ± 0.0040, standard error 1.2 %, " + (
         "last maneuver: 9 % to 2.0 %"
     )
-    assert spoken_row(UNKNOWN) == "Clδa unknown: the aileron hardly moved"
+    assert accessible_row_text(UNKNOWN) == "Clδa unknown: the aileron hardly moved"
     # The bound in percent stands above the value that it is of.
-    assert value_words(KNOWN) == (
+    assert describe_value(KNOWN) == (
         "ML −0.3350 ± 0.0040", "FTR −0.3300  9→2.0 %",
     )  # fmt: skip
-    assert value_words(replace(KNOWN, mean=None, changed="")) == (
+    assert describe_value(replace(KNOWN, mean=None, changed="")) == (
         "FTR −0.3300 ± 0.0066", "",
     )  # fmt: skip
-    assert value_words(UNKNOWN) == ("unknown", "")
-    assert percent_text(4000.0) == "> 999 %"
-    assert state_words(2, 1, {"M3": "it did not converge"}) == (
+    assert describe_value(UNKNOWN) == ("unknown", "")
+    assert bound_percent_text(4000.0) == "> 999 %"
+    assert fit_status_text(2, 1, {"M3": "it did not converge"}) == (
         "2 maneuvers fitted · 1 being fitted · M3 not fitted: it did not converge"
     )
 
 
 def test_history_points_and_excitation_are_drawn(qtbot: QtBot) -> None:
     """Line, dots and dotted line of a known one; a bar for one that is not."""
-    look = Look()
+    look = DisplayStyle()
     panel = EstimatesPanel(look)
     qtbot.addWidget(panel)
     panel.resize(360, 300)
@@ -108,8 +110,8 @@ def test_derivatives_form_while_a_flight_is_watched(
     """From the samples through another process onto the panel; Enter goes to the maneuver."""
     path = tmp_path / "flight"
     import_flight(write_block(tmp_path / "flight.csv", flown_short(6).measured, "csv"), path)
-    FlightFolder.open(path).keep_aircraft(SHIPPED.find("b777"))
-    window.desk.starter.open_flight(path, speed=MAX_SPEED)
+    FlightFolder.open(path).keep_aircraft(SHIPPED_AIRCRAFT.find("b777"))
+    window.desk.starter.open_flight(path, speed=UNLIMITED_SPEED)
     until(qtbot, lambda: window.desk.is_replay, 60_000)
     window.commands.actions["panel_estimates"].trigger()
     panel = window.view.estimates

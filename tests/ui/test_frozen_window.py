@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gsapp.flight.preparing import prepare_flight
+from gsapp.flight.folder_setup import prepare_flight_folder
 from gsapp.telemetry.recorder_control import RecorderHandle, start_recorder
 from tests.ui.window_kit import Aircraft, free_port
 
@@ -41,7 +41,7 @@ class RememberingAircraft(Aircraft):
 def recorder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RecorderHandle]:
     monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
     link, folder = f"udpin:127.0.0.1:{free_port()}", tmp_path / "flight"
-    prepare_flight(folder, aircraft="b777", channel_map="b777", source=link)
+    prepare_flight_folder(folder, aircraft="b777", channel_map="b777", source=link)
     handle = start_recorder(link, folder)
     yield handle
     handle.stop()

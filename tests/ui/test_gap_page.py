@@ -22,8 +22,8 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
-import ui.gap.place
-import ui.window
+import ui.gap.gap_page
+import ui.main_window
 from gsapp.dynamics.model import load_model
 from gsapp.foundation import GroundStationError
 from tests.ui.gap_kit import ALPHA2, BACKLASH, THROTTLE, TITLES, FakeEngine
@@ -37,12 +37,12 @@ from tests.ui.window_kit import (
     until,
     write_flight,
 )
-from ui.gap.force import ForceDialog
-from ui.gap.marking import level_colors
-from ui.gap.request import GapRequest
-from ui.gap.worker import ReportJob, SearchJob
+from ui.gap.force_effect_dialog import ForceEffectDialog
+from ui.gap.gap_worker import GapReportJob, SearchJob
+from ui.gap.paint_primitives import level_colors
+from ui.gap.search_request import GapRequest
+from ui.main_window import MainWindow
 from ui.theme import THEMES
-from ui.window import MainWindow
 
 CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
 SHIFT = Qt.KeyboardModifier.ShiftModifier
@@ -52,7 +52,7 @@ SHIFT = Qt.KeyboardModifier.ShiftModifier
 def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterator[MainWindow]:
     """Return one window for all tests of the module: styling a window takes a second."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(ui.gap.place, "search_engine", FakeEngine)
+        patch.setattr(ui.gap.gap_page, "create_search_job_runner", FakeEngine)
         with opened_window(tmp_path_factory.mktemp("window")) as window:
             yield window
 
@@ -505,7 +505,7 @@ def test_an_effect_is_refused_and_that_is_taken_back(
 def test_another_effect_is_forced_from_a_list_that_can_be_searched(
     story: MainWindow, qtbot: QtBot, engine: FakeEngine
 ) -> None:
-    def fill(dialog: ForceDialog) -> None:
+    def fill(dialog: ForceEffectDialog) -> None:
         assert dialog.focusWidget() is dialog.search
         # What is in the model is not offered.
         role = Qt.ItemDataRole.UserRole
@@ -519,7 +519,7 @@ def test_another_effect_is_forced_from_a_list_that_can_be_searched(
         qtbot.keyClick(dialog.search, Qt.Key.Key_Return)
 
     press(qtbot, Qt.Key.Key_3, ALT)
-    answer_dialog(ForceDialog, fill)
+    answer_dialog(ForceEffectDialog, fill)
     press(qtbot, Qt.Key.Key_F, CONTROL | SHIFT)
     until(qtbot, lambda: len(engine.jobs) == 2 and not story.gap.busy)
     assert engine.jobs[1].decisions.forced == (ALPHA2,)
@@ -634,7 +634,7 @@ def test_the_report_is_written_behind_the_window(
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
     press(qtbot, Qt.Key.Key_P, CONTROL)
     until(qtbot, lambda: any("gap.html" in text for text in story.banners.texts()))
-    assert isinstance(engine.jobs[-1], ReportJob)
+    assert isinstance(engine.jobs[-1], GapReportJob)
     assert target.read_text(encoding="utf-8") == "report"
     assert story.gap.shown
 

@@ -14,37 +14,37 @@ from types import SimpleNamespace
 
 import pytest
 
-import gsapp.identification.flights
-import ui.process.serving
-from gsapp.discrepancy.results import Discrepancy, Observability
+import gsapp.identification.maneuver_extraction
+import ui.job_process.job_server
+from gsapp.discrepancy.results import DiscrepancyResult, Observability
 from gsapp.discrepancy.settings import (
-    Callback,
     DiscrepancySettings,
-    Progress,
+    SearchProgress,
+    SearchProgressCallback,
     SearchStoppedError,
 )
 from gsapp.foundation import FlightError
 from tests.ui.gap_kit import ALPHA2, THROTTLE, make_answer, make_discrepancy
 from tests.ui.window_kit import KILL
-from ui.gap.phrases import (
-    chance_text,
-    closed_text,
+from ui.background_job import JobCanceledError
+from ui.gap.gap_search import create_search_job_runner
+from ui.gap.gap_text import (
     confidence_text,
-    inputs_text,
+    gap_closed_text,
+    maneuver_kind_text,
+    p_value_text,
     parameter_text,
-    signed,
+    signed_number_text,
     verdict_state,
     verdict_text,
 )
-from ui.gap.pictures import observability_lines
-from ui.gap.request import Answer, Decisions, GapRequest
-from ui.gap.search import search_engine
-from ui.gap.trial import fly_trial, trial_folder
-from ui.gap.worker import ReportJob, SearchJob, serve
-from ui.process.engine import JobError, ProcessEngine
-from ui.process.serving import Stop, Tell, Told, serve_jobs
-from ui.words import with_std
-from ui.work import CancelledError
+from ui.gap.gap_view_models import build_observability_rows
+from ui.gap.gap_worker import GapReportJob, SearchJob, serve_gap_jobs
+from ui.gap.search_request import EffectDecisions, GapRequest, SearchResult
+from ui.gap.virtual_flight_simulation import find_virtual_flight_folder, simulate_virtual_flight
+from ui.job_process.job_runner import JobError, ProcessJobRunner
+from ui.job_process.job_server import JobProgressCallback, JobReport, StopEvent, serve_jobs
+from ui.number_format import value_with_std_text
 
 
 class FakeSearch:
@@ -55,13 +55,13 @@ class FakeSearch:
         self.endless = False
 
     def run(
-        self, settings: DiscrepancySettings, *, progress: Callback | None = None
-    ) -> Discrepancy:
+        self, settings: DiscrepancySettings, *, progress: SearchProgressCallback | None = None
+    ) -> DiscrepancyResult:
         self.settings.append(settings)
         assert progress is not None
         step = 0
         while step < 3 or self.endless:
-            if progress(Progress(share=min(step / 3, 0.9), doing=f"step {step}")) is False:
+            if progress(SearchProgress(share=min(step / 3, 0.9), doing=f"step {step}")) is False:
                 raise SearchStoppedError("stopped")
             step += 1
             time.sleep(0.002)
@@ -69,7 +69,7 @@ class FakeSearch:
 
 
 class Bench:
-    """`serve` in a thread, with the pipe that the window would hold."""
+    """`serve_gap_jobs` in a thread, with the pipe that the window would hold."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.search = FakeSearch()
@@ -79,10 +79,14 @@ class Bench:
         self.stop = threading.Event()
         self.connection: Connection
         self.connection, theirs = Pipe()
-        monkeypatch.setattr(gsapp.identification.flights, "flown_flights", self._flown)
+        monkeypatch.setattr(
+            gsapp.identification.maneuver_extraction, "open_flights_with_maneuvers", self._flown
+        )
         # This process is that of all tests.
-        monkeypatch.setattr(ui.process.serving, "stand_back", lambda _steps: None)
-        self.thread = threading.Thread(target=serve, args=(theirs, self.stop, self._prepare))
+        monkeypatch.setattr(ui.job_process.job_server, "lower_priority", lambda _steps: None)
+        self.thread = threading.Thread(
+            target=serve_gap_jobs, args=(theirs, self.stop, self._prepare)
+        )
         self.thread.start()
 
     def _flown(
@@ -105,7 +109,7 @@ class Bench:
         self.prepared.append(parts)
         return self.search
 
-    def do(self, job: SearchJob | ReportJob) -> list[Told]:
+    def do(self, job: SearchJob | GapReportJob) -> list[JobReport]:
         self.connection.send(job)
         told = []
         while not told or told[-1].kind == "doing":
@@ -125,10 +129,10 @@ def bench(monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
     made.close()
 
 
-def job(*, flight: str = "flight 3", decisions: Decisions | None = None) -> SearchJob:
+def job(*, flight: str = "flight 3", decisions: EffectDecisions | None = None) -> SearchJob:
     return SearchJob(
         request=GapRequest(flights=(Path(flight),), model="b777"),
-        decisions=decisions or Decisions(),
+        decisions=decisions or EffectDecisions(),
     )
 
 
@@ -136,7 +140,7 @@ def test_flights_are_read_once_and_decisions_reach_the_search(bench: Bench) -> N
     """A second look at the same flights is quick; another request begins anew."""
     told = bench.do(job())
     answer = told[-1].result
-    assert isinstance(answer, Answer)
+    assert isinstance(answer, SearchResult)
     assert answer.kinds == {"1": "de doublet"}
     assert (answer.remarks, answer.aircraft) == (("p clipped",), "B777")
     assert answer.notes[THROTTLE].mistaken_for
@@ -144,7 +148,7 @@ def test_flights_are_read_once_and_decisions_reach_the_search(bench: Bench) -> N
     assert shares == sorted(shares)
     assert 0.0 <= shares[0] < shares[-1] <= 1.0
     assert "reading flight 3" in [one.words for one in told]
-    bench.do(job(decisions=Decisions().refuse(THROTTLE).force(ALPHA2)))
+    bench.do(job(decisions=EffectDecisions().refuse(THROTTLE).force(ALPHA2)))
     assert len(bench.read) == len(bench.prepared) == 1
     assert (bench.search.settings[1].refused, bench.search.settings[1].forced) == (
         (THROTTLE,),
@@ -188,7 +192,7 @@ def test_the_report_is_written_with_the_files_it_came_from(bench: Bench, tmp_pat
     flight = tmp_path / "flight.csv"
     flight.write_text("time [s],alpha [deg]\n0,1\n", encoding="utf-8")
     answer = make_answer(GapRequest(flights=(flight,), model="b777"))
-    told = bench.do(ReportJob(answer=answer, path=tmp_path / "gap.html", units="SI"))
+    told = bench.do(GapReportJob(answer=answer, path=tmp_path / "gap.html", units="SI"))
     assert told[-1].result == tmp_path / "gap.html", told[-1].words
     text = (tmp_path / "gap.html").read_text(encoding="utf-8")
     assert "flight.csv" in text
@@ -197,7 +201,7 @@ def test_the_report_is_written_with_the_files_it_came_from(bench: Bench, tmp_pat
 
 def test_a_process_of_its_own_fails_and_stops_in_words(tmp_path: Path) -> None:
     """One real process: a flight that is not there, a stop, the end."""
-    engine = search_engine()
+    engine = create_search_job_runner()
     assert engine.pid is None
     heard: list[str] = []
     with pytest.raises(JobError, match="nowhere"):
@@ -207,16 +211,16 @@ def test_a_process_of_its_own_fails_and_stops_in_words(tmp_path: Path) -> None:
     assert heard[0] == "starting"
 
     def stop(_share: float | None, _words: str) -> None:
-        raise CancelledError
+        raise JobCanceledError
 
-    with pytest.raises(CancelledError):
+    with pytest.raises(JobCanceledError):
         engine.do(job(flight=str(tmp_path / "nowhere")), stop)
     engine.close()
 
 
 @pytest.mark.usefixtures("pipes_stay")
 def test_a_process_that_dies_while_it_starts_is_missed(tmp_path: Path) -> None:
-    engine = search_engine()
+    engine = create_search_job_runner()
     late = time.monotonic() + 20.0
 
     def kill(_share: float | None, _words: str) -> None:
@@ -235,16 +239,16 @@ def test_a_process_that_does_not_obey_is_ended(tmp_path: Path) -> None:
     """A flight on a disk that never answers: the stop ends the process all the same."""
     stuck = tmp_path / "stuck.csv"
     os.mkfifo(stuck)
-    engine = search_engine()
+    engine = create_search_job_runner()
     begun: list[float] = []
 
     def tell(_share: float | None, words: str) -> None:
         if words.startswith("reading"):
             begun.append(time.monotonic())
             if begun[-1] - begun[0] > 0.5:
-                raise CancelledError
+                raise JobCanceledError
 
-    with pytest.raises(CancelledError):
+    with pytest.raises(JobCanceledError):
         engine.do(job(flight=str(stuck)), tell)
     assert time.monotonic() - begun[-1] < 8.0
     assert engine.pid is None
@@ -253,7 +257,7 @@ def test_a_process_that_does_not_obey_is_ended(tmp_path: Path) -> None:
 class _Writer:
     """Has something half written until it is stopped."""
 
-    def __init__(self, tell: Tell) -> None:
+    def __init__(self, tell: JobProgressCallback) -> None:
         self._tell = tell
 
     def do(self, job: Path) -> object:
@@ -266,19 +270,19 @@ class _Writer:
             job.unlink()
 
 
-def serve_writer(connection: Connection, stop: Stop) -> None:
+def serve_writer(connection: Connection, stop: StopEvent) -> None:
     """Serve the jobs of a `_Writer`."""
     serve_jobs(connection, stop, _Writer)
 
 
 def test_a_process_that_is_closed_leaves_nothing_half_written(tmp_path: Path) -> None:
-    engine = ProcessEngine(serve_writer, name="writer", remedy="try again")
+    engine = ProcessJobRunner(serve_writer, name="writer", remedy="try again")
     half, ended = tmp_path / "half", threading.Event()
     told: list[BaseException] = []
 
     def tell(_share: float | None, _words: str) -> None:
         if ended.is_set():
-            raise CancelledError
+            raise JobCanceledError
 
     def work() -> None:
         try:
@@ -297,16 +301,16 @@ def test_a_process_that_is_closed_leaves_nothing_half_written(tmp_path: Path) ->
     thread.join(10.0)
     assert engine.pid is None
     assert not half.exists()
-    assert [type(error) for error in told] == [CancelledError]
+    assert [type(error) for error in told] == [JobCanceledError]
 
 
 def test_a_trial_flight_stops_when_it_is_not_wanted_any_more(tmp_path: Path) -> None:
     from datetime import date
 
-    folder = trial_folder(tmp_path, date(2026, 5, 12))
+    folder = find_virtual_flight_folder(tmp_path, date(2026, 5, 12))
     assert folder.name == "2026-05-12 trial 1"
     folder.mkdir()
-    assert trial_folder(tmp_path, date(2026, 5, 12)).name == "2026-05-12 trial 2"
+    assert find_virtual_flight_folder(tmp_path, date(2026, 5, 12)).name == "2026-05-12 trial 2"
 
     flying = []
 
@@ -314,10 +318,10 @@ def test_a_trial_flight_stops_when_it_is_not_wanted_any_more(tmp_path: Path) -> 
         # Not before it has begun to write.
         flying.extend(tmp_path.glob(".never.*/.never.*/flight.toml"))
         if flying:
-            raise CancelledError
+            raise JobCanceledError
 
-    with pytest.raises(CancelledError):
-        fly_trial(tmp_path / "never", tell)
+    with pytest.raises(JobCanceledError):
+        simulate_virtual_flight(tmp_path / "never", tell)
     assert flying
     assert [one.name for one in tmp_path.iterdir()] == [folder.name]
 
@@ -331,19 +335,19 @@ def test_a_trial_flight_stops_when_it_is_not_wanted_any_more(tmp_path: Path) -> 
      (1234.5, 120.0, "1234 ± 120"), (0.5, 0.0, "0.500"), (float("nan"), 1.0, "–")],
 )  # fmt: skip
 def test_a_value_has_the_digits_that_its_bound_earns(value: float, std: float, text: str) -> None:
-    assert with_std(value, std) == text
+    assert value_with_std_text(value, std) == text
 
 
 def test_numbers_in_words() -> None:
     assert parameter_text(0.0105, 0.0006, "rad", "US") == "0.602 ± 0.034 °"
     assert parameter_text(0.3048, 0.03048, "m", "US") == "1.00 ± 0.10 ft"
-    assert signed(5053.6, 1) == "+5,054"
-    assert signed(-0.04, 1) == "0.0"
-    assert chance_text(1e-9) == "chance below 1 in a million"
-    assert chance_text(0.00033) == "chance 1 in 3,000"
-    assert closed_text(0.943, 0.031) == "94 ± 3 % of the gap is closed"
-    assert closed_text(None, None) == "There was no gap to close"
-    assert inputs_text("da+dr doublet") == "aileron+rudder doublet"
+    assert signed_number_text(5053.6, 1) == "+5,054"
+    assert signed_number_text(-0.04, 1) == "0.0"
+    assert p_value_text(1e-9) == "chance below 1 in a million"
+    assert p_value_text(0.00033) == "chance 1 in 3,000"
+    assert gap_closed_text(0.943, 0.031) == "94 ± 3 % of the gap is closed"
+    assert gap_closed_text(None, None) == "There was no gap to close"
+    assert maneuver_kind_text("da+dr doublet") == "aileron+rudder doublet"
 
 
 @pytest.mark.parametrize(
@@ -366,7 +370,7 @@ def test_what_only_the_ground_can_settle_is_said_so() -> None:
         effect="mass.cg.x", effect_class="C", sigma=0.0, sigma_size=1.0, fly="weigh the aircraft"
     )
     found = replace(make_discrepancy(maneuvers=2), observability=(seen,))
-    line = observability_lines(replace(make_answer(), discrepancy=found), hidden_only=True)[0]
+    line = build_observability_rows(replace(make_answer(), discrepancy=found), hidden_only=True)[0]
     assert line.cells[1:] == ("on the ground only", "weigh the aircraft")
 
 

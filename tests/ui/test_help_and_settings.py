@@ -17,13 +17,13 @@ from pytestqt.qtbot import QtBot
 
 from tests.ui.window_kit import answer_dialog, until, write_flight
 from ui.dialogs.about import AboutDialog
+from ui.dialogs.flight_dialogs import GoToDialog
 from ui.dialogs.guide import GuideWindow, guide_folder, guide_pages
 from ui.dialogs.settings import SettingsDialog
-from ui.dialogs.small import GoToDialog
-from ui.look import Look
+from ui.display_style import DisplayStyle
+from ui.main_window import MainWindow
 from ui.settings import Settings, SettingsStore
 from ui.theme import THEMES, contrast
-from ui.window import MainWindow
 
 
 def test_settings_are_put_in_force_and_kept(window: MainWindow, tmp_path: Path) -> None:
@@ -151,7 +151,7 @@ def test_the_license_opens_from_its_page(qtbot: QtBot, tmp_path: Path, installed
         folder.mkdir()
         for page in pages:
             shutil.copy(page, folder)
-    guide = GuideWindow(Look(), folder)
+    guide = GuideWindow(DisplayStyle(), folder)
     qtbot.addWidget(guide)
     guide.show_page(folder / "licenses.md")
     guide.browser.anchorClicked.emit(QUrl("../LICENSE"))
@@ -219,7 +219,7 @@ def test_a_gray_command_says_why(window: MainWindow) -> None:
 
 
 def test_a_gray_button_of_a_dialog_says_why(qtbot: QtBot) -> None:
-    dialog = GoToDialog(Look(), 0.0, 60.0, 10.0)
+    dialog = GoToDialog(DisplayStyle(), 0.0, 60.0, 10.0)
     qtbot.addWidget(dialog)
     dialog.show()
     dialog.edit.setText("soon")

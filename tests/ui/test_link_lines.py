@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from gsapp.decoding.dialect import dialect
 from gsapp.decoding.health import LinkHealth, LinkReport
-from ui.flight.link_lines import TITLES, message_rows, sender_sentences
+from ui.flight.link_rows import LINK_COLUMN_TITLES, build_link_message_rows, describe_senders
 
 START_US = 1_700_000_000_000_000
 
@@ -23,18 +23,21 @@ def heard(*frames: tuple[int, int]) -> LinkReport:
 def test_one_sender_is_told_once_and_its_messages_by_their_name_alone() -> None:
     """Two of ten frames were lost, and one came twice."""
     report = heard(*((1, number) for number in (0, 1, 2, 3, 4, 5, 6, 6, 9)))
-    assert sender_sentences(report) == (
+    assert describe_senders(report) == (
         "System 1, component 1: 8 frames, 20 % lost, 1 came twice.",
     )
-    (row,) = message_rows(report)
-    assert dict(zip(TITLES, row.cells, strict=True)) == {
+    (row,) = build_link_message_rows(report)
+    assert dict(zip(LINK_COLUMN_TITLES, row.cells, strict=True)) == {
         "Message": "ATTITUDE", "Frames": "8", "Per s": "10", "Age": "0.0 s", "Delay": "0 ms",
     }  # fmt: skip
 
 
 def test_of_several_senders_each_message_says_whose_it_is() -> None:
     report = heard(*((component, number) for number in range(20) for component in (1, 154)))
-    assert [row.cells[0] for row in message_rows(report)] == ["1/1 ATTITUDE", "1/154 ATTITUDE"]
-    assert len(sender_sentences(report)) == 2
-    assert message_rows(heard()) == ()
-    assert sender_sentences(heard()) == ()
+    assert [row.cells[0] for row in build_link_message_rows(report)] == [
+        "1/1 ATTITUDE",
+        "1/154 ATTITUDE",
+    ]
+    assert len(describe_senders(report)) == 2
+    assert build_link_message_rows(heard()) == ()
+    assert describe_senders(heard()) == ()

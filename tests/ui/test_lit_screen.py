@@ -14,7 +14,7 @@ from PySide6.QtCore import ClassInfo, QObject, Signal, Slot
 from pytestqt.qtbot import QtBot
 
 from tests.ui.window_kit import until
-from ui.lit_screen import LitScreen
+from ui.screen_saver_inhibitor import ScreenSaverInhibitor
 
 pytestmark = pytest.mark.skipif(
     shutil.which("dbus-daemon") is None, reason="there is no bus on this computer"
@@ -81,7 +81,7 @@ def test_the_screen_stays_lit_for_as_long_as_a_flight_is_recorded(
 
         alone = connections()
         desk = Desk()
-        screen = LitScreen(desk)
+        screen = ScreenSaverInhibitor(desk)
         desk.changed.emit()
         assert connections() == alone
         desk.records_here = True
@@ -104,12 +104,12 @@ def test_the_screen_stays_lit_for_as_long_as_a_flight_is_recorded(
 _AS_ANOTHER_USER = """
 import os
 from PySide6.QtCore import QObject, Signal
-from ui.lit_screen import LitScreen
+from ui.screen_saver_inhibitor import ScreenSaverInhibitor
 class Desk(QObject):
     changed, ended = Signal(), Signal(object)
     records_here = True
 desk = Desk()
-screen = LitScreen(desk)
+screen = ScreenSaverInhibitor(desk)
 if os.getuid() == 0:
     os.setgid(65534); os.setuid(65534)
 desk.changed.emit()

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from ui.faults import _TurnedLog
+from ui.error_reporter import _RotatingLog
 
 
-def turned_log(path: Path) -> _TurnedLog:
-    handler = _TurnedLog(path, maxBytes=100, backupCount=3, encoding="utf-8")
+def turned_log(path: Path) -> _RotatingLog:
+    handler = _RotatingLog(path, maxBytes=100, backupCount=3, encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(message)s"))
     return handler
 

@@ -12,8 +12,8 @@ from pytestqt.qtbot import QtBot
 from gsapp.flight.folder import FlightFolder
 from tests.ui.window_kit import answer_dialog, free_port, until
 from ui.dialogs.connect import ConnectDialog
-from ui.dialogs.virtual import VirtualDialog
-from ui.window import MainWindow
+from ui.dialogs.virtual_flight import VirtualFlightDialog
+from ui.main_window import MainWindow
 
 
 def connect(window: MainWindow, qtbot: QtBot, title: str = "", parent: Path | None = None) -> Path:
@@ -80,13 +80,13 @@ def connect_and_block(window: MainWindow, qtbot: QtBot, parent: Path) -> Path:
 
 @pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() == 0, reason="root writes everywhere")
 @pytest.mark.parametrize(("command", "kind"), [("connect", ConnectDialog),
-                                               ("virtual", VirtualDialog)])  # fmt: skip
+                                               ("virtual", VirtualFlightDialog)])  # fmt: skip
 def test_a_folder_without_permission_is_refused_beside_its_field(
     window: MainWindow,
     qtbot: QtBot,
     tmp_path: Path,
     command: str,
-    kind: type[ConnectDialog | VirtualDialog],
+    kind: type[ConnectDialog | VirtualFlightDialog],
 ) -> None:
     """Typed, of an existing flight, or locked while the dialog is open."""
     locked, late = tmp_path / "locked", tmp_path / "late"
@@ -95,7 +95,7 @@ def test_a_folder_without_permission_is_refused_beside_its_field(
     late.mkdir()
     before = window.store.current.flights
 
-    def answer(dialog: ConnectDialog | VirtualDialog) -> None:
+    def answer(dialog: ConnectDialog | VirtualFlightDialog) -> None:
         place = dialog.place
         if isinstance(dialog, ConnectDialog):
             dialog.link.text.setEditText(f"udpin:127.0.0.1:{free_port()}")

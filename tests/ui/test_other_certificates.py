@@ -11,20 +11,20 @@ import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
-from calibration import certificate_files, load_certificates, write_certificate
-from gsapp.aircraft.reading import SHIPPED
-from gsapp.decoding.channel_map import SHIPPED as MAPS
+from calibration import certificate_paths, load_certificates, write_certificate
+from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT
+from gsapp.decoding.channel_map import SHIPPED_CHANNEL_MAPS as MAPS
 from gsapp.flight import load_flight
-from gsapp.flight.certificates import CertificatesUsed
+from gsapp.flight.certificates import AppliedCertificates
 from gsapp.flight.folder import FlightFolder
 from tests.flight.box_kit import box_tlog
 from tests.ui.window_kit import open_window, until
+from ui.background_job import JobProgress
 from ui.dialogs.certificates import CertificatesDialog
-from ui.flight.picture import Origin
-from ui.flight.values import value_lines
-from ui.look import Look
-from ui.window import MainWindow
-from ui.work import Progress
+from ui.display_style import DisplayStyle
+from ui.flight.cursor_values import build_cursor_value_rows
+from ui.flight.flight_view_state import ChannelOrigin
+from ui.main_window import MainWindow
 
 _GONE = ("elevator_left", "flap")
 _PATIENCE = 30_000
@@ -37,8 +37,8 @@ def flight(tmp_path: Path) -> Path:
     folder = FlightFolder.create(tmp_path / "old flight")
     folder.tlog_file.write_bytes(box_tlog())
     folder.keep_channel_map(MAPS.find("b777"))
-    folder.keep_aircraft(SHIPPED.find("b777"))
-    folder.keep_certificates(certificate_files("b777"))
+    folder.keep_aircraft(SHIPPED_AIRCRAFT.find("b777"))
+    folder.keep_certificates(certificate_paths("b777"))
     return folder.path
 
 
@@ -47,7 +47,7 @@ def other(tmp_path: Path) -> Path:
     """Return another day's certificates: alpha reads 1 deg more; two instruments have none."""
     folder = tmp_path / "spring"
     folder.mkdir()
-    for path in certificate_files("b777"):
+    for path in certificate_paths("b777"):
         if path.stem not in _GONE:
             shutil.copy(path, folder)
     alpha = load_certificates("b777")["alpha"]
@@ -109,7 +109,7 @@ def test_read_anew_with_other_certificates_and_back(
     until(
         qtbot, lambda: any("instead of those kept" in text for text in banners(window)), _PATIENCE
     )
-    written = window.desk.export("csv", tmp_path / "out.csv", Progress(lambda *_: None))
+    written = window.desk.export("csv", tmp_path / "out.csv", JobProgress(lambda *_: None))
     exported = load_flight(written).block["alpha"]
     np.testing.assert_allclose(exported[20:180], read, atol=1e-12)
 
@@ -152,10 +152,10 @@ def test_what_has_no_certificate_is_charted_hatched_and_called_uncalibrated(
     assert "uncalibrated" in window.view.channels._notes["flap"]
     history = window.desk.history
     at = {"cursor": history.last("alpha")[0]}
-    lines = value_lines(history, ["de", "alpha"], at, "US", picture.sources)
+    lines = build_cursor_value_rows(history, ["de", "alpha"], at, "US", picture.sources)
     assert [line.cells[0].endswith("uncal") for line in lines] == [True, False]
-    far = {"alpha": Origin("measured", True, {"alpha": (1.0, 2.0)})}
-    (line,) = value_lines(history, ["alpha"], at, "US", far)
+    far = {"alpha": ChannelOrigin("measured", True, {"alpha": (1.0, 2.0)})}
+    (line,) = build_cursor_value_rows(history, ["alpha"], at, "US", far)
     assert line.cells[0].endswith("beyond cal")
     assert line.cells[1] == f"*{lines[1].cells[1]}"
     assert line.cells[2] == lines[1].cells[2], "no cursor, nothing to mark"
@@ -163,7 +163,9 @@ def test_what_has_no_certificate_is_charted_hatched_and_called_uncalibrated(
 
 def test_the_dialog_refuses_a_folder_without_certificates(qtbot: QtBot, tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
-    dialog = CertificatesDialog(Look(), CertificatesUsed(given=str(tmp_path / "empty")), ["b777"])
+    dialog = CertificatesDialog(
+        DisplayStyle(), AppliedCertificates(given=str(tmp_path / "empty")), ["b777"]
+    )
     qtbot.addWidget(dialog)
     assert not dialog.button.isEnabled()
     assert "holds no calibration certificate" in dialog.sentence.text()

@@ -16,12 +16,12 @@ from gsapp.excitation.debrief import Debrief
 from tests.ui.pilot_kit import BASE, debrief, flights, judged
 from tests.ui.preflight_kit import as_opened, dress
 from tests.ui.window_kit import in_window, pixels, press, until, write_flight
+from ui.main_window import MainWindow
 from ui.pilot.debrief_page import DebriefPage
-from ui.pilot.debrief_words import maneuver_line, reasons, trend_rows
+from ui.pilot.debrief_storage import load_trends, save_debrief
+from ui.pilot.debrief_text import build_maneuver_item, build_trend_rows, list_verdict_reasons
 from ui.pilot.flight_cues import FlightCues
-from ui.pilot.keeping import keep, kept_trends
 from ui.settings import catalog_path
-from ui.window import MainWindow
 
 ALT, CONTROL = Qt.KeyboardModifier.AltModifier, Qt.KeyboardModifier.ControlModifier
 
@@ -51,19 +51,19 @@ def page(window: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> D
 
 
 def test_a_maneuver_is_told_with_verdict_reason_and_what_was_wanted() -> None:
-    line = maneuver_line(judged(), "US")
+    line = build_maneuver_item(judged(), "US")
     assert line.words == "M7  aileron and rudder doublet"
     assert (line.state, line.state_words, line.note) == ("caution", "too small", "C1")
     assert line.more.startswith("02:55.0, 100.0 ft/s: rudder doublet too small")
-    said = reasons(judged(), "US")
+    said = list_verdict_reasons(judged(), "US")
     assert said[0] == "rudder doublet too small: half again"
     assert "rudder 4.9 ° (wanted 7.0 ° to 14.0 °), steps of 0.50, 0.50 s" in said[2]
     assert said[3].startswith("begun 1.2 s after GO; off in tolerances: speed −0.4")
-    assert "begun without GO" in reasons(judged(go=False), "US")[3]
+    assert "begun without GO" in list_verdict_reasons(judged(go=False), "US")[3]
 
 
 def test_flights_in_a_row_come_newest_first() -> None:
-    rows = trend_rows(flights())
+    rows = build_trend_rows(flights())
     assert [row[0][-1] for row in rows] == ["3", "2", "1"]
     assert rows[0][1:3] == ("9 of 12", "60 %")
     assert rows[0][3] == "aileron 0.9, rudder 0.8"
@@ -196,11 +196,11 @@ def test_nothing_is_cut_and_nothing_overlaps(page: DebriefPage, window: MainWind
 def test_a_debrief_is_kept_and_flights_are_compared(tmp_path: Path) -> None:
     """Kept twice it is there once; another flight comes after it."""
     catalog = tmp_path / "campaign.sqlite"
-    assert kept_trends(catalog) == ()
+    assert load_trends(catalog) == ()
     for name in ("one", "one", "two"):
         made = replace(debrief(), flight=name)
-        keep(write_flight(tmp_path / name), made, catalog)
-    (kept,) = kept_trends(catalog)  # both files are called small.csv
+        save_debrief(write_flight(tmp_path / name), made, catalog)
+    (kept,) = load_trends(catalog)  # both files are called small.csv
     assert (kept.inputs, kept.good) == (8, 4)
     assert kept.amplitudes["dr"] == pytest.approx(0.49, abs=0.01)
 

@@ -14,23 +14,23 @@ from PySide6.QtGui import QFont, QFontMetricsF
 from PySide6.QtWidgets import QAbstractButton, QApplication
 from pytestqt.qtbot import QtBot
 
-import ui.pilot.canvas
-import ui.pilot.gauge_drawing
+import ui.pilot.gauge_painter
+import ui.pilot.pilot_canvas
+from gsapp.excitation.announcer import Announcement
 from gsapp.excitation.cues import CueSnapshot
-from gsapp.excitation.speaking import Spoken
 from gsapp.quantities.constants import FOOT
 from tests.ui.pilot_kit import BASE, CARDS, STATES, VERDICT, cue
 from tests.ui.preflight_kit import as_opened, dress
 from tests.ui.window_kit import count, open_window, pixels, press
-from ui.look import Look
-from ui.pilot.canvas import PilotCanvas, foot_words
-from ui.pilot.fitting import fit, letters, shortened
+from ui.display_style import DisplayStyle
+from ui.main_window import MainWindow
+from ui.pilot.cue_display import STATEMENT_SEPARATOR
+from ui.pilot.cue_display_builder import CueDisplayInput, build_cue_display
 from ui.pilot.flight_cues import FlightCues
-from ui.pilot.reading import Reading, sheet_of
-from ui.pilot.second import other_screen
-from ui.pilot.sheet import STATEMENTS
+from ui.pilot.font_fitting import create_font, elide_text, fit_font
+from ui.pilot.pilot_canvas import PilotCanvas, footer_text
+from ui.pilot.pilot_window import find_other_screen
 from ui.theme import THEMES, contrast
-from ui.window import MainWindow
 
 ALT, SHIFT = Qt.KeyboardModifier.AltModifier, Qt.KeyboardModifier.ShiftModifier
 LAPTOP_MM = 286.5
@@ -214,21 +214,21 @@ def test_words_fit_their_boxes_and_boxes_lie_apart(
     qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, size: tuple[int, int]
 ) -> None:
     """All states: each text is measured where it is drawn, and between rows nothing is drawn."""
-    page = PilotCanvas(Look())
+    page = PilotCanvas(DisplayStyle())
     qtbot.addWidget(page)
     page.resize(*size)
     drawn: list[tuple[str, QRectF, QFont, bool]] = []
 
     def watched(text: str, box: QRectF, *sizes: int, **how: bool) -> QFont:
-        font = fit(text, box, *sizes, **how)
+        font = fit_font(text, box, *sizes, **how)
         drawn.append((text, box, font, how.get("wrap", False)))
         return font
 
-    monkeypatch.setattr(ui.pilot.canvas, "fit", watched)
-    monkeypatch.setattr(ui.pilot.gauge_drawing, "fit", watched)
+    monkeypatch.setattr(ui.pilot.pilot_canvas, "fit_font", watched)
+    monkeypatch.setattr(ui.pilot.gauge_painter, "fit_font", watched)
     panel = int(page._look.theme.plot[1:], 16)
     for name, cues in STATES.items():
-        page.show_sheet(sheet_of(Reading(cues=cues, open=True)))
+        page.show_sheet(build_cue_display(CueDisplayInput(cues=cues, open=True)))
         shown = pixels(page)
         for text, box, font, wrap in drawn:
             flags = Qt.TextFlag.TextWordWrap if wrap else Qt.TextFlag.TextSingleLine
@@ -253,12 +253,12 @@ def test_letters_grow_with_the_size_of_text(
     used: dict[str, int] = {}
 
     def watched(text: str, *sizes: object, **how: object) -> QFont:
-        font = fit(text, *sizes, **how)
+        font = fit_font(text, *sizes, **how)
         used[text] = font.pixelSize()
         return font
 
-    monkeypatch.setattr(ui.pilot.canvas, "fit", watched)
-    monkeypatch.setattr(ui.pilot.gauge_drawing, "fit", watched)
+    monkeypatch.setattr(ui.pilot.pilot_canvas, "fit_font", watched)
+    monkeypatch.setattr(ui.pilot.gauge_painter, "fit_font", watched)
     window.resize(1280, 800)
     former: dict[str, int] = {}
     for scale in (100, 125, 150, 200):
@@ -275,14 +275,14 @@ def test_letters_grow_with_the_size_of_text(
 
 def test_the_small_line_leaves_whole_statements_out(qtbot: QtBot) -> None:
     """What cannot be judged goes before what can, and neither is cut in its middle."""
-    look = Look()
+    look = DisplayStyle()
     page = PilotCanvas(look)
     qtbot.addWidget(page)
-    page.show_sheet(sheet_of(Reading(cues=BASE, open=True)))
-    first, second = page.sheet.foot.split(STATEMENTS)
-    box = QRectF(0, 0, QFontMetricsF(letters(11)).horizontalAdvance(page.sheet.foot) - 5, 14)
-    assert foot_words(page.sheet.foot, box, 11) == first
-    assert foot_words(page.sheet.foot, box.adjusted(0, 0, 20, 0), 11).endswith(second)
+    page.show_sheet(build_cue_display(CueDisplayInput(cues=BASE, open=True)))
+    first, second = page.sheet.foot.split(STATEMENT_SEPARATOR)
+    box = QRectF(0, 0, QFontMetricsF(create_font(11)).horizontalAdvance(page.sheet.foot) - 5, 14)
+    assert footer_text(page.sheet.foot, box, 11) == first
+    assert footer_text(page.sheet.foot, box.adjusted(0, 0, 20, 0), 11).endswith(second)
     page.resize(1160, 480)
     assert page.regions().foot is not None
     look.set_scale(200)
@@ -293,17 +293,19 @@ def test_a_long_small_line_ends_in_an_ellipsis_and_is_whole_for_those_who_hear_i
     qtbot: QtBot,
 ) -> None:
     missing = tuple(f"channel number {number} is not calibrated" for number in range(40))
-    page = PilotCanvas(Look())
+    page = PilotCanvas(DisplayStyle())
     qtbot.addWidget(page)
     page.resize(1280, 600)
-    page.show_sheet(sheet_of(Reading(cues=replace(BASE, missing=missing), open=True)))
+    page.show_sheet(
+        build_cue_display(CueDisplayInput(cues=replace(BASE, missing=missing), open=True))
+    )
     box = page.regions().foot
-    words = shortened(page.sheet.foot, box, 11)
+    words = elide_text(page.sheet.foot, box, 11)
     assert words.startswith("Not judged: channel number 0")
     assert words.endswith("…")
     assert len(words) < len(page.sheet.foot)
     assert missing[-1] in page.accessibleDescription()
-    metrics = QFontMetricsF(letters(11))
+    metrics = QFontMetricsF(create_font(11))
     room = QRectF(0, 0, box.width(), 10_000)
     taken = metrics.boundingRect(room, Qt.TextFlag.TextWordWrap, words)
     assert taken.height() <= box.height()
@@ -481,8 +483,8 @@ def test_the_second_window_closes_with_the_first_and_comes_back(
 
 def test_another_screen_is_found_if_there_is_one() -> None:
     one, two = object(), object()
-    assert other_screen(one, [one, two]) is two  # type: ignore[arg-type, list-item]
-    assert other_screen(one, [one]) is None  # type: ignore[arg-type, list-item]
+    assert find_other_screen(one, [one, two]) is two  # type: ignore[arg-type, list-item]
+    assert find_other_screen(one, [one]) is None  # type: ignore[arg-type, list-item]
 
 
 def test_a_page_that_nobody_sees_is_not_made(
@@ -504,7 +506,7 @@ def test_cues_are_spoken_once_the_page_was_opened(
     window: MainWindow, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Or always, or never, as the crew wishes; which is remembered."""
-    said: list[Spoken] = []
+    said: list[Announcement] = []
     heard: list[str] = []
     monkeypatch.setattr(FlightCues, "snapshot", lambda _self: replace(BASE, time=100.0))
     monkeypatch.setattr(FlightCues, "spoken", lambda _self: said)
@@ -515,7 +517,7 @@ def test_cues_are_spoken_once_the_page_was_opened(
     speak = window.commands.actions["pilot_speak"]
 
     def tell(words: str) -> None:
-        said.append(Spoken(time=100.0, words=words, priority="warning"))
+        said.append(Announcement(time=100.0, words=words, priority="warning"))
         window.desk.told.emit()
 
     try:

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gsapp.excitation.cues import VERDICT_STANDS
-from gsapp.excitation.doublets.verdict import Result
+from gsapp.excitation.cues import VERDICT_DISPLAY_TIME
+from gsapp.excitation.doublets.verdict import VerdictResult
 from gsapp.quantities.constants import DEGREE, FOOT
 from tests.ui.pilot_kit import (
     BASE,
@@ -26,17 +26,17 @@ from tests.ui.pilot_kit import (
     danger,
     moving,
 )
-from ui.pilot.calm import HOLD, Calm
-from ui.pilot.choosing import Choosing, last_card
-from ui.pilot.reading import Reading, sheet_of
-from ui.pilot.sheet import Sheet
-from ui.pilot.wording import RESULTS
-from ui.pilot.wording import STATES as STATE_WORDS
+from ui.pilot.card_browser import CardBrowser, find_last_flown_card
+from ui.pilot.cue_display import CueDisplay
+from ui.pilot.cue_display_builder import CueDisplayInput, build_cue_display
+from ui.pilot.display_rate_limiter import MIN_HOLD_SECONDS, DisplayRateLimiter
+from ui.pilot.pilot_text import RESULT_SIGNS
+from ui.pilot.pilot_text import TRIM_STATE_SIGNS as STATE_WORDS
 
 
-def sheet(name: str, **more: object) -> Sheet:
+def sheet(name: str, **more: object) -> CueDisplay:
     """Return the page of one of the states made by hand."""
-    return sheet_of(Reading(cues=STATES[name], open=True, **more))  # type: ignore[arg-type]
+    return build_cue_display(CueDisplayInput(cues=STATES[name], open=True, **more))  # type: ignore[arg-type]
 
 
 WORDS = {
@@ -56,12 +56,12 @@ def test_each_state_has_its_word(name: str, word: str) -> None:
 
 def test_no_two_states_look_alike_without_color() -> None:
     """Word and shape tell every state and verdict from every other."""
-    for table in (STATE_WORDS, RESULTS):
+    for table in (STATE_WORDS, RESULT_SIGNS):
         words = [word for word, _, _ in table.values()]
         shapes = [shape for _, shape, _ in table.values()]
         assert len(set(words)) == len(words)
         assert len(set(shapes)) == len(shapes)
-    assert set(RESULTS) == set(Result.__args__)
+    assert set(RESULT_SIGNS) == set(VerdictResult.__args__)
 
 
 def test_what_is_off_comes_largest_first_with_its_way() -> None:
@@ -76,13 +76,13 @@ def test_what_is_off_comes_largest_first_with_its_way() -> None:
 def test_a_turn_points_to_a_side_only_where_it_is_known() -> None:
     assert sheet("turn").sign == "turn-right"
     unknown = replace(BASE, trim=cue("turn"))
-    assert sheet_of(Reading(cues=unknown, open=True)).sign == "turn"
+    assert build_cue_display(CueDisplayInput(cues=unknown, open=True)).sign == "turn"
 
 
 def test_guidance_takes_the_place_of_the_words_it_begins_with() -> None:
     slow = sheet("fly").hints[0].words
     cues = replace(BASE, guidance=f"{slow}: a little power")
-    first, second = sheet_of(Reading(cues=cues, open=True)).hints
+    first, second = build_cue_display(CueDisplayInput(cues=cues, open=True)).hints
     assert (first.words, first.sign) == (f"{slow}: a little power", "up")
     assert second == sheet("fly").hints[1]
 
@@ -99,7 +99,7 @@ def test_the_test_point_is_a_number_and_a_bar_with_the_wanted_band() -> None:
 def test_without_airspeed_the_angle_of_attack_is_the_test_point() -> None:
     point = replace(NEXT.point, speed=None, alpha=0.08)
     cues = replace(BASE, speed=None, card=replace(NEXT, point=point))
-    (gauge,) = sheet_of(Reading(cues=cues, open=True)).gauges
+    (gauge,) = build_cue_display(CueDisplayInput(cues=cues, open=True)).gauges
     assert (gauge.title, gauge.number) == ("ALPHA", "4.2")
 
 
@@ -113,7 +113,7 @@ def test_hands_off_counts_down_and_shows_how_large_it_was() -> None:
     counts = []
     for left in (2.4, 1.6, 0.9, 0.1):
         cues = replace(BASE, under_way=moving("hands-off", left))
-        shown = sheet_of(Reading(cues=cues, open=True))
+        shown = build_cue_display(CueDisplayInput(cues=cues, open=True))
         counts.append((shown.count, round(shown.ring, 2)))
     assert counts == [("3", 1.0), ("2", 0.67), ("1", 0.38), ("1", 0.04)]
     aileron, rudder = shown.gauges
@@ -135,7 +135,7 @@ def test_steering_is_not_shown_as_an_input() -> None:
         (replace(STATES["turn"], under_way=moving("hands-off")), "HANDS OFF"),
         (replace(go, under_way=replace(small, surfaces=("de",))), "INPUT"),
     ):
-        assert sheet_of(Reading(cues=cues, open=True)).word == word
+        assert build_cue_display(CueDisplayInput(cues=cues, open=True)).word == word
 
 
 def test_a_verdict_says_what_to_do_next_time_and_is_put_away() -> None:
@@ -148,8 +148,8 @@ def test_a_verdict_says_what_to_do_next_time_and_is_put_away() -> None:
     assert rudder.at < rudder.low
     assert rudder.wanted == "want 7–14"
     assert sheet("too-small", dismissed=VERDICT.id).word == "FLY"
-    old = replace(STATES["too-small"], time=VERDICT.given_at + VERDICT_STANDS + 0.1)
-    assert sheet_of(Reading(cues=old, open=True)).word == "FLY"
+    old = replace(STATES["too-small"], time=VERDICT.given_at + VERDICT_DISPLAY_TIME + 0.1)
+    assert build_cue_display(CueDisplayInput(cues=old, open=True)).word == "FLY"
 
 
 def test_a_good_one_says_how_many_there_are() -> None:
@@ -160,12 +160,14 @@ def test_a_good_one_of_another_card_is_not_counted_for_the_next() -> None:
     """The card that comes next has a count of its own."""
     other = replace(NEXT, card=next(card for card in CARDS.cards if card.id != VERDICT.card))
     for card in (other, None):
-        (hint,) = sheet_of(Reading(cues=replace(STATES["good"], card=card), open=True)).hints
+        (hint,) = build_cue_display(
+            CueDisplayInput(cues=replace(STATES["good"], card=card), open=True)
+        ).hints
         assert hint.words == "aileron and rudder doublet"
 
 
 def test_before_the_first_samples_there_is_no_cue() -> None:
-    shown = sheet_of(Reading(cues=replace(BASE, trim=None), open=True))
+    shown = build_cue_display(CueDisplayInput(cues=replace(BASE, trim=None), open=True))
     assert (shown.word, shown.hints[0].words) == ("NO CUE", "waiting for the first samples")
 
 
@@ -173,15 +175,15 @@ def test_a_danger_stands_in_place_of_all() -> None:
     """Even of an input under way; a caution stands beside the state."""
     assert (sheet("danger").word, sheet("danger").hints[0].words) == ("LAND", "nose sensors lost")
     cues = replace(STATES["hands-off"], dangers=(danger("stall: nose down"),))
-    assert sheet_of(Reading(cues=cues, open=True)).word == "NOSE DOWN"
+    assert build_cue_display(CueDisplayInput(cues=cues, open=True)).word == "NOSE DOWN"
     assert sheet("caution").hints[-1].words == "yaw gyro clips"
     short = replace(BASE, dangers=(danger("too high"),))
-    assert sheet_of(Reading(cues=short, open=True)).word == "TOO HIGH"
+    assert build_cue_display(CueDisplayInput(cues=short, open=True)).word == "TOO HIGH"
 
 
 def test_on_the_ground_nothing_is_said_of_flying() -> None:
     ground = replace(BASE, trim=cue("ground"), speed=2.0, guidance="97 ft/s slow: power")
-    shown = sheet_of(Reading(cues=ground, open=True))
+    shown = build_cue_display(CueDisplayInput(cues=ground, open=True))
     assert (shown.word, shown.hints) == ("ON THE GROUND", ())
 
 
@@ -197,10 +199,10 @@ def test_nothing_old_stands_once_no_samples_come() -> None:
 def test_seconds_of_leg_are_rounded_down_and_marked_when_short() -> None:
     assert (sheet("fly").leg, sheet("fly").leg_short) == ("7", False)
     cues = replace(BASE, trim=replace(cue("go"), leg_left=3.9))
-    shown = sheet_of(Reading(cues=cues, open=True))
+    shown = build_cue_display(CueDisplayInput(cues=cues, open=True))
     assert (shown.leg, shown.leg_short) == ("3", True)
     unknown = replace(BASE, trim=replace(cue("go"), leg_left=None))
-    assert sheet_of(Reading(cues=unknown, open=True)).leg == "–"
+    assert build_cue_display(CueDisplayInput(cues=unknown, open=True)).leg == "–"
 
 
 def test_the_next_card_says_what_it_brings_and_what_time_there_is() -> None:
@@ -210,12 +212,15 @@ def test_the_next_card_says_what_it_brings_and_what_time_there_is() -> None:
     assert card.gain.endswith("Cn_r from 35 % to 15 %")
     assert (card.time, card.room) == ("04:10 left", "6 maneuvers")
     refused = replace(BASE, card=replace(NEXT, point=None, problem="flies level at 4.2 deg"))
-    shown = sheet_of(Reading(cues=refused, open=True)).card
+    shown = build_cue_display(CueDisplayInput(cues=refused, open=True)).card
     assert (shown.gain, shown.problem) == ("flies level at 4.2 deg", True)
     done = replace(BASE, card=None, outlook=replace(OUTLOOK, time_left=None))
-    assert sheet_of(Reading(cues=done, open=True)).card.words == "all cards flown: land"
+    assert (
+        build_cue_display(CueDisplayInput(cues=done, open=True)).card.words
+        == "all cards flown: land"
+    )
     none = replace(BASE, card=None, wanted=0)
-    assert "no test cards" in sheet_of(Reading(cues=none, open=True)).card.words
+    assert "no test cards" in build_cue_display(CueDisplayInput(cues=none, open=True)).card.words
 
 
 def test_the_small_line_says_what_cannot_be_judged() -> None:
@@ -223,8 +228,8 @@ def test_the_small_line_says_what_cannot_be_judged() -> None:
 
 
 def test_without_a_flight_or_cues_the_page_says_so() -> None:
-    assert sheet_of(Reading()).word == "NO FLIGHT"
-    assert sheet_of(Reading(open=True)).word == "NO CUE"
+    assert build_cue_display(CueDisplayInput()).word == "NO FLIGHT"
+    assert build_cue_display(CueDisplayInput(open=True)).word == "NO CUE"
 
 
 # Calm
@@ -253,19 +258,19 @@ def test_words_change_at_most_twice_a_second_and_states_at_once(
 ) -> None:
     """However speed and state jump about."""
     clock = Clock()
-    calm = Calm(clock)
-    shown: Sheet | None = None
+    calm = DisplayRateLimiter(clock)
+    shown: CueDisplay | None = None
     changed = -1.0
     for wait, speed, state in steps:
         clock.now += wait
         cues = replace(STATES[state], speed=speed * FOOT)
-        made = sheet_of(Reading(cues=cues, open=True))
+        made = build_cue_display(CueDisplayInput(cues=cues, open=True))
         before, shown = shown, calm.calmed(made)
         assert shown.word == made.word
         # The marker is never held back.
         assert shown.gauges[0].at == made.gauges[0].at
         if before is not None and shown.gauges[0].number != before.gauges[0].number:
-            assert clock.now - changed >= HOLD or shown.word != before.word
+            assert clock.now - changed >= MIN_HOLD_SECONDS or shown.word != before.word
         if before is None or (shown.gauges[0].number, shown.word) != (
             before.gauges[0].number,
             before.word,
@@ -276,11 +281,11 @@ def test_words_change_at_most_twice_a_second_and_states_at_once(
 def test_what_is_held_back_comes_as_soon_as_it_may() -> None:
     """A number that changed is shown half a second after the last, one after a rest at once."""
     clock = Clock()
-    calm = Calm(clock)
+    calm = DisplayRateLimiter(clock)
 
     def number(wait: float, speed: float) -> str:
         clock.now += wait
-        made = sheet_of(Reading(cues=replace(BASE, speed=speed * FOOT), open=True))
+        made = build_cue_display(CueDisplayInput(cues=replace(BASE, speed=speed * FOOT), open=True))
         return calm.calmed(made).gauges[0].number
 
     told = [number(wait, speed) for wait, speed in (
@@ -295,7 +300,7 @@ def test_what_is_held_back_comes_as_soon_as_it_may() -> None:
 
 
 def test_cards_are_gone_through_around_the_end_and_one_is_taken() -> None:
-    choosing = Choosing()
+    choosing = CardBrowser()
     ids = [card.id for card in CARDS.cards]
     here = ids.index(CARD.id)
     assert choosing.chosen(BASE) == CARD.id
@@ -309,19 +314,19 @@ def test_cards_are_gone_through_around_the_end_and_one_is_taken() -> None:
     assert choosing.chosen(BASE) == ids[here - 1]
     choosing.forget()
     assert choosing.browsed(CARDS) is None
-    assert last_card(STATES["too-small"], CARDS) == "C1"
-    assert last_card(BASE, CARDS) == ""
+    assert find_last_flown_card(STATES["too-small"], CARDS) == "C1"
+    assert find_last_flown_card(BASE, CARDS) == ""
 
 
 def test_a_card_that_is_looked_at_is_told_from_that_to_be_flown() -> None:
     browsed = next(card for card in CARDS.cards if card.id != "C1")
-    card = sheet_of(Reading(cues=BASE, open=True, browsed=browsed)).card
+    card = build_cue_display(CueDisplayInput(cues=BASE, open=True, browsed=browsed)).card
     assert card.lead == f"LOOKING AT {browsed.id} · Enter flies it"
     assert card.words == browsed.heading
 
 
 def test_the_page_is_made_without_qt() -> None:
-    code = "import sys, ui.pilot.reading, ui.pilot.calm, ui.pilot.choosing; " \
+    code = "import sys, ui.pilot.cue_display_builder, ui.pilot.display_rate_limiter, ui.pilot.card_browser; " \
         "sys.exit(any('PySide6' in name for name in sys.modules))"  # fmt: skip
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
@@ -329,17 +334,20 @@ def test_the_page_is_made_without_qt() -> None:
 def test_go_without_air_data_leaves_the_speed_to_the_eye() -> None:
     """The program cannot hold a speed that it does not see, and says so below the word."""
     blind = replace(STATES["go"], speed=None, alpha=None)
-    told = sheet_of(Reading(cues=blind, open=True))
+    told = build_cue_display(CueDisplayInput(cues=blind, open=True))
     assert told.word == "GO"
     assert told.hints[-1].words == "speed by eye: nothing measures it"
-    seen = sheet_of(Reading(cues=STATES["go"], open=True))
+    seen = build_cue_display(CueDisplayInput(cues=STATES["go"], open=True))
     assert len(seen.hints) == 1
 
 
 def test_go_for_a_surface_that_nobody_sees_says_that_no_verdict_follows() -> None:
     """The aileron of the next card gives no signal: told beside GO; an elevator does not matter."""
     go = STATES["go"]
-    told = sheet_of(Reading(cues=replace(go, unseen=("da",)), open=True))
+    told = build_cue_display(CueDisplayInput(cues=replace(go, unseen=("da",)), open=True))
     assert told.word == "GO"
     assert told.hints[1].words == "no verdict: aileron not measured"
-    assert len(sheet_of(Reading(cues=replace(go, unseen=("de",)), open=True)).hints) == 1
+    assert (
+        len(build_cue_display(CueDisplayInput(cues=replace(go, unseen=("de",)), open=True)).hints)
+        == 1
+    )

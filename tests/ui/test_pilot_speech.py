@@ -9,11 +9,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PySide6.QtWidgets import QApplication
 
-from gsapp.excitation.speaking import Spoken
+from gsapp.excitation.announcer import Announcement
 from tests.ui.pilot_kit import BASE, moving
 from tests.ui.window_kit import Loudspeaker, Mouth
-from ui.pilot.speech import LATE, FlightSpeech
-from ui.voice.queue import Priority
+from ui.pilot.speech import MAX_SPEECH_DELAY, FlightSpeech
+from ui.voice.speech_queue import UtterancePriority
 from ui.voice.voice import Voice
 
 
@@ -24,7 +24,7 @@ class Flight:
         self.mouth, self.loudspeaker = Mouth(), Loudspeaker()
         self.voice = Voice(player=self.loudspeaker, speaker=self.mouth)
         self.speech = FlightSpeech(self.voice)
-        self.said: list[Spoken] = []
+        self.said: list[Announcement] = []
         self.time = 100.0
 
     def hear(self, *, hands_off: bool = False, aloud: bool = True) -> None:
@@ -34,7 +34,7 @@ class Flight:
 
     def say(self, words: str, priority: str = "prompt", tone: str = "", ago: float = 0.0) -> None:
         self.said.append(
-            Spoken(time=self.time - ago, words=words, priority=priority, tone=tone)  # type: ignore[arg-type]
+            Announcement(time=self.time - ago, words=words, priority=priority, tone=tone)  # type: ignore[arg-type]
         )
 
 
@@ -72,7 +72,7 @@ def test_nothing_is_spoken_into_the_hands_off_interval(flight: Flight) -> None:
     assert flight.mouth.now is not None
     assert flight.mouth.now.words == "hands off"
     flight.mouth.end()
-    flight.voice.say("battery low", Priority.WARNING)
+    flight.voice.say("battery low", UtterancePriority.WARNING)
     flight.voice.say("point taken")
     flight.hear(hands_off=True)
     assert flight.mouth.now is None
@@ -100,8 +100,8 @@ def test_a_danger_that_the_pilot_must_act_on_is_spoken_even_there(flight: Flight
 
 def test_what_was_true_a_while_ago_is_not_said(flight: Flight) -> None:
     """As after a jump in a replay, or when a window joins a flight."""
-    flight.say("go", ago=LATE + 0.1)
-    flight.say("hold", ago=LATE - 0.1)
+    flight.say("go", ago=MAX_SPEECH_DELAY + 0.1)
+    flight.say("hold", ago=MAX_SPEECH_DELAY - 0.1)
     flight.hear()
     assert flight.mouth.spoken == ["hold"]
     flight.speech.restart(flight.said)

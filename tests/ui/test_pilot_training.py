@@ -18,9 +18,9 @@ from gsapp.quantities.constants import DEGREE
 from gsapp.telemetry.recorder_control import find_recorders
 from tests.ui.preflight_kit import as_opened
 from tests.ui.window_kit import opened_window, until
-from ui.desk import Desk
-from ui.pilot.stick_keys import Click, Push, Rate, Size, StickKeys
-from ui.window import MainWindow
+from ui.flight_controller import FlightController
+from ui.main_window import MainWindow
+from ui.pilot.stick_keys import LeverStep, RateSwitch, StickKeys, StickPosition, StickTravel
 
 _PATIENCE_MS = 60_000
 """Recorder and aircraft are processes of their own, which may take a while to start."""
@@ -36,23 +36,23 @@ def test_down_pulls_and_the_later_key_of_a_stick_wins() -> None:
     keys = StickKeys()
     keys.press(Qt.Key.Key_Down, trim=False, again=False)
     keys.press(Qt.Key.Key_Right, trim=False, again=False)
-    assert keys.push == Push(pitch=1.0, roll=1.0)
+    assert keys.push == StickPosition(pitch=1.0, roll=1.0)
     keys.press(Qt.Key.Key_Up, trim=False, again=False)
-    assert keys.push == Push(pitch=-1.0, roll=1.0)
+    assert keys.push == StickPosition(pitch=-1.0, roll=1.0)
     keys.release(Qt.Key.Key_Up)
-    assert keys.push == Push(pitch=1.0, roll=1.0)
+    assert keys.push == StickPosition(pitch=1.0, roll=1.0)
     keys.let_go()
-    assert keys.push == Push()
+    assert keys.push == StickPosition()
 
 
 def test_levers_sizes_and_rates_act_once() -> None:
     keys = StickKeys()
-    assert keys.press(Qt.Key.Key_W, trim=False, again=True) == Click(axis="throttle", by=0.04)
-    assert keys.press(Qt.Key.Key_3, trim=False, again=False) == Size(share=0.5)
+    assert keys.press(Qt.Key.Key_W, trim=False, again=True) == LeverStep(axis="throttle", by=0.04)
+    assert keys.press(Qt.Key.Key_3, trim=False, again=False) == StickTravel(share=0.5)
     assert keys.press(Qt.Key.Key_3, trim=False, again=True) is None
-    assert keys.press(Qt.Key.Key_9, trim=False, again=False) == Rate(high=False)
-    assert keys.press(Qt.Key.Key_Up, trim=True, again=False) == Click(axis="pitch", by=-0.02)
-    assert keys.push == Push()
+    assert keys.press(Qt.Key.Key_9, trim=False, again=False) == RateSwitch(high=False)
+    assert keys.press(Qt.Key.Key_Up, trim=True, again=False) == LeverStep(axis="pitch", by=-0.02)
+    assert keys.push == StickPosition()
     assert not StickKeys.flies(Qt.Key.Key_Space)
 
 
@@ -70,7 +70,7 @@ def test_released_sticks_are_centered_whatever_was_pressed(
         assert max(abs(keys.push.pitch), abs(keys.push.roll), abs(keys.push.yaw)) <= 1.0
     for key in KEYS:
         keys.release(key)
-    assert keys.push == Push()
+    assert keys.push == StickPosition()
 
 
 # The aircraft
@@ -157,7 +157,7 @@ def test_training_does_not_take_the_place_of_a_flight_that_is_recorded(
     """A slip of the hand in flight must not cost the cues."""
     before = window.pilot.training.folder
     with monkeypatch.context() as patch:
-        patch.setattr(Desk, "records_here", True)
+        patch.setattr(FlightController, "records_here", True)
         window.commands.actions["pilot_train"].trigger()
     assert window.pilot.training.folder == before
     assert any("being recorded" in text for text in window.banners.texts())

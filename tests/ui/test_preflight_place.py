@@ -19,18 +19,18 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from calibration import load_certificates, write_certificate
-from calibration.checked import Checked
-from calibration.comparing import CheckResult
-from calibration.plan import PLANS
-from calibration.store import CertificateStore
+from calibration.certificate_store import CertificateStore
+from calibration.check_record import CheckRecord
+from calibration.drift import CheckResult
+from calibration.plan import CALIBRATION_PLANS
 from calibration.validity import CalibrationInForce
 from calibration.wizard import WizardView
-from gsapp.aircraft.reading import SHIPPED, load_aircraft
+from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT, load_aircraft
 from gsapp.flight.cards import load_cards
 from gsapp.flight.events import read_events
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
-from gsapp.flight.maneuvers import FoundManeuver
+from gsapp.flight.maneuvers import DetectedManeuver
 from gsapp.foundation import FlightError
 from gsapp.quantities.constants import DEGREE, FOOT
 from gsapp.telemetry.recorder_control import find_recorders
@@ -45,19 +45,19 @@ from tests.ui.window_kit import (
     until,
     write_flight,
 )
-from ui.dialogs.requests import ConnectRequest
-from ui.preflight.books import Books
-from ui.preflight.card_words import missing_values
-from ui.preflight.cards_form import cards_state
-from ui.preflight.changes import Changes
-from ui.preflight.in_force import InForce
-from ui.preflight.shelf import Shelf
-from ui.preflight.steps import STEPS
-from ui.preflight.wizard_rows import standings_of
-from ui.preflight.wizard_words import cue_of
+from ui.dialogs.flight_requests import ConnectRequest
+from ui.main_window import MainWindow
+from ui.number_format import MINUS
+from ui.preflight.calibration_controller import CalibrationController
+from ui.preflight.calibration_folder import CalibrationFolder
+from ui.preflight.card_editor_fields import find_cards_state
+from ui.preflight.flight_card_text import list_missing_values
+from ui.preflight.preflight_model import PreflightModel
+from ui.preflight.preflight_steps import PREFLIGHT_STEPS
+from ui.preflight.value_history import ValueHistory
+from ui.preflight.wizard_rows import list_instrument_statuses
+from ui.preflight.wizard_text import build_prompt
 from ui.settings import SettingsStore, calibrations_path
-from ui.window import MainWindow
-from ui.words import MINUS
 
 _PATIENCE_MS = 30_000
 """A recorder is a process of its own, which may take a while to start."""
@@ -80,7 +80,7 @@ def test_alt_and_a_number_go_to_the_step_of_the_place_on_screen(
     window: MainWindow, qtbot: QtBot
 ) -> None:
     """The same keys belong to Model gap when that is on screen; the step is remembered."""
-    for number, step in enumerate(STEPS, start=1):
+    for number, step in enumerate(PREFLIGHT_STEPS, start=1):
         go(window, qtbot, number)
         assert window.preflight.step == step.id
         assert window.preflight.steps.buttons[step.id].isChecked()
@@ -105,7 +105,7 @@ def test_no_two_commands_of_one_place_share_a_key(window: MainWindow, qtbot: QtB
             if window.commands.actions[command.id].isEnabled()
             for key in command.keys
         ]
-        assert len(keys) == len(set(keys)), STEPS[number - 1].id
+        assert len(keys) == len(set(keys)), PREFLIGHT_STEPS[number - 1].id
 
 
 def test_a_check_that_failed_stands_at_its_step(tmp_path: Path) -> None:
@@ -114,14 +114,14 @@ def test_a_check_that_failed_stands_at_its_step(tmp_path: Path) -> None:
     rudder = load_certificates(store.current.calibration)["rudder"]
     calibrations = CertificateStore(calibrations_path(store.path), "B777")
     calibrations.put(rudder)
-    books = Books(store)
+    books = PreflightModel(store)
     books.read_calibration()
     assert "moved" not in books.states()["calibration"].words
     result = CheckResult(
         zero=1.5, zero_uncertainty=0.1, slope=0.0, slope_uncertainty=0.01, largest=1.6,
         off=(1.4, 1.5, 1.6), passed=False, sentence="the zero moved",
     )  # fmt: skip
-    checked = Checked(
+    checked = CheckRecord(
         channel="rudder", who="", stamp=rudder.stamp, certificate=rudder.stamp, unit="deg",
         result=result,
     )  # fmt: skip
@@ -150,25 +150,25 @@ def test_a_check_names_what_moved(
 ) -> None:
     """A lever at another hole changes the slope alone: a zero that moved by nothing is no news."""
     rudder = load_certificates("b777")["rudder"]
-    shelf = Shelf(calibrations_path(tmp_path / "window.toml"), "B777")
+    shelf = CalibrationFolder(calibrations_path(tmp_path / "window.toml"), "B777")
     shelf.store.put(rudder)
     result = CheckResult(
         zero=zero, zero_uncertainty=0.1, slope=slope, slope_uncertainty=0.01, largest=1.6,
         off=(0.0, 0.0), passed=passed, sentence="",
     )  # fmt: skip
-    checked = Checked(
+    checked = CheckRecord(
         channel="rudder", who="", stamp=rudder.stamp, certificate=rudder.stamp, unit="deg",
         result=result,
     )  # fmt: skip
     shelf.store.record_check(checked)
     plan = shelf.plan().only(("surface",))
-    (standing,) = [one for one in standings_of(plan, shelf) if one.title == "Rudder"]
+    (standing,) = [one for one in list_instrument_statuses(plan, shelf) if one.title == "Rudder"]
     assert standing.words.endswith(f"{'holds' if passed else 'has moved'}: {what} {size}")
     (instrument,) = [one for one in plan.instruments if one.channel == "rudder"]
     view = WizardView(
         instrument=instrument, index=0, count=1, phase="fit", prompt="", mode="check", check=result
     )
-    cue = cue_of(view)
+    cue = build_prompt(view)
     assert (cue.lead, cue.big) == (f"The {what} has moved by", size)
 
 
@@ -181,20 +181,22 @@ def test_certificates_go_only_into_the_flight_that_goes_on(
 ) -> None:
     """Not into the record of another day, nor into that of another aircraft."""
     store = SettingsStore(tmp_path / "window.toml")
-    shelf = Shelf(calibrations_path(store.path), aircraft, "b777")
+    shelf = CalibrationFolder(calibrations_path(store.path), aircraft, "b777")
     shelf.store.put(load_certificates("b777")["rudder"])
     flight = FlightFolder.create(tmp_path / "flight")
     session = SimpleNamespace(
         aircraft=load_aircraft("b777"), path=flight.path, replaying=flight if replaying else None
     )
-    at_hand = InForce(SimpleNamespace(session=session), store, SimpleNamespace(running=False))
+    at_hand = CalibrationController(
+        SimpleNamespace(session=session), store, SimpleNamespace(running=False)
+    )
     at_hand.put(at_hand.shelf if aircraft == at_hand.shelf.aircraft else shelf)
     assert [path.stem for path in flight.certificate_files()] == (["rudder"] if kept else [])
     assert load_certificates(store.current.calibration)["rudder"].channel == "rudder"
 
 
 def test_another_change_leaves_nothing_to_make_again() -> None:
-    changes = Changes(1)
+    changes = ValueHistory(1)
     changes.record(2)
     assert changes.undo()
     changes.record(3)
@@ -207,20 +209,20 @@ def test_another_change_leaves_nothing_to_make_again() -> None:
 def test_no_fuel_is_a_value_too() -> None:
     """An electric aircraft has none at the start, and says so."""
     info = FlightInfo.model_validate({"fuel": "0 lb", "crew": {"pilot": "A"}})
-    assert missing_values(info) == ("take-off weight", "temperature", "pressure")
-    assert "fuel at start" in missing_values(FlightInfo())
+    assert list_missing_values(info) == ("take-off weight", "temperature", "pressure")
+    assert "fuel at start" in list_missing_values(FlightInfo())
 
 
 def test_the_step_of_the_cards_counts_what_is_wrong() -> None:
     cards = load_cards("b777")
     for problems, words in ((("no number",), "1 value wrong"), (("a", "b"), "2 values wrong")):
-        assert cards_state(cards, None, problems, own=True, flies=False).words == words
+        assert find_cards_state(cards, None, problems, own=True, flies=False).words == words
 
 
 def test_an_aircraft_has_the_same_calibrations_with_and_without_a_flight(tmp_path: Path) -> None:
     """The evening before and at the field, whatever its file is called."""
     file = tmp_path / "skywalker-2026.toml"
-    text = (SHIPPED.folder / "b777.toml").read_text(encoding="utf-8")
+    text = (SHIPPED_AIRCRAFT.folder / "b777.toml").read_text(encoding="utf-8")
     file.write_text(text.replace('name = "B777"', 'name = "Skywalker X8"'), encoding="utf-8")
     store = SettingsStore(tmp_path / "window.toml")
     known = load_certificates(store.current.calibration)
@@ -230,15 +232,15 @@ def test_an_aircraft_has_the_same_calibrations_with_and_without_a_flight(tmp_pat
     store.change(aircraft=str(file), calibration=str(tmp_path / "known"))
     plans = calibrations_path(store.path) / "plans"
     plans.mkdir(parents=True)
-    plan = (PLANS.folder / "b777.toml").read_text(encoding="utf-8")
+    plan = (CALIBRATION_PLANS.folder / "b777.toml").read_text(encoding="utf-8")
     (plans / "Skywalker X8.toml").write_text(plan.replace('"Rudder"', '"Tail"'), encoding="utf-8")
     in_force = CalibrationInForce(certificates=known, on=None, lacking=["rudder"])
     flight = SimpleNamespace(aircraft=load_aircraft(file), calibration_in_force=in_force)
     practice = SimpleNamespace(running=False)
     for session in (None, flight):
         desk = SimpleNamespace(session=session)
-        assert InForce(desk, store, practice).shelf.aircraft == "Skywalker X8"
-        books = Books(store)
+        assert CalibrationController(desk, store, practice).shelf.aircraft == "Skywalker X8"
+        books = PreflightModel(store)
         books.session = session
         books.read_calibration()
         assert books.states()["calibration"].detail == "Not calibrated: Rudder surface"
@@ -774,9 +776,9 @@ def test_cards_are_saved_for_others_and_taken_from_a_file(
     until(qtbot, lambda: any("monday.toml" in text for text in window.banners.texts()))
 
 
-def flown(card_surfaces: tuple[str, ...], speed: float, size: float) -> FoundManeuver:
+def flown(card_surfaces: tuple[str, ...], speed: float, size: float) -> DetectedManeuver:
     """Return an elevator doublet as it would be found."""
-    return FoundManeuver(
+    return DetectedManeuver(
         id="1", t_start=10.0, t_end=16.0, inputs=card_surfaces, kind="doublet", amplitude=size,
         grade="A", reasons=(), V=speed, alpha=0.05, t_input=11.0, t_input_end=11.9,
         amplitudes={card_surfaces[0]: size},

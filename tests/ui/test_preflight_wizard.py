@@ -17,22 +17,27 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QMenu, QPushButton
 from pytestqt.qtbot import QtBot
 
-import ui.preflight.wizard_run
-import ui.window
-from calibration import certificate_files, load_certificates
-from calibration.plan import load_plan
-from gsapp.dynamics.pilot.bench import KINDS, POTENTIOMETERS, BenchFault, VirtualBench
+import ui.main_window
+import ui.preflight.wizard_controller
+from calibration import certificate_paths, load_certificates
+from calibration.plan import load_calibration_plan
+from gsapp.dynamics.virtual_aircraft.bench import (
+    BENCH_FAULT_KINDS,
+    POTENTIOMETERS,
+    BenchFault,
+    VirtualBench,
+)
 from gsapp.flight.folder import FlightFolder
 from gsapp.quantities import from_si
 from gsapp.telemetry.recorder_control import find_recorders
 from tests.calibration.wizard.bench_truth import within
 from tests.ui.bench_kit import BenchWindow, leave_only, try_out, work_through
 from tests.ui.window_kit import activate, count, open_window, pixels, until
-from ui.desk import Desk
-from ui.preflight.airplane import Closeup, Kind, SurfaceFigure
-from ui.preflight.outlines import View
+from ui.flight_controller import FlightController
+from ui.preflight.aircraft_outlines import ViewDirection
+from ui.preflight.surface_motion_view import SurfaceCloseup, SurfaceFigure, SurfaceKind
 from ui.preflight.wizard_page import WizardPage
-from ui.preflight.wizard_summary import SummaryPanel
+from ui.preflight.wizard_summary_panel import WizardSummaryPanel
 
 KEY = Qt.Key
 Open = Callable[..., BenchWindow]
@@ -197,7 +202,7 @@ def test_a_plan_with_a_mistake_is_told_on_the_page(at_bench: Open) -> None:
 def test_a_certificate_goes_into_the_flight_that_is_open(tmp_path: Path, at_bench: Open) -> None:
     """As it is fitted, byte for byte, beside those that were there; and the flight is read anew."""
     flight = FlightFolder.create(tmp_path / "flight")
-    flight.keep_certificates(certificate_files("b777"))
+    flight.keep_certificates(certificate_paths("b777"))
     window = at_bench("rudder")
     window.desk.session.path = flight.path
     begin(window)
@@ -207,7 +212,7 @@ def test_a_certificate_goes_into_the_flight_that_is_open(tmp_path: Path, at_benc
     made = window.page.shelf.store.in_force_folder / "rudder.toml"
     assert kept["rudder"].read_bytes() == made.read_bytes()
     assert kept["alpha"].read_bytes() == next(
-        path.read_bytes() for path in certificate_files("b777") if path.stem == "alpha"
+        path.read_bytes() for path in certificate_paths("b777") if path.stem == "alpha"
     )
     assert window.desk.opened == [flight.path]
     assert load_certificates(window.store.current.calibration)["rudder"].points
@@ -279,9 +284,9 @@ def test_the_others_keep_their_certificates(at_bench: Open) -> None:
     assert len(window.page.shelf.store.history("elevator_left")) == 1
     window.press(KEY.Key_Space)
     # Accelerometers share their positions, and come together.
-    names = load_plan("b777").together_with("ax").channels
+    names = load_calibration_plan("b777").together_with("ax").channels
     assert names == ("ax", "ay", "an")
-    assert load_plan("b777").together_with("q").channels == ("q",)
+    assert load_calibration_plan("b777").together_with("q").channels == ("q",)
 
 
 def test_the_ground_temperature_is_asked_for_in_the_units_of_the_screen(at_bench: Open) -> None:
@@ -391,7 +396,7 @@ def test_angles_are_as_well_known_as_stated(at_bench: Open, seed: int) -> None:
     assert abs(certificate.hysteresis - truth.play) <= 0.11
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", BENCH_FAULT_KINDS)
 def test_every_fault_is_named(at_bench: Open, kind: str) -> None:
     """Dead, reversed, swapped, noisy, clipped: the one that it is, and no other."""
     other = "rudder" if kind == "swapped" else ""
@@ -422,7 +427,7 @@ def test_volts_that_stop_are_not_left_standing(
     window = at_bench("elevator_left")
     begin(window)
     assert window.page.work.cue.cue.volts != "– V"
-    monkeypatch.setattr("ui.preflight.wizard_run._SILENT", -1.0)
+    monkeypatch.setattr("ui.preflight.wizard_controller._NO_DATA_SECONDS", -1.0)
     window.desk.told.emit()
     cue = window.page.work.cue.cue
     assert (cue.state, cue.state_words) == ("warning", "No signal")
@@ -438,7 +443,7 @@ def test_volts_that_stop_are_not_left_standing(
 
 def test_no_heading_stands_over_deflections_that_are_not_there(window: BenchWindow) -> None:
     """Of the rudder alone none are made of two surfaces."""
-    panel = SummaryPanel(window.look)
+    panel = WizardSummaryPanel(window.look)
     panel.show_outcomes("Calibration done", "Rudder calibrated.", ())
     assert [one.text() for one in panel.findChildren(QLabel) if not one.isHidden()] == [
         "Calibration done",
@@ -453,7 +458,12 @@ def test_no_heading_stands_over_deflections_that_are_not_there(window: BenchWind
      ("alpha", "side", "vane", 40.0), ("beta", "above", "vane", 40.0)],
 )  # fmt: skip
 def test_a_surface_does_not_turn_over_the_words_that_name_its_sides(
-    window: BenchWindow, channel: str, view: View, kind: Kind, end: float, scale: int
+    window: BenchWindow,
+    channel: str,
+    view: ViewDirection,
+    kind: SurfaceKind,
+    end: float,
+    scale: int,
 ) -> None:
     look = window.look
     look.set_scale(scale)
@@ -462,11 +472,11 @@ def test_a_surface_does_not_turn_over_the_words_that_name_its_sides(
             channel=channel, title=channel, view=view, kind=kind, sense=sense, ticks=(-end, end)
         )
         box = QRectF(0.0, 0.0, look.px(wide), look.px(154))
-        words = Closeup(look, figure).side_boxes(box)
+        words = SurfaceCloseup(look, figure).side_boxes(box)
         assert not words[0].intersects(words[1])
         for angle, place in product((-end, 0.0, end), words):
             assert box.contains(place)
-            part = Closeup(look, replace(figure, angle=angle)).moving_part(box)
+            part = SurfaceCloseup(look, replace(figure, angle=angle)).moving_part(box)
             assert part.intersected(QPolygonF(place)).isEmpty()
 
 
@@ -486,7 +496,9 @@ def test_nothing_is_calibrated_by_a_replay(at_bench: Open) -> None:
 def let_no_volts_come(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let two seconds pass in which nothing arrives."""
     later = time.monotonic() + 2.0
-    monkeypatch.setattr(ui.preflight.wizard_run, "time", SimpleNamespace(monotonic=lambda: later))
+    monkeypatch.setattr(
+        ui.preflight.wizard_controller, "time", SimpleNamespace(monotonic=lambda: later)
+    )
 
 
 def test_no_point_is_taken_of_volts_that_no_longer_come(
@@ -622,7 +634,9 @@ def test_practice_runs_over_a_real_link_and_comes_in_force_live(
     """
     asked: list[str] = []
     monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *names: asked.extend(names[1:]) or "stop")
+    monkeypatch.setattr(
+        ui.main_window, "ask_closing", lambda *names: asked.extend(names[1:]) or "stop"
+    )
     window = open_window(tmp_path)
     activate(qtbot, window)
     desk = window.desk
@@ -685,7 +699,7 @@ def test_practice_does_not_take_the_place_of_a_flight_that_is_recorded(
             window.desk.starter, "connect_aircraft", lambda *_, **__: begun.append(1)
         )
         with monkeypatch.context() as patch:
-            patch.setattr(Desk, "records_here", True)
+            patch.setattr(FlightController, "records_here", True)
             qtbot.keyClick(page, KEY.Key_P)
         assert any("being recorded" in text for text in window.banners.texts())
         assert not begun

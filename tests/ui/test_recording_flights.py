@@ -11,15 +11,15 @@ from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QApplication, QMenu, QMessageBox
 from pytestqt.qtbot import QtBot
 
-from gsapp.flight.raw import RawTail
+from gsapp.flight.raw_files import RawTail
 from gsapp.telemetry.recorder_control import find_recorder, find_recorders, start_recorder
 from gsapp.telemetry.recorder_folder import record_state
-from gsapp.telemetry.status import RUNTIME_VARIABLE
+from gsapp.telemetry.recorder_status import RUNTIME_VARIABLE
 from tests.ui.window_kit import Aircraft, answer_dialog, free_port, open_window, until
 from ui.dialogs.connect import ConnectDialog
-from ui.dialogs.requests import ConnectRequest
-from ui.frame.bar_view import _broken
-from ui.window import MainWindow
+from ui.dialogs.flight_requests import ConnectRequest
+from ui.main_window import MainWindow
+from ui.window_frame.status_bar import _break_text
 
 
 @pytest.fixture(autouse=True)
@@ -198,7 +198,7 @@ def test_a_flight_ends_with_its_alarms_and_goes_to_review(
     # The most urgent of all alarms is whole on two lines of the tile.
     metrics = QFontMetricsF(window.look.font("label", strong=True))
     wide = alarms.width() - 2 * window.look.px(8)
-    _, rest = _broken(alarms.part.value, metrics, wide)
+    _, rest = _break_text(alarms.part.value, metrics, wide)
     assert rest
     assert metrics.horizontalAdvance(rest) <= wide
     # Were it known to have landed, the silence would be none.

@@ -9,28 +9,28 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gsapp.identification.axes import RESPONSES, axis_derivatives
-from ui.review.estimate_again import unheld, wishes_of
-from ui.review.estimate_asking import FieldError, problem_of, run_request
-from ui.review.estimate_wishes import DerivativeWish, Wishes
-from ui.review.estimate_words import EXPLAINED, maneuver_count
+from gsapp.identification.axes import AXIS_RESPONSES, axis_derivatives
+from ui.review.estimate_form import DerivativeEntry, EstimateForm
+from ui.review.estimate_form_from_run import find_unrestored_settings, form_from_request
+from ui.review.estimate_request import FormFieldError, build_run_request, find_form_error
+from ui.review.estimate_text import FIELD_HELP, format_maneuver_count
 from ui.settings import Settings
 
 NAMES = axis_derivatives("both")
 EFFECT = "aero.Cm.alpha2.Cm_alpha2"
 NUMBERS = st.floats(-1e3, 1e3, allow_nan=False).map(repr)
 POSITIVE = st.floats(1e-6, 1e3).map(repr)
-CHANNELS = st.lists(st.sampled_from(RESPONSES["both"]), unique=True, min_size=1).map(tuple)
+CHANNELS = st.lists(st.sampled_from(AXIS_RESPONSES["both"]), unique=True, min_size=1).map(tuple)
 
 
 @st.composite
-def derivative_wishes(draw: st.DrawFn) -> DerivativeWish:
+def derivative_wishes(draw: st.DrawFn) -> DerivativeEntry:
     """Return a wish as one can type it: held with its value, or free with what is known."""
     treated = draw(st.sampled_from(["tables", "free", "held"]))
     if treated == "held":
-        return DerivativeWish(treated="held", value=draw(NUMBERS))
+        return DerivativeEntry(treated="held", value=draw(NUMBERS))
     known = draw(st.booleans())
-    return DerivativeWish(
+    return DerivativeEntry(
         treated=treated,
         start=draw(st.one_of(st.just(""), NUMBERS)),
         prior=draw(NUMBERS) if known else "",
@@ -39,13 +39,13 @@ def derivative_wishes(draw: st.DrawFn) -> DerivativeWish:
 
 
 @st.composite
-def wishes(draw: st.DrawFn) -> Wishes:
+def wishes(draw: st.DrawFn) -> EstimateForm:
     """Return a panel for all six degrees of freedom, where everything can be chosen."""
     model = draw(st.sampled_from(["", "b777"]))
     # Parameters of effects are asked for where there is a model that has them.
     known = (*NAMES, EFFECT) if model else NAMES
     names = draw(st.lists(st.sampled_from(known), unique=True, max_size=6))
-    return Wishes(
+    return EstimateForm(
         six_degrees=True,
         joint=draw(st.booleans()),
         derivatives={name: draw(derivative_wishes()) for name in names},
@@ -63,11 +63,11 @@ def wishes(draw: st.DrawFn) -> Wishes:
 
 @settings(max_examples=25, deadline=None)
 @given(wishes())
-def test_the_settings_of_a_run_fill_the_panel_so_that_it_asks_the_same(panel: Wishes) -> None:
+def test_the_settings_of_a_run_fill_the_panel_so_that_it_asks_the_same(panel: EstimateForm) -> None:
     """Whatever stands on the panel: asked for, shown again, asked for again, it is the same."""
-    request = run_request(panel, (Path("a"),), ())
-    again = wishes_of(request)
-    assert run_request(again, (Path("a"),), ()) == request
+    request = build_run_request(panel, (Path("a"),), ())
+    again = form_from_request(request)
+    assert build_run_request(again, (Path("a"),), ()) == request
     kept = Settings(review_estimate=again)
     assert Settings.model_validate(kept.model_dump()).review_estimate == again
 
@@ -85,8 +85,8 @@ def test_the_settings_of_a_run_fill_the_panel_so_that_it_asks_the_same(panel: Wi
 def test_what_cannot_be_asked_of_a_derivative_is_said(
     panel: dict[str, dict[str, str]], field: str, words: str
 ) -> None:
-    wished = Wishes.model_validate({"derivatives": panel})
-    problem = problem_of(wished)
+    wished = EstimateForm.model_validate({"derivatives": panel})
+    problem = find_form_error(wished)
     assert problem is not None
     assert problem.field == field
     assert words in str(problem)
@@ -102,7 +102,7 @@ def test_what_cannot_be_asked_of_a_derivative_is_said(
         ({"axis": "lon", "responses": ("thrust",)}, "channels", "'thrust' is not one of"),
         (
             {"axis": "lon", "derivatives": dict.fromkeys(
-                axis_derivatives("lon"), DerivativeWish(treated="held", value="1"))},
+                axis_derivatives("lon"), DerivativeEntry(treated="held", value="1"))},
             "derivatives", "free at least one",
         ),
     ],
@@ -110,39 +110,39 @@ def test_what_cannot_be_asked_of_a_derivative_is_said(
 def test_each_field_says_what_is_wrong_with_it(
     changes: dict[str, object], field: str, words: str
 ) -> None:
-    problem = problem_of(Wishes().changed(**changes))
+    problem = find_form_error(EstimateForm().changed(**changes))
     assert problem is not None
     assert (problem.field, words in str(problem)) == (field, True), str(problem)
 
 
 def test_what_a_method_does_not_heed_is_neither_asked_for_nor_judged() -> None:
     """FTR takes no weights; a mistake in their field keeps nobody from running it."""
-    panel = Wishes(
+    panel = EstimateForm(
         weights="/nowhere.toml", bound_factor="x", stand_ins="?",
-        derivatives={"Cm_q": DerivativeWish(treated="held", value="-20")},
+        derivatives={"Cm_q": DerivativeEntry(treated="held", value="-20")},
     )  # fmt: skip
-    assert problem_of(panel) is not None
-    assert problem_of(panel.changed(method="ftr")) is None
-    asked = run_request(panel.changed(method="ftr"), (Path("a"),), ())
+    assert find_form_error(panel) is not None
+    assert find_form_error(panel.changed(method="ftr")) is None
+    asked = build_run_request(panel.changed(method="ftr"), (Path("a"),), ())
     assert (asked.weights, dict(asked.settings.held)) == ("", {})
-    with pytest.raises(FieldError):
-        run_request(panel.changed(method="ee"), (Path("a"),), ())
+    with pytest.raises(FormFieldError):
+        build_run_request(panel.changed(method="ee"), (Path("a"),), ())
 
 
 def test_settings_that_the_panel_cannot_hold_are_named() -> None:
     """A run from the command line may ask for more: nothing of it is dropped without a word."""
-    request = run_request(Wishes(), (Path("a"),), ())
-    assert unheld(request, wishes_of(request)) == ()
+    request = build_run_request(EstimateForm(), (Path("a"),), ())
+    assert find_unrestored_settings(request, form_from_request(request)) == ()
     likelihood = replace(request.settings.likelihood, max_iterations=5)
     other = replace(request, settings=replace(request.settings, likelihood=likelihood))
-    assert unheld(other, wishes_of(other)) == ("stops",)
+    assert find_unrestored_settings(other, form_from_request(other)) == ("stops",)
 
 
 def test_every_choice_says_what_it_does_and_maneuvers_are_counted() -> None:
-    for words in EXPLAINED.values():
+    for words in FIELD_HELP.values():
         assert words.does.endswith(".")
         assert len(words.does) < 250
-    assert maneuver_count([("de",), ("de",), ("da", "dr")], 2) == (
+    assert format_maneuver_count([("de",), ("de",), ("da", "dr")], 2) == (
         "3 maneuvers of 2 flights: 2 de, 1 da+dr"
     )
-    assert maneuver_count([("de",)], 1) == "1 maneuver: 1 de"
+    assert format_maneuver_count([("de",)], 1) == "1 maneuver: 1 de"

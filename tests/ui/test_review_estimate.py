@@ -12,25 +12,31 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
-import ui.review.place
-import ui.window
+import ui.main_window
+import ui.review.review_page
 from gsapp.dynamics.model import load_model, save_model
 from gsapp.flight.catalog import Catalog
-from gsapp.identification.runs.keeping import kept_runs
+from gsapp.identification.runs.run_store import stored_runs
 from tests.ui.review_kit import ThreadEngine, write_flights
 from tests.ui.window_kit import activate, opened_window, press, until
-from ui.look import Look
-from ui.review.estimate_asking import run_request
+from ui.display_style import DisplayStyle
+from ui.main_window import MainWindow
+from ui.review.estimate_form import EstimateForm
 from ui.review.estimate_page import EstimatePage
-from ui.review.estimate_table import LAST, NAME, TREATED, VALUE, DerivativeTable
-from ui.review.estimate_wishes import Wishes
+from ui.review.estimate_request import build_run_request
+from ui.review.estimate_table import (
+    LAST_COLUMN,
+    NAME_COLUMN,
+    TREATMENT_COLUMN,
+    VALUE_COLUMN,
+    DerivativeTable,
+)
 from ui.settings import catalog_path
-from ui.window import MainWindow
 
 CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
 SHIFT = Qt.KeyboardModifier.ShiftModifier
 PLAIN = Qt.KeyboardModifier.NoModifier
-QUICK = Wishes(axis="lon")
+QUICK = EstimateForm(axis="lon")
 """Where it does not matter what is estimated."""
 
 
@@ -41,7 +47,7 @@ def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterat
     (folder / "flights").mkdir()
     flights = write_flights(folder / "flights")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(ui.review.place, "review_engine", ThreadEngine)
+        patch.setattr(ui.review.review_page, "create_review_job_runner", ThreadEngine)
         chosen = tuple(str(path) for path in flights)
         with opened_window(folder, review_flights=chosen, review_chapter="estimate") as window:
             yield window
@@ -89,12 +95,12 @@ def test_enter_alone_runs_and_the_run_is_kept(
     assert outcome.number == 1
     assert "Run 1:" in page.sentence.text()
     table = page.panel.derivatives.model_of
-    shown = table.data(table.index(table.names.index("Cm_de"), LAST))
+    shown = table.data(table.index(table.names.index("Cm_de"), LAST_COLUMN))
     mean = outcome.summary.derivatives["Cm_de"].value.mean
     assert float(str(shown).split()[0].replace("−", "-")) == pytest.approx(mean, rel=0.02)
     assert page.state.detail == f"run 1: {count} maneuvers"
     with Catalog(catalog_path(made.store.current)) as catalog:
-        (kept,) = kept_runs(catalog)
+        (kept,) = stored_runs(catalog)
     assert kept.values["Cm_de"].mean == mean
     assert page.runs.values.lines.lines[0].cells[0] == "CN0"
 
@@ -129,10 +135,12 @@ def test_a_derivative_is_held_by_keys_taken_back_and_explained(
     table = page.panel.derivatives
     table.setFocus()
     assert "Hold one at a value" in page.head.explained.text()
-    cells = [table.model_of.index(row, NAME) for row in range(table.model_of.rowCount())]
-    assert max(table.sizeHintForIndex(cell).width() for cell in cells) <= table.columnWidth(NAME)
+    cells = [table.model_of.index(row, NAME_COLUMN) for row in range(table.model_of.rowCount())]
+    assert max(table.sizeHintForIndex(cell).width() for cell in cells) <= table.columnWidth(
+        NAME_COLUMN
+    )
     row = table.model_of.names.index("Cm_q")
-    table.setCurrentIndex(table.model_of.index(row, VALUE))
+    table.setCurrentIndex(table.model_of.index(row, VALUE_COLUMN))
     for letter in "-2x":
         qtbot.keyClicks(QApplication.focusWidget(), letter)
     press(qtbot, Qt.Key.Key_Return)
@@ -141,7 +149,7 @@ def test_a_derivative_is_held_by_keys_taken_back_and_explained(
     assert not page.can_run
     assert not made.commands.actions["review_run"].isEnabled()
     table.setFocus()
-    table.setCurrentIndex(table.model_of.index(row, VALUE))
+    table.setCurrentIndex(table.model_of.index(row, VALUE_COLUMN))
     press(qtbot, Qt.Key.Key_Return)
     editor = QApplication.focusWidget()
     assert isinstance(editor, QLineEdit)
@@ -160,7 +168,7 @@ def test_a_derivative_is_held_by_keys_taken_back_and_explained(
     assert page._wishes.derivative("Cm_q").treated == "tables"
     press(qtbot, Qt.Key.Key_Y, CONTROL)
     assert page._wishes.derivative("Cm_q").treated == "held"
-    table.setCurrentIndex(table.model_of.index(row, TREATED))
+    table.setCurrentIndex(table.model_of.index(row, TREATMENT_COLUMN))
     press(qtbot, Qt.Key.Key_Delete)
     until(qtbot, lambda: page._wishes == QUICK)
 
@@ -174,12 +182,12 @@ def test_parameters_of_the_effects_of_a_model_can_be_freed(
     table = page.panel.derivatives
     name = "aero.Cm.alpha2.Cm_alpha2"
     row = table.model_of.names.index(name)
-    assert table.model_of.data(table.model_of.index(row, VALUE)) == "-1.5"
+    assert table.model_of.data(table.model_of.index(row, VALUE_COLUMN)) == "-1.5"
     table.setFocus()
-    table.setCurrentIndex(table.model_of.index(row, TREATED))
+    table.setCurrentIndex(table.model_of.index(row, TREATMENT_COLUMN))
     press(qtbot, Qt.Key.Key_Space)
     assert page._wishes.derivative(name).treated == "free"
-    asked = run_request(page._wishes, (), ()).settings
+    asked = build_run_request(page._wishes, (), ()).settings
     assert (asked.free, asked.likelihood.free_effects) == (None, (name,))
     page._show(page._wishes.changed(model=""))
     assert name not in table.model_of.names
@@ -295,7 +303,7 @@ def test_what_is_typed_while_a_run_ends_stays(
     page.panel.label.clear()
     table = page.panel.derivatives
     table.setFocus()
-    table.setCurrentIndex(table.model_of.index(table.model_of.names.index("Cm_q"), VALUE))
+    table.setCurrentIndex(table.model_of.index(table.model_of.names.index("Cm_q"), VALUE_COLUMN))
     for letter in "-2":
         qtbot.keyClicks(QApplication.focusWidget(), letter)
     table.model_of.show_last({"Cm_q": "-20.0"})
@@ -306,17 +314,17 @@ def test_what_is_typed_while_a_run_ends_stays(
 
 def test_a_value_is_shown_with_all_of_its_bound(qtbot: QtBot) -> None:
     """A bound of many digits has room on the line of its value, in a narrow window, too."""
-    table = DerivativeTable(Look())
+    table = DerivativeTable(DisplayStyle())
     qtbot.addWidget(table)
     table.resize(500, 300)
-    table.model_of.show_wishes(Wishes(axis="lat"))
+    table.model_of.show_wishes(EstimateForm(axis="lat"))
     table.show()
     for last in (
         {"Cn_0": "−0.5 ± 0.1"},
         {"Cn_0": "−0.0000129 ± 0.0000067", "Cl_p": "−1.06 ± 0.01"},
     ):
         table.model_of.show_last(last)
-        assert table.sizeHintForColumn(LAST) <= table.columnWidth(LAST)
+        assert table.sizeHintForColumn(LAST_COLUMN) <= table.columnWidth(LAST_COLUMN)
         high = table.sizeHintForRow(table.model_of.names.index("Cn_0"))
         assert high <= table.rowHeight(0)
         bar = table.horizontalScrollBar()

@@ -22,36 +22,46 @@ from pytestqt.qtbot import QtBot
 
 from gsapp.identification import equation_error
 from gsapp.identification.ftr import EstimateHistory
-from gsapp.identification.summary.beside import beside_values
+from gsapp.identification.summary.method_comparison import compare_methods
 from gsapp.quantities import clock_text
-from gsapp.report.hearing import Heard
-from gsapp.report.palette import PAPER
+from gsapp.report.ftr_histories import FlightEstimateHistory
+from gsapp.report.palette import PRINT_PALETTE
 from tests.report.campaign_kit import WILD, gusty, outcome
 from tests.ui.window_kit import FIGURE_MENU, until
+from ui.background_job import JobCanceledError
 from ui.commands import CommandSet
-from ui.keyboard import KeyKeeper
-from ui.look import Look
-from ui.review.figure_drawing import Room
-from ui.review.figure_geometry import Pane, Spot, View, moved, sensible, stepped, zoomed
+from ui.display_style import DisplayStyle
+from ui.review.figure_data import FigureData, find_result
+from ui.review.figure_geometry import (
+    ManeuverPoint,
+    Subplot,
+    ViewRange,
+    is_usable_view,
+    next_point,
+    pan_view,
+    zoom_view,
+)
+from ui.review.figure_kinds import FIGURE_KINDS
+from ui.review.figure_options import comparison_run_option
 from ui.review.figure_palette import window_palette
-from ui.review.figures_kinds import KINDS
-from ui.review.figures_material import Material, result_of
-from ui.review.figures_options import beside_of
+from ui.review.figure_renderer import FigureSize
 from ui.review.figures_page import FiguresPage
-from ui.review.jobs import HearJob, Job
-from ui.review.selection import Selection
+from ui.review.review_jobs import FtrHistoryJob, ReviewJob
+from ui.review.review_selection import ReviewSelection
 from ui.settings import SettingsStore
+from ui.shortcut_filter import ShortcutOverrideFilter
 from ui.theme import THEMES, contrast
-from ui.work import CancelledError
 
 
 @dataclass
 class Asked:
     """Jobs that the page asked for, answered by hand."""
 
-    jobs: list[tuple[Job, Callable[[object], None], Any]] = field(default_factory=list)
+    jobs: list[tuple[ReviewJob, Callable[[object], None], Any]] = field(default_factory=list)
 
-    def __call__(self, job: Job, done: Callable[[object], None], *, failed: Any = None) -> None:
+    def __call__(
+        self, job: ReviewJob, done: Callable[[object], None], *, failed: Any = None
+    ) -> None:
         self.jobs.append((job, done, failed))
 
 
@@ -61,8 +71,8 @@ class Bench:
 
     window: QMainWindow
     page: FiguresPage
-    look: Look
-    selection: Selection
+    look: DisplayStyle
+    selection: ReviewSelection
     asked: Asked
     commands: CommandSet
     qtbot: QtBot
@@ -82,7 +92,7 @@ class Bench:
         self.page.frame.option_chosen.emit("over", over)
         self.settle()
 
-    def pane(self, name: str) -> Pane:
+    def pane(self, name: str) -> Subplot:
         """Return the chart of a derivative."""
         drawing = self.page.view.drawing
         assert drawing is not None
@@ -111,14 +121,14 @@ class Bench:
 def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterator[tuple[Any, ...]]:
     """Return the page in a window, made once."""
     window = QMainWindow()
-    look, selection, asked = Look(), Selection(window), Asked()
+    look, selection, asked = DisplayStyle(), ReviewSelection(window), Asked()
     commands = CommandSet(window)
     store = SettingsStore(tmp_path_factory.mktemp("settings") / "window.toml")
     page = FiguresPage(commands.actions, look, store, selection, asked)
     for name, act in page.handlers.items():
         commands.actions[name].triggered.connect(lambda _checked=False, act=act: act())
     page.changed.connect(lambda: commands.enable(["review", *page.present]))
-    keeper = KeyKeeper(window)
+    keeper = ShortcutOverrideFilter(window)
     keeper.begin()
     window.setCentralWidget(page)
     window.resize(900, 540)
@@ -177,20 +187,20 @@ def test_equation_error_shows_coefficients_and_says_why_it_has_no_residuals() ->
     first = done.result.results[0]
     fitted = replace(first, estimate=equation_error.estimate([first.maneuver], "lon"))
     changed = replace(done, result=replace(done.result, results=(fitted,)))
-    material = Material(outcome=changed, others=(done,), maneuver=first.maneuver.id)
-    kinds, room = {one.id: one for one in KINDS}, Room(width=7.0, height=4.0)
-    picture = kinds["fit"].make(material, PAPER, room)
+    material = FigureData(outcome=changed, others=(done,), maneuver=first.maneuver.id)
+    kinds, room = {one.id: one for one in FIGURE_KINDS}, FigureSize(width=7.0, height=4.0)
+    picture = kinds["fit"].make(material, PRINT_PALETTE, room)
     assert not isinstance(picture, str)
     assert "coefficients" in picture.caption
-    assert beside_of(material).choices == (("", "no other run"),)
-    assert len(beside_of(replace(material, outcome=done)).choices) == 2
-    said = kinds["residuals"].make(material, PAPER, room)
+    assert comparison_run_option(material).choices == (("", "no other run"),)
+    assert len(comparison_run_option(replace(material, outcome=done)).choices) == 2
+    said = kinds["residuals"].make(material, PRINT_PALETTE, room)
     assert isinstance(said, str)
     assert said.startswith("Equation error compares smoothed coefficients")
     still = equation_error.estimate([first.maneuver], "lon", free=())
     nothing = replace(first, estimate=replace(still, histories=(), free=()))
     empty = replace(done, result=replace(done.result, results=(nothing,)))
-    said = kinds["fit"].make(replace(material, outcome=empty), PAPER, room)
+    said = kinds["fit"].make(replace(material, outcome=empty), PRINT_PALETTE, room)
     assert said == (
         f"Equation error earned no derivative in maneuver {first.maneuver.id}: it was not set free."
     )
@@ -305,7 +315,7 @@ def test_in_gusts_equation_error_stands_below_the_fit(bench: Bench) -> None:
     bench.settle()
     assert table.lines is not None
     rows = {one.cells[0]: one.cells for one in table.lines.lines.lines}
-    (value,) = [one for one in beside_values(gusty().result.results[0]) if one.name == "Cm_q"]
+    (value,) = [one for one in compare_methods(gusty().result.results[0]) if one.name == "Cm_q"]
     assert value.equations is not None
     assert float(rows["Cm_q"][3]) == pytest.approx(value.equations[0], abs=0.01)
     bench.selection.choose_maneuver("M2")
@@ -411,7 +421,7 @@ def test_the_cursor_reads_the_curves_at_its_time_in_the_units_chosen(bench: Benc
     bench.page.open_fit("1:M1")
     bench.settle()
     canvas = bench.page.view.canvas
-    (history,) = result_of(outcome(), "1:M1").estimate.histories
+    (history,) = find_result(outcome(), "1:M1").estimate.histories
     pane = next(one for one in canvas.panes if one.y_title.startswith("q"))
     x = (pane.left + pane.right) / 2
     words = canvas.words_at(QPointF(x, pane.top + 5)).splitlines()
@@ -533,7 +543,7 @@ import time
 from PySide6.QtCore import QCoreApplication
 from gsapp.report.palette import PAPER
 from gsapp.report.document import Picture
-from ui.review.figure_drawing import FigureDrawer, Order, Room
+from ui.review.figure_renderer import FigureRenderer, Order, Room
 
 def draw(container):
     print("drawing", flush=True)
@@ -542,7 +552,7 @@ def draw(container):
     print("drawn", flush=True)
 
 app = QCoreApplication([])
-drawer = FigureDrawer()
+drawer = FigureRenderer()
 picture = Picture(name="it", caption="", height=4.0, draw=draw)
 room = Room(width=6.0, height=4.0)
 drawer.begin(
@@ -572,27 +582,27 @@ def test_histories_are_heard_once_and_a_late_answer_is_dropped(bench: Bench) -> 
     page.show_kind("online")
     bench.settle()
     (asked,) = bench.asked.jobs
-    assert isinstance(asked[0], HearJob)
+    assert isinstance(asked[0], FtrHistoryJob)
     drawing = page.view.drawing
     assert drawing is not None
     assert "FTR" in drawing.words
-    asked[2](CancelledError())
+    asked[2](JobCanceledError())
     bench.settle()
     assert "stopped" in page.view.canvas.drawing.words  # type: ignore[union-attr]
     page.show_kind("online")
     late, (_, done, _) = bench.asked.jobs
-    late[1]((Heard(flight="nowhere"),))
+    late[1]((FlightEstimateHistory(flight="nowhere"),))
     times = np.linspace(0.0, 60.0, 50)
     history = EstimateHistory(
         name="Cm_alpha", times=times, values=np.full(50, -0.33), stds=np.full(50, 0.01),
         signal_to_noise=np.full(50, 9.0),
     )  # fmt: skip
-    done((Heard(flight="A", histories={"Cm_alpha": history}),))
+    done((FlightEstimateHistory(flight="A", histories={"Cm_alpha": history}),))
     bench.settle()
     assert {spot.maneuver for spot in page.view.canvas.spots} == {f"1:M{k}" for k in (1, 2, 3, 4)}
     page.show_outcome(outcome())
     count = len(bench.asked.jobs)
-    done((Heard(flight="nowhere"),))
+    done((FlightEstimateHistory(flight="nowhere"),))
     assert page._needs.heard is None
     assert len(bench.asked.jobs) >= count
 
@@ -612,7 +622,8 @@ def test_histories_are_those_of_the_flight_that_was_looked_at_before_the_run(ben
     bench.page.show_kind("online")
     bench.asked.jobs[-1][1](
         tuple(
-            Heard(flight=name) for name in {one.maneuver.flight: 0 for one in done.result.results}
+            FlightEstimateHistory(flight=name)
+            for name in {one.maneuver.flight: 0 for one in done.result.results}
         )
     )
     assert bench.page.frame.choices["flight"].value == last.flight
@@ -638,7 +649,7 @@ def test_copy_and_save_give_the_figure_and_its_numbers(bench: Bench, tmp_path: P
 
 SPOTS = st.lists(
     st.builds(
-        Spot,
+        ManeuverPoint,
         pane=st.integers(0, 3),
         maneuver=st.integers(0, 9).map(str),
         x=st.floats(0, 500),
@@ -658,15 +669,15 @@ def test_whatever_is_zoomed_and_moved_some_of_the_whole_stays_in_sight(
     low: float, span: float, steps: list[str]
 ) -> None:
     """A thousandth to four times of it, overlapping it: what is not sensible is not done."""
-    whole = view = View(x=(low, low + span), y=(low + span, low))
+    whole = view = ViewRange(x=(low, low + span), y=(low + span, low))
     for step in steps:
         wanted = {
-            "in": zoomed(view, 0.3, 0.8, 0.5, only_x=False),
-            "out": zoomed(view, 0.3, 0.8, 2.0, only_x=False),
-            "left": moved(view, -0.4, 0.0, only_x=False),
-            "up": moved(view, 0.0, 0.4, only_x=False),
+            "in": zoom_view(view, 0.3, 0.8, 0.5, only_x=False),
+            "out": zoom_view(view, 0.3, 0.8, 2.0, only_x=False),
+            "left": pan_view(view, -0.4, 0.0, only_x=False),
+            "up": pan_view(view, 0.0, 0.4, only_x=False),
         }[step]
-        view = wanted if sensible(wanted, whole) else view
+        view = wanted if is_usable_view(wanted, whole) else view
     for part, every in ((view.x, whole.x), (view.y, whole.y)):
         assert 1e-3 * span * 0.99 <= abs(part[1] - part[0]) <= 4.0 * span * 1.01
         assert min(part) < max(every)
@@ -675,16 +686,16 @@ def test_whatever_is_zoomed_and_moved_some_of_the_whole_stays_in_sight(
 
 @settings(max_examples=40)
 @given(spots=SPOTS)
-def test_a_walk_to_the_right_meets_every_point_of_a_chart_once(spots: list[Spot]) -> None:
+def test_a_walk_to_the_right_meets_every_point_of_a_chart_once(spots: list[ManeuverPoint]) -> None:
     """From the leftmost on, in order of x, and it ends at the last."""
-    here = stepped(spots, None, "right")
+    here = next_point(spots, None, "right")
     assert here is not None
     row = [one for one in spots if one.pane == here.pane]
-    while (before := stepped(spots, here, "left")) != here:
+    while (before := next_point(spots, here, "left")) != here:
         assert before is not None
         here = before
     met = [here]
-    while (after := stepped(spots, met[-1], "right")) != met[-1]:
+    while (after := next_point(spots, met[-1], "right")) != met[-1]:
         assert after is not None
         met.append(after)
     assert sorted(met, key=id) == sorted(row, key=id)
@@ -700,11 +711,11 @@ def test_zoom_and_move_keep_what_they_promise(
     low: float, span: float, share: float, factor: float
 ) -> None:
     """The value under the mouse stays under it; a move there and back changes nothing."""
-    view = View(x=(low, low + span), y=(low, low + span))
+    view = ViewRange(x=(low, low + span), y=(low, low + span))
     still = low + share * span
-    near = zoomed(view, share, share, factor, only_x=False)
+    near = zoom_view(view, share, share, factor, only_x=False)
     assert near.x[0] + share * (near.x[1] - near.x[0]) == pytest.approx(still, abs=1e-6 * span)
     assert near.x[1] - near.x[0] == pytest.approx(factor * span)
-    assert zoomed(view, share, share, factor, only_x=True).y == view.y
-    back = moved(moved(view, share, share, only_x=False), -share, -share, only_x=False)
+    assert zoom_view(view, share, share, factor, only_x=True).y == view.y
+    back = pan_view(pan_view(view, share, share, only_x=False), -share, -share, only_x=False)
     assert back.x == pytest.approx(view.x, abs=1e-6 * span)

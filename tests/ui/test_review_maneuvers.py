@@ -18,24 +18,24 @@ from pytestqt.qtbot import QtBot
 
 from gsapp.cli.maneuvers import run
 from gsapp.flight.catalog import Catalog, search_maneuvers
-from gsapp.flight.maneuvers.found import PROGRAM
+from gsapp.flight.maneuvers.detected_maneuver import GRADED_BY_PROGRAM
 from gsapp.flight.writers import write_block
 from gsapp.quantities import CHANNELS
-from gsapp.session.review import open_reviewed
+from gsapp.session.review import open_reviewed_flight
 from tests.flight.maneuver_kit import EVERYTHING, make_flight
 from tests.ui.window_kit import activate, answer_dialog, pixels, press, until
-from ui.look import Look
+from ui.display_style import DisplayStyle
+from ui.main_window import MainWindow
+from ui.number_format import MINUS, clock_text
 from ui.review.grade_dialog import GradeDialog
-from ui.review.maneuvers_columns import PLACES
+from ui.review.maneuver_columns import COLUMN_INDEXES
 from ui.review.maneuvers_page import ManeuversPage
-from ui.review.timeline_drawing import Scale, TimelineSpan, draw_labels, draw_names
-from ui.review.timeline_lines import Line, LineChart
-from ui.review.timeline_view import TimeView
+from ui.review.timeline_charts import TimelineChart, TimelineCurve
+from ui.review.timeline_painter import TimelineSpan, TimeScale, draw_curve_names, draw_labels
+from ui.review.visible_time_range import VisibleTimeRange
 from ui.settings import catalog_path
-from ui.strips.furniture import Display
+from ui.strips.chart_annotations import DisplayFormat
 from ui.theme import THEMES, contrast
-from ui.window import MainWindow
-from ui.words import MINUS, clock_text
 
 CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
 SHIFT = Qt.KeyboardModifier.ShiftModifier
@@ -80,9 +80,9 @@ def chosen_columns(page: ManeuversPage) -> tuple[float, float]:
     timeline = page.timeline
     plot, look = timeline.places.plot, page.look
     shown = pixels(timeline)
-    from ui.look import mixed
+    from ui.display_style import mix_colors
 
-    shade = mixed(look.theme.plot, look.theme.traces["blue"], 0.24).rgb() & 0xFFFFFF
+    shade = mix_colors(look.theme.plot, look.theme.traces["blue"], 0.24).rgb() & 0xFFFFFF
     rows = shown[round(plot.top()) + 2 : round(plot.bottom()) - 2]
     columns = np.flatnonzero((rows == shade).sum(axis=0) > 20)
     assert columns.size
@@ -249,9 +249,12 @@ def test_a_long_name_is_read_in_the_table(window, qtbot):
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, lambda: window.review.selection.maneuver == "gusty second try")
     table = page.table
-    cell = table.currentIndex().siblingAtColumn(PLACES["id"])
-    until(qtbot, lambda: table.columnWidth(PLACES["id"]) >= table.sizeHintForIndex(cell).width())
-    columns = sum(table.columnWidth(place) for place in PLACES.values())
+    cell = table.currentIndex().siblingAtColumn(COLUMN_INDEXES["id"])
+    until(
+        qtbot,
+        lambda: table.columnWidth(COLUMN_INDEXES["id"]) >= table.sizeHintForIndex(cell).width(),
+    )
+    columns = sum(table.columnWidth(place) for place in COLUMN_INDEXES.values())
     assert columns == table.viewport().width()
 
 
@@ -281,7 +284,7 @@ def test_what_the_estimate_takes_is_chosen_in_the_table(window, qtbot):
     assert (graded.grade, graded.reasons) == ("D", ("a gust",))
     assert [one.id for one in page.review.chosen()] == ["1", "3", "4", "5"]
     assert "by hand" in page.details.grade.text()
-    cell = page.table.currentIndex().siblingAtColumn(PLACES["grade"])
+    cell = page.table.currentIndex().siblingAtColumn(COLUMN_INDEXES["grade"])
     assert cell.data() == "D by hand"
     assert page.table.sizeHintForIndex(cell).width() <= page.table.columnWidth(cell.column())
     window.activateWindow()
@@ -305,14 +308,14 @@ def test_a_grade_goes_to_the_maneuver_that_was_asked_about(window, qtbot, tmp_pa
     window.review.selection.choose_maneuver("2")
 
     def grade(dialog: GradeDialog) -> None:
-        open_reviewed(tmp_path / "a.csv").remove("2")
+        open_reviewed_flight(tmp_path / "a.csv").remove("2")
         until(qtbot, lambda: window.review.selection.maneuver != "2")
         dialog.choice.setCurrentIndex(3)
         dialog.accept()
 
     answer_dialog(GradeDialog, grade)
     press(qtbot, Qt.Key.Key_G, CONTROL | SHIFT)
-    assert all(one.graded_by == PROGRAM for one in page.flights.flight.maneuvers)
+    assert all(one.graded_by == GRADED_BY_PROGRAM for one in page.flights.flight.maneuvers)
     assert "there is no maneuver '2'" in page.details.said.text()
 
 
@@ -323,7 +326,7 @@ def test_a_note_is_typed_on_while_another_flight_opens(window, qtbot, record, tm
     press(qtbot, Qt.Key.Key_B, CONTROL)
     qtbot.keyClicks(QApplication.focusWidget(), "gut")
     press(qtbot, Qt.Key.Key_Left)
-    open_reviewed(tmp_path / "a.csv").move("2", 35.0, 41.0)
+    open_reviewed_flight(tmp_path / "a.csv").move("2", 35.0, 41.0)
     until(qtbot, lambda: page.flights.flight["2"].t_start == pytest.approx(35.0, abs=0.05))
     qtbot.keyClicks(QApplication.focusWidget(), "s")
     page.opening.open([Path(shutil.copy(record, tmp_path / "b.csv"))])
@@ -348,10 +351,10 @@ def test_two_flights_and_another_window(window, qtbot, record, tmp_path, monkeyp
     assert page.timeline.accessibleDescription().startswith("maneuver 4")
     # Everything on the page calls it so, but what is typed is the name alone.
     assert page.details.title.text().startswith("Maneuver 2:4, ")
-    cell = page.table.currentIndex().siblingAtColumn(PLACES["id"])
+    cell = page.table.currentIndex().siblingAtColumn(COLUMN_INDEXES["id"])
     assert cell.data() == "2:4"
     assert cell.data(Qt.ItemDataRole.EditRole) == "4"
-    other = open_reviewed(tmp_path / "b.csv")
+    other = open_reviewed_flight(tmp_path / "b.csv")
     other.remove("4")
     until(qtbot, lambda: len(page.flights.flight.maneuvers) == 4)
     # Its neighbor is looked at in its place.
@@ -377,10 +380,10 @@ def test_the_time_line_in_another_theme_and_size(window, qtbot):
     assert chosen_columns(page) == (
         pytest.approx(one.t_start, abs=0.05), pytest.approx(one.t_end, abs=0.05),
     )  # fmt: skip
-    from ui.look import mixed
+    from ui.display_style import mix_colors
 
     colors = THEMES[theme]
-    shade = mixed(colors.plot, colors.traces["blue"], 0.24).name()
+    shade = mix_colors(colors.plot, colors.traces["blue"], 0.24).name()
     assert contrast(colors.selection, shade) > 3.0
     shown = pixels(page.timeline)
     x = round(page.timeline.scale.x(one.t_start))
@@ -397,7 +400,7 @@ def test_the_time_line_in_another_theme_and_size(window, qtbot):
     )
 )
 def test_the_view_never_leaves_the_flight(deeds):
-    view = TimeView(10.0, 110.0)
+    view = VisibleTimeRange(10.0, 110.0)
     for deed, size in deeds:
         if deed == "zoom":
             view.zoom(0.5 + abs(size) / 50.0, size)
@@ -417,21 +420,21 @@ def test_the_view_never_leaves_the_flight(deeds):
 
 def test_names_hide_no_more_of_the_lines_than_their_letters_need(qapp: QApplication) -> None:
     """At large sizes of text a ground of their own would hide half a minute."""
-    look = Look(scale=200)
+    look = DisplayStyle(scale=200)
     unit = CHANNELS["alpha"].display_unit("US")
     times = np.arange(3.0)
     lines = tuple(
-        Line(
+        TimelineCurve(
             channel=name, title=name, color="blue", times=times, values=times, dense=False,
-            display=Display.of(CHANNELS[name], "US"),
+            display=DisplayFormat.of(CHANNELS[name], "US"),
         )
         for name in ("alpha", "beta")
     )  # fmt: skip
-    chart = LineChart(lines=lines, unit=unit, low=0.0, high=2.0)
+    chart = TimelineChart(lines=lines, unit=unit, low=0.0, high=2.0)
     image = QImage(400, 80, QImage.Format.Format_RGB32)
     image.fill(QColor("#ff00ff"))
     painter = QPainter(image)
-    draw_names(painter, look, chart, QRectF(0, 0, 400, 80), ("alpha", "beta"))
+    draw_curve_names(painter, look, chart, QRectF(0, 0, 400, 80), ("alpha", "beta"))
     painter.end()
     shown = np.frombuffer(image.constBits(), dtype=np.uint32).reshape(80, 400)
     changed = shown != 0xFFFF00FF
@@ -443,13 +446,13 @@ def test_names_hide_no_more_of_the_lines_than_their_letters_need(qapp: QApplicat
 @pytest.mark.parametrize("long", ["short one, gusty A", "one that is longer than the flight A"])
 def test_the_chosen_maneuver_is_named_whatever_the_room(qapp: QApplication, long: str) -> None:
     """A long name takes the room of others for as long as it is chosen; none lie upon others."""
-    look = Look()
+    look = DisplayStyle()
     spans = tuple(
         TimelineSpan(id=name, start=12.0 * place, stop=12.0 * place + 5.0, label=label, grade="A")
         for place, (name, label) in enumerate({"1": "1 A", long[:-2]: long, "3": "3 A"}.items())
     )
     lane = QRectF(0, 0, 150, 20)
-    scale = Scale(start=0.0, stop=36.0, left=0.0, right=150.0)
+    scale = TimeScale(start=0.0, stop=36.0, left=0.0, right=150.0)
 
     def inked(chosen: str, shown: Sequence[TimelineSpan]) -> np.ndarray:
         image = QImage(150, 20, QImage.Format.Format_RGB32)

@@ -16,15 +16,15 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialog
 
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.onboard import OnboardLogState
+from gsapp.flight.onboard_log import OnboardLogState
 from gsapp.telemetry.log_download import parse_log_link
 from gsapp.telemetry.recorder_control import find_recorders
-from gsapp.telemetry.status import RUNTIME_VARIABLE
+from gsapp.telemetry.recorder_status import RUNTIME_VARIABLE
 from tests.flight.onboard_kit import fly_thin
 from tests.ui.window_kit import KILL, answer_dialog, free_port, open_window
-from ui.look import Look
-from ui.review.onboard_dialog import FlightLogs, OnboardDialog
-from ui.review.onboard_job import LogJob
+from ui.display_style import DisplayStyle
+from ui.review.onboard_log_dialog import FlightLogs, OnboardLogDialog
+from ui.review.onboard_log_job import OnboardLogJob
 
 AUTOPILOT = Path(__file__).parents[1] / "telemetry" / "foreign_autopilot.py"
 OFFSET = 3.7
@@ -57,7 +57,7 @@ def press(window, sequence, answer):
     """Press keys that open the dialog, and answer it."""
     window.activateWindow()
     assert QTest.qWaitForWindowActive(window)
-    answer_dialog(OnboardDialog, answer)
+    answer_dialog(OnboardLogDialog, answer)
     QTest.keyClick(window, *sequence)
 
 
@@ -76,7 +76,7 @@ def test_the_dialog_asks_for_what_is_there(flown, qtbot):
         path=folder.path, name="f", in_force="now.bin", state=state, kept=("now.bin", "old.bin"),
         link="udpin:127.0.0.1:15000",
     )  # fmt: skip
-    dialog = OnboardDialog(Look(), (logs,), (), parse_log_link, tuple)
+    dialog = OnboardLogDialog(DisplayStyle(), (logs,), (), parse_log_link, tuple)
     qtbot.addWidget(dialog)
     dialog.show()
     assert "it moves otherwise" in dialog.now.text()
@@ -88,11 +88,11 @@ def test_the_dialog_asks_for_what_is_there(flown, qtbot):
     assert not dialog.button.isEnabled()
     assert "There is no file" in dialog.verdict.text()
     QTest.keyClicks(dialog.file.edit, "g")
-    assert dialog.job == LogJob(flight=folder.path, file=flown / "box.tlog")
+    assert dialog.job == OnboardLogJob(flight=folder.path, file=flown / "box.tlog")
     wanted = [
-        LogJob(flight=folder.path, link="udpin:127.0.0.1:15000"),
-        LogJob(flight=folder.path, use="old.bin"),
-        LogJob(flight=folder.path, use=""),
+        OnboardLogJob(flight=folder.path, link="udpin:127.0.0.1:15000"),
+        OnboardLogJob(flight=folder.path, use="old.bin"),
+        OnboardLogJob(flight=folder.path, use=""),
     ]
     for job in wanted:
         QTest.keyClick(dialog.origin, Qt.Key.Key_Down)
@@ -105,7 +105,7 @@ def test_the_dialog_asks_for_what_is_there(flown, qtbot):
 def test_tab_goes_through_the_link_as_one_reads(tmp_path, qtbot):
     """Its fields are laid out only once the link is chosen."""
     logs = FlightLogs(path=tmp_path, name="f", link="udpin:127.0.0.1:15000")
-    dialog = OnboardDialog(Look(), (logs,), (), parse_log_link, tuple)
+    dialog = OnboardLogDialog(DisplayStyle(), (logs,), (), parse_log_link, tuple)
     qtbot.addWidget(dialog)
     dialog.show()
     QTest.keyClick(dialog.origin, Qt.Key.Key_Down)
@@ -119,8 +119,8 @@ def test_tab_goes_through_the_link_as_one_reads(tmp_path, qtbot):
 def test_no_log_is_asked_for_where_nobody_can_be_asked(tmp_path, qtbot, monkeypatch, link):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "box.tlog").touch()
-    dialog = OnboardDialog(
-        Look(), (FlightLogs(path=tmp_path, name="f"),), (link,), parse_log_link, tuple
+    dialog = OnboardLogDialog(
+        DisplayStyle(), (FlightLogs(path=tmp_path, name="f"),), (link,), parse_log_link, tuple
     )
     qtbot.addWidget(dialog)
     dialog.origin.setCurrentIndex(1)

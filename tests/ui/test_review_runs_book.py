@@ -6,33 +6,33 @@ from dataclasses import replace
 from pathlib import Path
 
 from gsapp.flight.catalog import Catalog
-from gsapp.identification.runs.excluding import excluding
-from gsapp.identification.runs.keeping import keep
+from gsapp.identification.runs.exclusion import exclude_maneuvers
 from gsapp.identification.runs.request import RunRequest
-from gsapp.identification.runs.running import run
+from gsapp.identification.runs.run_execution import execute_run
+from gsapp.identification.runs.run_store import save_run
 from tests.identification.runs_kit import WINDOWS, write_flights
-from ui.review.deeds import Deeds
-from ui.review.runs_book import RunsBook
+from ui.review.run_store import RunStore
+from ui.review.undo_stack import UndoStack
 
 
 def test_a_maneuver_left_out_is_kept_with_the_run(qtbot, tmp_path: Path) -> None:
     """What the figures leave out stands in the catalog and in the list; taken in again, it goes."""
-    outcome = run(RunRequest(flights=write_flights(tmp_path), given=WINDOWS))
+    outcome = execute_run(RunRequest(flights=write_flights(tmp_path), given=WINDOWS))
     path = tmp_path / "c.sqlite"
     with Catalog(path) as catalog:
-        outcome = replace(outcome, number=keep(catalog, outcome))
+        outcome = replace(outcome, number=save_run(catalog, outcome))
     errors: list[BaseException] = []
-    book = RunsBook(lambda: path, errors.append, Deeds())
+    book = RunStore(lambda: path, errors.append, UndoStack())
     with qtbot.waitSignal(book.changed, timeout=20_000):
-        book.renew(excluding(outcome, ["1:1"]))
+        book.renew(exclude_maneuvers(outcome, ["1:1"]))
     (shown,) = book.runs
     assert shown.settings["left out of the means"] == "1:1"
     assert shown.values["Cm_q"].n == 1
     with qtbot.waitSignal(book.changed, timeout=20_000):
-        book.renew(excluding(outcome, []))
+        book.renew(exclude_maneuvers(outcome, []))
     assert book.runs[0].values["Cm_q"].n == 2
     # A run that was not kept changes nothing.
-    book.renew(replace(excluding(outcome, ["2:1"]), number=None))
+    book.renew(replace(exclude_maneuvers(outcome, ["2:1"]), number=None))
     with qtbot.waitSignal(book.changed, timeout=20_000):
         book.read()
     assert book.runs[0].values["Cm_q"].n == 2

@@ -14,19 +14,19 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QApplication, QFileDialog, QMainWindow
 from pytestqt.qtbot import QtBot
 
-from gsapp.identification.runs.excluding import excluding
-from gsapp.report.estimate_report import Reported, estimate_document
+from gsapp.identification.runs.exclusion import exclude_maneuvers
+from gsapp.report.estimate_report import CampaignReportData, estimate_document
 from tests.report.campaign_kit import WILD, gusty, outcome, regressed, unearned
 from tests.ui.window_kit import until
-from ui.appearance import Appearance
+from ui.appearance_controller import AppearanceController
 from ui.commands import CommandSet
-from ui.look import Look
-from ui.review.jobs import Job
-from ui.review.selection import Selection
-from ui.review.summary_lines import derivative_words
+from ui.display_style import DisplayStyle
+from ui.review.job_queue import JobQueue
+from ui.review.review_jobs import ReviewJob
+from ui.review.review_selection import ReviewSelection
+from ui.review.review_worker import ReviewJobHandler
 from ui.review.summary_page import SummaryPage
-from ui.review.work import ReviewWork
-from ui.review.worker import ReviewBench
+from ui.review.summary_rows import describe_derivative
 from ui.settings import SettingsStore
 
 CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
@@ -36,9 +36,9 @@ SHIFT = Qt.KeyboardModifier.ShiftModifier
 class Here:
     """Does the jobs of the review as its process does, without one."""
 
-    def do(self, job: Job, tell: object) -> object:
+    def do(self, job: ReviewJob, tell: object) -> object:
         """Do a job."""
-        return ReviewBench(tell).do(job)  # type: ignore[arg-type]
+        return ReviewJobHandler(tell).do(job)  # type: ignore[arg-type]
 
     def close(self) -> None:
         """End nothing."""
@@ -49,14 +49,14 @@ class Room:
 
     def __init__(self, folder: Path) -> None:
         self.window = QMainWindow()
-        self.look = Look()
+        self.look = DisplayStyle()
         self.store = SettingsStore(folder / "window.toml")
-        self.appearance = Appearance(self.look, self.store)
+        self.appearance = AppearanceController(self.look, self.store)
         self.appearance.apply()
         self.commands = CommandSet(self.window)
-        self.selection = Selection()
+        self.selection = ReviewSelection()
         self.errors: list[BaseException] = []
-        self.work = ReviewWork(Here(), self.errors.append)
+        self.work = JobQueue(Here(), self.errors.append)
         self.page = SummaryPage(
             self.commands.actions, self.look, self.store, self.selection, self.work.begin
         )
@@ -140,7 +140,7 @@ def test_what_was_not_earned_has_no_number_but_a_reason(room: Room) -> None:
 )
 def test_it_is_said_why_scatter_tells_nothing_of_a_bound(count: int, why: str) -> None:
     """Few values; or, in however many, a constant that takes up the zero of an accelerometer."""
-    words = derivative_words(regressed(count), "CN_0")
+    words = describe_derivative(regressed(count), "CN_0")
     assert f"from {count} of {count} maneuvers." in words
     assert why in words
 
@@ -255,7 +255,7 @@ def test_linear_models_are_compared_on_demand(room: Room, qtbot: QtBot) -> None:
     assert "judged on 2 maneuvers of B that none of them saw" in room.page.linear.compared.text()
     comparison = room.page.linear.comparison
     assert comparison is not None
-    document = estimate_document(Reported(outcome=outcome(), linear=comparison))
+    document = estimate_document(CampaignReportData(outcome=outcome(), linear=comparison))
     table = next(
         part
         for section in document.sections
@@ -268,7 +268,7 @@ def test_linear_models_are_compared_on_demand(room: Room, qtbot: QtBot) -> None:
 
 def test_what_is_left_out_by_hand_is_shown(room: Room) -> None:
     """Another outcome takes the place of the first; without one the page says what to do."""
-    room.page.show_outcome(excluding(outcome(), [WILD]))
+    room.page.show_outcome(exclude_maneuvers(outcome(), [WILD]))
     last = room.page.attention.lines.lines[-1]
     assert last.cells[:2] == (WILD, "left out by hand")
     assert f"({WILD})" in room.page.trust.text()

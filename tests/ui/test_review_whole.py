@@ -19,12 +19,12 @@ from PySide6.QtWidgets import QFileDialog
 from pytestqt.qtbot import QtBot
 
 from gsapp.flight.catalog import Catalog
-from gsapp.identification.runs.keeping import kept_runs
+from gsapp.identification.runs.run_store import stored_runs
 from tests.ui.review_kit import write_flights
 from tests.ui.window_kit import KILL, activate, open_window, press, until
+from ui.main_window import MainWindow
+from ui.review.estimate_form import EstimateForm
 from ui.review.estimate_page import EstimatePage
-from ui.review.estimate_wishes import Wishes
-from ui.window import MainWindow
 
 CONTROL, ALT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier
 SHIFT = Qt.KeyboardModifier.ShiftModifier
@@ -35,7 +35,7 @@ def window(tmp_path: Path, qtbot: QtBot, alone: None) -> Iterator[MainWindow]:
     """Return a window with a short flight of its own, not yet under review."""
     (tmp_path / "flights").mkdir()
     shutil.move(write_flights(tmp_path)[0], tmp_path / "flights" / "a.csv")
-    made = open_window(tmp_path, review_estimate=Wishes(axis="lon").model_dump())
+    made = open_window(tmp_path, review_estimate=EstimateForm(axis="lon").model_dump())
     activate(qtbot, made)
     yield made
     made.close()
@@ -111,7 +111,7 @@ def test_a_whole_review_by_keys(
 def kept(page: EstimatePage) -> list[int]:
     """Return the numbers of the runs in the catalog, which holds the corrected maneuvers, too."""
     with Catalog(page.book.catalog) as catalog:
-        return [one.number for one in kept_runs(catalog)]
+        return [one.number for one in stored_runs(catalog)]
 
 
 def drawn(widget: object) -> bool:

@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 from pytestqt.qtbot import QtBot
 
-from ui.process.engine import JobError
-from ui.review.jobs import RepeatJob
-from ui.review.work import ReviewWork
-from ui.work import CancelledError
+from ui.background_job import JobCanceledError
+from ui.job_process.job_runner import JobError
+from ui.review.job_queue import JobQueue
+from ui.review.review_jobs import RepeatJob
 
 
 def job(number: int) -> RepeatJob:
@@ -47,7 +47,7 @@ class Slow:
 def desk(qtbot: QtBot) -> SimpleNamespace:
     """Return an engine, the work over it, and what was heard of it."""
     engine, errors = Slow(), []
-    work = ReviewWork(engine, errors.append)
+    work = JobQueue(engine, errors.append)
     ended: list[tuple[str, str]] = []
     work.ended.connect(lambda title, how: ended.append((title, how)))
     return SimpleNamespace(engine=engine, work=work, errors=errors, ended=ended, results=[])
@@ -74,7 +74,7 @@ def test_a_stop_ends_what_runs_and_what_waits_and_the_next_job_works(
         desk.work.begin(job(number), desk.results.append, failed=why.append)
     desk.work.cancel()
     qtbot.waitUntil(lambda: not desk.work.running)
-    assert [type(one) for one in why] == [CancelledError, CancelledError]
+    assert [type(one) for one in why] == [JobCanceledError, JobCanceledError]
     assert (desk.engine.done, desk.results, desk.errors) == ([], [], [])
     desk.engine.go.set()
     desk.work.begin(job(3), desk.results.append)

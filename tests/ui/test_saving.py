@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtWidgets import QFileDialog
 
-from ui.dialogs.saving import file_to_write
+from ui.dialogs.save_dialog import ask_save_file
 
 PAGE, PAPER = "Page for a browser (*.html)", "Pages for print (*.pdf)"
 
@@ -28,7 +28,7 @@ def asked(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Path
 
         monkeypatch.setattr(QFileDialog, "getSaveFileName", dialog)
         start = tmp_path / "report.html"
-        path = file_to_write(None, "Write the report", start, f"{PAGE};;{PAPER}")
+        path = ask_save_file(None, "Write the report", start, f"{PAGE};;{PAPER}")
         assert not left
         return path
 

@@ -15,8 +15,8 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication, QFileDialog, QPushButton
 from pytestqt.qtbot import QtBot
 
-from gsapp.flight.card_file import CardFile
 from gsapp.flight.events import read_events
+from gsapp.flight.flight_info_file import FlightInfoFile
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import FlightInfo
 from gsapp.flight.writers import write_flight_csv
@@ -25,14 +25,14 @@ from gsapp.quantities import Block
 from gsapp.session.limits import Severity
 from tests.ui.fuse_disk import FuseDisk
 from tests.ui.window_kit import Aircraft, free_port, until
-from ui.dialogs.form import PathField
-from ui.dialogs.requests import ConnectRequest
-from ui.dialogs.saving import file_to_write
+from ui.dialogs.flight_requests import ConnectRequest
+from ui.dialogs.form_dialog import PathField
+from ui.dialogs.save_dialog import ask_save_file
 from ui.disk_checks import path_kind
-from ui.faults import FaultDesk
+from ui.error_reporter import ErrorReporter
+from ui.main_window import MainWindow
 from ui.preflight.form_editor import FormEditor
 from ui.settings import SettingsStore
-from ui.window import MainWindow
 
 _LONGEST = 1.5
 """Seconds between two ticks: what the window waits for a disk, and drawing on a busy machine."""
@@ -90,7 +90,7 @@ def make(qtbot: QtBot, tmp_path: Path, alone: None) -> Iterator[Callable[..., Ma
     def window(**settings: object) -> MainWindow:
         store = SettingsStore(tmp_path / "settings" / "window.toml")
         store.change(**{"flights": str(tmp_path / "flights"), "muted": True, **settings})
-        one = MainWindow(store, FaultDesk())
+        one = MainWindow(store, ErrorReporter())
         qtbot.addWidget(one)
         one.show()
         qtbot.wait(50)
@@ -205,7 +205,7 @@ def test_a_flight_begins_in_the_usual_folder_where_the_other_is_stuck(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("ui.settings.flights_path", lambda: tmp_path / "usual")
+    monkeypatch.setattr("ui.settings.default_flights_folder", lambda: tmp_path / "usual")
     window = make(flights=str(stuck / "flights"))
     said: list[tuple[str, str]] = []
     window.desk.said.connect(lambda *words: said.append(words))
@@ -251,7 +251,7 @@ def test_a_file_dialog_does_not_begin_on_a_disk_that_stops(
     field = PathField("Flights", window.look, folder=kind == "folder")
     field.edit.setText(str(there / "new.csv"))
     acts: dict[str, Callable[[], object]] = {
-        "save": lambda: file_to_write(window, "Export", there / "new.csv", "Table (*.csv)"),
+        "save": lambda: ask_save_file(window, "Export", there / "new.csv", "Table (*.csv)"),
         "folder": field.findChild(QPushButton).click,
         "file": field.findChild(QPushButton).click,
     }
@@ -265,7 +265,7 @@ def test_the_card_of_a_flight_on_a_disk_that_stops_does_not_hold_up_preflight(
     make: Callable[..., MainWindow], qtbot: QtBot, disk: FuseDisk
 ) -> None:
     folder = FlightFolder.create(disk.place / "flight", FlightInfo(name="x"))
-    editor = FormEditor(CardFile(folder))
+    editor = FormEditor(FlightInfoFile(folder))
     disk.stop()
     assert longest_gap(qtbot, editor.look_again) < _LONGEST
     with pytest.raises(FlightError, match="respond"):

@@ -48,9 +48,9 @@ import sys
 from pathlib import Path
 from PySide6.QtCore import QTimer
 from ui.app import make_application, run_window
-from ui.preflight.steps import STEPS
-from ui.review.chapters import CHAPTERS
-from ui.window import MainWindow
+from ui.preflight.preflight_steps import STEPS
+from ui.review.review_steps import CHAPTERS
+from ui.main_window import MainWindow
 
 OURS = ("calibration", "gsapp", "ui.preflight", "ui.review", "pyqtgraph", "scipy")
 application = make_application()
@@ -123,7 +123,7 @@ def test_a_window_that_is_asked_to_end_is_closed_in_order(tmp_path: Path) -> Non
 _BUSY = """
 import threading, time
 from PySide6.QtCore import QCoreApplication, QObject, Signal
-from gsapp.foundation.endings import end_process
+from gsapp.foundation.process_shutdown import end_process
 
 class Work(QObject):
     told = Signal(object)

@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.quantities import Block
-from gsapp.session.history import History
-from ui.strips.columns import ColumnScale, choose_scale, column_extremes
-from ui.strips.drawing import tick_decimals
-from ui.strips.ranges import SteadyRange
-from ui.strips.ticks import round_range, step_decimals, time_step, value_ticks
-from ui.strips.view import WINDOWS
-from ui.words import clock_text, number_text
+from gsapp.session.sample_history import SampleHistory
+from ui.number_format import clock_text, number_text
+from ui.strips.auto_range import AutoRange
+from ui.strips.axis_ticks import round_range, step_decimals, time_step, value_ticks
+from ui.strips.chart_painter import tick_decimals
+from ui.strips.pixel_columns import ColumnScale, column_extremes, select_column_scale
+from ui.strips.strip_view import WINDOWS
 
 
 @given(
@@ -26,7 +26,7 @@ from ui.words import clock_text, number_text
 @settings(max_examples=50, deadline=None)
 def test_the_columns_hold_exactly_the_window_asked_for(window, width, rate):
     """Proves that "1 min" shows a minute, at every width and rate."""
-    scale = choose_scale(window, width, rate)
+    scale = select_column_scale(window, width, rate)
     # To a thousandth of a sample, and windows are whole numbers of samples as a rule.
     assert width * scale.seconds == pytest.approx(window, rel=1e-9, abs=1e-3 / rate)
 
@@ -40,7 +40,7 @@ def test_the_columns_hold_exactly_the_window_asked_for(window, width, rate):
 @settings(max_examples=100, deadline=None)
 def test_columns_share_the_samples_without_a_gap(window, width, rate, first):
     """Proves that time and column agree, and that every column has the samples of its time."""
-    scale = choose_scale(window, width, rate)
+    scale = select_column_scale(window, width, rate)
     columns = range(first, first + 40)
     assert [scale.column(scale.time(column)) for column in columns] == list(columns)
     if not scale.holds_samples:
@@ -59,10 +59,10 @@ def test_columns_have_the_extremes_of_their_samples(window, width):
     generator = np.random.default_rng(5)
     values = np.cumsum(generator.standard_normal(200_000))
     values[5000:9000] = math.nan
-    history = History(("q",), 100.0)
+    history = SampleHistory(("q",), 100.0)
     history.append(Block(channels=("q",), times=np.arange(values.size) / 100.0,
                          values=values[:, None]))  # fmt: skip
-    scale = choose_scale(window, width, 100.0)
+    scale = select_column_scale(window, width, 100.0)
     last = min(scale.column_of(values.size - 1), 300)
     low, high = column_extremes(history, "q", scale, 0, last)
     begins = scale.first_samples(0, last + 1)
@@ -89,10 +89,10 @@ def test_a_time_on_the_grid_lies_in_its_own_column():
 def test_columns_narrower_than_a_sample_hold_the_line_between_samples(values, width):
     """Proves straight lines, samples inside of columns, and gaps that stay gaps."""
     given_values = np.array([math.nan if one is None else one for one in values])
-    history = History(("q",), 1.0)
+    history = SampleHistory(("q",), 1.0)
     times = np.arange(len(values), dtype=float)
     history.append(Block(channels=("q",), times=times, values=given_values[:, None]))
-    scale = choose_scale(12.0, width, 1.0)
+    scale = select_column_scale(12.0, width, 1.0)
     low, high = column_extremes(history, "q", scale, 0, width)
     padded = np.concatenate([given_values, np.full(20, math.nan)])
     for column in range(width):
@@ -112,7 +112,7 @@ def test_columns_narrower_than_a_sample_hold_the_line_between_samples(values, wi
 
 def test_a_sample_several_columns_wide_is_joined_by_straight_lines():
     """Proves interpolation between samples, and that a gap is neither bridged nor extended."""
-    history = History(("q",), 100.0)
+    history = SampleHistory(("q",), 100.0)
     values = np.array([0.0, 4.0, math.nan, 2.0, math.nan, 8.0])
     history.append(Block(channels=("q",), times=np.arange(6) / 100.0, values=values[:, None]))
     low, high = column_extremes(history, "q", ColumnScale(rate=100.0, stretch=4), 0, 24)
@@ -170,7 +170,7 @@ def test_numbers_and_times_read_as_they_should():
 
 def test_a_range_is_steady_and_still_follows():
     """Proves hysteresis: widens at once, narrows only after seconds, never flickers."""
-    steady = SteadyRange(1.0)
+    steady = AutoRange(1.0)
     assert steady.update(-4.0, 4.0, 0.0)
     first = (steady.low, steady.high)
     assert first[0] <= -4.0
@@ -197,7 +197,7 @@ def test_a_range_is_steady_and_still_follows():
 
 def test_noise_of_the_sensor_does_not_fill_a_chart():
     """Proves the least span of the automatic range."""
-    steady = SteadyRange(2.0)
+    steady = AutoRange(2.0)
     steady.update(5.0, 5.05, 0.0)
     assert steady.high - steady.low >= 2.0
 
@@ -205,7 +205,7 @@ def test_noise_of_the_sensor_does_not_fill_a_chart():
 @pytest.mark.parametrize("value", [1013.25, -40.0, 0.0])
 def test_a_value_that_stands_still_is_in_the_middle_of_its_chart(value):
     """Not at an edge or beyond it, and with no more room than the sensor's noise is given."""
-    steady = SteadyRange(least=2.0)
+    steady = AutoRange(least=2.0)
     steady.update(value, value, now=0.0)
     assert steady.low < value - 0.5 < value + 0.5 < steady.high
     assert steady.high - steady.low <= 4.0
@@ -213,7 +213,7 @@ def test_a_value_that_stands_still_is_in_the_middle_of_its_chart(value):
 
 def test_traces_keep_off_the_edges_of_a_range_that_was_just_chosen():
     for high in (9.0, 9.7, 10.0):
-        steady = SteadyRange(least=0.01)
+        steady = AutoRange(least=0.01)
         steady.update(-high, high, now=0.0)
         assert steady.low <= -1.05 * high
         assert steady.high >= 1.05 * high
@@ -222,7 +222,7 @@ def test_traces_keep_off_the_edges_of_a_range_that_was_just_chosen():
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_of_a_range_that_widens_the_end_that_holds_stays(side):
     """Even where the values come near to it, so that only one label moves."""
-    steady = SteadyRange(least=0.1)
+    steady = AutoRange(least=0.1)
     steady.update(-20.0, 20.0, now=0.0)
     before = (steady.low, steady.high)
     low, high = sorted((-side * (before[1] - 0.01), side * (before[1] + 0.01)))
@@ -234,7 +234,7 @@ def test_of_a_range_that_widens_the_end_that_holds_stays(side):
 
 
 def test_a_range_without_values_is_left_as_it_was():
-    steady = SteadyRange(least=0.1)
+    steady = AutoRange(least=0.1)
     steady.update(1.0, 2.0, now=0.0)
     before = (steady.low, steady.high)
     for low, high in ((math.nan, math.nan), (math.nan, 5.0), (-5.0, math.nan)):

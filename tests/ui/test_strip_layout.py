@@ -7,9 +7,9 @@ import pytest
 
 from gsapp.foundation import FileProblemsError
 from gsapp.quantities import channel
-from gsapp.session.limits import Bands
-from ui.strips.charts import chart_paint, make_chart, rgb
-from ui.strips.layout import (
+from gsapp.session.limits import LimitBands
+from ui.strips.chart_state import create_chart, create_chart_paint, parse_rgb
+from ui.strips.strip_layout import (
     Strip,
     StripGroup,
     StripLayout,
@@ -116,12 +116,14 @@ def test_lines_of_one_chart_differ_and_previous_ones_can_still_be_read():
         Trace(channel="p", style="previous"),
     )
     for theme in THEMES.values():
-        chart = make_chart(Strip(traces=traces), theme, "SI", None)
+        chart = create_chart(Strip(traces=traces), theme, "SI", None)
         assert len(set(chart.colors)) == 3
         assert chart.dashed == (False, True, False)
         assert chart.colors[2] == theme.previous
         assert all(contrast(ink, theme.background) >= 7.0 for ink in chart.inks[2:])
-        dashes = [[one.dash for one in chart_paint(chart, 0, 9, theme, x).traces] for x in (1, 2)]
+        dashes = [
+            [one.dash for one in create_chart_paint(chart, 0, 9, theme, x).traces] for x in (1, 2)
+        ]
         assert dashes[0][::2] == dashes[1][::2] == [0, 0]
         assert dashes[1][1] == 2 * dashes[0][1] > 0
 
@@ -133,7 +135,7 @@ def test_a_line_has_the_color_of_its_channel_unless_it_asks_for_another():
         traces = tuple(
             Trace(channel=name, color=color) for name, color in zip(names, asked, strict=True)
         )
-        return make_chart(Strip(traces=traces), theme, "SI", None).colors
+        return create_chart(Strip(traces=traces), theme, "SI", None).colors
 
     assert colors("r", "blue") == (theme.trace("blue"),)
     assert colors("pqr", None, None, None) == tuple(map(theme.trace, ("purple", "blue", "rust")))
@@ -148,20 +150,20 @@ def test_the_range_of_an_axis_is_the_one_asked_for():
 
     def ends(mode, limits=None):
         strip = Strip(traces=(Trace(channel="alpha"),), range=mode, low=-0.1, high=0.2)
-        chart = make_chart(strip, theme, "SI", limits)
+        chart = create_chart(strip, theme, "SI", limits)
         return [math.radians(chart.low), math.radians(chart.high)]
 
     assert ends("fixed") == pytest.approx([-0.1, 0.2])
     assert ends("auto") != pytest.approx([-0.1, 0.2])
-    bands = Bands(caution_low=-0.1, caution_high=0.2, warning_high=0.3)
+    bands = LimitBands(caution_low=-0.1, caution_high=0.2, warning_high=0.3)
     assert ends("limits", bands) == pytest.approx([-0.1 - 0.15 * 0.4, 0.3 + 0.15 * 0.4])
     assert ends("limits") == pytest.approx(list(channel("alpha").limits))
     # No farther than anything can be.
     low, high = channel("alpha").limits
-    wide = Bands(caution_low=low, caution_high=0.2, warning_high=high)
+    wide = LimitBands(caution_low=low, caution_high=0.2, warning_high=high)
     assert ends("limits", wide) == pytest.approx([low, high])
     # One limit alone makes no range.
-    assert ends("limits", Bands(caution_high=0.2)) == ends("limits")
+    assert ends("limits", LimitBands(caution_high=0.2)) == ends("limits")
 
 
 def test_every_limit_is_a_band_from_itself_outward():
@@ -169,12 +171,13 @@ def test_every_limit_is_a_band_from_itself_outward():
     theme = THEMES["dark"]
 
     def bands(**limits):
-        chart = make_chart(Strip(traces=(Trace(channel="q"),)), theme, "SI", Bands(**limits))
+        chart = create_chart(Strip(traces=(Trace(channel="q"),)), theme, "SI", LimitBands(**limits))
         return {
-            (band.low, band.high, band.fill) for band in chart_paint(chart, 0, 50, theme, 1).bands
+            (band.low, band.high, band.fill)
+            for band in create_chart_paint(chart, 0, 50, theme, 1).bands
         }
 
-    caution, warning = rgb(theme.caution_band), rgb(theme.warning_band)
+    caution, warning = parse_rgb(theme.caution_band), parse_rgb(theme.warning_band)
     assert bands(warning_low=-4.0, caution_low=-3.0, caution_high=1.0, warning_high=2.0) == {
         (-4.0, -3.0, caution), (1.0, 2.0, caution),
         (-math.inf, -4.0, warning), (2.0, math.inf, warning),

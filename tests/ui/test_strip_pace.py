@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import ui.desk
+import ui.flight_controller
 from tests.ui.window_kit import open_window, write_flight
-from ui.pace import SOONEST_LIVE, SOONEST_REPLAY, Pace
+from ui.frame_rate import MIN_LIVE_FRAME_SECONDS, MIN_REPLAY_FRAME_SECONDS, FrameRateLimiter
 
 
 def frames(pace, looks, cost):
@@ -27,7 +27,7 @@ def test_every_sample_of_a_hundred_hertz_has_its_frame_and_no_more():
     A sample waits for the next look; the frame it gets is never put off to the next sample.
     """
     for shift in (0.0, 0.0004, 0.0011, 0.0027):
-        pace = Pace(SOONEST_LIVE)
+        pace = FrameRateLimiter(MIN_LIVE_FRAME_SECONDS)
         looks = [0.003 * k for k in range(4000)]
         seen, begun = -1, []
         for now in looks:
@@ -38,13 +38,13 @@ def test_every_sample_of_a_hundred_hertz_has_its_frame_and_no_more():
                 begun.append(now)
                 pace.took(now, now + 0.002)
         assert len(begun) == pytest.approx(1200, abs=2)
-    always = frames(Pace(SOONEST_LIVE), looks, 0.001)
-    assert len(always) / 12.0 < 1.01 / SOONEST_LIVE
+    always = frames(FrameRateLimiter(MIN_LIVE_FRAME_SECONDS), looks, 0.001)
+    assert len(always) / 12.0 < 1.01 / MIN_LIVE_FRAME_SECONDS
 
 
 def test_a_late_frame_does_not_put_off_the_next_one():
     """Proves that after a wait for the processor the samples that follow are in time again."""
-    pace = Pace(SOONEST_LIVE)
+    pace = FrameRateLimiter(MIN_LIVE_FRAME_SECONDS)
     for k in range(5):
         pace.took(0.01 * k, 0.01 * k + 0.002)
     # This one began late and was held up, too.
@@ -59,7 +59,9 @@ def test_a_late_frame_does_not_put_off_the_next_one():
 @settings(max_examples=30, deadline=None)
 def test_dear_frames_leave_most_of_the_time_to_everything_else(cost):
     """Proves that on a slow machine painting takes no more than two fifths of the time."""
-    begun = frames(Pace(SOONEST_LIVE), [0.001 * k for k in range(20_000)], cost)
+    begun = frames(
+        FrameRateLimiter(MIN_LIVE_FRAME_SECONDS), [0.001 * k for k in range(20_000)], cost
+    )
     assert len(begun) * cost / 20.0 < 0.4 + cost / 20.0
 
 
@@ -68,7 +70,7 @@ def test_a_replay_is_painted_with_the_screen_and_a_paused_one_not_at_all(
 ):
     """Proves that looks cost no frames: a playing replay has sixty a second, a still one four."""
     clock = [100.0]
-    monkeypatch.setattr(ui.desk.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(ui.flight_controller.time, "monotonic", lambda: clock[0])
     window = open_window(tmp_path)
     qtbot.addWidget(window)
     desk = window.desk
@@ -85,7 +87,7 @@ def test_a_replay_is_painted_with_the_screen_and_a_paused_one_not_at_all(
             desk.tick()
         return len(painted) / seconds
 
-    assert look(3.0) == pytest.approx(1.0 / SOONEST_REPLAY, abs=2)
+    assert look(3.0) == pytest.approx(1.0 / MIN_REPLAY_FRAME_SECONDS, abs=2)
     assert painted == sorted(painted)
     desk.toggle_play()
     look(0.1)

@@ -8,19 +8,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gsapp.quantities import Block
-from gsapp.session.history import History
-from gsapp.session.limits import Bands
-from ui.strips.charts import make_chart, rgb
-from ui.strips.furniture import Mark, Span
-from ui.strips.geometry import Columns, arrange
-from ui.strips.layout import Strip, Trace
-from ui.strips.picture import Picture
-from ui.strips.raster import brush
-from ui.strips.view import StripView
+from gsapp.session.limits import LimitBands
+from gsapp.session.sample_history import SampleHistory
+from ui.strips.chart_annotations import ChartMark, ChartSpan
+from ui.strips.chart_geometry import ColumnWidths, compute_geometry
+from ui.strips.chart_raster import ChartRaster
+from ui.strips.chart_state import create_chart, parse_rgb
+from ui.strips.raster import create_brush
+from ui.strips.strip_layout import Strip, Trace
+from ui.strips.strip_view import StripView
 from ui.theme import DAYLIGHT
 
 RATE = 100.0
-COLUMNS = Columns(gutter=0, names=0, ticks=0, values=0, units=0, cursor=0)
+COLUMNS = ColumnWidths(gutter=0, names=0, ticks=0, values=0, units=0, cursor=0)
 
 
 def fixed(*channels, **options):
@@ -44,16 +44,19 @@ STRIPS = (
     ),
 )
 CHANNELS = ("alpha", "beta", "q", "r", "p")
-SPANS = (Span(label="one", start=3.0, stop=5.0), Span(label="two", start=8.0, kind="event"))
-MARKS = (Mark(label="here", time=6.5),)
+SPANS = (
+    ChartSpan(label="one", start=3.0, stop=5.0),
+    ChartSpan(label="two", start=8.0, kind="event"),
+)
+MARKS = (ChartMark(label="here", time=6.5),)
 
 
 def picture_of(view, strips=STRIPS, height=120, ratio=1.0, limits=None, **across):
     """Return a picture of charts one above the other, as wide as the view."""
     charts = {
-        number: make_chart(strip, DAYLIGHT, "SI", limits) for number, strip in enumerate(strips)
+        number: create_chart(strip, DAYLIGHT, "SI", limits) for number, strip in enumerate(strips)
     }
-    geometry = arrange(
+    geometry = compute_geometry(
         view.width,
         height + round(46 * ratio) + round(26 * ratio),
         ratio,
@@ -64,7 +67,7 @@ def picture_of(view, strips=STRIPS, height=120, ratio=1.0, limits=None, **across
         False,
     )
     assert geometry.plot.width == view.width
-    return Picture(charts, geometry, DAYLIGHT, 1.0, **across), geometry
+    return ChartRaster(charts, geometry, DAYLIGHT, 1.0, **across), geometry
 
 
 def seen(picture, view):
@@ -76,12 +79,12 @@ def seen(picture, view):
 
 
 def color(text):
-    red, green, blue = rgb(text)
+    red, green, blue = parse_rgb(text)
     return 0xFF000000 | red << 16 | green << 8 | blue
 
 
 def history_of(values, channels=("alpha",), rate=RATE, first=0):
-    history = History(channels, rate)
+    history = SampleHistory(channels, rate)
     values = np.asarray(values, dtype=float)
     if values.ndim == 1:
         values = np.repeat(values[:, None], len(channels), axis=1)
@@ -186,7 +189,7 @@ def test_limits_are_bands_at_their_rows():
     """Proves that caution and warning begin at the row of their value."""
     history = history_of(np.full(400, -0.9))
     view = view_of(history)
-    limits = Bands(caution_high=0.2, warning_high=0.6, warning_low=-0.7)
+    limits = LimitBands(caution_high=0.2, warning_high=0.6, warning_low=-0.7)
     picture, geometry = picture_of(view, (fixed("alpha"),), height=200, limits=limits)
     picture.advance(history, view)
     box = geometry.charts[0]
@@ -217,7 +220,7 @@ def test_lines_are_as_thick_as_they_should_be(thickness, ratio):
     picture.advance(history, view)
     pixels = seen(picture, view)
     box = geometry.charts[0]
-    line, behind = rgb(DAYLIGHT.trace("blue")), rgb(DAYLIGHT.plot)
+    line, behind = parse_rgb(DAYLIGHT.trace("blue")), parse_rgb(DAYLIGHT.plot)
     column = pixels[box.y - geometry.plot.y : box.bottom - geometry.plot.y, 100]
     red = (column >> 16) & 0xFF
     inked = red[column != color(DAYLIGHT.grid)].astype(float)
@@ -232,7 +235,7 @@ def test_lines_are_as_thick_as_they_should_be(thickness, ratio):
 def test_the_brush_is_round_and_symmetric():
     """Proves the brush: full height in the middle, less at the sides, never beyond."""
     for width in (1, 2, 3, 4, 5, 8, 15):
-        pairs = brush(float(width))
+        pairs = create_brush(float(width))
         assert len(pairs) == width
         halves = [half for _, half in pairs]
         assert max(halves) == pytest.approx(width / 2.0)
@@ -300,7 +303,7 @@ others = st.tuples(st.sampled_from(["pause", "live", "frame"]))
 def test_any_number_of_frames_gives_the_full_picture_bit_for_bit(operations, window, ratio, seed):
     """Proves that incremental painting leaves nothing behind and forgets nothing."""
     rng = np.random.default_rng(seed)
-    history = History(CHANNELS, RATE)
+    history = SampleHistory(CHANNELS, RATE)
     ends = dict.fromkeys(CHANNELS, 0)
 
     def append(which, count, kind):
@@ -445,10 +448,10 @@ def test_an_axis_follows_what_is_in_sight():
     history = history_of(0.3 * np.sin(t), ("alpha",))
     view = view_of(history, window=20.0)
     strip = Strip(traces=(Trace(channel="alpha"),))
-    limits = Bands(caution_low=-0.25, caution_high=0.1, warning_high=0.2)
-    chart = make_chart(strip, DAYLIGHT, "US", limits)
-    geometry = arrange(300, 300, 1.0, COLUMNS, [("", [1.0])], 0, 0, False)
-    picture = Picture({0: chart}, geometry, DAYLIGHT, 1.0)
+    limits = LimitBands(caution_low=-0.25, caution_high=0.1, warning_high=0.2)
+    chart = create_chart(strip, DAYLIGHT, "US", limits)
+    geometry = compute_geometry(300, 300, 1.0, COLUMNS, [("", [1.0])], 0, 0, False)
+    picture = ChartRaster({0: chart}, geometry, DAYLIGHT, 1.0)
     picture.advance(history, view)
     assert picture.follow_ranges(view, at_once=True)
     assert chart.low <= math.degrees(-0.3)
@@ -457,6 +460,6 @@ def test_an_axis_follows_what_is_in_sight():
     assert all(chart.low <= tick <= chart.high for tick in chart.ticks)
     assert not picture.follow_ranges(view, at_once=False)
     picture.advance(history, view)
-    fresh = Picture({0: chart}, geometry, DAYLIGHT, 1.0)
+    fresh = ChartRaster({0: chart}, geometry, DAYLIGHT, 1.0)
     fresh.advance(history, view)
     assert np.array_equal(seen(picture, view), seen(fresh, view))

@@ -4,7 +4,7 @@ import pytest
 
 from gsapp.quantities import TRACE_COLORS
 from ui import fonts
-from ui.theme import DARK, DAYLIGHT, HIGH_CONTRAST, THEMES, contrast, sizes
+from ui.theme import DARK, DAYLIGHT, HIGH_CONTRAST, THEMES, compute_sizes, contrast
 
 READ = ("text", "muted", "good", "caution", "warning", *(f"traces.{name}" for name in TRACE_COLORS))
 
@@ -61,15 +61,20 @@ def test_every_theme_names_the_same_colors():
 
 def test_all_sizes_grow_together_and_stay_within_bounds():
     """Proves the scale: 100 to 250 %, type and controls alike."""
-    assert (sizes(1.0).body, sizes(1.0).label, sizes(1.0).value, sizes(1.0).cue) == (13, 11, 18, 72)
-    assert sizes(2.0).control == 2 * sizes(1.0).control
-    assert sizes(9.0).scale == 2.5
-    assert sizes(0.1).scale == 1.0
+    assert (
+        compute_sizes(1.0).body,
+        compute_sizes(1.0).label,
+        compute_sizes(1.0).value,
+        compute_sizes(1.0).cue,
+    ) == (13, 11, 18, 72)
+    assert compute_sizes(2.0).control == 2 * compute_sizes(1.0).control
+    assert compute_sizes(9.0).scale == 2.5
+    assert compute_sizes(0.1).scale == 1.0
 
 
 def test_figures_are_equally_wide(qapp):
     """Proves that changing numbers do not jitter, whatever family the system has."""
     for pixels in (11, 18, 36):
-        assert fonts.tabular(fonts.sans(pixels))
-        assert fonts.tabular(fonts.sans(pixels, bold=True))
-        assert fonts.tabular(fonts.sans(pixels, italic=True))
+        assert fonts.has_tabular_figures(fonts.sans_serif_font(pixels))
+        assert fonts.has_tabular_figures(fonts.sans_serif_font(pixels, bold=True))
+        assert fonts.has_tabular_figures(fonts.sans_serif_font(pixels, italic=True))

@@ -2,7 +2,7 @@
 
 import pytest
 
-from ui.strips.view import WINDOWS, StripView
+from ui.strips.strip_view import WINDOWS, StripView
 
 
 def live_view(now=500.0, width=1000, window=60.0):

@@ -14,24 +14,24 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QWheelEvent
 
 from gsapp.quantities import Block, channel
-from gsapp.session.history import History
-from gsapp.session.limits import Bands
-from ui.flight.picture import Origin
-from ui.flight.values import value_lines
+from gsapp.session.limits import LimitBands
+from gsapp.session.sample_history import SampleHistory
+from ui.flight.cursor_values import build_cursor_value_rows
+from ui.flight.flight_view_state import ChannelOrigin
 from ui.strips import (
     KEY_ACTIONS,
-    Mark,
-    Span,
+    ChartMark,
+    ChartSpan,
     Strip,
     StripChart,
     StripGroup,
     StripLayout,
     Trace,
+    chart_painter,
     default_layout,
-    drawing,
 )
-from ui.strips.furniture import AlarmSpan
-from ui.strips.keys import ACTION_BY_KEY
+from ui.strips.chart_annotations import AlarmSpan
+from ui.strips.chart_keys import ACTION_BY_KEY
 from ui.theme import DARK, DAYLIGHT, THEMES
 
 RATE = 100.0
@@ -59,7 +59,7 @@ def rows(start, count):
 
 @pytest.fixture
 def history():
-    found = History(CHANNELS, RATE)
+    found = SampleHistory(CHANNELS, RATE)
     found.append(rows(0.0, 6000))
     yield found
     found.close()
@@ -326,7 +326,7 @@ def test_a_heading_differs_by_the_short_way_at_the_chart_and_in_the_table(qtbot)
     """From 175 to -175 degrees is a turn of 10 to the right, and not one of 350 to the left."""
     times = np.arange(200) / RATE
     heading = np.radians(np.where(times < 1.0, 175.0, -175.0))
-    history = History(("psi", "temperature"), RATE)
+    history = SampleHistory(("psi", "temperature"), RATE)
     values = np.column_stack((heading, np.where(times < 1.0, 288.15, 298.15)))
     history.append(Block(channels=("psi", "temperature"), times=times, values=values))
     widget = StripChart(timed=False)
@@ -344,7 +344,9 @@ def test_a_heading_differs_by_the_short_way_at_the_chart_and_in_the_table(qtbot)
         charts = [widget.cursor_texts(number)["delta"][0] for number in (0, 1)]
         table = [
             line.cells[-1]
-            for line in value_lines(history, history.channels, widget.view.cursors, "US")
+            for line in build_cursor_value_rows(
+                history, history.channels, widget.view.cursors, "US"
+            )
         ]
         for texts in (charts, table):
             numbers = [float(text.replace("\N{MINUS SIGN}", "-")) for text in texts]
@@ -402,7 +404,7 @@ def test_a_text_stands_where_it_is_asked_for_in_its_size(qapp, align, points):
     """Whatever font the painter came with; to what a letter keeps free beside it."""
     image = QImage(400, 80, QImage.Format.Format_RGB32)
     image.fill(QColor("#ffffff"))
-    pen = drawing.Pen(DAYLIGHT, 1.0)
+    pen = chart_painter.PaintStyle(DAYLIGHT, 1.0)
     painter = QPainter(image)
     painter.setFont(pen.font(40)[0])
     width = pen.text(painter, 200.0, 40.0, "HHHHH", "#000000", points, align=align)
@@ -474,18 +476,22 @@ def test_a_channel_without_data_is_a_dash_from_the_start(qtbot, strips):
 def test_estimated_uncalibrated_and_out_of_limits_are_said_beside_the_value(qtbot, strips):
     """Proves that state is a word as well as a color."""
     plain = image_of(strips)
-    strips.set_sources({"q": Origin("estimated", True), "alpha": Origin("measured", False)})
-    strips.set_limits({"V": Bands(warning_high=30.0, caution_high=20.0)})
+    strips.set_sources(
+        {"q": ChannelOrigin("estimated", True), "alpha": ChannelOrigin("measured", False)}
+    )
+    strips.set_limits({"V": LimitBands(warning_high=30.0, caution_high=20.0)})
     settle(qtbot, strips)
     assert strips.readings(2)[0].estimated
     assert strips.readings(1)[0].uncalibrated
     assert not strips.readings(1)[0].extrapolated
     before = image_of(strips)
-    strips.set_sources({"alpha": Origin("measured", True, {"alpha": (-1e-6, 1e-6)})})
+    strips.set_sources({"alpha": ChannelOrigin("measured", True, {"alpha": (-1e-6, 1e-6)})})
     settle(qtbot, strips)
     assert strips.readings(1)[0].extrapolated
     assert image_of(strips) != before
-    strips.set_sources({"q": Origin("estimated", True), "alpha": Origin("measured", False)})
+    strips.set_sources(
+        {"q": ChannelOrigin("estimated", True), "alpha": ChannelOrigin("measured", False)}
+    )
     settle(qtbot, strips)
     assert (strips.readings(3)[0].state, strips.readings(3)[0].word) == ("warning", "HIGH")
     box = strips.geometry_in_pixels.charts[3]
@@ -502,7 +508,10 @@ def test_values_at_cursors_say_that_they_lie_beyond_what_was_calibrated(qtbot, s
     half = float(np.nanmax(alpha)) / 2.0
     covered = {"alpha": (-1.0, half)}
     strips.set_sources(
-        {"alpha": Origin("measured", True, covered), "q": Origin("derived", True, covered)}
+        {
+            "alpha": ChannelOrigin("measured", True, covered),
+            "q": ChannelOrigin("derived", True, covered),
+        }
     )
     times = np.arange(alpha.size) / history.rate
     for time, beyond in (
@@ -541,8 +550,8 @@ def test_every_theme_paints_its_own_colors(qtbot, strips, theme):
 
 def test_spans_and_marks_are_labeled_across_all_charts(qtbot, strips):
     """Proves that a maneuver reaches from the lane through the last chart."""
-    strips.set_spans([Span(label="doublet 1", start=55.0, stop=57.0)])
-    strips.set_marks([Mark(label="gust", time=53.0)])
+    strips.set_spans([ChartSpan(label="doublet 1", start=55.0, stop=57.0)])
+    strips.set_marks([ChartMark(label="gust", time=53.0)])
     settle(qtbot, strips)
     geometry = strips.geometry_in_pixels
     screen = pixels_of(image_of(strips))
@@ -564,7 +573,7 @@ def test_marks_of_one_moment_share_their_label(qtbot, strips, from_edge):
 
     def lane(*labels):
         time = strips.view.time(strips.view.width - from_edge)
-        strips.set_marks([Mark(label=label, time=time) for label in labels])
+        strips.set_marks([ChartMark(label=label, time=time) for label in labels])
         settle(qtbot, strips)
         box = strips.geometry_in_pixels.lane
         return pixels_of(image_of(strips))[box.y : box.bottom]
@@ -583,7 +592,7 @@ def test_words_without_room_before_a_mark_are_cut_there(qtbot, strips):
     lane = slice(geometry.lane.y, geometry.lane.bottom)
 
     def shown(label):
-        strips.set_marks([Mark(label=label, time=latest)])
+        strips.set_marks([ChartMark(label=label, time=latest)])
         settle(qtbot, strips)
         return pixels_of(image_of(strips))[lane, geometry.plot.x :]
 
@@ -596,7 +605,7 @@ def test_a_mark_just_made_has_its_words_before_it(qtbot, strips):
     settle(qtbot, strips)
     plain = pixels_of(image_of(strips))
     latest = strips.view.time(strips.view.width - 3)
-    strips.set_marks([Mark(label="gust near the trees", time=latest)])
+    strips.set_marks([ChartMark(label="gust near the trees", time=latest)])
     settle(qtbot, strips)
     geometry = strips.geometry_in_pixels
     lane = slice(geometry.lane.y, geometry.lane.bottom)
@@ -642,7 +651,7 @@ def test_nothing_overlaps_at_any_scale(qtbot, strips, scale):
 
 def test_the_beginning_is_where_the_samples_begin(qtbot, strips):
     """Proves that the way back ends there, however long the vehicle was switched on before."""
-    late = History(CHANNELS, RATE)
+    late = SampleHistory(CHANNELS, RATE)
     strips.set_history(late)
     late.append(rows(1200.0, 9000))
     settle(qtbot, strips)
@@ -655,7 +664,7 @@ def test_the_beginning_is_where_the_samples_begin(qtbot, strips):
 @pytest.mark.parametrize("key", [Qt.Key.Key_C, Qt.Key.Key_Right, Qt.Key.Key_A, Qt.Key.Key_B])
 def test_a_new_cursor_stands_where_there_are_samples(qtbot, strips, key):
     """Proves it at the beginning of a flight, and while nothing comes any more."""
-    young = History(CHANNELS, RATE)
+    young = SampleHistory(CHANNELS, RATE)
     young.append(rows(2.0, 2800))
     strips.set_history(young)
     strips.set_window(120.0)
@@ -692,7 +701,7 @@ def test_every_chart_in_sight_has_two_labels_or_more(qtbot, strips, scale, heigh
 def test_the_time_axis_has_two_labels_or_more(qtbot, monkeypatch, past, width):
     """Proves that times can be read off beside cursors and after an hour, and none touch."""
     drawn = []
-    former = drawing.Pen.text
+    former = chart_painter.PaintStyle.text
 
     def watched(pen, painter, x, center, text, *rest, **more):
         taken = former(pen, painter, x, center, text, *rest, **more)
@@ -700,8 +709,8 @@ def test_the_time_axis_has_two_labels_or_more(qtbot, monkeypatch, past, width):
             drawn.append((x - taken / 2.0, x + taken / 2.0))
         return taken
 
-    monkeypatch.setattr(drawing.Pen, "text", watched)
-    found = History(("alpha",), 100.0)
+    monkeypatch.setattr(chart_painter.PaintStyle, "text", watched)
+    found = SampleHistory(("alpha",), 100.0)
     times = past + np.arange(7000) / 100.0
     found.append(Block(channels=("alpha",), times=times, values=np.sin(times)[:, None]))
     widget = StripChart(timed=False)
@@ -730,30 +739,30 @@ def test_the_time_axis_has_two_labels_or_more(qtbot, monkeypatch, past, width):
 def test_a_pause_says_how_much_time_is_in_sight(qtbot, strips, monkeypatch):
     """Proves that the banner does not hide what stands there otherwise."""
     said = []
-    former = drawing.Pen.text
+    former = chart_painter.PaintStyle.text
 
     def watched(pen, painter, x, center, text, *rest, **more):
         said.append(text)
         return former(pen, painter, x, center, text, *rest, **more)
 
-    monkeypatch.setattr(drawing.Pen, "text", watched)
+    monkeypatch.setattr(chart_painter.PaintStyle, "text", watched)
     press(qtbot, strips, Qt.Key.Key_Space)
     said.clear()
     image_of(strips)
-    assert drawing.sight_text(strips.view) in said
+    assert chart_painter.visible_time_text(strips.view) in said
     assert "Home: back to now" in said
 
 
 def test_titles_stand_at_all_charts_of_a_height_or_at_none(qtbot, strips, monkeypatch):
     """Proves that a pixel of height more does not tell charts apart."""
     said = []
-    former = drawing.Pen.text
+    former = chart_painter.PaintStyle.text
 
     def watched(pen, painter, x, center, text, *rest, **more):
         said.append(text)
         return former(pen, painter, x, center, text, *rest, **more)
 
-    monkeypatch.setattr(drawing.Pen, "text", watched)
+    monkeypatch.setattr(chart_painter.PaintStyle, "text", watched)
     layout = default_layout()
     strips.set_layout(layout)
     titles = {channel(strip.channel).title for strip in layout.strips}
@@ -800,8 +809,8 @@ def test_charts_that_find_no_room_come_into_sight_when_chosen(qtbot, strips):
 
 def test_being_told_the_same_again_costs_nothing(qtbot, strips):
     """Proves that a window may tell everything on every tick: nothing is made anew."""
-    limits = {"V": Bands(warning_high=30.0)}
-    spans, marks = [Span(label="one", start=52.0)], [Mark(label="here", time=53.0)]
+    limits = {"V": LimitBands(warning_high=30.0)}
+    spans, marks = [ChartSpan(label="one", start=52.0)], [ChartMark(label="here", time=53.0)]
 
     def tell():
         strips.set_layout(LAYOUT)
@@ -838,7 +847,7 @@ def test_nothing_yet_is_said(qtbot):
     widget.resize(600, 400)
     widget.show()
     settle(qtbot, widget)
-    widget.set_history(History(("q",), RATE))
+    widget.set_history(SampleHistory(("q",), RATE))
     settle(qtbot, widget)
     assert not widget.view.paused
     for action in KEY_ACTIONS:
@@ -892,7 +901,7 @@ from PySide6.QtCore import QEvent, QObject, QPoint
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication
 from gsapp.quantities import Block
-from gsapp.session.history import History
+from gsapp.session.sample_history import History
 from ui.strips import StripChart, default_layout
 
 app = QApplication([])
@@ -978,7 +987,7 @@ import numpy as np
 from PySide6.QtWidgets import QApplication, QWidget
 from PySide6.QtGui import QImage
 from gsapp.quantities import Block
-from gsapp.session.history import History
+from gsapp.session.sample_history import History
 from ui.strips import StripChart, default_layout
 
 app = QApplication([])

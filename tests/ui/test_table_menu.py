@@ -12,10 +12,10 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QTableView, QWidget
 from pytestqt.qtbot import QtBot
 
+from ui.display_style import DisplayStyle
 from ui.flight.channel_panel import ChannelPanel
-from ui.look import Look
 from ui.pilot.text_table import TextTable
-from ui.preflight.big_list import BigLine, BigList
+from ui.preflight.status_list import StatusListItem, StatusListView
 from ui.strips import StripLayout
 from ui.table_menu import TableMenu
 
@@ -79,7 +79,7 @@ def test_commands_of_the_table_come_first(qtbot: QtBot) -> None:
 
 
 def test_tables_of_the_debrief_are_copied(qtbot: QtBot) -> None:
-    table = TextTable(Look(), "Score by card", ("Card", "Good"), 1)
+    table = TextTable(DisplayStyle(), "Score by card", ("Card", "Good"), 1)
     qtbot.addWidget(table)
     table.show_rows([("C1", "3"), ("C2", "1")], "none")
     assert trigger(table, "Copy table") == [["Card", "Good"], ["C1", "3"], ["C2", "1"]]
@@ -107,11 +107,11 @@ def test_a_table_is_saved_as_csv_with_a_minus_that_other_programs_read(
 
 def test_a_list_of_painted_lines_is_copied_and_offers_its_commands(qtbot: QtBot) -> None:
     command = QAction("Show in charts")
-    listed = BigList(Look(), "Maneuvers", [command])
+    listed = StatusListView(DisplayStyle(), "Maneuvers", [command])
     qtbot.addWidget(listed)
     listed.show_lines([
-        BigLine(key="M1", words="M1  elevator doublet", state_words="good"),
-        BigLine(key="M2", words="M2  rudder doublet", state_words="too small"),
+        StatusListItem(key="M1", words="M1  elevator doublet", state_words="good"),
+        StatusListItem(key="M2", words="M2  rudder doublet", state_words="too small"),
     ])  # fmt: skip
     listed.resize(500, 300)
     with qtbot.waitExposed(listed):
@@ -125,7 +125,7 @@ def test_a_list_of_painted_lines_is_copied_and_offers_its_commands(qtbot: QtBot)
 
 
 def test_channels_and_charts_have_menus(qtbot: QtBot) -> None:
-    panel = ChannelPanel(Look())
+    panel = ChannelPanel(DisplayStyle())
     qtbot.addWidget(panel)
     asked: list[StripLayout] = []
     panel.chosen.connect(asked.append)

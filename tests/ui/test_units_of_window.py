@@ -11,11 +11,11 @@ import pytest
 from PySide6.QtWidgets import QApplication, QDialog
 from pytestqt.qtbot import QtBot
 
-import ui.gap.place
-import ui.review.place
-import ui.window
-from gsapp.discrepancy.results import Region
-from gsapp.quantities import in_units
+import ui.gap.gap_page
+import ui.main_window
+import ui.review.review_page
+from gsapp.discrepancy.results import FlightRegion
+from gsapp.quantities import convert_text_units
 from tests.foreign_units import CUSTOMARY, METRIC
 from tests.ui.gap_kit import FakeEngine
 from tests.ui.pilot_kit import CARDS, STATES, debrief
@@ -24,27 +24,27 @@ from tests.ui.shown_text import PaintedText, shown_texts
 from tests.ui.window_kit import answer_dialog, open_window, until
 from ui.dialogs.about import AboutDialog
 from ui.dialogs.connect import ConnectDialog
-from ui.dialogs.keys import KeysDialog
+from ui.dialogs.flight_dialogs import ExportDialog, GoToDialog, RangeDialog
 from ui.dialogs.limits import LimitsDialog
 from ui.dialogs.settings import SettingsDialog
-from ui.dialogs.small import ExportDialog, GoToDialog, RangeDialog
-from ui.dialogs.virtual import VirtualDialog
-from ui.gap.request import GapRequest
+from ui.dialogs.shortcuts import ShortcutsDialog
+from ui.dialogs.virtual_flight import VirtualFlightDialog
+from ui.gap.search_request import GapRequest
+from ui.main_window import MainWindow
 from ui.pilot.flight_cues import FlightCues
-from ui.review.estimate_wishes import Wishes
-from ui.review.figures_kinds import KINDS
-from ui.review.jobs import EstimateJob
-from ui.window import MainWindow
+from ui.review.estimate_form import EstimateForm
+from ui.review.figure_kinds import FIGURE_KINDS
+from ui.review.review_jobs import EstimateJob
 
 DIALOGS: dict[str, type[QDialog]] = {
     "settings": SettingsDialog,
     "connect": ConnectDialog,
-    "virtual": VirtualDialog,
+    "virtual": VirtualFlightDialog,
     "export": ExportDialog,
     "go_to": GoToDialog,
     "type_range": RangeDialog,
     "type_limits": LimitsDialog,
-    "keys": KeysDialog,
+    "keys": ShortcutsDialog,
     "about": AboutDialog,
 }
 EXCEPTIONS = re.compile(
@@ -72,7 +72,7 @@ class MetricEngine(FakeEngine):
     def do(self, job, tell):
         answer = super().do(job, tell)
         found = answer.discrepancy
-        region = Region(variable="V", low=20.0, high=26.2, words="V below 26.2 m/s")
+        region = FlightRegion(variable="V", low=20.0, high=26.2, words="V below 26.2 m/s")
         return replace(
             answer,
             remarks=("the CG was 26 mm aft, mass 20.5 kg",),
@@ -181,7 +181,7 @@ class Walk:
             self.look(f"Review, {step}")
         self.act("review_figures")
         figures = window.review.pages["figures"]
-        for kind in KINDS:
+        for kind in FIGURE_KINDS:
             if kind.needs:
                 continue  # takes seconds; words and axes are those of the others
             drawn: list[object] = []
@@ -195,14 +195,14 @@ class Walk:
 def window(tmp_path: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> Iterator[MainWindow]:
     """Return a window with a flight, an estimate, an answer of Model gap, and a debrief."""
     monkeypatch.setenv("GSAPP_RUNTIME_FOLDER", str(tmp_path / "run"))
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
-    monkeypatch.setattr(ui.gap.place, "search_engine", MetricEngine)
-    monkeypatch.setattr(ui.review.place, "review_engine", MetricReview)
+    monkeypatch.setattr(ui.main_window, "ask_closing", lambda *_: "leave")
+    monkeypatch.setattr(ui.gap.gap_page, "create_search_job_runner", MetricEngine)
+    monkeypatch.setattr(ui.review.review_page, "create_review_job_runner", MetricReview)
     shown = debrief()
     monkeypatch.setattr(FlightCues, "is_open", True)
     monkeypatch.setattr(FlightCues, "cards", CARDS)
     monkeypatch.setattr(FlightCues, "debrief", lambda _self: shown)
-    made = open_window(tmp_path, review_estimate=Wishes(axis="lon", method="ee").model_dump())
+    made = open_window(tmp_path, review_estimate=EstimateForm(axis="lon", method="ee").model_dump())
     made.activateWindow()
     flight = write_flights(tmp_path)[0]
     made.desk.starter.open_flight(flight, playing=False)
@@ -244,4 +244,4 @@ def test_no_text_of_the_window_is_in_units_of_the_other_system(
         )
         everything = "\n".join(walk.found)
         for sentence in SENTENCES:
-            assert in_units(sentence, system) in everything
+            assert convert_text_units(sentence, system) in everything

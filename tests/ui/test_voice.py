@@ -16,12 +16,12 @@ from pytestqt.qtbot import QtBot
 
 from gsapp.session import Alarm, Severity
 from tests.ui.window_kit import Loudspeaker, Mouth, until
-from ui.voice.player import Beeper, ProgramPlayer, WindowsPlayer, find_player
-from ui.voice.queue import Priority
-from ui.voice.speaker import ProgramSpeaker, ToneSpeaker, find_speaker
-from ui.voice.tones import RATE, TONES, tone_samples, tone_wave
+from ui.main_window import MainWindow
+from ui.voice.speaker import CommandSpeaker, ToneSpeaker, create_speaker
+from ui.voice.speech_queue import UtterancePriority
+from ui.voice.tone_player import Beeper, CommandTonePlayer, WindowsTonePlayer, create_tone_player
+from ui.voice.tones import SAMPLE_RATE, TONES, tone_samples, tone_wav
 from ui.voice.voice import Voice
-from ui.window import MainWindow
 
 # A program that speaks: it writes what it reads to a file, and takes its time over "long" words.
 _SPEAKING = (
@@ -46,13 +46,13 @@ def speaking(tmp_path: Path) -> tuple[list[str], Callable[[], list[str]]]:
 def test_tones_are_what_their_table_says(name: str) -> None:
     """Length, no clicks at either end, no clipping, and the note of the table is the loudest."""
     samples = tone_samples(name)
-    assert samples.size == pytest.approx(RATE * TONES[name].seconds, abs=3)
+    assert samples.size == pytest.approx(SAMPLE_RATE * TONES[name].seconds, abs=3)
     assert abs(int(samples[0])) < 50
     assert abs(int(samples[-1])) < 50
     assert 0.2 * 32767 < np.abs(samples.astype(float)).max() < 0.75 * 32767
     frequency, seconds = TONES[name].notes[0]
-    first = samples[: round(seconds * RATE)].astype(float)
-    loudest = np.argmax(np.abs(np.fft.rfft(first, 8 * first.size))) * RATE / (8 * first.size)
+    first = samples[: round(seconds * SAMPLE_RATE)].astype(float)
+    loudest = np.argmax(np.abs(np.fft.rfft(first, 8 * first.size))) * SAMPLE_RATE / (8 * first.size)
     assert loudest == pytest.approx(frequency, abs=12.0)
 
 
@@ -61,8 +61,12 @@ def test_tones_that_mean_different_things_sound_different() -> None:
 
 
 def test_a_tone_is_a_sound_file_that_can_be_read() -> None:
-    with wave.open(io.BytesIO(tone_wave("taken"))) as file:
-        assert (file.getnchannels(), file.getsampwidth(), file.getframerate()) == (1, 2, RATE)
+    with wave.open(io.BytesIO(tone_wav("taken"))) as file:
+        assert (file.getnchannels(), file.getsampwidth(), file.getframerate()) == (
+            1,
+            2,
+            SAMPLE_RATE,
+        )
         played = np.frombuffer(file.readframes(file.getnframes()), dtype="<i2")
     assert np.array_equal(played, tone_samples("taken"))
 
@@ -71,9 +75,9 @@ def test_sentences_are_spoken_in_order_by_a_program(
     qtbot: QtBot, speaking: tuple[list[str], Callable[[], list[str]]]
 ) -> None:
     command, spoken = speaking
-    voice = Voice(player=Loudspeaker(), speaker=ProgramSpeaker(command))
+    voice = Voice(player=Loudspeaker(), speaker=CommandSpeaker(command))
     voice.say("plus ten")
-    voice.say("four points left", Priority.NOTE)
+    voice.say("four points left", UtterancePriority.NOTE)
     voice.say("hold still")
     until(qtbot, lambda: "ends hold still" in spoken())
     assert spoken() == ["begins plus ten", "ends plus ten", "begins hold still", "ends hold still"]
@@ -85,7 +89,7 @@ def test_what_is_spoken_is_cut_off_at_once(
 ) -> None:
     """The program is killed: its 30 s of words never end."""
     command, spoken = speaking
-    speaker = ProgramSpeaker(command)
+    speaker = CommandSpeaker(command)
     voice = Voice(player=Loudspeaker(), speaker=speaker)
     voice.say("a long story")
     until(qtbot, lambda: bool(spoken()))
@@ -95,7 +99,7 @@ def test_what_is_spoken_is_cut_off_at_once(
         if how == "mute":
             voice.mute(True)
         else:
-            voice.say("link lost", Priority.WARNING)
+            voice.say("link lost", UtterancePriority.WARNING)
     if how == "mute":
         assert spoken() == ["begins a long story"]
     else:
@@ -107,10 +111,10 @@ def test_what_is_spoken_is_cut_off_at_once(
 def test_a_voice_that_fails_gives_way_to_tones(qtbot: QtBot, command: list[str]) -> None:
     """The sentence that was not heard becomes a tone, and so do those after it."""
     loud = Loudspeaker()
-    voice = Voice(player=loud, speaker=ProgramSpeaker(command))
+    voice = Voice(player=loud, speaker=CommandSpeaker(command))
     voice.say("plus ten")
     until(qtbot, lambda: loud.tones == ["prompt"])
-    voice.say("link lost", Priority.WARNING)
+    voice.say("link lost", UtterancePriority.WARNING)
     until(qtbot, lambda: "warning" in loud.tones)
 
 
@@ -119,7 +123,7 @@ def test_without_a_voice_tones_say_how_urgent_it_is_and_none_comes_twice(qtbot: 
     voice = Voice(player=loud)
     voice._take(ToneSpeaker(voice._sound, voice))
     voice.tone("warning")
-    voice.say("link lost", Priority.WARNING)
+    voice.say("link lost", UtterancePriority.WARNING)
     assert loud.tones == ["warning"]
     voice.say("plus ten")
     until(qtbot, lambda: loud.tones == ["warning", "prompt"])
@@ -128,7 +132,7 @@ def test_without_a_voice_tones_say_how_urgent_it_is_and_none_comes_twice(qtbot: 
 def test_a_tone_is_not_heard_into_a_more_urgent_sentence() -> None:
     loud, mouth = Loudspeaker(), Mouth()
     voice = Voice(player=loud, speaker=mouth)
-    voice.say("link lost", Priority.WARNING)
+    voice.say("link lost", UtterancePriority.WARNING)
     voice.tone("taken")
     assert loud.tones == []
     mouth.end()
@@ -139,7 +143,7 @@ def test_a_tone_is_not_heard_into_a_more_urgent_sentence() -> None:
 def test_muted_means_neither_words_nor_tones() -> None:
     loud, mouth = Loudspeaker(), Mouth()
     voice = Voice(player=loud, speaker=mouth, muted=True)
-    voice.say("link lost", Priority.WARNING)
+    voice.say("link lost", UtterancePriority.WARNING)
     voice.tone("warning")
     assert (loud.tones, mouth.spoken) == ([], [])
 
@@ -147,17 +151,17 @@ def test_muted_means_neither_words_nor_tones() -> None:
 def test_a_player_that_cannot_play_beeps(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
     beeps: list[int] = []
     monkeypatch.setattr(QApplication, "beep", lambda: beeps.append(1))
-    player = ProgramPlayer([sys.executable, "-c", "exit(1)"])
+    player = CommandTonePlayer([sys.executable, "-c", "exit(1)"])
     player.play("taken")
     until(qtbot, lambda: beeps == [1])
 
 
 def test_a_tone_reaches_the_program_that_plays_it(qtbot: QtBot, tmp_path: Path) -> None:
     copy = f"import sys, shutil; shutil.copy(sys.argv[1], {str(tmp_path / 'played.wav')!r})"
-    player = ProgramPlayer([sys.executable, "-c", copy])
+    player = CommandTonePlayer([sys.executable, "-c", copy])
     player.play("steady")
     until(qtbot, lambda: (tmp_path / "played.wav").exists() and player._running is None)
-    assert (tmp_path / "played.wav").read_bytes() == tone_wave("steady")
+    assert (tmp_path / "played.wav").read_bytes() == tone_wav("steady")
 
 
 def test_a_computer_without_any_sound_still_works(
@@ -167,8 +171,8 @@ def test_a_computer_without_any_sound_still_works(
     for name in ("PySide6.QtMultimedia", "PySide6.QtTextToSpeech", "winsound"):
         monkeypatch.setitem(sys.modules, name, None)
     monkeypatch.setattr("shutil.which", lambda _name: None)
-    assert isinstance(find_player(), Beeper)
-    assert isinstance(find_speaker(lambda _name: None), ToneSpeaker)
+    assert isinstance(create_tone_player(), Beeper)
+    assert isinstance(create_speaker(lambda _name: None), ToneSpeaker)
     voice = Voice()
     voice.say("plus ten")
     voice.tone("taken")
@@ -215,7 +219,7 @@ def test_windows_without_a_loudspeaker_beeps(
     monkeypatch.setitem(sys.modules, "winsound", windows)
     beeps: list[bool] = []
     monkeypatch.setattr(QApplication, "beep", lambda: beeps.append(True))
-    player = WindowsPlayer()
+    player = WindowsTonePlayer()
     player.play(next(iter(TONES)))
     player.stop()
     assert beeps == [True]

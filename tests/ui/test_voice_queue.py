@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ui.voice.queue import APART, Priority, SpeechQueue
+from ui.voice.speech_queue import REPEAT_INTERVAL, SpeechQueue, UtterancePriority
 
-NOTE, PROMPT, WARNING = Priority.NOTE, Priority.PROMPT, Priority.WARNING
+NOTE, PROMPT, WARNING = UtterancePriority.NOTE, UtterancePriority.PROMPT, UtterancePriority.WARNING
 
 
 class Clock:
@@ -95,7 +95,7 @@ def test_no_repeats_until_time_or_other_words_are_between(queue: SpeechQueue, cl
     queue.offer("hold still", PROMPT)
     queue.offer("hold still", PROMPT)
     assert list(heard(queue)) == ["hold still"]
-    clock.now += APART - 0.1
+    clock.now += REPEAT_INTERVAL - 0.1
     queue.offer("hold still", PROMPT)
     assert list(heard(queue)) == []
     clock.now += 0.2
@@ -109,9 +109,9 @@ def test_no_repeats_until_time_or_other_words_are_between(queue: SpeechQueue, cl
 def test_words_are_apart_from_the_end_of_what_was_said(queue: SpeechQueue, clock: Clock) -> None:
     """However long it took to say them."""
     queue.offer("hold still", PROMPT)
-    clock.now += 2.0 * APART
+    clock.now += 2.0 * REPEAT_INTERVAL
     assert list(heard(queue)) == ["hold still"]
-    clock.now += APART - 0.1
+    clock.now += REPEAT_INTERVAL - 0.1
     queue.offer("hold still", PROMPT)
     assert list(heard(queue)) == []
 
@@ -178,7 +178,7 @@ def test_a_warning_waits_for_the_end_of_a_hush_unless_it_belongs_to_it(
     assert words(queue) == ("battery low", None)
 
 
-OFFERS = st.tuples(st.sampled_from("abcd"), st.sampled_from(list(Priority)))
+OFFERS = st.tuples(st.sampled_from("abcd"), st.sampled_from(list(UtterancePriority)))
 
 
 @settings(max_examples=80, deadline=None)
@@ -214,7 +214,9 @@ def test_whatever_happens_the_rule_holds(steps: list[object]) -> None:
 @given(
     st.lists(
         st.one_of(
-            st.tuples(st.sampled_from("abcd"), st.sampled_from(list(Priority)), st.booleans()),
+            st.tuples(
+                st.sampled_from("abcd"), st.sampled_from(list(UtterancePriority)), st.booleans()
+            ),
             st.sampled_from(["end", "hush", "over"]),
         )
     )
@@ -240,7 +242,7 @@ def test_whatever_happens_a_hush_is_kept(steps: list[object]) -> None:
 
 def test_the_rule_and_the_tones_know_nothing_of_qt() -> None:
     code = (
-        "import sys, ui.voice.queue, ui.voice.tones; "
+        "import sys, ui.voice.speech_queue, ui.voice.tones; "
         "sys.exit(any('PySide6' in name for name in sys.modules))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

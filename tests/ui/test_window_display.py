@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from gsapp.cli import replay
-from gsapp.cli._calls import WrongCallError
+from gsapp.cli._usage_errors import CommandUsageError
 from gsapp.foundation import FlightError
 from ui.app import run_window
-from ui.display import NoDisplayError, fonts_without_screen, require_display
+from ui.display_check import NoDisplayError, offscreen_font_folder, require_display
 
 
 def _loads(_name: str) -> bool:
@@ -71,10 +71,10 @@ def test_a_platform_that_draws_nowhere_and_other_systems_need_no_display() -> No
 def test_without_a_screen_qt_is_told_of_the_fonts_of_windows() -> None:
     """Only there it does not find them by itself."""
     hidden = {"QT_QPA_PLATFORM": "offscreen:size=1", "WINDIR": "D:\\Windows"}
-    assert fonts_without_screen(hidden, "win32") == "D:\\Windows\\Fonts"
-    assert fonts_without_screen({"WINDIR": "D:\\Windows"}, "win32") is None
-    assert fonts_without_screen(hidden, "darwin") is None
-    assert fonts_without_screen(hidden, "linux") is None
+    assert offscreen_font_folder(hidden, "win32") == "D:\\Windows\\Fonts"
+    assert offscreen_font_folder({"WINDIR": "D:\\Windows"}, "win32") is None
+    assert offscreen_font_folder(hidden, "darwin") is None
+    assert offscreen_font_folder(hidden, "linux") is None
 
 
 def test_a_platform_that_qt_lacks_is_named_with_those_it_has() -> None:
@@ -139,5 +139,5 @@ def test_window_and_command_refuse_the_same_speeds_of_a_replay(speed: str, tmp_p
     """With the same sentence, and before a window or a flight is opened."""
     with pytest.raises(FlightError, match=r"give 0\.1 to 50 times real time, or max"):
         run_window(tmp_path / "absent", speed=speed)
-    with pytest.raises(WrongCallError, match=r"give 0\.1 to 50 times real time, or max"):
+    with pytest.raises(CommandUsageError, match=r"give 0\.1 to 50 times real time, or max"):
         replay.run(flight=tmp_path / "absent", speed=speed)

@@ -43,41 +43,41 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
-import ui.window
+import ui.main_window
 from calibration.validity import CalibrationStatus
 from gsapp.flight.writers import write_flight_csv
 from gsapp.foundation import GroundStationError, LinkError
 from gsapp.quantities import Block
-from gsapp.session.equipment import DiskView, LinkView, RecorderView
-from gsapp.session.limit_book import LimitBook
-from gsapp.session.limits import Bands, Severity
-from gsapp.telemetry.address import parse_link
+from gsapp.session.equipment_monitor import DiskSummary, LinkSummary, RecorderSummary
+from gsapp.session.limits import LimitBands, Severity
+from gsapp.session.user_limit_store import UserLimitStore
+from gsapp.telemetry.link_address import parse_link
 from tests.ui.window_kit import activate, answer_dialog, in_window, open_window, until, write_flight
-from ui.commands import COMMANDS, CommandSet, key_text
-from ui.dialogs.connect import ConnectChoices, ConnectDialog
-from ui.dialogs.flights import FLIGHTS, LOGS
-from ui.dialogs.keys import KeysDialog
-from ui.dialogs.limits import LimitsDialog, judge
+from ui.background_job import BackgroundJob, JobProgress
+from ui.commands import COMMANDS, CommandSet, shortcut_text
+from ui.dialogs.connect import ConnectDialog, ConnectionOptions
+from ui.dialogs.flight_dialogs import RangeDialog, ask_closing
+from ui.dialogs.flight_file_dialogs import FLIGHT_NAME_FILTER, LOG_NAME_FILTER
+from ui.dialogs.limits import LimitsDialog, check_limits
 from ui.dialogs.messages import MessagesDialog
-from ui.dialogs.small import RangeDialog, ask_closing
-from ui.dialogs.virtual import VirtualChoices, VirtualDialog
-from ui.faults import FaultDesk
+from ui.dialogs.shortcuts import ShortcutsDialog
+from ui.dialogs.virtual_flight import VirtualFlightDialog, VirtualFlightOptions
+from ui.display_style import DisplayStyle
+from ui.error_reporter import ErrorReporter
 from ui.flight.channel_panel import ChannelPanel
-from ui.flight.chart_menu import chart_menu
+from ui.flight.chart_menu import create_chart_menu
 from ui.flight.controls import TimeSlider
-from ui.flight.panels import AlarmsPanel, ListPanel, MarksPanel, MessagesPanel
-from ui.flight.tables import Line, LinesModel, LinesView
-from ui.frame.bar_model import AlarmFacts, BarFacts, bar_parts
-from ui.frame.rail import RailButton
-from ui.frame.step_list import StepButton
-from ui.keyboard import KeyKeeper
-from ui.look import Look
-from ui.settings import Settings, SettingsStore, first_folder, limits_path
-from ui.strips.keys import KEY_ACTIONS
+from ui.flight.side_panels import AlarmsPanel, ListPanel, MarksPanel, MessagesPanel
+from ui.flight.table_models import TableRow, TableRowModel, TableRowView
+from ui.main_window import MainWindow
+from ui.number_format import channel_value_text
+from ui.settings import Settings, SettingsStore, initial_dialog_folder, limits_path
+from ui.shortcut_filter import ShortcutOverrideFilter
+from ui.strips.chart_keys import KEY_ACTIONS
 from ui.theme import THEMES, contrast
-from ui.window import MainWindow
-from ui.words import value_text
-from ui.work import Progress, Work
+from ui.window_frame.navigation_rail import NavigationButton
+from ui.window_frame.status_bar_model import AlarmSummary, StatusBarData, create_status_items
+from ui.window_frame.step_list import StepButton
 
 pytestmark = pytest.mark.usefixtures("alone")
 
@@ -112,7 +112,7 @@ def test_commands_without_handler_are_refused(qtbot: QtBot) -> None:
 
 
 def test_help_lists_every_key_and_can_be_searched(qtbot: QtBot) -> None:
-    dialog = KeysDialog(Look())
+    dialog = ShortcutsDialog(DisplayStyle())
     qtbot.addWidget(dialog)
     listed = "\n".join(dialog.rows())
     for command in COMMANDS:
@@ -131,7 +131,7 @@ def test_a_dialog_that_was_answered_is_gone(window: MainWindow, qtbot: QtBot, co
 
 
 def test_tab_stops_in_the_help_where_it_is_seen(window: MainWindow, qtbot: QtBot) -> None:
-    def look(dialog: KeysDialog) -> None:
+    def look(dialog: ShortcutsDialog) -> None:
         (area,) = dialog.findChildren(QScrollArea)
         qtbot.keyClick(dialog.search, Qt.Key.Key_Tab)
         assert area.hasFocus()
@@ -141,7 +141,7 @@ def test_tab_stops_in_the_help_where_it_is_seen(window: MainWindow, qtbot: QtBot
         assert rim.name() == window.look.theme.text
         dialog.reject()
 
-    answer_dialog(KeysDialog, look)
+    answer_dialog(ShortcutsDialog, look)
     window.commands.actions["keys"].trigger()
 
 
@@ -176,12 +176,12 @@ def test_only_what_has_had_the_keyboard_is_looked_at_for_keys(
     """A filter of the application would see every event: a third of the time of a new theme."""
     seen: set[int] = set()
 
-    class Watched(KeyKeeper):
+    class Watched(ShortcutOverrideFilter):
         def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 - Qt's
             seen.add(id(watched))
             return super().eventFilter(watched, event)
 
-    monkeypatch.setattr(ui.window, "KeyKeeper", Watched)
+    monkeypatch.setattr(ui.main_window, "ShortcutOverrideFilter", Watched)
     window = open_window(tmp_path)
     qtbot.addWidget(window)
     activate(qtbot, window)
@@ -237,7 +237,7 @@ def test_the_empty_list_of_values_names_the_keys_that_set_cursors(flight: MainWi
 def test_the_start_page_names_the_keys_of_files_and_of_folders(window: MainWindow) -> None:
     card = window.flight_place.start.buttons["open_file"]
     for command in ("open_file", "open_folder"):
-        keys = key_text(window.commands.actions[command].shortcut().toString())
+        keys = shortcut_text(window.commands.actions[command].shortcut().toString())
         assert keys in f"{card.accessibleName()} {card.accessibleDescription()}"
 
 
@@ -517,7 +517,7 @@ def test_tab_stops_only_where_the_keyboard_is_seen(flight: MainWindow, qtbot: Qt
         for area in flight.findChildren(QScrollArea)
         if area.focusPolicy() & Qt.FocusPolicy.TabFocus
     ]
-    assert not {"ManeuversBoard", "SetupPage", "StartPage"} & {*stops}
+    assert not {"ManeuversPanel", "SearchSetupPage", "StartPage"} & {*stops}
     masses = [
         line for line in flight.findChildren(QLineEdit) if line.accessibleName() == "Mass, row 1"
     ]
@@ -559,7 +559,9 @@ def test_a_line_of_ink_says_where_the_keyboard_is(
     window.look.set_theme(theme)
     boxed = QListWidget()
     boxed.setProperty("role", "boxed")
-    lines = LinesView(LinesModel(window.look, ("Time", "Mark")), window.look, "Marks", 1, {0: 60})
+    lines = TableRowView(
+        TableRowModel(window.look, ("Time", "Mark")), window.look, "Marks", 1, {0: 60}
+    )
     tabs = QTabBar()
     tabs.addTab("Marks")
     read = QScrollArea()
@@ -625,11 +627,11 @@ def test_a_filled_button_shows_the_keyboard(window: MainWindow, qtbot: QtBot, th
 
 def test_the_line_of_the_keyboard_is_seen_where_none_was_chosen(qtbot: QtBot) -> None:
     """Qt puts the keyboard on the first line without choosing it, and Enter is for that line."""
-    panel = MarksPanel(Look())
+    panel = MarksPanel(DisplayStyle())
     qtbot.addWidget(panel)
     panel.show()
     activate(qtbot, panel)
-    panel.show_lines([Line(key=key, cells=("00:01", f"Mark {key}")) for key in "ab"])
+    panel.show_lines([TableRow(key=key, cells=("00:01", f"Mark {key}")) for key in "ab"])
     assert panel.view.current_key() is None
     panel.view.setFocus(Qt.FocusReason.TabFocusReason)
     until(qtbot, panel.view.hasFocus)
@@ -658,7 +660,7 @@ def test_tab_goes_round_each_place_without_a_flight(window: MainWindow, qtbot: Q
                 seen.append(focus)
                 qtbot.keyClick(focus, way)
             assert set(stops) <= set(seen), name
-        buttons = [one for one in seen if isinstance(one, RailButton | StepButton)]
+        buttons = [one for one in seen if isinstance(one, NavigationButton | StepButton)]
         assert window.rail.buttons[name] in buttons
         assert all(one.isChecked() for one in buttons)
 
@@ -729,7 +731,7 @@ def test_a_dialog_begins_in_a_folder_that_is_there(
 
 
 @pytest.mark.parametrize("name", ["00000012.BIN", "flight.tlog", "log.ulg", "table.parquet"])
-@pytest.mark.parametrize("kinds", [FLIGHTS, LOGS])
+@pytest.mark.parametrize("kinds", [FLIGHT_NAME_FILTER, LOG_NAME_FILTER])
 def test_a_dialog_shows_what_can_be_opened(kinds: str, name: str) -> None:
     """Also a log as the autopilot writes it: dialogs of GNOME tell capitals from small letters."""
     offered, everything = (re.findall(r"\*[.\w]*", kind) for kind in kinds.split(";;"))
@@ -747,16 +749,16 @@ def test_a_folder_that_is_gone_is_no_place_to_begin(
     (tmp_path / "report").mkdir()
     (tmp_path / "opened").mkdir()
     settings = Settings(folder=str(tmp_path / opened))
-    found = first_folder(settings, str(tmp_path / remembered) if remembered else "")
+    found = initial_dialog_folder(settings, str(tmp_path / remembered) if remembered else "")
     assert found == tmp_path / there
 
 
 def test_a_work_can_be_cancelled_and_says_how_far_it_is(window: MainWindow, qtbot: QtBot) -> None:
-    def count(progress: Progress) -> None:
+    def count(progress: JobProgress) -> None:
         while True:
             progress(0.5, "counting")
 
-    work = Work("Counting", count, window)
+    work = BackgroundJob("Counting", count, window)
     window.opening.run(work, "Done.")
     work.start()
     until(qtbot, lambda: any("counting" in text for text in window.banners.texts()))
@@ -770,11 +772,11 @@ def test_a_bad_link_cannot_be_connected(qtbot: QtBot, tmp_path: Path) -> None:
             raise LinkError(f"'{text}' is no link; write udpin:HOST:PORT")
         return text
 
-    choices = ConnectChoices(
+    choices = ConnectionOptions(
         aircraft=("b777",), channel_maps=("b777",), calibrations=("b777",), parse=parse,
         list_ports=lambda: (("/dev/ttyUSB0", "/dev/ttyUSB0 (radio)"),),
     )  # fmt: skip
-    dialog = ConnectDialog(Settings(), Look(), choices, tmp_path)
+    dialog = ConnectDialog(Settings(), DisplayStyle(), choices, tmp_path)
     qtbot.addWidget(dialog)
     assert dialog.button.isEnabled()
     dialog.link.text.setEditText("udp:14550")
@@ -789,11 +791,11 @@ def test_a_bad_link_cannot_be_connected(qtbot: QtBot, tmp_path: Path) -> None:
 def test_a_serial_link_that_was_typed_stays_what_it_is(qtbot: QtBot, tmp_path: Path) -> None:
     """The boxes above show it, so that a change of the speed does not name another port."""
     listed = [("/dev/ttyUSB0", "/dev/ttyUSB0 (radio)")]
-    choices = ConnectChoices(
+    choices = ConnectionOptions(
         aircraft=("b777",), channel_maps=("b777",), calibrations=("b777",), parse=parse_link,
         list_ports=lambda: tuple(listed),
     )  # fmt: skip
-    dialog = ConnectDialog(Settings(), Look(), choices, tmp_path)
+    dialog = ConnectDialog(Settings(), DisplayStyle(), choices, tmp_path)
     qtbot.addWidget(dialog)
     link = dialog.link
     named = tmp_path / "telemetry"
@@ -829,12 +831,12 @@ def test_a_note_goes_by_itself_and_what_matters_stays(window: MainWindow, qtbot:
 
 def test_new_lines_leave_the_chosen_line_and_its_editor_alone(qtbot: QtBot) -> None:
     """Messages and marks keep coming while the crew reads or types."""
-    panel = MarksPanel(Look())
+    panel = MarksPanel(DisplayStyle())
     qtbot.addWidget(panel)
     panel.show()
 
     def show(*keys: str) -> None:
-        panel.show_lines([Line(key=key, cells=("00:01", f"Mark {key}")) for key in keys])
+        panel.show_lines([TableRow(key=key, cells=("00:01", f"Mark {key}")) for key in keys])
 
     show("b", "d")
     panel.begin_edit("d")
@@ -960,7 +962,7 @@ def test_times_are_whole_after_an_hour(
     panel.resize(500, 300)
     panel.show()
     others = ("words",) * (panel.view.lines.columnCount() - 1)
-    panel.show_lines([Line(key=1, cells=("1:06:48.9", *others), strong=True)])
+    panel.show_lines([TableRow(key=1, cells=("1:06:48.9", *others), strong=True)])
     view = panel.view
     assert view.sizeHintForColumn(0) <= view.columnWidth(0)
 
@@ -978,7 +980,7 @@ def test_the_last_line_of_long_words_in_a_table_is_not_cut(
     panel.show()
     words = ["nothing received for more " * 3 + "n" * length for length in range(1, 16)]
     lines = [
-        Line(key=row, cells=(f"00:{row:02}.0", one, "", "", ""), strong=bool(row % 2))
+        TableRow(key=row, cells=(f"00:{row:02}.0", one, "", "", ""), strong=bool(row % 2))
         for row, one in enumerate(words)
     ]
     panel.show_lines(lines)
@@ -1058,14 +1060,16 @@ def test_tab_goes_through_a_dialog_as_one_reads_and_enter_does_it(
     qtbot: QtBot, tmp_path: Path
 ) -> None:
     """Enter in a field starts the flight; it opens no file dialog and cancels nothing."""
-    choices = VirtualChoices(plans=("default",), effects=lambda: (("aero.Cm.q", "No damping"),))
-    dialog = VirtualDialog(Look(), choices, tmp_path)
+    choices = VirtualFlightOptions(
+        plans=("default",), effects=lambda: (("aero.Cm.q", "No damping"),)
+    )
+    dialog = VirtualFlightDialog(DisplayStyle(), choices, tmp_path)
     qtbot.addWidget(dialog)
     dialog.show()
     activate(qtbot, dialog)
     until(qtbot, lambda: dialog.effects.count() == 1)
     # Without a parent the dialog would go with it, in the midst of its end.
-    until(qtbot, lambda: not dialog.findChildren(Work))
+    until(qtbot, lambda: not dialog.findChildren(BackgroundJob))
     place = dialog.place
     chain = [dialog.plan, dialog.speed, dialog.seed, dialog.thin, dialog.search, dialog.effects,
              place.title, place.name, place.parent_folder.edit]  # fmt: skip
@@ -1140,7 +1144,7 @@ def test_the_limits_of_a_chart_are_typed_kept_and_reset(
 
     charts.perform("chart_down")
     ask(flight, type_both)
-    assert session.limits.bands("alpha") == Bands(
+    assert session.limits.bands("alpha") == LimitBands(
         warning_high=pytest.approx(math.radians(4.0)), caution_low=pytest.approx(math.radians(-30))
     )
     until(qtbot, lambda: (one := charts.selected_chart) is not None and one.limits is not None)
@@ -1148,7 +1152,7 @@ def test_the_limits_of_a_chart_are_typed_kept_and_reset(
     until(qtbot, lambda: session.board.get("alpha:high") is not None)
     flight.desk.close_flight()
 
-    other = MainWindow(SettingsStore(flight.store.path), FaultDesk())
+    other = MainWindow(SettingsStore(flight.store.path), ErrorReporter())
     qtbot.addWidget(other)
     other.show()
     other.desk.starter.open_flight(session.path)
@@ -1165,8 +1169,8 @@ def test_limits_typed_in_another_window_count_here_at_once(
     flight: MainWindow, qtbot: QtBot
 ) -> None:
     limits = flight.desk.session.limits
-    other = LimitBook(limits_path(flight.store.path))
-    other.write("alpha", Bands(warning_high=math.radians(4.0)), "US")
+    other = UserLimitStore(limits_path(flight.store.path))
+    other.write("alpha", LimitBands(warning_high=math.radians(4.0)), "US")
     until(qtbot, lambda: limits.typed("alpha"))
     assert limits.bands("alpha").warning_high == pytest.approx(math.radians(4.0))
     other.write("alpha", None, "US")
@@ -1184,7 +1188,7 @@ def test_limits_typed_in_another_window_count_here_at_once(
     ],
 )
 def test_typed_limits_are_judged(texts: list[str], state: str, words: str) -> None:
-    verdict = judge(texts, (-1.0, 1.0), math.radians)
+    verdict = check_limits(texts, (-1.0, 1.0), math.radians)
     assert (verdict.state, words in verdict.sentence) == (state, True)
 
 
@@ -1192,21 +1196,24 @@ def test_typed_limits_are_judged(texts: list[str], state: str, words: str) -> No
 
 
 def test_the_bar_says_every_state_in_words_and_never_a_stale_number() -> None:
-    silent = LinkView(words="silent", severity=Severity.WARNING, rate=100.0, age=7.0)
-    facts = BarFacts(
+    silent = LinkSummary(words="silent", severity=Severity.WARNING, rate=100.0, age=7.0)
+    facts = StatusBarData(
         name="f", time=12.0, stale=True, link=silent,
-        recorder=RecorderView(words="dead", severity=Severity.WARNING, received_bytes=2_000_000),
-        disk=DiskView(free_bytes=10**9), calibration="18",
+        recorder=RecorderSummary(words="dead", severity=Severity.WARNING, received_bytes=2_000_000),
+        disk=DiskSummary(free_bytes=10**9), calibration="18",
         calibration_status=CalibrationStatus(state="warning", words="2 uncalibrated", detail=""),
-        alarms=AlarmFacts(sentences=("Too fast",), severe=True, standing=1), muted=True,
+        alarms=AlarmSummary(sentences=("Too fast",), severe=True, standing=1), muted=True,
     )  # fmt: skip
-    parts = {part.id: part for part in bar_parts(facts)}
+    parts = {part.id: part for part in create_status_items(facts)}
     assert (parts["link"].value, parts["link"].state) == ("–", "warning")
     assert parts["link"].note == "silent 7.0 s"
     assert (parts["flight"].value, parts["flight"].state) == ("–", "unknown")
-    garbage = LinkView(words="unreadable", severity=Severity.WARNING, rate=0.0)
-    port = RecorderView(words="recording", source_state="udpout:10.0.0.7:14550: cannot send")
-    part = {part.id: part for part in bar_parts(BarFacts(name="f", link=garbage, recorder=port))}
+    garbage = LinkSummary(words="unreadable", severity=Severity.WARNING, rate=0.0)
+    port = RecorderSummary(words="recording", source_state="udpout:10.0.0.7:14550: cannot send")
+    part = {
+        part.id: part
+        for part in create_status_items(StatusBarData(name="f", link=garbage, recorder=port))
+    }
     assert (part["link"].note, part["link"].state) == ("unreadable", "warning")
     assert "udpout:10.0.0.7:14550: cannot send." in part["link"].detail
     assert parts["record"].note == "recorder dead"
@@ -1216,12 +1223,12 @@ def test_the_bar_says_every_state_in_words_and_never_a_stale_number() -> None:
 
 
 def test_the_bar_tells_a_healthy_flight_in_numbers() -> None:
-    facts = BarFacts(
-        name="f", time=61.25, link=LinkView(words="ok", rate=412.3, age=0.12, loss=0.004),
-        recorder=RecorderView(words="recording", received_bytes=3_210_000, growing=True),
-        disk=DiskView(free_bytes=118 * 10**9), aircraft="B777",
+    facts = StatusBarData(
+        name="f", time=61.25, link=LinkSummary(words="ok", rate=412.3, age=0.12, loss=0.004),
+        recorder=RecorderSummary(words="recording", received_bytes=3_210_000, growing=True),
+        disk=DiskSummary(free_bytes=118 * 10**9), aircraft="B777",
     )  # fmt: skip
-    parts = {part.id: part for part in bar_parts(facts)}
+    parts = {part.id: part for part in create_status_items(facts)}
     assert parts["flight"].value == "01:01.2"
     assert (parts["link"].value, parts["link"].note) == ("412/s", "0.1 s old, 0.4 % lost")
     assert (parts["record"].value, parts["record"].note) == ("3.21 MB", "growing, 118 GB left")
@@ -1234,8 +1241,8 @@ def test_a_work_that_has_ended_is_gone_and_may_still_be_asked(qtbot: QtBot) -> N
     held = set(map(str, range(3)))
     gone = weakref.ref(held)
 
-    def begin(words: set[str]) -> Work:
-        work = Work("Reading", lambda _progress: len(words), parent)
+    def begin(words: set[str]) -> BackgroundJob:
+        work = BackgroundJob("Reading", lambda _progress: len(words), parent)
         work.done.connect(told.append)
         work.start()
         return work
@@ -1258,7 +1265,7 @@ def test_a_desktop_that_logs_out_closes_the_window_unasked(
 ) -> None:
     """It says so first, and then closes windows one after the other."""
     asked: list[object] = []
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *names: asked.append(names) or "stay")
+    monkeypatch.setattr(ui.main_window, "ask_closing", lambda *names: asked.append(names) or "stay")
     monkeypatch.setattr(type(window.desk), "records_here", property(lambda _desk: True))
     window.close()
     assert window.isVisible()
@@ -1274,7 +1281,7 @@ def test_a_session_that_ends_is_not_held_up_by_a_question(
     window: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, waits: bool
 ) -> None:
     """Nobody may be there to answer: the window closes in order, and the recorder goes on."""
-    monkeypatch.setattr(ui.window, "ask_closing", ask_closing)
+    monkeypatch.setattr(ui.main_window, "ask_closing", ask_closing)
     monkeypatch.setattr(type(window.desk), "records_here", property(lambda _desk: True))
     stopped: list[str] = []
     monkeypatch.setattr(window.desk, "stop_now", lambda: stopped.append("?"))
@@ -1318,7 +1325,7 @@ def test_the_log_of_alarms_is_whole_sorted_copied_and_leads_into_the_replay(
     session, panel = flight.desk.session, flight.view.alarms
     flight.desk.seek(0.5)
     flight.view.show_panel(3)
-    session.type_limits("alpha", Bands(caution_high=0.06))
+    session.type_limits("alpha", LimitBands(caution_high=0.06))
     # alpha passes 3.4 degrees every 2 s.
     until(qtbot, lambda: len(panel.view.lines.lines) == 10)
     slider = flight.view.replay.slider
@@ -1417,7 +1424,7 @@ def test_the_menu_of_a_chart_copies_hides_marks_and_scales(
     charts.set_cursor("b", 8.0)
 
     def choose(words: str) -> None:
-        menu = chart_menu(
+        menu = create_chart_menu(
             charts, view._picture, flight.commands.actions, 5.5, flight.look.units, view
         )
         (action,) = [one for one in menu.actions() if one.text().startswith(words)]
@@ -1427,7 +1434,7 @@ def test_the_menu_of_a_chart_copies_hides_marks_and_scales(
     spec = charts.selected_chart.specs[0]
     choose(f"Copy {spec.title}")
     value = charts.value_at(spec.id, 5.5)
-    assert QGuiApplication.clipboard().text() == value_text(spec, value, flight.look.units)
+    assert QGuiApplication.clipboard().text() == channel_value_text(spec, value, flight.look.units)
     choose("Mark 00:05.5")
     assert flight.desk.mark_times() == pytest.approx((5.5,))
     choose("Zoom to A and B")

@@ -20,10 +20,10 @@ from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QMenu
 from pytestqt.qtbot import QtBot
 
-import ui.window
+import ui.main_window
 from gsapp.decoding.dialect import dialect
 from gsapp.flight.folder import FlightFolder
-from gsapp.flight.raw.files import RawFile
+from gsapp.flight.raw_files.record_files import RawFile
 from gsapp.foundation import FlightError
 from gsapp.session import Session
 from gsapp.session.snapshot import SessionSnapshot
@@ -39,11 +39,11 @@ from tests.ui.window_kit import (
     until,
     write_flight,
 )
-from ui.dialogs.link import LinkDialog
-from ui.dialogs.requests import ConnectRequest
+from ui.background_job import BackgroundJob, JobProgress
+from ui.dialogs.flight_requests import ConnectRequest
+from ui.dialogs.mavlink_inspector import MavlinkInspector
+from ui.main_window import MainWindow
 from ui.settings import next_flight_path
-from ui.window import MainWindow
-from ui.work import Progress, Work
 
 pytestmark = pytest.mark.usefixtures("alone")
 
@@ -187,7 +187,7 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
         # The link in detail, for as long as one looks.
         seen: list[list[tuple[str, ...]]] = []
 
-        def look_at_link(dialog: LinkDialog) -> None:
+        def look_at_link(dialog: MavlinkInspector) -> None:
             def rows() -> list[tuple[str, ...]]:
                 return [line.cells for line in dialog.messages.view.lines.lines]
 
@@ -197,7 +197,7 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
             assert "System 1, component 1" in dialog.senders.text()
             assert "0 % lost" in dialog.senders.text()
 
-        answer_dialog(LinkDialog, look_at_link)
+        answer_dialog(MavlinkInspector, look_at_link)
         press(qtbot, window, Qt.Key.Key_I, Qt.KeyboardModifier.ControlModifier)
         volts = next(cells for cells in seen[0] if cells[0] == "DEBUG_FLOAT_ARRAY")
         assert float(volts[2]) > 5.0
@@ -303,7 +303,7 @@ def test_a_recording_is_not_forgotten_when_another_flight_opens(
         asked.append(flights)
         return next(answers)
 
-    monkeypatch.setattr(ui.window, "ask_closing", answer)
+    monkeypatch.setattr(ui.main_window, "ask_closing", answer)
     folder = tmp_path / "flights" / "first"
     window.desk.starter.connect_aircraft(
         ConnectRequest(
@@ -380,7 +380,9 @@ def test_a_flight_is_exported_in_the_background(
     window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
     until(qtbot, lambda: window.desk.is_loaded)
     target = tmp_path / "out.csv"
-    work = Work("Exporting", lambda progress: window.desk.export("csv", target, progress), window)
+    work = BackgroundJob(
+        "Exporting", lambda progress: window.desk.export("csv", target, progress), window
+    )
     window.opening.run(work, "Exported.")
     work.start()
     until(qtbot, lambda: "Exported." in window.banners.texts())
@@ -398,7 +400,7 @@ class Held:
         self.begun.set()
         self.goes_on.wait(10.0)
 
-    def within(self, progress: Progress) -> Callable[[float | None, str], None]:
+    def within(self, progress: JobProgress) -> Callable[[float | None, str], None]:
         def tell(share: float | None, words: str) -> None:
             if share:
                 self.halt()
@@ -417,7 +419,7 @@ def test_an_export_that_is_given_up_leaves_nothing_behind(
     window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
     until(qtbot, lambda: window.desk.is_loaded)
     held, target = Held(), tmp_path / "out" / f"flight.{kind}"
-    work = Work(
+    work = BackgroundJob(
         "Exporting", lambda told: window.desk.export(kind, target, held.within(told)), window
     )
     window.opening.run(work, "Exported.")
@@ -427,7 +429,7 @@ def test_an_export_that_is_given_up_leaves_nothing_behind(
     asked: list[tuple[str, ...]] = []
     if closes:
         monkeypatch.setattr(
-            ui.window, "ask_closing", lambda *given: asked.append(given[-1]) or "leave"
+            ui.main_window, "ask_closing", lambda *given: asked.append(given[-1]) or "leave"
         )
         threading.Timer(0.1, held.goes_on.set).start()
         window.close()
@@ -444,7 +446,7 @@ def test_an_export_that_is_cancelled_when_it_is_done_is_told_as_done(
     window: MainWindow, qtbot: QtBot
 ) -> None:
     held = Held()
-    work = Work("Exporting", lambda _told: held.halt(), window)
+    work = BackgroundJob("Exporting", lambda _told: held.halt(), window)
     window.opening.run(work, "Exported.")
     work.start()
     assert held.begun.wait(10.0)
@@ -479,17 +481,17 @@ def test_a_flight_folder_that_disappears_is_said_and_its_recording_followed(
         assert not alarm.acknowledged
         # Asked at closing, the crew stays; then it ends the recording with the key.
         asked: list[str] = []
-        monkeypatch.setattr(ui.window, "ask_closing", lambda *_: asked.append("?") or "stay")
+        monkeypatch.setattr(ui.main_window, "ask_closing", lambda *_: asked.append("?") or "stay")
         assert not window.close()
         assert asked == ["?"]
-        monkeypatch.setattr("ui.opening.ask_stop", lambda *_: True)
+        monkeypatch.setattr("ui.file_menu_controller.ask_stop", lambda *_: True)
         press(
             qtbot, window, Qt.Key.Key_R, Qt.KeyboardModifier.ControlModifier,
             Qt.KeyboardModifier.ShiftModifier,
         )  # fmt: skip
         until(qtbot, lambda: part.part.value == "stopped")
     assert find_recorders() == []
-    monkeypatch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+    monkeypatch.setattr(ui.main_window, "ask_closing", lambda *_: "leave")
 
 
 def test_a_record_that_cannot_be_read_floods_neither_window_nor_log(
@@ -574,10 +576,10 @@ def test_a_connection_that_is_cancelled_leaves_nothing_behind(
     card = next_flight_path(window.store.path) / "flight.toml"
     card.parent.mkdir(parents=True, exist_ok=True)
     card.write_text('notes = "new tire"\n', encoding="utf-8")
-    works: list[Work] = []
+    works: list[BackgroundJob] = []
     ended: list[str] = []
 
-    def keep(work: Work, _done: str) -> None:
+    def keep(work: BackgroundJob, _done: str) -> None:
         works.append(work)
         work.cancelled.connect(lambda: ended.append("cancelled"))
 
@@ -592,9 +594,9 @@ def test_a_connection_that_is_cancelled_leaves_nothing_behind(
         return made
 
     monkeypatch.setattr(Session, "follow", slow)
-    finish = Work._finish
+    finish = BackgroundJob._finish
 
-    def cancel_and_finish(work: Work, result: object, error: BaseException | None) -> None:
+    def cancel_and_finish(work: BackgroundJob, result: object, error: BaseException | None) -> None:
         if moment == "done" and not ended:
             work.cancel()
         finish(work, result, error)
@@ -602,7 +604,7 @@ def test_a_connection_that_is_cancelled_leaves_nothing_behind(
     link = f"udpin:127.0.0.1:{free_port()}"
     flights = tmp_path / "flights"
     if moment == "done":
-        monkeypatch.setattr(Work, "_finish", cancel_and_finish)
+        monkeypatch.setattr(BackgroundJob, "_finish", cancel_and_finish)
     window.desk.starter.connect_link(link)
     if moment == "early":
         works[0].cancel()
@@ -624,7 +626,7 @@ def test_a_connection_that_is_cancelled_keeps_what_came(
     window: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """An aircraft that sends already: its bytes stay, and a sentence says where."""
-    works: list[Work] = []
+    works: list[BackgroundJob] = []
     window.desk.working.connect(lambda work, _done: works.append(work))
 
     def wait(folder: Path, **_options: object) -> Session:

@@ -17,39 +17,39 @@ import ui.commands
 import ui.settings
 from gsapp.foundation import FlightError, LinkError
 from gsapp.quantities import CHANNELS, channel
-from gsapp.session.limit_book import LimitBook
+from gsapp.session.user_limit_store import UserLimitStore
 from ui.commands import COMMANDS
-from ui.dialogs.requests import check_folder, check_link, link_text, next_flight_name
-from ui.flight.choice import (
-    LAYOUT_NAMES,
-    OVERVIEW,
-    fits,
-    from_rows,
-    grouped,
-    moved,
-    rows,
-    shipped_layout,
-    toggled,
+from ui.dialogs.flight_requests import check_folder, check_link, format_link, next_flight_name
+from ui.flight.chart_selection import (
+    OVERVIEW_LAYOUT,
+    SHIPPED_LAYOUT_NAMES,
+    build_layout,
+    create_shipped_layout,
+    group_channels,
+    list_layout_rows,
+    matches_search,
+    move_row,
+    toggle_channel,
 )
-from ui.flight.controls import SPEEDS, next_speed
+from ui.flight.controls import REPLAY_SPEEDS, next_speed
 from ui.flight.layout_store import LayoutStore
-from ui.settings import Settings, SettingsStore, layouts_path, limits_path, writable_folder
-from ui.strips.drawing import sight_text
-from ui.strips.view import StripView
-from ui.words import (
+from ui.number_format import (
     DASH,
     bytes_text,
+    channel_value_text,
     clock_text,
     duration_text,
-    file_name,
-    keys_text,
+    join_sentences,
     number_text,
     parse_clock,
     percent_text,
-    sentences,
-    span_text,
-    value_text,
+    plain_shortcut_text,
+    sanitize_file_name,
+    time_span_text,
 )
+from ui.settings import Settings, SettingsStore, layouts_path, limits_path, writable_folder
+from ui.strips.chart_painter import visible_time_text
+from ui.strips.strip_view import StripView
 
 
 def test_a_missing_number_is_a_dash_and_never_a_number() -> None:
@@ -59,17 +59,17 @@ def test_a_missing_number_is_a_dash_and_never_a_number() -> None:
         bytes_text(math.nan),
         duration_text(math.inf),
         percent_text(None),
-        value_text(channel("alpha"), math.nan, "US"),
-        value_text(channel("alpha"), None, "US"),
+        channel_value_text(channel("alpha"), math.nan, "US"),
+        channel_value_text(channel("alpha"), None, "US"),
     ):
         assert text == DASH
 
 
 def test_values_have_their_unit_and_no_more_digits_than_the_sensor_earns() -> None:
-    assert value_text(channel("alpha"), math.radians(-3.14159), "US") == "−3.1 °"
-    assert value_text(channel("V"), 30.48, "US") == "100.0 ft/s"
-    assert value_text(channel("V"), 30.48, "SI") == "30.5 m/s"
-    assert value_text(channel("an"), -9.80665, "SI", unit=False) == "−1.00"
+    assert channel_value_text(channel("alpha"), math.radians(-3.14159), "US") == "−3.1 °"
+    assert channel_value_text(channel("V"), 30.48, "US") == "100.0 ft/s"
+    assert channel_value_text(channel("V"), 30.48, "SI") == "30.5 m/s"
+    assert channel_value_text(channel("an"), -9.80665, "SI", unit=False) == "−1.00"
     assert number_text(-0.001, 1) == "0.0"
 
 
@@ -98,17 +98,17 @@ def test_sizes_keep_three_digits() -> None:
 
 
 def test_a_time_in_sight_is_said_as_it_was_chosen() -> None:
-    assert [span_text(window) for window in (0.5, 30.0, 60.0, 90.0, 600.0, 7200.0)] == [
+    assert [time_span_text(window) for window in (0.5, 30.0, 60.0, 90.0, 600.0, 7200.0)] == [
         "0.5 s", "30 s", "1 min", "1.5 min", "10 min", "2 h",
     ]  # fmt: skip
     for width, seconds in ((900, 60.0), (640, 120.0), (1000, 10.0), (700, 10.0)):
         view = StripView(width=width, window=seconds)
-        assert sight_text(view) == f"{span_text(seconds)} in sight"
+        assert visible_time_text(view) == f"{time_span_text(seconds)} in sight"
         assert view.seconds == pytest.approx(seconds)
 
 
 def test_remarks_become_sentences() -> None:
-    said = sentences(["no link", "", "2 frames lost."])
+    said = join_sentences(["no link", "", "2 frames lost."])
     assert said == "No link. 2 frames lost."
 
 
@@ -116,8 +116,10 @@ def test_a_name_keeps_its_letters_at_the_beginning_of_a_sentence() -> None:
     """On many systems Garbage.tlog is another file than garbage.tlog."""
     for said in ("garbage.tlog holds nothing", "logs/a: empty", "first_flight: no clock",
                  "f16 has no map", "q was not calibrated", "q.2 is silent"):  # fmt: skip
-        assert sentences([said]) == f"{said}."
-    assert sentences(["a gap of 2.5 s", "nothing is left"]) == "A gap of 2.5 s. Nothing is left."
+        assert join_sentences([said]) == f"{said}."
+    assert (
+        join_sentences(["a gap of 2.5 s", "nothing is left"]) == "A gap of 2.5 s. Nothing is left."
+    )
 
 
 _REVIEW_PAGES = {
@@ -164,50 +166,50 @@ def test_no_key_has_two_meanings_and_every_command_can_be_found() -> None:
 def test_speeds_step_through_the_list_and_stay_at_its_ends() -> None:
     assert next_speed(1.0, 1) == 2.0
     assert next_speed(0.1, -1) == 0.1
-    assert next_speed(50.0, 1) == SPEEDS[-1] == next_speed(SPEEDS[-1], 1)
-    assert next_speed(SPEEDS[-1], -1) == 50.0
+    assert next_speed(50.0, 1) == REPLAY_SPEEDS[-1] == next_speed(REPLAY_SPEEDS[-1], 1)
+    assert next_speed(REPLAY_SPEEDS[-1], -1) == 50.0
 
 
 # Charts
 
 
 def test_overview_has_sixteen_charts_and_other_layouts_only_what_the_flight_has() -> None:
-    assert len(shipped_layout(OVERVIEW, tuple(CHANNELS)).strips) == 16
-    for name in LAYOUT_NAMES:
-        assert set(shipped_layout(name, ("alpha", "V")).channels) <= {"alpha", "V"}
-        assert shipped_layout(name, None).strips
+    assert len(create_shipped_layout(OVERVIEW_LAYOUT, tuple(CHANNELS)).strips) == 16
+    for name in SHIPPED_LAYOUT_NAMES:
+        assert set(create_shipped_layout(name, ("alpha", "V")).channels) <= {"alpha", "V"}
+        assert create_shipped_layout(name, None).strips
 
 
 def test_charts_are_added_to_the_group_of_their_kind_and_taken_away() -> None:
-    layout = shipped_layout("Longitudinal", tuple(CHANNELS))
-    more = toggled(layout, "battery", True)
+    layout = create_shipped_layout("Longitudinal", tuple(CHANNELS))
+    more = toggle_channel(layout, "battery", True)
     assert more.groups[-1].name == "Health"
     assert more.channels == (*layout.channels, "battery")
-    assert toggled(more, "battery", True) is more
-    assert toggled(more, "battery", False).channels == layout.channels
+    assert toggle_channel(more, "battery", True) is more
+    assert toggle_channel(more, "battery", False).channels == layout.channels
 
 
 @given(st.integers(0, 9), st.integers(-12, 12))
 @settings(max_examples=50, deadline=None)
 def test_moving_a_row_loses_no_chart(place: int, steps: int) -> None:
     """However headings and charts are moved, every chart is there once and under one heading."""
-    layout = shipped_layout("Longitudinal", tuple(CHANNELS))
-    order = rows(layout)
-    after = from_rows(layout, moved(order, place, steps))
+    layout = create_shipped_layout("Longitudinal", tuple(CHANNELS))
+    order = list_layout_rows(layout)
+    after = build_layout(layout, move_row(order, place, steps))
     assert sorted(after.channels) == sorted(layout.channels)
 
 
 def test_channels_are_listed_by_group_and_found_by_any_word() -> None:
-    groups = grouped(("q", "q.2", "alpha", "alpha_volts"))
+    groups = group_channels(("q", "q.2", "alpha", "alpha_volts"))
     assert [spec.id for spec in groups["Rates"]] == ["q", "q.2"]
-    assert fits(channel("alpha"), "angle attack")
-    assert fits(channel("alpha_volts"), "volt")
-    assert not fits(channel("alpha"), "attack rate")
+    assert matches_search(channel("alpha"), "angle attack")
+    assert matches_search(channel("alpha_volts"), "volt")
+    assert not matches_search(channel("alpha"), "attack rate")
 
 
 def test_layouts_are_kept_by_name_and_damaged_ones_named(tmp_path: Path) -> None:
     store = LayoutStore(tmp_path)
-    layout = shipped_layout("Lateral", tuple(CHANNELS))
+    layout = create_shipped_layout("Lateral", tuple(CHANNELS))
     store.save(layout, "Dutch roll / spiral")
     store.save(layout, "dutch roll: spiral")
     store.save(layout, "Aux")  # no file can be called that on Windows
@@ -222,7 +224,7 @@ def test_layouts_are_kept_by_name_and_damaged_ones_named(tmp_path: Path) -> None
     again.delete("Dutch roll / spiral")
     assert LayoutStore(tmp_path).names == ("dutch roll: spiral",)
     with pytest.raises(FlightError, match="another name"):
-        again.save(layout, OVERVIEW)
+        again.save(layout, OVERVIEW_LAYOUT)
 
 
 # Settings
@@ -314,7 +316,7 @@ def test_settings_that_cannot_be_read_hold_up_nothing(tmp_path: Path) -> None:
     assert store.current == Settings()
     store.change(theme="dark")
     assert store.current.theme == "dark"
-    assert not LimitBook(limits_path(store.path)).limits
+    assert not UserLimitStore(limits_path(store.path)).limits
     assert not LayoutStore(layouts_path(store.path)).names
 
 
@@ -357,15 +359,15 @@ def test_links_are_judged_while_they_are_typed() -> None:
 
 def test_fields_make_the_link_text() -> None:
     common = {"host": " 10.0.0.2 ", "port": 5760, "device": "COM4", "baud": 57600}
-    assert link_text("tcp", **common) == "tcp:10.0.0.2:5760"
-    assert link_text("text", **common) == "text:COM4:57600"
+    assert format_link("tcp", **common) == "tcp:10.0.0.2:5760"
+    assert format_link("text", **common) == "text:COM4:57600"
 
 
 def test_a_folder_that_cannot_be_written_gives_way_to_the_usual_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     usual, blocked = tmp_path / "usual", tmp_path / "file" / "flights"
-    monkeypatch.setattr("ui.settings.flights_path", lambda: usual)
+    monkeypatch.setattr("ui.settings.default_flights_folder", lambda: usual)
     assert writable_folder(tmp_path / "mine") == (tmp_path / "mine", "")
     (tmp_path / "file").touch()
     folder, why = writable_folder(blocked)
@@ -382,9 +384,9 @@ def test_flight_folders_get_the_next_free_name_and_a_verdict(tmp_path: Path) -> 
     assert check_folder(str(tmp_path), "2026-05-12-a").state == "caution"
     assert not check_folder(str(tmp_path), " ").usable
     assert not check_folder("", "x").usable
-    assert file_name('a/b:c"') == "a-b-c-"
+    assert sanitize_file_name('a/b:c"') == "a-b-c-"
     # Windows takes these for devices, whatever follows the dot.
-    assert [file_name(name) for name in ("Aux", "com1", "nul.x", "console", "com10")] == [
+    assert [sanitize_file_name(name) for name in ("Aux", "com1", "nul.x", "console", "com10")] == [
         "Aux-", "com1-", "nul-.x", "console", "com10",
     ]  # fmt: skip
     assert "'con-'" in check_folder(str(tmp_path), "con").sentence
@@ -397,11 +399,11 @@ def test_flight_folders_get_the_next_free_name_and_a_verdict(tmp_path: Path) -> 
 def test_sentences_name_keys_as_the_system_does() -> None:
     """A key written out would be another one on a Mac: `key_text` makes its name."""
     for keys in ("Ctrl+L", "Ctrl+Shift+T", "Alt+4"):
-        assert keys_text(keys, "linux") == keys_text(keys, "win32") == keys
-    assert keys_text("Ctrl+L", "darwin") == "⌘L"
-    assert keys_text("Ctrl+Shift+T", "darwin") == "⇧⌘T"
-    assert keys_text("Alt+4", "darwin") == "⌥4"
-    assert keys_text("Ctrl+L") == ui.commands.key_text("Ctrl+L")
+        assert plain_shortcut_text(keys, "linux") == plain_shortcut_text(keys, "win32") == keys
+    assert plain_shortcut_text("Ctrl+L", "darwin") == "⌘L"
+    assert plain_shortcut_text("Ctrl+Shift+T", "darwin") == "⇧⌘T"
+    assert plain_shortcut_text("Alt+4", "darwin") == "⌥4"
+    assert plain_shortcut_text("Ctrl+L") == ui.commands.shortcut_text("Ctrl+L")
     written = []
     for path in sorted(Path(ui.commands.__file__).parent.rglob("*.py")):
         tree = ast.parse(path.read_text(encoding="utf-8"))

@@ -15,10 +15,10 @@ from PySide6.QtCore import QTimer
 from PySide6.QtGui import QImage
 
 from gsapp.foundation import write_atomically
-from ui.app import make_application
-from ui.faults import FaultDesk
+from ui.app import create_application
+from ui.error_reporter import ErrorReporter
+from ui.main_window import MainWindow
 from ui.settings import SettingsStore
-from ui.window import MainWindow
 
 
 def alpha_columns(window: MainWindow) -> list[list[float]]:
@@ -40,10 +40,10 @@ def alpha_columns(window: MainWindow) -> list[list[float]]:
 def main() -> None:
     """Show the flight until told to end."""
     settings, flight, told = map(Path, sys.argv[1:])
-    application = make_application()
+    application = create_application()
     store = SettingsStore(settings / "window.toml")
     store.change(muted=True, side_panel=False)
-    window = MainWindow(store, FaultDesk(), offer_recorders=False)
+    window = MainWindow(store, ErrorReporter(), offer_recorders=False)
     window.resize(1280, 800)
     window.show()
     window.desk.starter.open_flight(flight)

@@ -18,17 +18,17 @@ from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtWidgets import QApplication, QDialog, QWidget
 from pytestqt.qtbot import QtBot
 
-import ui.window
+import ui.main_window
 from calibration import load_certificates
 from gsapp.decoding.dialect import dialect
 from gsapp.flight.writers import write_flight_csv
 from gsapp.quantities import Block, FloatArray
-from gsapp.telemetry.status import RUNTIME_VARIABLE
-from ui.faults import FaultDesk
+from gsapp.telemetry.recorder_status import RUNTIME_VARIABLE
+from ui.error_reporter import ErrorReporter
+from ui.main_window import MainWindow
 from ui.settings import SettingsStore
-from ui.voice.queue import Utterance
 from ui.voice.speaker import Speaker
-from ui.window import MainWindow
+from ui.voice.speech_queue import Utterance
 
 # Places of the box's array that the tests look at.
 _ARRAY = ("elevator_left", "elevator_right", "aileron_left", "aileron_right", "rudder", "alpha",
@@ -57,7 +57,7 @@ def open_window(folder: Path, **settings: object) -> MainWindow:
     """Return a window whose settings and flights lie in a folder of the test."""
     store = SettingsStore(folder / "settings" / "window.toml")
     store.change(flights=str(folder / "flights"), muted=True, **settings)
-    window = MainWindow(store, FaultDesk())
+    window = MainWindow(store, ErrorReporter())
     window.resize(1280, 800)
     window.show()
     return window
@@ -68,7 +68,7 @@ def opened_window(folder: Path, **settings: object) -> Iterator[MainWindow]:
     """Hold a window open that sees no recorder of others and asks nothing as it closes."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(RUNTIME_VARIABLE, str(folder / "run"))
-        patch.setattr(ui.window, "ask_closing", lambda *_: "leave")
+        patch.setattr(ui.main_window, "ask_closing", lambda *_: "leave")
         made = open_window(folder, **settings)
         yield made
         made.close()

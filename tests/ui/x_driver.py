@@ -28,8 +28,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ui.app import make_application, run_window
-from ui.window import MainWindow
+from ui.app import create_application, run_window
+from ui.main_window import MainWindow
 
 Result = TypeVar("Result")
 
@@ -266,7 +266,7 @@ def run_program(
         (window,) = (one for one in QApplication.topLevelWidgets() if isinstance(one, MainWindow))
         threading.Thread(target=work, args=(window,), daemon=True).start()
 
-    application = make_application()
+    application = create_application()
     QTimer.singleShot(0, application, begin)
     run_window(settings=settings)
     if failed:

@@ -24,19 +24,24 @@ from itertools import pairwise
 
 import numpy as np
 
-from calibration.reading import load_certificates
+from calibration.certificate_toml import load_certificates
 from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.pilot.airframe import BOARD, EXPOSED, TRUTH, Airframe
-from gsapp.dynamics.pilot.control import Feel
-from gsapp.dynamics.pilot.converter import Converter
-from gsapp.dynamics.pilot.flight import with_combined_surfaces
-from gsapp.dynamics.pilot.hands import Hand, Sticks
-from gsapp.dynamics.pilot.instruments import Instruments
-from gsapp.dynamics.pilot.learning import learn
-from gsapp.dynamics.pilot.plan import SHAPES, FlightPlan, Human
 from gsapp.dynamics.trim import trim
+from gsapp.dynamics.virtual_aircraft.ad_converter import AnalogDigitalConverter
+from gsapp.dynamics.virtual_aircraft.aircraft_handling import compute_handling
+from gsapp.dynamics.virtual_aircraft.airframe import (
+    INSTRUMENT_INPUT_CHANNELS,
+    ONBOARD_CHANNELS,
+    TRUTH_CHANNELS,
+    Airframe,
+)
+from gsapp.dynamics.virtual_aircraft.flight_plan import INPUT_SHAPES, FlightPlan, PilotLimits
+from gsapp.dynamics.virtual_aircraft.instruments import Instruments
+from gsapp.dynamics.virtual_aircraft.pilot_controllers import AircraftHandling
+from gsapp.dynamics.virtual_aircraft.stick_motion import HandModel, StickPositions
+from gsapp.dynamics.virtual_aircraft.virtual_flight import combine_surfaces
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE
 from tests.virtual.input_plan import SURFACES, InputPlan, around_one, draw
@@ -65,7 +70,7 @@ class FlownInput:
     aircraft : Aircraft
         With the noise of the day.
     truth : Block
-        `gsapp.dynamics.pilot.airframe.TRUTH`, at the CG, 100 Hz.
+        `gsapp.dynamics.virtual_aircraft.airframe.TRUTH_CHANNELS`, at the CG, 100 Hz.
     measured : Block
         What the ground makes of the converter's volts, with combined surfaces; attitude and
         position where the aircraft has them.
@@ -134,13 +139,13 @@ def _base() -> tuple[Aircraft, FlightModel]:
 
 
 @lru_cache(maxsize=1)
-def _converter() -> Converter:
-    return Converter(load_certificates("b777"))
+def _converter() -> AnalogDigitalConverter:
+    return AnalogDigitalConverter(load_certificates("b777"))
 
 
 @lru_cache(maxsize=16)
-def _feel(speed: float, density: float) -> Feel:
-    return learn(_base()[1], speed, density)
+def _feel(speed: float, density: float) -> AircraftHandling:
+    return compute_handling(_base()[1], speed, density)
 
 
 class InputFlight:
@@ -175,8 +180,8 @@ class InputFlight:
         self._instruments = Instruments(self.aircraft, instruments, _DT)
         self._place = place
         self._feel = _feel(plan.speed, self._frame.density(HEIGHT))
-        human = Human()
-        self._hands = [Hand(human, pilot, _DT) for _ in range(3)]
+        human = PilotLimits()
+        self._hands = [HandModel(human, pilot, _DT) for _ in range(3)]
         controls = self.aircraft.controls
         self._full = {
             "de": controls.de.full_stick_high,
@@ -241,7 +246,7 @@ class InputFlight:
         begin = plan.approach + plan.still
         let_go = begin + max(edges[0][-1] for edges in self._edges.values())
         hand = let_go + plan.hands_off
-        flown: list[Sticks] = []
+        flown: list[StickPositions] = []
         clone: Airframe | None = None
         while len(flown) < round((hand + _RECOVERY) * RATE):
             time = len(flown) * _DT
@@ -254,7 +259,7 @@ class InputFlight:
             self._frame.advance(sticks)
             flown.append(sticks)
         times = offset + np.arange(len(flown)) * _DT
-        truth = Block(channels=TRUTH, times=times, values=np.array(self._tables[0]))
+        truth = Block(channels=TRUTH_CHANNELS, times=times, values=np.array(self._tables[0]))
         low, high = round(begin * RATE), round(hand * RATE)
         return FlownInput(
             plan=plan,
@@ -268,7 +273,7 @@ class InputFlight:
             calm=_calm(clone, flown[low:high], truth, low),
         )
 
-    def _sticks(self, time: float, begin: float, hand: float) -> Sticks:
+    def _sticks(self, time: float, begin: float, hand: float) -> StickPositions:
         """Return the sticks: corrected, held with the errors meant, moved, or let go."""
         plan, feel = self.plan, self._feel
         corrects = time < plan.approach or time >= hand
@@ -302,7 +307,7 @@ class InputFlight:
             one.move(want, resting=not corrects)
             for one, want in zip(self._hands, wanted, strict=True)
         )
-        return Sticks(pitch=pitch, roll=roll, yaw=yaw, throttle=self._lever, engines=True)
+        return StickPositions(pitch=pitch, roll=roll, yaw=yaw, throttle=self._lever, engines=True)
 
     def _upset(self) -> bool:
         now = self._frame.situation()
@@ -317,7 +322,7 @@ class InputFlight:
         now = level.controls
         self._lever = now["throttle"]
         simulator = self._frame.simulator
-        self._frame.advance(Sticks(engines=True))
+        self._frame.advance(StickPositions(engines=True))
         commands = replace(
             simulator.commands,
             de=now["de"],
@@ -337,7 +342,7 @@ class InputFlight:
         )
         self._hands_start(now)
         self._frame.advance(
-            Sticks(pitch=now["de"] / self._full["de"], throttle=self._lever, engines=True)
+            StickPositions(pitch=now["de"] / self._full["de"], throttle=self._lever, engines=True)
         )
 
     def _hands_start(self, now: Mapping[str, float]) -> None:
@@ -350,7 +355,7 @@ class InputFlight:
         for step in range(round((self.plan.ground + 1.0) * RATE)):
             if step >= RATE:
                 self._note()
-            self._frame.advance(Sticks(throttle=0.15, brake=1.0, engines=True))
+            self._frame.advance(StickPositions(throttle=0.15, brake=1.0, engines=True))
         times = np.arange(len(self._tables[0])) * _DT
         block = self._measured(times)
         self._tables = ([], [], [])
@@ -377,14 +382,14 @@ class InputFlight:
     def _measured(self, times: np.ndarray) -> Block:
         """Return what the ground makes of what was noted."""
         columns = np.array(self._tables[1]).T
-        exposed = dict(zip(EXPOSED, columns, strict=True))
+        exposed = dict(zip(INSTRUMENT_INPUT_CHANNELS, columns, strict=True))
         speeds = np.column_stack([exposed["rpm_left"], exposed["rpm_right"]])
         converter = _converter()
         volts = converter.volts(self._instruments.read(exposed, speeds))
-        block = with_combined_surfaces(converter.measured_block(times, volts))
+        block = combine_surfaces(converter.measured_block(times, volts))
         names, values = list(block.channels), [block.values]
-        board = dict(zip(BOARD, np.array(self._tables[2]).T, strict=True))
-        truth = dict(zip(TRUTH, np.array(self._tables[0]).T, strict=True))
+        board = dict(zip(ONBOARD_CHANNELS, np.array(self._tables[2]).T, strict=True))
+        truth = dict(zip(TRUTH_CHANNELS, np.array(self._tables[0]).T, strict=True))
         noise = self._place.standard_normal((times.size, 6))
         if self.plan.attitude:
             names += ["phi", "theta", "psi"]
@@ -413,17 +418,17 @@ class _Steady:
         return self.gust
 
 
-def _calm(clone: Airframe | None, sticks: list[Sticks], truth: Block, low: int) -> Block:
+def _calm(clone: Airframe | None, sticks: list[StickPositions], truth: Block, low: int) -> Block:
     """Return the truth without gusts that change."""
     times = truth.times[low : low + len(sticks)]
     if clone is None:
         values = np.array(truth.values[low : low + len(sticks)])
-        return Block(channels=TRUTH, times=times, values=values)
+        return Block(channels=TRUTH_CHANNELS, times=times, values=values)
     rows = []
     for one in sticks:
         rows.append(clone.truth())
         clone.advance(one)
-    return Block(channels=TRUTH, times=times, values=np.array(rows))
+    return Block(channels=TRUTH_CHANNELS, times=times, values=np.array(rows))
 
 
 def _swell(time: float) -> float:
@@ -440,7 +445,7 @@ def _edges(plan: InputPlan, place: int, random: np.random.Generator) -> Edges:
     """Return when a stick is put elsewhere, s, and where to, rad."""
     size = plan.amplitudes[plan.surfaces[place]]
     time = place * plan.stagger
-    units = SHAPES[plan.kind]
+    units = INPUT_SHAPES[plan.kind]
     times, values = [time], []
     for number, unit in enumerate(units):
         values.append(size * unit * around_one(0.05, random))

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from calibration import CalibrationPoint, fit_points
-from calibration.converter import STEP
-from gsapp.dynamics.pilot.bench import (
+from calibration.adc import ADC_RESOLUTION
+from gsapp.dynamics.virtual_aircraft.ad_converter import DAQ_CHANNELS
+from gsapp.dynamics.virtual_aircraft.bench import (
     POTENTIOMETERS,
     BenchFault,
     VirtualBench,
     parse_bench_fault,
 )
-from gsapp.dynamics.pilot.converter import DAQ
 from gsapp.foundation import FlightError
 
 SETTINGS = (-20.0, -10.0, 0.0, 10.0, 20.0)
@@ -88,12 +88,12 @@ def test_volts_are_those_of_the_converter() -> None:
     before = bench.advance(100)
     bench.set_angle("rudder", 20.0)
     after = bench.advance(300)[-50:]
-    np.testing.assert_array_equal(np.round(after / STEP) * STEP, after)
+    np.testing.assert_array_equal(np.round(after / ADC_RESOLUTION) * ADC_RESOLUTION, after)
     assert after.min() >= 0.0
-    assert after.max() <= 5.0 - STEP
+    assert after.max() <= 5.0 - ADC_RESOLUTION
     moved = np.abs(after.mean(axis=0) - before.mean(axis=0))
-    assert {name for name, by in zip(DAQ, moved, strict=True) if by > 0.02} == {"rudder"}
-    assert np.std(before[:, DAQ.index("excitation")]) < 2e-3
+    assert {name for name, by in zip(DAQ_CHANNELS, moved, strict=True) if by > 0.02} == {"rudder"}
+    assert np.std(before[:, DAQ_CHANNELS.index("excitation")]) < 2e-3
 
 
 def test_the_supply_drifts_and_the_potentiometers_with_it() -> None:
@@ -177,7 +177,7 @@ def test_faults_show_as_they_would(channel: str) -> None:
     clipped = VirtualBench(3, faults=[BenchFault(channel=channel, kind="clipped")])
     block = [clipped.step(clipped.set_angle(channel, a) + 0.5) for a in (-20.0, 20.0)]
     volts = np.concatenate([b[f"{channel}_volts"] for b in block])
-    ends = np.count_nonzero((volts == 0.0) | (volts == 5.0 - STEP))
+    ends = np.count_nonzero((volts == 0.0) | (volts == 5.0 - ADC_RESOLUTION))
     assert ends > 50
     noisy = VirtualBench(3, faults=[BenchFault(channel=channel, kind="noisy")])
     assert np.std(np.diff(noisy.step(2.0)[f"{channel}_volts"])) > 0.03

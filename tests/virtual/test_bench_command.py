@@ -19,14 +19,19 @@ from gsapp.cli.main import app
 from gsapp.decoding.channel_map import load_channel_map
 from gsapp.decoding.decoder import Decoder
 from gsapp.decoding.framing import Framer
-from gsapp.dynamics.pilot.bench import VirtualBench
-from gsapp.flight.records import RawRecord
+from gsapp.dynamics.virtual_aircraft.bench import VirtualBench
+from gsapp.flight.raw_record import RawRecord
 from gsapp.foundation import FlightError, LinkError
 from gsapp.quantities import Block
 from gsapp.telemetry.clock import HostClock
-from gsapp.telemetry.virtual.bench import BenchDownlink, LinkControl, TypedControl, obey
-from gsapp.telemetry.virtual.process import BenchProcess, free_port
-from gsapp.telemetry.virtual.transmit import Transmitter
+from gsapp.telemetry.virtual_aircraft.aircraft_process import BenchProcess, find_free_udp_port
+from gsapp.telemetry.virtual_aircraft.bench_downlink import (
+    BenchDownlink,
+    StdinConsole,
+    UdpConsole,
+    execute_bench_command,
+)
+from gsapp.telemetry.virtual_aircraft.downlink_transmitter import DownlinkTransmitter
 
 PATIENCE = 60.0
 
@@ -35,7 +40,7 @@ class Ground:
     """A port that the box sends to, and the ordinary road behind it."""
 
     def __init__(self) -> None:
-        self.port = free_port()
+        self.port = find_free_udp_port()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind(("127.0.0.1", self.port))
         self._socket.settimeout(PATIENCE)
@@ -103,7 +108,7 @@ def test_the_end_of_what_is_typed_ends_it(tmp_path: Path) -> None:
     """A program that dies takes its bench with it: no process is left behind."""
     process = subprocess.Popen(
         [sys.executable, "-m", "gsapp.cli", "fly", "--bench", "--control", "-", "--thin",
-         "--to", f"udpout:127.0.0.1:{free_port()}", "--fault", "q:noisy"],
+         "--to", f"udpout:127.0.0.1:{find_free_udp_port()}", "--fault", "q:noisy"],
         stdin=subprocess.PIPE, stderr=subprocess.PIPE, cwd=tmp_path,
     )  # fmt: skip
     _, words = process.communicate(b"help\nwhere rudder\nfoo\n", timeout=PATIENCE)
@@ -115,17 +120,17 @@ def test_the_end_of_what_is_typed_ends_it(tmp_path: Path) -> None:
 
 def test_lines_over_a_port_are_obeyed_and_answered(ground: Ground) -> None:
     """A real link for the volts, a real port for the words; several lines in one datagram."""
-    from gsapp.cli.fly import open_line
+    from gsapp.cli.fly import open_link
 
-    port = free_port()
+    port = find_free_udp_port()
     clock = HostClock()
     bench = VirtualBench(2)
-    control = LinkControl(f"udpin:127.0.0.1:{port}", clock=clock)
+    control = UdpConsole(f"udpin:127.0.0.1:{port}", clock=clock)
     downlink = BenchDownlink(bench, control, thin=False, unix_us=clock.now_us())
 
     def run() -> None:
-        with open_line(f"udpout:127.0.0.1:{ground.port}", clock, 10.0) as line:
-            Transmitter(downlink, line, clock=clock, speed=10.0).fly()
+        with open_link(f"udpout:127.0.0.1:{ground.port}", clock, 10.0) as line:
+            DownlinkTransmitter(downlink, line, clock=clock, speed=10.0).fly()
 
     sender = threading.Thread(target=run)
     sender.start()
@@ -146,19 +151,21 @@ def test_lines_over_a_port_are_obeyed_and_answered(ground: Ground) -> None:
 
 def test_every_line_of_the_help_is_obeyed() -> None:
     bench = VirtualBench(3)
-    assert obey(bench, "rudder -5 deg").startswith("rudder goes to -5 deg")
-    assert obey(bench, "alpha 3 hold").startswith("alpha goes to 3 deg")
-    assert obey(bench, "release") == "release"
-    assert obey(bench, "lie x_up").startswith("lies x_up in 3.0 s")
-    assert obey(bench, "turn p 45").startswith("turns 45 deg about the axis of p, over in")
-    assert obey(bench, "turn r 360 9").endswith("s")
+    assert execute_bench_command(bench, "rudder -5 deg").startswith("rudder goes to -5 deg")
+    assert execute_bench_command(bench, "alpha 3 hold").startswith("alpha goes to 3 deg")
+    assert execute_bench_command(bench, "release") == "release"
+    assert execute_bench_command(bench, "lie x_up").startswith("lies x_up in 3.0 s")
+    assert execute_bench_command(bench, "turn p 45").startswith(
+        "turns 45 deg about the axis of p, over in"
+    )
+    assert execute_bench_command(bench, "turn r 360 9").endswith("s")
     bench.step(40.0)
     assert bench.up == pytest.approx((0.0, 0.0, -1.0), abs=0.1), "laid for the turn about z"
     for what in ("covered", "open", "blow"):
-        assert obey(bench, f"pitot {what}") == f"pitot {what}"
-    assert obey(bench, "where rudder").startswith("rudder is at -")
-    assert "release" in obey(bench, "help")
-    assert obey(bench, "   ") == ""
+        assert execute_bench_command(bench, f"pitot {what}") == f"pitot {what}"
+    assert execute_bench_command(bench, "where rudder").startswith("rudder is at -")
+    assert "release" in execute_bench_command(bench, "help")
+    assert execute_bench_command(bench, "   ") == ""
 
 
 @pytest.mark.parametrize(
@@ -169,14 +176,14 @@ def test_what_is_not_understood_is_said(line: str) -> None:
     bench = VirtualBench(3)
     before = {name: bench.aim(name) for name in bench.potentiometers}
     with pytest.raises(FlightError):
-        obey(bench, line)
+        execute_bench_command(bench, line)
     assert {name: bench.aim(name) for name in bench.potentiometers} == before
     assert not bench.busy
 
 
 def test_what_was_typed_before_the_end_is_heard() -> None:
     """The end of the input ends the control, after its last line."""
-    control = TypedControl(io.StringIO("release\n"), lambda _: None)
+    control = StdinConsole(io.StringIO("release\n"), lambda _: None)
     until = time.monotonic() + PATIENCE
     lines = []
     while not control.ended and time.monotonic() < until:
@@ -207,9 +214,9 @@ def test_a_call_that_makes_no_sense_is_refused(arguments: list[str], words: str)
 
 def test_a_port_for_words_is_a_port() -> None:
     with pytest.raises(LinkError, match="cannot be controlled over"):
-        LinkControl("tcp:127.0.0.1:1234", clock=HostClock())
-    port = free_port()
-    taken = LinkControl(f"udpin:127.0.0.1:{port}", clock=HostClock())
+        UdpConsole("tcp:127.0.0.1:1234", clock=HostClock())
+    port = find_free_udp_port()
+    taken = UdpConsole(f"udpin:127.0.0.1:{port}", clock=HostClock())
     with pytest.raises(LinkError):
-        LinkControl(f"udpin:127.0.0.1:{port}", clock=HostClock())
+        UdpConsole(f"udpin:127.0.0.1:{port}", clock=HostClock())
     taken.close()

@@ -16,47 +16,50 @@ os.environ.setdefault("MAVLINK20", "1")
 
 from pymavlink import mavutil
 
-from calibration.converter import STEP
-from calibration.reading import load_certificates
-from gsapp.decoding.frames import Frame
+from calibration.adc import ADC_RESOLUTION
+from calibration.certificate_toml import load_certificates
+from gsapp.decoding.frames import MavlinkFrame
 from gsapp.decoding.framing import Framer
-from gsapp.dynamics.pilot.converter import DAQ
+from gsapp.dynamics.virtual_aircraft.ad_converter import DAQ_CHANNELS
 from gsapp.telemetry.clock import HostClock
 from gsapp.telemetry.sources import open_source
-from gsapp.telemetry.virtual.messages import dialect
-from gsapp.telemetry.virtual.settings import FlightSettings
-from gsapp.telemetry.virtual.source import VirtualSource
-from gsapp.telemetry.virtual.transmit import THIN_BYTES_PER_SECOND, Transmitter
+from gsapp.telemetry.virtual_aircraft.downlink_transmitter import (
+    THIN_BYTES_PER_SECOND,
+    DownlinkTransmitter,
+)
+from gsapp.telemetry.virtual_aircraft.flight_settings import FlightSettings
+from gsapp.telemetry.virtual_aircraft.onboard_messages import dialect
+from gsapp.telemetry.virtual_aircraft.virtual_source import VirtualSource
 
 SECONDS = 12
 START = 1_700_000_000_000_000
 
 
-def _frames(settings: FlightSettings, seconds: int = SECONDS) -> list[Frame]:
+def _frames(settings: FlightSettings, seconds: int = SECONDS) -> list[MavlinkFrame]:
     downlink = settings.downlink(START)
     data = b"".join(b"".join(packet.live) for packet in downlink.advance(100 * seconds))
     framer = Framer()
     pieces = [*framer.feed(data), *framer.flush()]
-    assert all(isinstance(piece, Frame) for piece in pieces)
-    return [piece for piece in pieces if isinstance(piece, Frame)]
+    assert all(isinstance(piece, MavlinkFrame) for piece in pieces)
+    return [piece for piece in pieces if isinstance(piece, MavlinkFrame)]
 
 
 @pytest.fixture(scope="module")
-def full() -> list[Frame]:
+def full() -> list[MavlinkFrame]:
     return _frames(FlightSettings(plan="short", seed=3))
 
 
 @pytest.fixture(scope="module")
-def thin() -> list[Frame]:
+def thin() -> list[MavlinkFrame]:
     return _frames(FlightSettings(plan="short", seed=3, thin=True))
 
 
-def _rates(frames: list[Frame]) -> dict[str, float]:
+def _rates(frames: list[MavlinkFrame]) -> dict[str, float]:
     names = Counter(dialect.mavlink_map[frame.message_id].msgname for frame in frames)
     return {name: count / SECONDS for name, count in names.items()}
 
 
-def test_the_full_link_has_the_rates_agreed(full: list[Frame]) -> None:
+def test_the_full_link_has_the_rates_agreed(full: list[MavlinkFrame]) -> None:
     rates = _rates(full)
     expected = {
         "DEBUG_FLOAT_ARRAY": 100, "ATTITUDE": 50, "SERVO_OUTPUT_RAW": 50, "RC_CHANNELS": 20,
@@ -67,7 +70,7 @@ def test_the_full_link_has_the_rates_agreed(full: list[Frame]) -> None:
     assert "GLOBAL_POSITION_INT" not in rates
 
 
-def test_the_thin_link_fits_a_57600_baud_radio(thin: list[Frame]) -> None:
+def test_the_thin_link_fits_a_57600_baud_radio(thin: list[MavlinkFrame]) -> None:
     """Less than 4,600 bytes in any second, volts 20 times a second."""
     assert _rates(thin)["DEBUG_FLOAT_ARRAY"] == 20
     per_second: Counter[int] = Counter()
@@ -86,7 +89,7 @@ def test_attitude_can_be_left_out_and_position_added() -> None:
     assert "GLOBAL_POSITION_INT" in names
 
 
-def test_sequence_numbers_have_no_gap(full: list[Frame], thin: list[Frame]) -> None:
+def test_sequence_numbers_have_no_gap(full: list[MavlinkFrame], thin: list[MavlinkFrame]) -> None:
     for frames in (full, thin):
         numbers = np.array([frame.sequence for frame in frames])
         assert np.all(np.diff(numbers) % 256 == 1)
@@ -110,7 +113,7 @@ def test_a_foreign_reader_gets_the_volts_over_udp() -> None:
             return b"".join(chunk.data for chunk in source.read(timeout))
 
     downlink = FlightSettings(plan="short", seed=3).downlink(START)
-    transmitter = Transmitter(downlink, Line(), clock=HostClock(), speed=20.0)
+    transmitter = DownlinkTransmitter(downlink, Line(), clock=HostClock(), speed=20.0)
     thread = threading.Thread(target=transmitter.fly, daemon=True)
     thread.start()
     seen: dict[str, object] = {}
@@ -123,9 +126,11 @@ def test_a_foreign_reader_gets_the_volts_over_udp() -> None:
             assert message.name == "daq"
             stamps.append(message.time_usec)
             volts = np.array(message.data[:20])
-            assert volts / STEP == pytest.approx(np.round(volts / STEP), abs=1e-3)
+            assert volts / ADC_RESOLUTION == pytest.approx(
+                np.round(volts / ADC_RESOLUTION), abs=1e-3
+            )
     assert set(np.diff(stamps)) == {10_000}
-    q = load_certificates("b777")["q"].evaluate(volts[DAQ.index("q")])
+    q = load_certificates("b777")["q"].evaluate(volts[DAQ_CHANNELS.index("q")])
     assert abs(float(q)) < 0.1
     assert "BAD_DATA" not in seen
     assert {"HEARTBEAT", "ATTITUDE", "RC_CHANNELS", "SERVO_OUTPUT_RAW"} <= set(seen)
@@ -146,7 +151,7 @@ def test_the_virtual_link_is_a_source_like_any_other() -> None:
     while sum(names.values()) < 2000 and clock.monotonic() < deadline:
         for chunk in source.read(0.1):
             for piece in framer.feed(chunk.data):
-                assert isinstance(piece, Frame)
+                assert isinstance(piece, MavlinkFrame)
                 names[dialect.mavlink_map[piece.message_id].msgname] += 1
     assert names["DEBUG_FLOAT_ARRAY"] > 500
     assert source.connected
@@ -201,7 +206,7 @@ def test_a_thin_flight_hands_out_its_full_log_over_the_same_link(tmp_path: Path)
 
         def send(self, data: bytes) -> None:
             for piece in self._framer.feed(data):
-                assert isinstance(piece, Frame)
+                assert isinstance(piece, MavlinkFrame)
                 message = self._decoder.decode(bytearray(piece.data))
                 if message.get_type() == "LOG_ENTRY":
                     self.size = message.size
@@ -216,7 +221,7 @@ def test_a_thin_flight_hands_out_its_full_log_over_the_same_link(tmp_path: Path)
             return bytes(self._outbox.pop(0).pack(self._ask)) if self._outbox else b""
 
     ground = Ground()
-    transmitter = Transmitter(
+    transmitter = DownlinkTransmitter(
         downlink, ground, clock=HostClock(), thin=False, log=log, server=server
     )
     transmitter.stay(0.3)

@@ -7,14 +7,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gsapp.dynamics.pilot.hands import StickInput
-from gsapp.dynamics.pilot.plan import SHAPES, FlightPlan, Human, Maneuver, load_plan
+from gsapp.dynamics.virtual_aircraft.flight_plan import (
+    INPUT_SHAPES,
+    FlightPlan,
+    PilotLimits,
+    PlannedManeuver,
+    load_flight_plan,
+)
+from gsapp.dynamics.virtual_aircraft.stick_motion import StickInput
 from gsapp.foundation import FileProblemsError, UnknownNameError
 
 
 def test_the_default_plan_is_a_flight_of_the_crew() -> None:
     """80 s of engines with run-ups to idle, middle and full, range check, 9 to 13 maneuvers."""
-    plan = load_plan("default")
+    plan = load_flight_plan("default")
     assert plan.engines.running == 80.0
     throttles = {run_up.throttle for run_up in plan.engines.run_ups}
     assert {0.0, 0.5, 1.0} <= throttles
@@ -33,7 +39,7 @@ def test_every_mistake_in_a_plan_is_named_at_once(tmp_path: Path) -> None:
         '[[maneuvers]]\ninputs = ["da", "dr"]\nstick = [0.3]\n'
     )
     with pytest.raises(FileProblemsError) as caught:
-        load_plan(path)
+        load_flight_plan(path)
     text = str(caught.value)
     assert "pattern.height" in text
     assert "hight" in text
@@ -44,16 +50,16 @@ def test_every_mistake_in_a_plan_is_named_at_once(tmp_path: Path) -> None:
 
 def test_an_unknown_plan_names_the_shipped_ones() -> None:
     with pytest.raises(UnknownNameError, match=r"default.*short"):
-        load_plan("defualt")
+        load_flight_plan("defualt")
 
 
-def _input(maneuver: Maneuver, seed: int) -> StickInput:
+def _input(maneuver: PlannedManeuver, seed: int) -> StickInput:
     return StickInput(maneuver, FlightPlan().human, np.random.default_rng(seed))
 
 
 def test_inputs_vary_as_a_hand_does_and_repeat_with_the_seed() -> None:
     """Two seeds differ in size and length, one seed never; the shape stays a doublet."""
-    maneuver = Maneuver.model_validate({"inputs": ["de"], "stick": [0.3], "step": "0.4 s"})
+    maneuver = PlannedManeuver.model_validate({"inputs": ["de"], "stick": [0.3], "step": "0.4 s"})
     one, again, other = _input(maneuver, 1), _input(maneuver, 1), _input(maneuver, 2)
     times = np.arange(0.0, 2.0, 0.01)
     sticks = [[stick.at(time)["de"] for time in times] for stick in (one, again, other)]
@@ -67,11 +73,11 @@ def test_inputs_vary_as_a_hand_does_and_repeat_with_the_seed() -> None:
 
 def test_a_perfect_hand_flies_the_shape_exactly() -> None:
     """Without errors the 3-2-1-1 has its seven unit steps and ends at zero."""
-    perfect = Human(size_error=0.0, timing_error=0.0, residual=0.0)
-    maneuver = Maneuver.model_validate(
+    perfect = PilotLimits(size_error=0.0, timing_error=0.0, residual=0.0)
+    maneuver = PlannedManeuver.model_validate(
         {"inputs": ["dr"], "shape": "3-2-1-1", "stick": [0.2], "step": "0.3 s"}
     )
     stick = StickInput(maneuver, perfect, np.random.default_rng(0))
     middles = [stick.at(0.3 * number + 0.15)["dr"] for number in range(8)]
-    assert middles == pytest.approx([0.2 * unit for unit in SHAPES["3-2-1-1"]] + [0.0])
+    assert middles == pytest.approx([0.2 * unit for unit in INPUT_SHAPES["3-2-1-1"]] + [0.0])
     assert stick.duration == pytest.approx(2.1)

@@ -18,10 +18,10 @@ os.environ.setdefault("MAVLINK20", "1")
 from pymavlink import mavutil
 
 from gsapp.cli import fly as command
-from gsapp.cli._calls import WrongCallError
-from gsapp.flight.loading import load_flight
+from gsapp.cli._usage_errors import CommandUsageError
+from gsapp.flight.flight_loader import load_flight
 from gsapp.foundation import FlightError
-from gsapp.telemetry.virtual import record
+from gsapp.telemetry.virtual_aircraft import record_writer
 
 DEG = np.pi / 180.0
 
@@ -75,13 +75,13 @@ def test_an_interrupted_flight_leaves_nothing(
         told.append(progress)
         raise KeyboardInterrupt
 
-    real = record.write_record
+    real = record_writer.write_record
 
     def interrupted(*arguments: object, **options: object) -> None:
         options["progress"] = interrupt
         real(*arguments, **options)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(record, "write_record", interrupted)
+    monkeypatch.setattr(record_writer, "write_record", interrupted)
     with pytest.raises(KeyboardInterrupt):
         command.run(out=tmp_path / "flight", plan="short")
     assert told
@@ -130,7 +130,7 @@ def test_a_place_that_is_taken_is_not_touched(tmp_path: Path) -> None:
     ],
 )
 def test_a_link_that_makes_no_sense_is_refused(to: str, speed: float, words: str) -> None:
-    with pytest.raises(WrongCallError, match=words):
+    with pytest.raises(CommandUsageError, match=words):
         command.run(to=to, plan="short", speed=speed)
 
 

@@ -7,12 +7,16 @@ import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.pilot import airframe
-from gsapp.dynamics.pilot.airframe import EXPOSED, TRUTH, Airframe
-from gsapp.dynamics.pilot.hands import Sticks
-from gsapp.dynamics.pilot.hidden import flown_model
-from gsapp.dynamics.pilot.plan import load_plan
 from gsapp.dynamics.terms import effect_ids
+from gsapp.dynamics.virtual_aircraft import airframe
+from gsapp.dynamics.virtual_aircraft.airframe import (
+    INSTRUMENT_INPUT_CHANNELS,
+    TRUTH_CHANNELS,
+    Airframe,
+)
+from gsapp.dynamics.virtual_aircraft.flight_plan import load_flight_plan
+from gsapp.dynamics.virtual_aircraft.hidden_effects import add_hidden_effects
+from gsapp.dynamics.virtual_aircraft.stick_motion import StickPositions
 from gsapp.foundation import FlightError
 
 DT = 0.01
@@ -24,9 +28,9 @@ def ride(*hide: str) -> tuple[np.ndarray, np.ndarray]:
     """Return truth and exposures of a take-off run with the sticks moved, one row a step."""
     aircraft = load_aircraft("b777")
     frame = Airframe(
-        load_plan("short"),
+        load_flight_plan("short"),
         aircraft,
-        flown_model(aircraft, load_model("b777"), hide),
+        add_hidden_effects(aircraft, load_model("b777"), hide),
         turbulence=0.0,
         random=np.random.default_rng(5),
         dt=DT,
@@ -35,7 +39,7 @@ def ride(*hide: str) -> tuple[np.ndarray, np.ndarray]:
     for step in range(COUNT):
         time = step * DT
         frame.advance(
-            Sticks(
+            StickPositions(
                 throttle=1.0,
                 pitch=0.3 * float(np.sin(9.0 * time)),
                 roll=0.2 * float(np.sin(7.0 * time)),
@@ -57,7 +61,7 @@ def plain() -> tuple[np.ndarray, np.ndarray]:
 
 
 def shown(exposed: np.ndarray, name: str) -> np.ndarray:
-    return np.asarray(exposed[:, EXPOSED.index(name)])
+    return np.asarray(exposed[:, INSTRUMENT_INPUT_CHANNELS.index(name)])
 
 
 def late(signal: np.ndarray, by: float) -> np.ndarray:
@@ -66,7 +70,11 @@ def late(signal: np.ndarray, by: float) -> np.ndarray:
 
 
 def changed(one: np.ndarray, other: np.ndarray) -> set[str]:
-    return {name for k, name in enumerate(EXPOSED) if not np.array_equal(one[:, k], other[:, k])}
+    return {
+        name
+        for k, name in enumerate(INSTRUMENT_INPUT_CHANNELS)
+        if not np.array_equal(one[:, k], other[:, k])
+    }
 
 
 def test_a_late_potentiometer_leaves_the_surface_alone(plain) -> None:
@@ -75,7 +83,7 @@ def test_a_late_potentiometer_leaves_the_surface_alone(plain) -> None:
     assert changed(exposed, plain[1]) == {"elevator_left", "elevator_right"}
     # Left and right differ by the rigging, which is not late.
     mean = 0.5 * (shown(exposed, "elevator_left") + shown(exposed, "elevator_right"))
-    true = plain[0][:, TRUTH.index("de")]
+    true = plain[0][:, TRUTH_CHANNELS.index("de")]
     assert np.allclose(mean[5:], late(true, 0.02)[5:], atol=1e-12)
 
 
@@ -113,8 +121,8 @@ def test_a_misplaced_accelerometer(plain) -> None:
     truth, exposed = ride("sensor.accelerometer.x:x=0.5")
     assert np.array_equal(truth, plain[0])
     assert changed(exposed, plain[1]) == {"ax", "ay", "an"}
-    q = plain[0][:, TRUTH.index("q")]
-    p, r = plain[0][:, TRUTH.index("p")], plain[0][:, TRUTH.index("r")]
+    q = plain[0][:, TRUTH_CHANNELS.index("q")]
+    p, r = plain[0][:, TRUTH_CHANNELS.index("p")], plain[0][:, TRUTH_CHANNELS.index("r")]
     extra = shown(exposed, "an") - shown(plain[1], "an")
     expected = 0.5 * (np.gradient(q, DT) - p * r)
     assert np.corrcoef(extra[5:], expected[5:])[0, 1] > 0.95
@@ -135,13 +143,13 @@ def test_what_comes_early_cannot_be_flown() -> None:
 def test_every_effect_can_be_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
     """With its usual size, for some steps: nothing fails, everything shown is a number."""
     monkeypatch.setattr(airframe, "_SETTLING", 0.03)
-    aircraft, model, plan = load_aircraft("b777"), load_model("b777"), load_plan("short")
-    sticks = Sticks(throttle=1.0, pitch=0.2, roll=0.1, yaw=0.1, flap=0.5, engines=True)
+    aircraft, model, plan = load_aircraft("b777"), load_model("b777"), load_flight_plan("short")
+    sticks = StickPositions(throttle=1.0, pitch=0.2, roll=0.1, yaw=0.1, flap=0.5, engines=True)
     for name in effect_ids():
         frame = Airframe(
             plan,
             aircraft,
-            flown_model(aircraft, model, (name,)),
+            add_hidden_effects(aircraft, model, (name,)),
             turbulence=0.0,
             random=np.random.default_rng(1),
             dt=DT,

@@ -12,15 +12,19 @@ from hypothesis import strategies as st
 
 from gsapp.aircraft import load_aircraft
 from gsapp.cli import fly as fly_command
-from gsapp.dynamics.pilot.converter import DAQ
-from gsapp.dynamics.pilot.faults import Failing, Fault, parse_fault
-from gsapp.dynamics.pilot.flight import FlightUnderWay, Stretch
-from gsapp.dynamics.pilot.plan import FlightPlan, load_plan
-from gsapp.flight.loading import load_flight
+from gsapp.dynamics.virtual_aircraft.ad_converter import DAQ_CHANNELS
+from gsapp.dynamics.virtual_aircraft.flight_plan import FlightPlan, load_flight_plan
+from gsapp.dynamics.virtual_aircraft.sensor_faults import (
+    SensorFault,
+    SensorFaultInjector,
+    parse_sensor_fault,
+)
+from gsapp.dynamics.virtual_aircraft.virtual_flight import FlightSegment, FlightSimulation
+from gsapp.flight.flight_loader import load_flight
 from gsapp.foundation import FileProblemsError, FlightError, read_toml
 from gsapp.quantities.constants import DEGREE
 
-ALPHA, BETA, Q = (DAQ.index(name) for name in ("alpha", "beta", "q"))
+ALPHA, BETA, Q = (DAQ_CHANNELS.index(name) for name in ("alpha", "beta", "q"))
 COUNT = 2200
 FAULTS = (
     "alpha:dropout:every=0.9 s,length=0.1 s",
@@ -29,29 +33,31 @@ FAULTS = (
 )
 
 
-def _flight(*faults: str) -> FlightUnderWay:
-    return FlightUnderWay(load_plan("short"), aircraft=load_aircraft("b777"), seed=3, faults=faults)
+def _flight(*faults: str) -> FlightSimulation:
+    return FlightSimulation(
+        load_flight_plan("short"), aircraft=load_aircraft("b777"), seed=3, faults=faults
+    )
 
 
 @pytest.fixture(scope="module")
-def whole() -> Stretch:
+def whole() -> FlightSegment:
     return _flight().advance(COUNT)
 
 
 @pytest.fixture(scope="module")
-def broken() -> Stretch:
+def broken() -> FlightSegment:
     return _flight(*FAULTS).advance(COUNT)
 
 
-def test_a_fault_breaks_its_own_channel_only(whole: Stretch, broken: Stretch) -> None:
+def test_a_fault_breaks_its_own_channel_only(whole: FlightSegment, broken: FlightSegment) -> None:
     """Motion and all other channels keep every bit, whatever is broken and however often."""
     assert np.array_equal(broken.truth, whole.truth)
-    others = [column for column in range(len(DAQ)) if column not in (ALPHA, BETA, Q)]
+    others = [column for column in range(len(DAQ_CHANNELS)) if column not in (ALPHA, BETA, Q)]
     assert np.array_equal(broken.volts[:, others], whole.volts[:, others])
 
 
 def test_dropouts_are_open_inputs_of_the_length_and_number_asked_for(
-    whole: Stretch, broken: Stretch
+    whole: FlightSegment, broken: FlightSegment
 ) -> None:
     volts = broken.volts[:, ALPHA]
     gone = volts == 0.0
@@ -61,7 +67,9 @@ def test_dropouts_are_open_inputs_of_the_length_and_number_asked_for(
     assert 0.04 < gone.mean() < 0.2
 
 
-def test_a_stuck_vane_repeats_the_sample_at_the_beginning(whole: Stretch, broken: Stretch) -> None:
+def test_a_stuck_vane_repeats_the_sample_at_the_beginning(
+    whole: FlightSegment, broken: FlightSegment
+) -> None:
     volts = broken.volts[:, BETA]
     assert np.ptp(volts[500:1200]) <= 0.002  # the supply still ripples by one count
     assert np.ptp(whole.volts[500:1200, BETA]) > 0.01
@@ -70,7 +78,7 @@ def test_a_stuck_vane_repeats_the_sample_at_the_beginning(whole: Stretch, broken
 
 
 def test_clipped_samples_stop_at_the_limit_given_with_its_unit(
-    whole: Stretch, broken: Stretch
+    whole: FlightSegment, broken: FlightSegment
 ) -> None:
     measured = _flight().converter.measured
     assert np.abs(measured(broken.volts)["q"]).max() < 0.6 * DEGREE
@@ -92,10 +100,10 @@ def test_cutting_a_flight_into_other_pieces_breaks_the_same_samples(
         content |= {"every": f"{every} s", "length": "0.05 s"}
     if kind == "clip":
         content["low"] = "-1 deg"
-    fault = Fault.model_validate(content)
+    fault = SensorFault.model_validate(content)
     values = np.random.default_rng(0).normal(size=400)
-    one = Failing(fault, 0.01, np.random.default_rng(7)).act(values, 0)
-    other = Failing(fault, 0.01, np.random.default_rng(7))
+    one = SensorFaultInjector(fault, 0.01, np.random.default_rng(7)).act(values, 0)
+    other = SensorFaultInjector(fault, 0.01, np.random.default_rng(7))
     edges = [0, *sorted(cuts), 400]
     pieces = [other.act(values[a:b], a) for a, b in itertools.pairwise(edges)]
     assert np.array_equal(np.concatenate(pieces), one, equal_nan=True)
@@ -105,7 +113,7 @@ def test_a_plan_can_hold_faults_and_names_all_mistakes(tmp_path: Path) -> None:
     path = tmp_path / "plan.toml"
     path.write_text('[[faults]]\nchannel = "alpha"\nkind = "stuck"\nstart = "10 s"\n')
     plan = read_toml(path, FlightPlan)
-    assert plan.faults == (parse_fault("alpha:stuck:start=10 s"),)
+    assert plan.faults == (parse_sensor_fault("alpha:stuck:start=10 s"),)
     path.write_text(
         '[[faults]]\nchannel = "alfa"\nkind = "stuck"\n'
         '[[faults]]\nchannel = "alpha"\nkind = "clip"\n'
@@ -137,7 +145,7 @@ def test_a_plan_can_hold_faults_and_names_all_mistakes(tmp_path: Path) -> None:
 )
 def test_what_is_no_fault_gets_one_sentence(text: str, words: str) -> None:
     with pytest.raises(FlightError, match=words) as caught:
-        parse_fault(text)
+        parse_sensor_fault(text)
     assert "\n" not in str(caught.value)
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gsapp.telemetry.virtual.log_download import CHUNK, LOG_ID, LogServer
-from gsapp.telemetry.virtual.messages import dialect
+from gsapp.telemetry.virtual_aircraft.log_server import LOG_DATA_BYTES, LOG_ID, LogServer
+from gsapp.telemetry.virtual_aircraft.onboard_messages import dialect
 
 
 @pytest.fixture
@@ -39,7 +39,7 @@ def test_the_whole_log_comes_within_the_budget_of_each_turn(log: Path) -> None:
             pieces[answer.ofs] = (answer.count, bytes(answer.data[: answer.count]))
     assert turns > 4
     assert b"".join(data for _, (_, data) in sorted(pieces.items())) == log.read_bytes()
-    assert pieces[max(pieces)][0] < CHUNK
+    assert pieces[max(pieces)][0] < LOG_DATA_BYTES
 
 
 def test_a_lost_piece_can_be_asked_for_again(log: Path) -> None:

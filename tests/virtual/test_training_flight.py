@@ -12,20 +12,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gsapp.aircraft import load_aircraft
-from gsapp.dynamics.pilot.airframe import TRUTH
-from gsapp.dynamics.pilot.flight import FlightUnderWay, Stretch
-from gsapp.dynamics.pilot.hands import Sticks
-from gsapp.dynamics.pilot.keyed import LONGEST_SILENCE, KeyedPilot
-from gsapp.dynamics.pilot.keyed_sticks import KeyedSticks, Keys
-from gsapp.dynamics.pilot.plan import load_plan
-from gsapp.flight.preparing import prepare_flight
+from gsapp.dynamics.virtual_aircraft.airframe import TRUTH_CHANNELS
+from gsapp.dynamics.virtual_aircraft.flight_plan import load_flight_plan
+from gsapp.dynamics.virtual_aircraft.keyboard_pilot import KEY_TIMEOUT, KeyboardPilot
+from gsapp.dynamics.virtual_aircraft.keyboard_sticks import KeyboardSticks, KeyPositions
+from gsapp.dynamics.virtual_aircraft.stick_motion import StickPositions
+from gsapp.dynamics.virtual_aircraft.virtual_flight import FlightSegment, FlightSimulation
+from gsapp.flight.folder_setup import prepare_flight_folder
 from gsapp.foundation import FlightError
 from gsapp.session import Session
 from gsapp.telemetry.recorder_control import start_recorder
-from gsapp.telemetry.virtual.bench import TypedControl
-from gsapp.telemetry.virtual.process import TrainingProcess, free_port
-from gsapp.telemetry.virtual.settings import FlightSettings
-from gsapp.telemetry.virtual.training import TrainingDownlink, obey
+from gsapp.telemetry.virtual_aircraft.aircraft_process import TrainingProcess, find_free_udp_port
+from gsapp.telemetry.virtual_aircraft.bench_downlink import StdinConsole
+from gsapp.telemetry.virtual_aircraft.flight_settings import FlightSettings
+from gsapp.telemetry.virtual_aircraft.training_downlink import (
+    TrainingDownlink,
+    execute_training_command,
+)
 
 DT = 0.01
 PATIENCE = 30.0
@@ -35,14 +38,14 @@ class Trainee:
     """A flight begun in the pattern, with someone at the keys."""
 
     def __init__(self, seed: int = 5000, gusts: float = 0.3) -> None:
-        made: list[KeyedPilot] = []
+        made: list[KeyboardPilot] = []
 
         def make(plan, feel, random, dt):  # type: ignore[no-untyped-def]
-            made.append(KeyedPilot(plan, feel, random, dt, airborne=True))
+            made.append(KeyboardPilot(plan, feel, random, dt, airborne=True))
             return made[0]
 
-        self.flight = FlightUnderWay(
-            load_plan("default"),
+        self.flight = FlightSimulation(
+            load_flight_plan("default"),
             aircraft=load_aircraft("b777"),
             seed=seed,
             turbulence=gusts,
@@ -50,9 +53,9 @@ class Trainee:
             airborne=True,
         )
         self.pilot = made[0]
-        self.flown: list[Stretch] = []
+        self.flown: list[FlightSegment] = []
 
-    def fly(self, seconds: float, keys: Keys | None = None) -> None:
+    def fly(self, seconds: float, keys: KeyPositions | None = None) -> None:
         """Fly on, the keys pressed anew every 0.05 s; None says nothing."""
         for _ in range(round(seconds / 0.05)):
             if keys is not None:
@@ -62,7 +65,7 @@ class Trainee:
     def true(self, name: str) -> np.ndarray:
         """Return a channel of the truth so far."""
         rows = np.concatenate([stretch.truth for stretch in self.flown])
-        return rows[:, TRUTH.index(name)]
+        return rows[:, TRUTH_CHANNELS.index(name)]
 
 
 def test_keys_fly_a_doublet_of_the_chosen_size() -> None:
@@ -72,11 +75,11 @@ def test_keys_fly_a_doublet_of_the_chosen_size() -> None:
     before = trainee.true("stick_pitch")[-1]
     assert trainee.pilot.take_over()
     trainee.pilot.choose_size(0.5)
-    trainee.fly(0.5, Keys())
+    trainee.fly(0.5, KeyPositions())
     trim = trainee.true("stick_pitch")[-1]
-    trainee.fly(0.4, Keys(pitch=1.0))
-    trainee.fly(0.4, Keys(pitch=-1.0))
-    trainee.fly(1.0, Keys())
+    trainee.fly(0.4, KeyPositions(pitch=1.0))
+    trainee.fly(0.4, KeyPositions(pitch=-1.0))
+    trainee.fly(1.0, KeyPositions())
     sticks = trainee.true("stick_pitch")
     assert trim == pytest.approx(before, abs=0.1)
     assert sticks.max() == pytest.approx(trim + 0.5, abs=0.01)
@@ -92,9 +95,9 @@ def test_the_built_in_pilot_takes_a_silent_aircraft_home() -> None:
     trainee = Trainee(seed=5001, gusts=0.6)
     trainee.fly(1.0)
     trainee.pilot.take_over()
-    trainee.fly(0.6, Keys(roll=1.0))
+    trainee.fly(0.6, KeyPositions(roll=1.0))
     held = trainee.true("height")[-1]
-    trainee.fly(LONGEST_SILENCE + 0.2)
+    trainee.fly(KEY_TIMEOUT + 0.2)
     assert not trainee.pilot.trainee_flies
     assert "nothing from the keys" in trainee.pilot.reason()
     trainee.fly(9.0)
@@ -111,7 +114,7 @@ def test_the_ground_is_not_reached() -> None:
     trainee.fly(0.5)
     trainee.pilot.take_over()
     trainee.pilot.choose_size(0.4)
-    trainee.fly(4.0, Keys(pitch=-1.0))
+    trainee.fly(4.0, KeyPositions(pitch=-1.0))
     assert not trainee.pilot.trainee_flies
     trainee.fly(3.0)
     assert not trainee.flight.crashed
@@ -125,7 +128,7 @@ def test_same_keys_same_flight() -> None:
         trainee = Trainee(seed=5003, gusts=0.6)
         trainee.fly(0.5)
         trainee.pilot.take_over()
-        trainee.fly(1.0, Keys(roll=-1.0, throttle=0.8))
+        trainee.fly(1.0, KeyPositions(roll=-1.0, throttle=0.8))
         ends.append(trainee.flown[-1].volts)
     np.testing.assert_array_equal(*ends)
 
@@ -138,12 +141,12 @@ def test_sticks_stay_between_their_stops_and_never_jump(
     pushes: list[tuple[float, float, float]], size: float
 ) -> None:
     """Whatever keys do, no stick leaves its gate or moves faster than a hand."""
-    sticks = KeyedSticks(DT)
-    sticks.begin(Sticks(pitch=0.1, throttle=0.5), (0.1, 0.0, 0.0))
+    sticks = KeyboardSticks(DT)
+    sticks.begin(StickPositions(pitch=0.1, throttle=0.5), (0.1, 0.0, 0.0))
     sticks.choose_size(size)
     last = sticks.move()
     for pitch, roll, yaw in pushes:
-        sticks.push(Keys(pitch=pitch, roll=roll, yaw=yaw, throttle=abs(pitch)))
+        sticks.push(KeyPositions(pitch=pitch, roll=roll, yaw=yaw, throttle=abs(pitch)))
         for _ in range(5):
             now = sticks.move()
             for axis in ("pitch", "roll", "yaw", "throttle"):
@@ -159,21 +162,21 @@ def test_a_line_that_is_not_understood_says_so_and_moves_nothing(line: str) -> N
     """Nobody crashes for a typing error."""
     trainee = Trainee()
     with pytest.raises(FlightError):
-        obey(trainee.pilot, line)
+        execute_training_command(trainee.pilot, line)
     assert not trainee.pilot.trainee_flies
 
 
 def test_the_end_of_the_lines_ends_the_flight() -> None:
     """Without anybody who could say something, the aircraft does not fly on for minutes."""
-    made: list[KeyedPilot] = []
+    made: list[KeyboardPilot] = []
 
     def make(plan, feel, random, dt):  # type: ignore[no-untyped-def]
-        made.append(KeyedPilot(plan, feel, random, dt, airborne=True))
+        made.append(KeyboardPilot(plan, feel, random, dt, airborne=True))
         return made[0]
 
     said: list[str] = []
     downlink = FlightSettings(airborne=True).downlink(0, make)
-    control = TypedControl(io.StringIO("take\nsize 0.5\nnonsense\n"), said.append)
+    control = StdinConsole(io.StringIO("take\nsize 0.5\nnonsense\n"), said.append)
     stream = TrainingDownlink(downlink, made[0], control)
     deadline = time.monotonic() + PATIENCE
     while not stream.finished:
@@ -187,9 +190,11 @@ def test_the_end_of_the_lines_ends_the_flight() -> None:
 def test_a_trainee_over_a_real_link_is_in_the_record(tmp_path: Path) -> None:
     """A process, a link, a recorder: within five seconds keys fly a doublet that is recorded."""
     folder = tmp_path / "flight"
-    port = free_port()
+    port = find_free_udp_port()
     link = f"udpin:127.0.0.1:{port}"
-    prepare_flight(folder, aircraft="b777", channel_map="b777", source=link, notes="Training.")
+    prepare_flight_folder(
+        folder, aircraft="b777", channel_map="b777", source=link, notes="Training."
+    )
     recorder = start_recorder(link, folder)
     aircraft = TrainingProcess(folder, port, seed=5004, turbulence=0.0)
     session = Session.follow(folder)

@@ -10,8 +10,12 @@ import pytest
 
 from gsapp.aircraft import load_aircraft
 from gsapp.dynamics.model import load_model
-from gsapp.dynamics.pilot.flight import FlightUnderWay, VirtualFlight, fly
-from gsapp.dynamics.pilot.plan import load_plan
+from gsapp.dynamics.virtual_aircraft.flight_plan import load_flight_plan
+from gsapp.dynamics.virtual_aircraft.virtual_flight import (
+    FlightSimulation,
+    VirtualFlight,
+    simulate_flight,
+)
 from gsapp.foundation import FlightError, UnknownNameError
 
 if TYPE_CHECKING:
@@ -21,9 +25,9 @@ FT = 0.3048
 DEG = math.pi / 180.0
 
 
-def _under_way(**changes: object) -> FlightUnderWay:
+def _under_way(**changes: object) -> FlightSimulation:
     settings: dict[str, object] = {"aircraft": load_aircraft("b777"), "seed": 3, **changes}
-    return FlightUnderWay(load_plan("short"), **settings)  # type: ignore[arg-type]
+    return FlightSimulation(load_flight_plan("short"), **settings)  # type: ignore[arg-type]
 
 
 def test_a_flight_has_its_phases_in_order(short_flight: VirtualFlight) -> None:
@@ -72,7 +76,7 @@ def test_maneuvers_are_flown_as_planned_from_nearly_straight_flight(
     short_flight: VirtualFlight,
 ) -> None:
     """Each planned input moves its surface both ways while the wings were nearly level before."""
-    plan = load_plan("short")
+    plan = load_flight_plan("short")
     assert [m.inputs for m in short_flight.maneuvers] == [m.inputs for m in plan.maneuvers]
     for maneuver in short_flight.maneuvers:
         during = short_flight.truth.between(maneuver.t_start, maneuver.t_end)
@@ -97,7 +101,7 @@ def test_one_seed_is_one_flight_however_it_is_cut() -> None:
     """Flown in one piece or in odd ones: the same bits; another seed: another flight."""
     whole = _under_way().advance(1500)
     other = _under_way(seed=4).advance(1500)
-    pieces: list[FlightUnderWay] = [_under_way()]
+    pieces: list[FlightSimulation] = [_under_way()]
     parts = [pieces[0].advance(count) for count in (1, 2, 7, 490, 1000)]
     for name in ("truth", "volts", "board"):
         joined = np.concatenate([getattr(part, name) for part in parts])
@@ -107,7 +111,7 @@ def test_one_seed_is_one_flight_however_it_is_cut() -> None:
 
 def test_a_gusty_day_ends_well_too() -> None:
     """Another pilot's day, in gusts of 1 m/s."""
-    flight = fly("short", seed=11, turbulence=1.0)
+    flight = simulate_flight("short", seed=11, turbulence=1.0)
     assert not flight.crashed
     assert flight.phases[-1][0] == "engines off"
     assert len(flight.maneuvers) == 2
@@ -170,10 +174,10 @@ class _Still:
         return self.count >= 100
 
     def move(self, _: object) -> object:
-        from gsapp.dynamics.pilot.hands import Sticks
+        from gsapp.dynamics.virtual_aircraft.stick_motion import StickPositions
 
         self.count += 1
-        return Sticks(brake=1.0, roll=0.5)
+        return StickPositions(brake=1.0, roll=0.5)
 
 
 def test_other_hands_can_take_the_sticks() -> None:

@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
 
-from calibration.converter import STEP
-from calibration.reading import load_certificates
+from calibration.adc import ADC_RESOLUTION
+from calibration.certificate_toml import load_certificates
 from gsapp.aircraft import load_aircraft
-from gsapp.dynamics.pilot.converter import DAQ, Converter
-from gsapp.dynamics.pilot.flight import VirtualFlight
-from gsapp.dynamics.pilot.instruments import Instruments
-from gsapp.dynamics.pilot.vibration import EngineVibration
+from gsapp.dynamics.virtual_aircraft.ad_converter import DAQ_CHANNELS, AnalogDigitalConverter
+from gsapp.dynamics.virtual_aircraft.engine_vibration import EngineVibration
+from gsapp.dynamics.virtual_aircraft.instruments import Instruments
+from gsapp.dynamics.virtual_aircraft.virtual_flight import VirtualFlight
 from gsapp.foundation import UnknownNameError
 
 DEG = math.pi / 180.0
@@ -82,7 +82,7 @@ def test_rate_gyros_clip_at_90_degrees_a_second() -> None:
     """What turns faster is shown as 90 deg/s; accelerometers stop at 4 g."""
     aircraft = load_aircraft("b777")
     instruments = Instruments(aircraft, np.random.default_rng(0), DT)
-    exposed = {name: np.zeros(50) for name in DAQ}
+    exposed = {name: np.zeros(50) for name in DAQ_CHANNELS}
     exposed["p"] = np.full(50, 130 * DEG)
     exposed["r"] = np.full(50, -130 * DEG)
     exposed["an"] = np.full(50, 6 * 9.80665)
@@ -92,7 +92,7 @@ def test_rate_gyros_clip_at_90_degrees_a_second() -> None:
     assert shown["p"] == pytest.approx(90 * DEG)
     assert shown["r"] == pytest.approx(-90 * DEG)
     assert shown["an"] == pytest.approx(4 * 9.80665)
-    converter = Converter(load_certificates("b777"))
+    converter = AnalogDigitalConverter(load_certificates("b777"))
     measured = converter.measured(converter.volts(shown))
     assert measured["p"] == pytest.approx(90 * DEG, abs=0.06 * DEG)
 
@@ -103,7 +103,7 @@ def test_all_but_the_rates_pass_a_50_hz_filter() -> None:
     instruments = Instruments(aircraft, np.random.default_rng(0), DT)
     times = np.arange(400) * DT
     tone = np.sin(2 * math.pi * 40.0 * times)
-    exposed = {name: np.zeros(400) for name in DAQ}
+    exposed = {name: np.zeros(400) for name in DAQ_CHANNELS}
     exposed["ay"], exposed["q"] = 10.0 * tone, tone
     shown = instruments.read(exposed, np.zeros((400, 2)))
     assert np.std(shown["ay"][100:]) < 0.85 * np.std(exposed["ay"])
@@ -113,11 +113,11 @@ def test_all_but_the_rates_pass_a_50_hz_filter() -> None:
 def test_volts_come_back_as_the_values_within_one_count() -> None:
     """Through certificate, 12 bits and back: no error beyond the width of one count."""
     certificates = load_certificates("b777")
-    converter = Converter(certificates)
+    converter = AnalogDigitalConverter(certificates)
     random = np.random.default_rng(5)
     count = 500
     values = {}
-    for name in DAQ:
+    for name in DAQ_CHANNELS:
         if name in certificates:
             ends = np.sort(certificates[name].evaluate(np.array(certificates[name].range)))
             middle, width = ends.mean(), 0.45 * np.ptp(ends)
@@ -125,28 +125,28 @@ def test_volts_come_back_as_the_values_within_one_count() -> None:
     values["excitation"] = np.full(count, 4.96)
     values["battery"] = random.uniform(9.0, 13.0, count)
     volts = converter.volts(values)
-    assert np.all(volts / STEP == np.round(volts / STEP))
+    assert np.all(volts / ADC_RESOLUTION == np.round(volts / ADC_RESOLUTION))
     assert volts.min() >= 0.0
     assert volts.max() < 5.0
     measured = converter.measured(volts)
-    for column, name in enumerate(DAQ):
+    for column, name in enumerate(DAQ_CHANNELS):
         if name not in certificates:
             continue
         one_count = np.abs(
-            certificates[name].evaluate(volts[:, column] + STEP, values["excitation"])
+            certificates[name].evaluate(volts[:, column] + ADC_RESOLUTION, values["excitation"])
             - certificates[name].evaluate(volts[:, column], values["excitation"])
         )
         error = np.abs(measured[name] - values[name])
         # The supply is read in whole counts as well.
         assert np.all(error <= 1.2 * one_count + 2e-4 * np.abs(values[name])), name
-    assert measured["battery"] == pytest.approx(values["battery"], abs=2.5 * STEP + 1e-9)
+    assert measured["battery"] == pytest.approx(values["battery"], abs=2.5 * ADC_RESOLUTION + 1e-9)
 
 
 def test_an_instrument_without_certificate_is_named() -> None:
     certificates = load_certificates("b777")
     del certificates["rudder"]
     with pytest.raises(UnknownNameError, match="rudder"):
-        Converter(certificates)
+        AnalogDigitalConverter(certificates)
 
 
 def test_measured_follows_truth(short_flight: VirtualFlight) -> None:

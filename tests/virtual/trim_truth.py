@@ -17,11 +17,11 @@ from gsapp.aircraft import Aircraft, load_aircraft
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import load_model
 from gsapp.dynamics.trim import trim
-from gsapp.excitation.points.point import TestPoint
-from gsapp.excitation.rows import rows_of
-from gsapp.excitation.trim.cue import TrimCue
-from gsapp.excitation.trim.tolerances import TOLERANCES
-from gsapp.excitation.trim.watch import TrimWatch
+from gsapp.excitation.flight_rows import rows_from_block
+from gsapp.excitation.test_points.point import TestPoint
+from gsapp.excitation.trim.tolerances import DEFAULT_TOLERANCES
+from gsapp.excitation.trim.trim_cue import TrimCue
+from gsapp.excitation.trim.trim_monitor import TrimMonitor
 from gsapp.quantities import Block
 from gsapp.quantities.constants import DEGREE, FOOT
 from tests.virtual.inputs import RATE, FlownInput
@@ -39,8 +39,8 @@ IN_TIME = 1.0
 _BEGIN = 8.0
 """Seconds in which nothing is scored: no aircraft appears in mid-air, as these do, and a bank that
 is not measured takes so long to be known."""
-_SECOND = round(TOLERANCES.steady * RATE)
-_CALM = round(TOLERANCES.calm / TOLERANCES.steady)
+_SECOND = round(DEFAULT_TOLERANCES.steady * RATE)
+_CALM = round(DEFAULT_TOLERANCES.calm / DEFAULT_TOLERANCES.steady)
 _HASTE = 0.59
 """A state left sooner, s, flickers."""
 
@@ -69,7 +69,7 @@ def untrimmed(truth: Block, point: TestPoint | None, *, attitude: bool = True) -
     attitude : bool
         Which tolerance of the bank counts.
     """
-    limits = TOLERANCES
+    limits = DEFAULT_TOLERANCES
     means = {
         "phi": limits.bank if attitude else limits.bank_unseen,
         "p": limits.roll_rate,
@@ -124,9 +124,9 @@ def without(block: Block, channels: Sequence[str]) -> Block:
 
 def cues_of(block: Block, point: TestPoint | None, aircraft: Aircraft | None) -> list[TrimCue]:
     """Return the cue of each tick."""
-    watch = TrimWatch(aircraft, RATE)
+    watch = TrimMonitor(aircraft, RATE)
     watch.aim(point)
-    rows = rows_of(block, RATE)
+    rows = rows_from_block(block, RATE)
     cues = []
     for start in range(0, len(rows) - 4, 5):
         watch.take(rows.part(start, start + 5))

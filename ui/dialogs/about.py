@@ -10,10 +10,10 @@ from PySide6.QtCore import Qt, __version__, qVersion
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QDialogButtonBox, QVBoxLayout, QWidget
 
-from ui.dialogs.form import PassingDialog
-from ui.look import Look
-from ui.pages import label
+from ui.dialogs.form_dialog import SelfDeletingDialog
+from ui.display_style import DisplayStyle
 from ui.settings import SettingsStore, log_path, recording_folder
+from ui.start_page import create_label
 
 _PACKAGE = "gsapp-ground-station"
 _LICENSE = "BSD-3-Clause"
@@ -42,29 +42,29 @@ def about_lines(store: SettingsStore) -> tuple[tuple[str, str], ...]:
     )
 
 
-class AboutDialog(PassingDialog):
+class AboutDialog(SelfDeletingDialog):
     """Shows it, and copies it for a report.
 
     Parameters
     ----------
-    look : Look
+    look : DisplayStyle
         Sizes.
     lines : sequence of (str, str)
         See `about_lines`.
     """
 
     def __init__(
-        self, look: Look, lines: tuple[tuple[str, str], ...], parent: QWidget | None = None
+        self, look: DisplayStyle, lines: tuple[tuple[str, str], ...], parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle("About")
         column = QVBoxLayout(self)
         column.setContentsMargins(*[look.px(24)] * 4)
         column.setSpacing(look.px(12))
-        column.addWidget(label("Ground station", "title"))
-        column.addWidget(label(_PURPOSE, "muted", wrap=True))
+        column.addWidget(create_label("Ground station", "title"))
+        column.addWidget(create_label(_PURPOSE, "muted", wrap=True))
         self.text = "\n".join(f"{name}: {value}" for name, value in lines)
-        shown = label(self.text, wrap=True)
+        shown = create_label(self.text, wrap=True)
         shown.setTextFormat(Qt.TextFormat.PlainText)
         shown.setAccessibleName("Versions and folders")
         shown.setTextInteractionFlags(

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from PySide6.QtWidgets import QWidget
 
 from calibration import load_certificates
-from gsapp.flight.certificates import CertificatesUsed
+from gsapp.flight.certificates import AppliedCertificates
 from gsapp.foundation import GroundStationError
-from ui.dialogs.fields import ShippedField
-from ui.dialogs.form import FormDialog, Sentence
+from ui.dialogs.file_fields import ShippedFileField
+from ui.dialogs.form_dialog import FieldMessage, FormDialog
 from ui.disk_checks import may_block
-from ui.look import Look
-from ui.words import count_text
+from ui.display_style import DisplayStyle
+from ui.number_format import count_text
 
 
 class CertificatesDialog(FormDialog):
@@ -21,9 +21,9 @@ class CertificatesDialog(FormDialog):
 
     Parameters
     ----------
-    look : Look
+    look : DisplayStyle
         Sizes.
-    used : CertificatesUsed
+    used : AppliedCertificates
         What the flight is read with now.
     shipped : sequence of str
         Sets that come with the program.
@@ -31,8 +31,8 @@ class CertificatesDialog(FormDialog):
 
     def __init__(
         self,
-        look: Look,
-        used: CertificatesUsed,
+        look: DisplayStyle,
+        used: AppliedCertificates,
         shipped: Sequence[str],
         parent: QWidget | None = None,
     ) -> None:
@@ -45,10 +45,10 @@ class CertificatesDialog(FormDialog):
             parent,
         )
         self._own = used.own
-        self.certificates = ShippedField(
+        self.certificates = ShippedFileField(
             "Certificates", shipped, used.given, none="Those kept with the flight", folder=True
         )
-        self.sentence = Sentence()
+        self.sentence = FieldMessage()
         self.add_row("Certificates", self.certificates, self.sentence)
         self.certificates.currentIndexChanged.connect(self._judge)
         self._judge()
@@ -71,6 +71,6 @@ class CertificatesDialog(FormDialog):
                 usable = False
                 self.sentence.say(str(error), "warning")
             else:
-                said = CertificatesUsed(used=chosen, given=given, own=self._own).sentence
+                said = AppliedCertificates(used=chosen, given=given, own=self._own).sentence
                 self.sentence.say(f"{said[:1].upper()}{said[1:]}.", "caution")
         self.button.setEnabled(usable)

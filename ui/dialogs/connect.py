@@ -21,30 +21,30 @@ from PySide6.QtWidgets import (
 
 from gsapp.foundation import LinkError
 from gsapp.telemetry.link_test import LinkTest
-from gsapp.telemetry.sources.serial_port import same_port
-from ui.dialogs.fields import RecordingDialog, ShippedField
-from ui.dialogs.form import NumberField, Sentence, restyle
-from ui.dialogs.requests import (
+from gsapp.telemetry.sources.serial_port import is_same_port
+from ui.dialogs.file_fields import RecordingDialog, ShippedFileField
+from ui.dialogs.flight_requests import (
     BAUD_RATES,
     LINK_KINDS,
     ConnectRequest,
-    LinkKind,
-    Verdict,
+    InputCheck,
+    LinkFieldKind,
     check_link,
-    link_text,
+    format_link,
 )
-from ui.flight.link_lines import vehicle_words
-from ui.look import Look
+from ui.dialogs.form_dialog import FieldMessage, IntegerField, repolish
+from ui.display_style import DisplayStyle
+from ui.flight.link_rows import describe_vehicle
 from ui.settings import Settings
 
 _PORT_CHECK_MS = 1500
-_TEST_LOOK_MS = 300
-_TEST_PATIENCE = 2.0
+_TEST_POLL_MS = 300
+_TEST_TIMEOUT = 2.0
 """Seconds of a test before it is said what is wrong."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ConnectChoices:
+class ConnectionOptions:
     """What can be chosen when connecting.
 
     Attributes
@@ -80,7 +80,7 @@ class LinkField(QWidget):
     ----------
     changed : Signal
         Something else is typed now.
-    verdict : Verdict
+    verdict : InputCheck
         Whether it will do.
     """
 
@@ -91,7 +91,7 @@ class LinkField(QWidget):
         links: Sequence[str],
         parse: Callable[[str], object],
         list_ports: Callable[[], Sequence[tuple[str, str]]],
-        look: Look,
+        look: DisplayStyle,
     ) -> None:
         super().__init__()
         self._parse = parse
@@ -120,11 +120,11 @@ class LinkField(QWidget):
         self.text.editTextChanged.connect(self._typed)
         column.addWidget(self.text)
         # Room for two lines, so that nothing moves while typing.
-        self.sentence = Sentence()
+        self.sentence = FieldMessage()
         self.sentence.setMinimumHeight(look.px(32))
         self.sentence.setAlignment(Qt.AlignmentFlag.AlignTop)
         column.addWidget(self.sentence)
-        self.verdict = Verdict(sentence="", state="warning")
+        self.verdict = InputCheck(sentence="", state="warning")
         self._ports: tuple[tuple[str, str], ...] = ()
         self.refresh_ports()
         self._timer = QTimer(self)
@@ -135,14 +135,14 @@ class LinkField(QWidget):
         else:
             self._from_fields()
 
-    def _network_fields(self, look: Look) -> QWidget:
+    def _network_fields(self, look: DisplayStyle) -> QWidget:
         page = QWidget()
         row = QHBoxLayout(page)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(look.px(8))
         self.host = QLineEdit("127.0.0.1")
         self.host.setAccessibleName("Address")
-        self.port = NumberField(1, 65535, 14550)
+        self.port = IntegerField(1, 65535, 14550)
         self.port.setMaximumWidth(look.px(96))
         self.port.setAccessibleName("Port")
         row.addWidget(QLabel("Address"))
@@ -153,7 +153,7 @@ class LinkField(QWidget):
         self.port.value_changed.connect(self._from_fields)
         return page
 
-    def _serial_fields(self, look: Look) -> QWidget:
+    def _serial_fields(self, look: DisplayStyle) -> QWidget:
         page = QWidget()
         row = QHBoxLayout(page)
         row.setContentsMargins(0, 0, 0, 0)
@@ -193,7 +193,7 @@ class LinkField(QWidget):
 
     def _show_device(self, path: str) -> None:
         """Show which port is meant; one that is not plugged in, or by another name, stands last."""
-        listed = (at for at, (port, _words) in enumerate(self._ports) if same_port(port, path))
+        listed = (at for at, (port, _words) in enumerate(self._ports) if is_same_port(port, path))
         self._show(self.device, next(listed, -1), len(self._ports), path, path)
 
     def _show_baud(self, baud: int) -> None:
@@ -217,8 +217,8 @@ class LinkField(QWidget):
     def _from_fields(self, *_ignored: object) -> None:
         if self._busy:
             return
-        kind: LinkKind = self.kind.currentData()
-        text = link_text(
+        kind: LinkFieldKind = self.kind.currentData()
+        text = format_link(
             kind,
             host=self.host.text(),
             port=self.port.value,
@@ -259,7 +259,7 @@ class LinkField(QWidget):
         state = "" if self.verdict.usable else "warning"
         if line is not None and line.property("state") != state:
             line.setProperty("state", state)
-            restyle(line)
+            repolish(line)
         self.changed.emit()
 
     @property
@@ -277,11 +277,11 @@ class LinkTestField(QWidget):
         Begins and ends the test.
     systems : QComboBox
         The first autopilot heard, or one of those heard.
-    sentence : Sentence
+    sentence : FieldMessage
         What has come, or what to try.
     """
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._link = ""
         self._test: LinkTest | None = None
@@ -300,13 +300,13 @@ class LinkTestField(QWidget):
         row.addWidget(self.systems, 1)
         row.addWidget(self.button)
         column.addLayout(row)
-        self.sentence = Sentence()
+        self.sentence = FieldMessage()
         # Room for three lines, so that nothing moves while it listens.
         self.sentence.setMinimumHeight(look.px(48))
         self.sentence.setAlignment(Qt.AlignmentFlag.AlignTop)
         column.addWidget(self.sentence)
         self._timer = QTimer(self)
-        self._timer.setInterval(_TEST_LOOK_MS)
+        self._timer.setInterval(_TEST_POLL_MS)
         self._timer.timeout.connect(self._look)
         self.setFocusProxy(self.systems)
 
@@ -352,14 +352,14 @@ class LinkTestField(QWidget):
             if self.systems.findData(vehicle.system) < 0:
                 self.systems.addItem(f"System {vehicle.system}", vehicle.system)
             at = self.systems.findData(vehicle.system)
-            self.systems.setItemText(at, vehicle_words(vehicle, live=True))
+            self.systems.setItemText(at, describe_vehicle(vehicle, live=True))
         if diagnosis is None and report.vehicles:
             heard = ", ".join(f"system {vehicle.system}" for vehicle in report.vehicles)
             self.sentence.say(f"MAVLink received: {heard}.", "good")
         elif diagnosis is None:
             lines = f"{report.lines} lines of text received."
             self.sentence.say(lines if report.lines else "Listening…", "good" * bool(report.lines))
-        elif test.refusal or test.seconds >= _TEST_PATIENCE:
+        elif test.refusal or test.seconds >= _TEST_TIMEOUT:
             self.sentence.say(str(diagnosis), "warning" if test.refusal else "caution")
         if test.refusal:
             self.stop()
@@ -371,8 +371,8 @@ class ConnectDialog(RecordingDialog):
     def __init__(
         self,
         settings: Settings,
-        look: Look,
-        choices: ConnectChoices,
+        look: DisplayStyle,
+        choices: ConnectionOptions,
         flights: Path,
         parent: QWidget | None = None,
     ) -> None:
@@ -387,11 +387,13 @@ class ConnectDialog(RecordingDialog):
         self.add_row("Link", self.link)
         self.test = LinkTestField(look)
         self.add_row("Flown system", self.test)
-        self.aircraft = ShippedField("Aircraft", choices.aircraft, settings.aircraft)
+        self.aircraft = ShippedFileField("Aircraft", choices.aircraft, settings.aircraft)
         self.add_row("Aircraft", self.aircraft)
-        self.channel_map = ShippedField("Channel map", choices.channel_maps, settings.channel_map)
+        self.channel_map = ShippedFileField(
+            "Channel map", choices.channel_maps, settings.channel_map
+        )
         self.add_row("Channel map", self.channel_map)
-        self.calibration = ShippedField(
+        self.calibration = ShippedFileField(
             "Calibration",
             choices.calibrations,
             settings.calibration,
@@ -419,7 +421,7 @@ class ConnectDialog(RecordingDialog):
         self.test.stop()
         super().accept()
 
-    def _sentence_of(self, error: Exception) -> Sentence:
+    def _sentence_of(self, error: Exception) -> FieldMessage:
         found = super()._sentence_of(error)
         at_link = isinstance(error, LinkError) and found is not self.place.sentence
         return self.link.sentence if at_link else found

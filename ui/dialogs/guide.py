@@ -15,7 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ui.look import Look
+from ui.display_style import DisplayStyle
 
 _FIRST = ("field-guide", "preflight", "pilot", "review", "virtual-aircraft")
 
@@ -47,7 +47,7 @@ def _title(path: Path) -> str:
 class GuideWindow(QDialog):
     """Pages on the left, the chosen one on the right. Stays open beside the window."""
 
-    def __init__(self, look: Look, folder: Path, parent: QWidget | None = None) -> None:
+    def __init__(self, look: DisplayStyle, folder: Path, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle("User guide")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)

@@ -8,11 +8,11 @@ from itertools import pairwise
 from PySide6.QtWidgets import QDialogButtonBox, QLineEdit, QWidget
 
 from gsapp.quantities import ChannelSpec, from_si, to_si
-from gsapp.session import Bands
-from ui.dialogs.form import FormDialog, Sentence
-from ui.dialogs.requests import Verdict
-from ui.look import Look
-from ui.words import parse_number, unit_text
+from gsapp.session import LimitBands
+from ui.dialogs.flight_requests import InputCheck
+from ui.dialogs.form_dialog import FieldMessage, FormDialog
+from ui.display_style import DisplayStyle
+from ui.number_format import parse_number, unit_text
 
 _FIELDS = (
     ("warning_high", "Warning above"),
@@ -30,7 +30,7 @@ class LimitsDialog(FormDialog):
     ----------
     spec : ChannelSpec
         The channel.
-    bands : Bands
+    bands : LimitBands
         The limits in force, SI.
     typed : bool
         Whether they were typed before, so that there is something to take back.
@@ -38,9 +38,9 @@ class LimitsDialog(FormDialog):
 
     def __init__(
         self,
-        look: Look,
+        look: DisplayStyle,
         spec: ChannelSpec,
-        bands: Bands,
+        bands: LimitBands,
         *,
         typed: bool,
         parent: QWidget | None = None,
@@ -59,7 +59,7 @@ class LimitsDialog(FormDialog):
         self._before = {name: self._text(getattr(bands, name)) for name, _words in _FIELDS}
         self._bands = bands
         self.edits = {name: QLineEdit(self._before[name]) for name, _words in _FIELDS}
-        self.sentence = Sentence()
+        self.sentence = FieldMessage()
         for name, words in _FIELDS:
             below = self.sentence if name == _FIELDS[-1][0] else None
             self.add_row(words, self.edits[name], below)
@@ -84,7 +84,7 @@ class LimitsDialog(FormDialog):
         self.accept()
 
     def _judge(self) -> None:
-        verdict = judge(
+        verdict = check_limits(
             [edit.text().strip() for edit in self.edits.values()],
             self._spec.limits,
             lambda value: to_si(value, self._unit, self._spec.quantity),
@@ -102,16 +102,16 @@ class LimitsDialog(FormDialog):
         return None if number is None else to_si(number, self._unit, self._spec.quantity)
 
     @property
-    def limits(self) -> Bands | None:
+    def limits(self) -> LimitBands | None:
         """Return the limits as typed, SI; None for those of the aircraft."""
         if self._taken_back:
             return None
-        return Bands(**{name: self._value(name) for name, _words in _FIELDS})
+        return LimitBands(**{name: self._value(name) for name, _words in _FIELDS})
 
 
-def judge(
+def check_limits(
     texts: list[str], ends: tuple[float, float], to_inside: Callable[[float], float]
-) -> Verdict:
+) -> InputCheck:
     """Return what is to be said of four limits as they are typed, the highest first.
 
     Parameters
@@ -125,18 +125,18 @@ def judge(
     """
     numbers = [parse_number(text) for text in texts if text]
     if not numbers:
-        return Verdict(sentence="No limits: no bands, and no alarm.", state="caution")
+        return InputCheck(sentence="No limits: no bands, and no alarm.", state="caution")
     known = [number for number in numbers if number is not None]
     if len(known) < len(numbers):
-        return Verdict(sentence="Write numbers, such as 10 and -2.5.", state="warning")
+        return InputCheck(sentence="Write numbers, such as 10 and -2.5.", state="warning")
     if any(one <= other for one, other in pairwise(known)):
-        return Verdict(
+        return InputCheck(
             sentence="From top to bottom the limits must become smaller.", state="warning"
         )
     low, high = ends
     if any(not low <= to_inside(number) <= high for number in known):
-        return Verdict(
+        return InputCheck(
             sentence="One of them lies beyond what the instrument shows: it is never reached.",
             state="caution",
         )
-    return Verdict(sentence="Bands on the chart and alarms follow at once.", state="good")
+    return InputCheck(sentence="Bands on the chart and alarms follow at once.", state="good")

@@ -5,14 +5,14 @@ from __future__ import annotations
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QVBoxLayout, QWidget
 
-from gsapp.quantities import in_units
-from ui.flight.panels import ListPanel
-from ui.flight.tables import Line, LinesModel, LinesView
-from ui.frame.banners import LEVELS, BannerStack, Message
-from ui.glyphs import State
-from ui.look import Look
+from gsapp.quantities import convert_text_units
+from ui.display_style import DisplayStyle
+from ui.flight.side_panels import ListPanel
+from ui.flight.table_models import TableRow, TableRowModel, TableRowView
+from ui.icons import IndicatorState
+from ui.window_frame.banners import LEVEL_TITLES, BannerMessage, BannerStack
 
-_STATES: dict[str, State] = {"caution": "caution", "warning": "warning"}
+_STATES: dict[str, IndicatorState] = {"caution": "caution", "warning": "warning"}
 
 
 class MessagesDialog(QDialog):
@@ -20,13 +20,15 @@ class MessagesDialog(QDialog):
 
     Parameters
     ----------
-    look : Look
+    look : DisplayStyle
         Colors and sizes.
     banners : BannerStack
         Whose messages are listed.
     """
 
-    def __init__(self, look: Look, banners: BannerStack, parent: QWidget | None = None) -> None:
+    def __init__(
+        self, look: DisplayStyle, banners: BannerStack, parent: QWidget | None = None
+    ) -> None:
         super().__init__(parent)
         self._look, self._banners = look, banners
         self.setWindowTitle("Messages")
@@ -35,9 +37,9 @@ class MessagesDialog(QDialog):
         column = QVBoxLayout(self)
         column.setContentsMargins(look.px(16), look.px(16), look.px(16), look.px(16))
         column.setSpacing(look.px(8))
-        model = LinesModel(look, ("Time", "Kind", "Message"))
-        widths = {0: "00:00:00", 1: max(LEVELS.values(), key=len)}
-        self.view = LinesView(model, look, "Messages", stretch=2, widths=widths)
+        model = TableRowModel(look, ("Time", "Kind", "Message"))
+        widths = {0: "00:00:00", 1: max(LEVEL_TITLES.values(), key=len)}
+        self.view = TableRowView(model, look, "Messages", stretch=2, widths=widths)
         self.panel = ListPanel(self.view, look, "No message yet.")
         self.again = self.panel.add_button(
             "Show again", "Show the message again below the page", "Choose a message first"
@@ -60,17 +62,17 @@ class MessagesDialog(QDialog):
 
     def _show_again(self) -> None:
         message = self.view.current_key()
-        if isinstance(message, Message):
+        if isinstance(message, BannerMessage):
             self._banners.show_again(message)
 
 
-def _line(message: Message, units: str) -> Line:
-    return Line(
+def _line(message: BannerMessage, units: str) -> TableRow:
+    return TableRow(
         key=message,
         cells=(
             message.time.strftime("%H:%M:%S"),
-            LEVELS[message.level],
-            in_units(message.text, units),
+            LEVEL_TITLES[message.level],
+            convert_text_units(message.text, units),
         ),
         state=_STATES.get(message.level, "plain"),
         colored=frozenset({1}),

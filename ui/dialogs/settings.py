@@ -6,11 +6,11 @@ from typing import Any
 
 from PySide6.QtWidgets import QCheckBox, QComboBox, QDialogButtonBox, QWidget
 
-from ui.dialogs.connect import ConnectChoices
-from ui.dialogs.fields import ShippedField
-from ui.dialogs.form import FormDialog, PathField, Sentence
-from ui.look import SCALES, Look
-from ui.settings import Settings, recording_folder, why_not_writable
+from ui.dialogs.connect import ConnectionOptions
+from ui.dialogs.file_fields import ShippedFileField
+from ui.dialogs.form_dialog import FieldMessage, FormDialog, PathField
+from ui.display_style import SCALE_STEPS, DisplayStyle
+from ui.settings import Settings, recording_folder, unwritable_reason
 from ui.theme import THEMES, theme_title
 
 _SPEECH = (
@@ -26,17 +26,21 @@ class SettingsDialog(FormDialog):
     ----------
     settings : Settings
         Those in force.
-    choices : ConnectChoices
+    choices : ConnectionOptions
         Files that come with the program.
     """
 
     def __init__(
-        self, settings: Settings, look: Look, choices: ConnectChoices, parent: QWidget | None = None
+        self,
+        settings: Settings,
+        look: DisplayStyle,
+        choices: ConnectionOptions,
+        parent: QWidget | None = None,
     ) -> None:
         super().__init__("Settings", "Remembered from one start to the next.", "Save", look, parent)
         self.theme = self._choice([(name, theme_title(name)) for name in THEMES])
         self.add_row("Theme", self.theme)
-        self.scale = self._choice([(percent, f"{percent} %") for percent in SCALES])
+        self.scale = self._choice([(percent, f"{percent} %") for percent in SCALE_STEPS])
         self.add_row("Scale", self.scale)
         self.units = self._choice(_UNITS)
         self.add_row("Units", self.units)
@@ -45,13 +49,15 @@ class SettingsDialog(FormDialog):
         self.speech = self._choice(_SPEECH)
         self.add_row("Spoken cues", self.speech)
         self.flights = PathField("Flights folder", look)
-        self.sentence = Sentence()
+        self.sentence = FieldMessage()
         self.add_row("Flights folder", self.flights, self.sentence)
-        self.aircraft = ShippedField("Aircraft", choices.aircraft, settings.aircraft)
+        self.aircraft = ShippedFileField("Aircraft", choices.aircraft, settings.aircraft)
         self.add_row("Aircraft", self.aircraft)
-        self.channel_map = ShippedField("Channel map", choices.channel_maps, settings.channel_map)
+        self.channel_map = ShippedFileField(
+            "Channel map", choices.channel_maps, settings.channel_map
+        )
         self.add_row("Channel map", self.channel_map)
-        self.calibration = ShippedField(
+        self.calibration = ShippedFileField(
             "Calibration", choices.calibrations, settings.calibration,
             none="As the channel map says", folder=True,
         )  # fmt: skip
@@ -92,7 +98,7 @@ class SettingsDialog(FormDialog):
 
     def _judge(self) -> None:
         text = self.flights.edit.text().strip()
-        why = why_not_writable(self.flights.path) if text else "Name a folder."
+        why = unwritable_reason(self.flights.path) if text else "Name a folder."
         self.sentence.say(why or "New flights are recorded here.", "warning" if why else "good")
         self.button.setEnabled(not why)
 

@@ -22,27 +22,27 @@ from PySide6.QtWidgets import (
 )
 
 from gsapp.quantities import channel
-from ui.commands import key_text
-from ui.flight.choice import (
-    LAYOUT_NAMES,
-    fits,
-    from_rows,
-    grouped,
-    moved,
+from ui.commands import shortcut_text
+from ui.display_style import DisplayStyle
+from ui.flight.chart_selection import (
+    SHIPPED_LAYOUT_NAMES,
+    build_layout,
+    group_channels,
+    list_layout_rows,
+    matches_search,
+    move_row,
     row_text,
-    rows,
-    toggled,
+    toggle_channel,
 )
-from ui.look import Look
-from ui.pages import label
-from ui.strips.layout import StripLayout
-from ui.table_menu import TableMenu, table_actions
-from ui.words import count_text, symbol_text
+from ui.number_format import count_text, symbol_text
+from ui.start_page import create_label
+from ui.strips.strip_layout import StripLayout
+from ui.table_menu import TableMenu, create_table_actions
 
 _ID = Qt.ItemDataRole.UserRole
 
 
-class _OrderList(QListWidget):
+class _ChartOrderList(QListWidget):
     """Headings and charts; dragged, or moved with Alt+Up and Alt+Down, removed with Delete."""
 
     moved = Signal(int, int)
@@ -54,7 +54,7 @@ class _OrderList(QListWidget):
         self.setDragDropMode(QAbstractItemView.DragDropMode.InternalMove)
         self.setDefaultDropAction(Qt.DropAction.MoveAction)
         self.setAccessibleName("Charts in their order")
-        up, down = key_text("Alt+Up"), key_text("Alt+Down")
+        up, down = shortcut_text("Alt+Up"), shortcut_text("Alt+Down")
         self.setToolTip(f"Drag to order, or {up} and {down}; Delete removes")
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.model().rowsMoved.connect(self._rows_moved)
@@ -93,7 +93,7 @@ class ChannelPanel(QWidget):
     layout_saved = Signal(str)
     layout_deleted = Signal(str)
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
         self._available: tuple[str, ...] = ()
@@ -124,7 +124,7 @@ class ChannelPanel(QWidget):
         below.setContentsMargins(0, 8, 0, 0)
         below.setSpacing(4)
         head = QHBoxLayout()
-        self._count = label("", "label")
+        self._count = create_label("", "label")
         head.addWidget(self._count, 1)
         heading = QPushButton("Add heading")
         heading.setProperty("role", "quiet")
@@ -132,7 +132,7 @@ class ChannelPanel(QWidget):
         heading.clicked.connect(self._add_heading)
         head.addWidget(heading)
         below.addLayout(head)
-        self.order = _OrderList()
+        self.order = _ChartOrderList()
         self.order.moved.connect(self._move)
         self.order.removed.connect(self._remove)
         self.order.dropped.connect(self._dropped)
@@ -152,7 +152,7 @@ class ChannelPanel(QWidget):
             lambda leaf, _: show.setEnabled(leaf is not None and leaf.parent() is not None)
         )
         show.setEnabled(False)
-        self.tree.addActions([show, *table_actions(self.tree, self._channel_table)])
+        self.tree.addActions([show, *create_table_actions(self.tree, self._channel_table)])
         self.tree.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
         order = self.order
         menu = TableMenu(order, table=lambda: [("Charts",), *((text,) for text in self._order())])
@@ -176,7 +176,7 @@ class ChannelPanel(QWidget):
 
     def _toggle_current(self) -> None:
         name = self.tree.currentItem().data(0, _ID)
-        self._set(toggled(self._charts, name, name not in self._charts.channels))
+        self._set(toggle_channel(self._charts, name, name not in self._charts.channels))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Put tree and order side by side where the panel is wide and low."""
@@ -213,7 +213,7 @@ class ChannelPanel(QWidget):
     def show_layouts(self, saved: Sequence[str], current: str) -> None:
         """List the layouts; `current` may be empty for one without a name."""
         self.layouts.clear()
-        self.layouts.addItems([*LAYOUT_NAMES, *saved])
+        self.layouts.addItems([*SHIPPED_LAYOUT_NAMES, *saved])
         self.layouts.setCurrentIndex(self.layouts.findText(current) if current else -1)
         self.layouts.setPlaceholderText("Own choice")
         self.delete.setEnabled(current in saved)
@@ -249,7 +249,7 @@ class ChannelPanel(QWidget):
             if not self.tree.topLevelItem(index).isExpanded()
         } | ({"Volts"} if not self.tree.topLevelItemCount() else set())
         self.tree.clear()
-        for name, specs in grouped(self._available).items():
+        for name, specs in group_channels(self._available).items():
             branch = QTreeWidgetItem([f"{name}  ({len(specs)})"])
             branch.setData(0, _ID, name)
             branch.setFlags(Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable)
@@ -291,7 +291,7 @@ class ChannelPanel(QWidget):
         self._busy = False
 
     def _fill_order(self) -> None:
-        order = rows(self._charts)
+        order = list_layout_rows(self._charts)
         texts = [row_text(row) for row in order]
         if self._order() != texts:
             kept = self.order.currentRow()
@@ -323,28 +323,28 @@ class ChannelPanel(QWidget):
     def _ticked(self, leaf: QTreeWidgetItem, _column: int) -> None:
         if not self._busy and leaf.parent() is not None:
             on = leaf.checkState(0) == Qt.CheckState.Checked
-            self._set(toggled(self._charts, leaf.data(0, _ID), on))
+            self._set(toggle_channel(self._charts, leaf.data(0, _ID), on))
 
     def _move(self, place: int, steps: int) -> None:
-        order = moved(rows(self._charts), place, steps)
-        self._set(from_rows(self._charts, order))
+        order = move_row(list_layout_rows(self._charts), place, steps)
+        self._set(build_layout(self._charts, order))
         self.order.setCurrentRow(min(max(place + steps, 0), self.order.count() - 1))
 
     def _remove(self, place: int) -> None:
-        order = list(rows(self._charts))
+        order = list(list_layout_rows(self._charts))
         del order[place]
-        self._set(from_rows(self._charts, order))
+        self._set(build_layout(self._charts, order))
 
     def _dropped(self) -> None:
         order = [self.order.item(row).data(_ID) for row in range(self.order.count())]
-        self._set(from_rows(self._charts, order))
+        self._set(build_layout(self._charts, order))
 
     def _add_heading(self) -> None:
         name, agreed = QInputDialog.getText(self, "Add heading", "Words of the heading")
         if agreed and name.strip():
-            order = list(rows(self._charts))
+            order = list(list_layout_rows(self._charts))
             order.insert(max(self.order.currentRow(), 0), name.strip())
-            self._set(from_rows(self._charts, order))
+            self._set(build_layout(self._charts, order))
 
     def _narrow(self, words: str) -> None:
         for index in range(self.tree.topLevelItemCount()):
@@ -352,7 +352,7 @@ class ChannelPanel(QWidget):
             count = 0
             for row in range(branch.childCount()):
                 leaf = branch.child(row)
-                shown = fits(channel(leaf.data(0, _ID)), words)
+                shown = matches_search(channel(leaf.data(0, _ID)), words)
                 leaf.setHidden(not shown)
                 count += shown
             branch.setHidden(count == 0)
@@ -364,13 +364,13 @@ class ChannelPanel(QWidget):
         for leaf in self._leaves():
             if not leaf.isHidden():
                 on = leaf.data(0, _ID) not in self._charts.channels
-                self._set(toggled(self._charts, leaf.data(0, _ID), on))
+                self._set(toggle_channel(self._charts, leaf.data(0, _ID), on))
                 return
 
     def _ask_name(self) -> None:
         at = self.layouts.currentText()
         name, agreed = QInputDialog.getText(
-            self, "Save layout", "Name of the layout", text="" if at in LAYOUT_NAMES else at
+            self, "Save layout", "Name of the layout", text="" if at in SHIPPED_LAYOUT_NAMES else at
         )
         if agreed and name.strip():
             self.layout_saved.emit(name.strip())

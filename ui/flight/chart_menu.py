@@ -9,18 +9,18 @@ from PySide6.QtGui import QAction, QGuiApplication
 from PySide6.QtWidgets import QMenu, QWidget
 
 from gsapp.foundation import FlightError
-from ui.dialogs.saving import file_to_write
-from ui.flight.picture import FlightPicture
-from ui.strips.widget import StripChart
-from ui.words import clock_text, value_text
+from ui.dialogs.save_dialog import ask_save_file
+from ui.flight.flight_view_state import FlightViewState
+from ui.number_format import channel_value_text, clock_text
+from ui.strips.strip_chart import StripChart
 
-_ROOM = 1.2
+_ZOOM_MARGIN = 1.2
 """Time in sight beside a maneuver that is zoomed to, times its length."""
 
 
-def chart_menu(
+def create_chart_menu(
     charts: StripChart,
-    picture: FlightPicture,
+    picture: FlightViewState,
     actions: Mapping[str, QAction],
     time: float | None,
     units: str,
@@ -32,7 +32,7 @@ def chart_menu(
     ----------
     charts : StripChart
         The charts.
-    picture : FlightPicture
+    picture : FlightViewState
         What stands beside the samples.
     actions : mapping of str to QAction
         The commands of the window.
@@ -48,7 +48,7 @@ def chart_menu(
     if chart is not None:
         if time is not None:
             for spec in chart.specs:
-                text = value_text(spec, charts.value_at(spec.id, time), units)
+                text = channel_value_text(spec, charts.value_at(spec.id, time), units)
                 menu.addAction(
                     f"Copy {spec.title} {text}",
                     lambda text=text: QGuiApplication.clipboard().setText(text),
@@ -78,17 +78,17 @@ def chart_menu(
     menu.addAction(actions["chart_clear"])
     menu.addSeparator()
     menu.addAction("Copy picture", lambda: QGuiApplication.clipboard().setPixmap(charts.grab()))
-    menu.addAction("Save as…", lambda: export_picture(charts))
+    menu.addAction("Save as…", lambda: export_chart_image(charts))
     return menu
 
 
 def zoom_to(charts: StripChart, start: float, stop: float) -> None:
     """Show a stretch of the flight (s) with some room on either side."""
-    charts.set_window(_ROOM * (stop - start))
+    charts.set_window(_ZOOM_MARGIN * (stop - start))
     charts.go_to((start + stop) / 2.0)
 
 
-def export_picture(charts: StripChart) -> None:
+def export_chart_image(charts: StripChart) -> None:
     """Write the charts as they are on screen into a file.
 
     Raises
@@ -97,6 +97,6 @@ def export_picture(charts: StripChart) -> None:
         If it cannot be written.
     """
     picture = charts.grab()  # before the dialog stands over it
-    path = file_to_write(charts, "Save the charts", Path.home() / "charts.png", "Picture (*.png)")
+    path = ask_save_file(charts, "Save the charts", Path.home() / "charts.png", "Picture (*.png)")
     if path is not None and not picture.save(str(path)):
         raise FlightError(f"{path} cannot be written; choose another folder")

@@ -23,25 +23,25 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ui.commands import action_hint, key_text
-from ui.glyphs import glyph_icon, paint_state
-from ui.layouts import FlowLayout
-from ui.look import Look
-from ui.strips.furniture import AlarmSpan
-from ui.words import clock_text, span_text
+from ui.commands import action_hint, shortcut_text
+from ui.display_style import DisplayStyle
+from ui.flow_layout import FlowLayout
+from ui.icons import create_icon, paint_indicator
+from ui.number_format import clock_text, time_span_text
+from ui.strips.chart_annotations import AlarmSpan
 
-SPANS = (10.0, 30.0, 60.0, 120.0, 600.0)
+TIME_SPANS = (10.0, 30.0, 60.0, 120.0, 600.0)
 """Seconds in sight that have a button."""
 
-SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, float("inf"))
+REPLAY_SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, float("inf"))
 """Speeds of a replay; the last is as fast as it can."""
 
 
-_ROOM_FOR_SPANS = 640
+_SPANS_MIN_WIDTH = 640
 """Points of width below which the buttons for the time in sight give way."""
 
 
-_ROOM_FOR_NOTE = 520
+_NOTE_MIN_WIDTH = 520
 """Points of width below which only the key N notes."""
 
 
@@ -50,7 +50,7 @@ def speed_text(speed: float) -> str:
     return "max" if speed == float("inf") else f"{speed:g}x"
 
 
-def _spaced(words: str, glyph: str) -> str:
+def _icon_spaced_text(words: str, glyph: str) -> str:
     # Qt sets sign and word closer than the grid.
     return f" {words}" if glyph else words
 
@@ -58,8 +58,8 @@ def _spaced(words: str, glyph: str) -> str:
 class ActionButton(QPushButton):
     """A button that runs a command: same words, same key, grayed with it."""
 
-    def __init__(self, action: QAction, words: str, look: Look, glyph: str = "") -> None:
-        super().__init__(_spaced(words, glyph))
+    def __init__(self, action: QAction, words: str, look: DisplayStyle, glyph: str = "") -> None:
+        super().__init__(_icon_spaced_text(words, glyph))
         self._look = look
         self._glyph = glyph
         self._action = action
@@ -71,7 +71,7 @@ class ActionButton(QPushButton):
         self._redraw()
 
     def _follow(self) -> None:
-        keys = key_text(self._action.shortcut().toString())
+        keys = shortcut_text(self._action.shortcut().toString())
         text = self._action.text().rstrip("…")
         self.setToolTip(action_hint(self._action))
         self.setAccessibleName(f"{text}, {keys}" if keys else text)
@@ -79,15 +79,15 @@ class ActionButton(QPushButton):
 
     def show_glyph(self, glyph: str, words: str) -> None:
         """Show another sign and word."""
-        if (glyph, _spaced(words, glyph)) != (self._glyph, self.text()):
+        if (glyph, _icon_spaced_text(words, glyph)) != (self._glyph, self.text()):
             self._glyph = glyph
-            self.setText(_spaced(words, glyph))
+            self.setText(_icon_spaced_text(words, glyph))
             self._redraw()
 
     def _redraw(self) -> None:
         if self._glyph:
             side = self._look.px(16)
-            self.setIcon(glyph_icon(self._glyph, self._look.color("text"), side))
+            self.setIcon(create_icon(self._glyph, self._look.color("text"), side))
             self.setIconSize(QSize(side, side))
 
 
@@ -102,7 +102,7 @@ class TimeSlider(QWidget):
 
     moved = Signal(float)
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
         self._range = (0.0, 0.0)
@@ -178,7 +178,7 @@ class TimeSlider(QWidget):
             # Triangle or square, as everywhere: the shape tells the state without its color.
             box = QRectF(self.x(alarm.start) - side, middle + look.px(3), 2 * side, 2 * side)
             state = "warning" if alarm.state == "warning" else "caution"
-            paint_state(painter, state, box, look.state_color(state))
+            paint_indicator(painter, state, box, look.state_color(state))
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(look.color("text"))
         radius = look.px(7 if self.hasFocus() else 6)
@@ -239,7 +239,7 @@ class ReplayBar(QWidget):
     speed_chosen = Signal(float)
     moved = Signal(float)
 
-    def __init__(self, actions: Mapping[str, QAction], look: Look) -> None:
+    def __init__(self, actions: Mapping[str, QAction], look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
         row = QHBoxLayout(self)
@@ -252,7 +252,7 @@ class ReplayBar(QWidget):
         self.speed.setAccessibleName("Speed of the replay")
         self.speed.setToolTip("Speed of the replay ([ slower, ] faster)")
         self.speed.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        for speed in SPEEDS:
+        for speed in REPLAY_SPEEDS:
             self.speed.addItem(speed_text(speed), speed)
         self.speed.activated.connect(
             lambda index: self.speed_chosen.emit(float(self.speed.itemData(index)))
@@ -298,9 +298,9 @@ class ReplayBar(QWidget):
         self.slider.show_time(time, first, last, marks, alarms)
         self.clock.setText(f"{clock_text(time, decimals=1)} / {clock_text(last, decimals=1)}")
         self.play.show_glyph("pause" if playing else "play", "Pause" if playing else "Play")
-        index = min(range(len(SPEEDS)), key=lambda place: abs(SPEEDS[place] - speed))
-        if speed == SPEEDS[-1]:
-            index = len(SPEEDS) - 1
+        index = min(range(len(REPLAY_SPEEDS)), key=lambda place: abs(REPLAY_SPEEDS[place] - speed))
+        if speed == REPLAY_SPEEDS[-1]:
+            index = len(REPLAY_SPEEDS) - 1
         if not self.speed.view().isVisible() and self.speed.currentIndex() != index:
             self.speed.setCurrentIndex(index)
 
@@ -316,7 +316,9 @@ class ControlRow(QWidget):
 
     span_chosen = Signal(float)
 
-    def __init__(self, actions: Mapping[str, QAction], look: Look, replay: ReplayBar) -> None:
+    def __init__(
+        self, actions: Mapping[str, QAction], look: DisplayStyle, replay: ReplayBar
+    ) -> None:
         super().__init__()
         self._look = look
         self._replay = replay
@@ -340,13 +342,13 @@ class ControlRow(QWidget):
         row = QHBoxLayout(holder)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(look.px(4))
-        for seconds in SPANS:
-            button = QPushButton(span_text(seconds))
+        for seconds in TIME_SPANS:
+            button = QPushButton(time_span_text(seconds))
             button.setProperty("role", "segment")
             button.setCheckable(True)
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-            button.setAccessibleName(f"Show {span_text(seconds)}")
-            button.setToolTip(f"Show {span_text(seconds)} (+ zooms in, - out)")
+            button.setAccessibleName(f"Show {time_span_text(seconds)}")
+            button.setToolTip(f"Show {time_span_text(seconds)} (+ zooms in, - out)")
             button.clicked.connect(lambda _checked=False, span=seconds: self._choose(span))
             row.addWidget(button)
             self.spans[seconds] = button
@@ -369,10 +371,10 @@ class ControlRow(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give the room to the charts where the window is narrow; the keys + and - stay."""
         super().resizeEvent(event)
-        roomy = self.width() >= self._look.px(_ROOM_FOR_SPANS)
+        roomy = self.width() >= self._look.px(_SPANS_MIN_WIDTH)
         self._spans.setVisible(roomy)
         self._replay.show_steps(roomy)
-        enough = self.width() >= self._look.px(_ROOM_FOR_NOTE)
+        enough = self.width() >= self._look.px(_NOTE_MIN_WIDTH)
         self.note.setVisible(enough)
         # The bar on top has the time as well.
         self._replay.clock.setVisible(enough)
@@ -393,7 +395,9 @@ class ControlRow(QWidget):
 def next_speed(speed: float, steps: int) -> float:
     """Return the next slower (negative) or faster speed of the list."""
     place = min(
-        range(len(SPEEDS)),
-        key=lambda index: 0.0 if SPEEDS[index] == speed else abs(min(SPEEDS[index], 1e9) - speed),
+        range(len(REPLAY_SPEEDS)),
+        key=lambda index: (
+            0.0 if REPLAY_SPEEDS[index] == speed else abs(min(REPLAY_SPEEDS[index], 1e9) - speed)
+        ),
     )
-    return SPEEDS[min(max(place + steps, 0), len(SPEEDS) - 1)]
+    return REPLAY_SPEEDS[min(max(place + steps, 0), len(REPLAY_SPEEDS) - 1)]

@@ -37,29 +37,29 @@ from PySide6.QtWidgets import (
 )
 
 from gsapp.quantities import trace_color
-from ui.look import Look
-from ui.pages import label
+from ui.display_style import DisplayStyle
+from ui.number_format import DASH, number_text, symbol_text
+from ui.start_page import create_label
 from ui.table_menu import TableMenu
-from ui.words import DASH, number_text, symbol_text
 
 if TYPE_CHECKING:
-    from gsapp.session.estimating.picture import EstimateRow
+    from gsapp.session.live_estimation.estimate_table import EstimateRow
 
-_ROW: Final = 64
+_ROW_HEIGHT: Final = 64
 """Height of a derivative, points at 100 %."""
-_SIDE: Final = 12
-_PLOT: Final = 112
+_MARGIN: Final = 12
+_PLOT_WIDTH: Final = 112
 """Width of the history, points."""
-_WORDS: Final = 150
+_TEXT_WIDTH: Final = 150
 """Width that words and numbers take beside it at least."""
 _SIGMAS: Final = 2.0
-_REACH: Final = 5.0
+_MAX_SIGMA_RANGE: Final = 5.0
 """Half the height of a history, in bounds as they stand now."""
 
 _ARROW: Final = "→"
 """Between the bounds in percent before and after the last maneuver."""
 
-Index = QModelIndex | QPersistentModelIndex
+ModelIndex = QModelIndex | QPersistentModelIndex
 
 
 class EstimatesModel(QAbstractListModel):
@@ -81,47 +81,47 @@ class EstimatesModel(QAbstractListModel):
         if new:
             self.dataChanged.emit(self.index(0), self.index(len(new) - 1))
 
-    def rowCount(self, parent: Index | None = None) -> int:
+    def rowCount(self, parent: ModelIndex | None = None) -> int:
         """Return the number of derivatives."""
         return 0 if parent is not None and parent.isValid() else len(self.rows)
 
-    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
+    def data(self, index: ModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> object:
         """Return a row in words: what a screen reader says, and what hovering shows."""
         row = self.rows[index.row()]
         if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.AccessibleTextRole):
-            return spoken_row(row)
+            return accessible_row_text(row)
         if role == Qt.ItemDataRole.ToolTipRole:
-            return row.why or spoken_row(row)
+            return row.why or accessible_row_text(row)
         return None
 
 
-def spoken_row(row: EstimateRow) -> str:
+def accessible_row_text(row: EstimateRow) -> str:
     """Return a row as a sentence."""
     best = row.best
     if best is None:
         return f"{symbol_text(row.name)} unknown: {row.why or 'not excited yet'}"
-    said = f"{symbol_text(row.name)} {value_text(*best)}"
+    said = f"{symbol_text(row.name)} {estimate_value_text(*best)}"
     if row.percent is not None:
-        said += f", standard error {percent_text(row.percent)}"
+        said += f", standard error {bound_percent_text(row.percent)}"
     if row.changed:
         said += f", last maneuver: {row.changed}"
     return said
 
 
-def value_words(row: EstimateRow) -> tuple[str, str]:
+def describe_value(row: EstimateRow) -> tuple[str, str]:
     """Return the value to go by, whose bound in percent stands above it, and what is beside it."""
     change = row.changed.replace(" % to ", _ARROW)
-    live = "" if row.value is None else f"FTR {value_text(row.value, row.std or 0.0)}"
+    live = "" if row.value is None else f"FTR {estimate_value_text(row.value, row.std or 0.0)}"
     if row.mean is None:
         return live or "unknown", change
-    best = f"ML {value_text(row.mean.mean, row.mean.std)}"
+    best = f"ML {estimate_value_text(row.mean.mean, row.mean.std)}"
     if _ARROW in change:
         # It ends with the bound in percent; both have no room.
         live = live.partition(" ±")[0]
     return best, "  ".join(part for part in (live, change) if part)
 
 
-def value_text(value: float, std: float) -> str:
+def estimate_value_text(value: float, std: float) -> str:
     """Return a value with as many digits as its bound earns, and the bound."""
     decimals = 1
     while decimals < 6 and std < 9.5 * 10.0**-decimals:
@@ -129,7 +129,7 @@ def value_text(value: float, std: float) -> str:
     return f"{number_text(value, decimals)} ± {number_text(std, decimals)}"
 
 
-def percent_text(percent: float) -> str:
+def bound_percent_text(percent: float) -> str:
     """Return a bound in percent."""
     if percent > 999.0:
         return "> 999 %"
@@ -139,15 +139,15 @@ def percent_text(percent: float) -> str:
 class EstimateDelegate(QStyledItemDelegate):
     """Paints a derivative: words and number left, its history right."""
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
 
-    def sizeHint(self, _option: QStyleOptionViewItem, _index: Index) -> QSize:
+    def sizeHint(self, _option: QStyleOptionViewItem, _index: ModelIndex) -> QSize:
         """Return the size of a row."""
-        return QSize(self._look.px(200), self._look.px(_ROW))
+        return QSize(self._look.px(200), self._look.px(_ROW_HEIGHT))
 
-    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: ModelIndex) -> None:
         """Paint a row."""
         row = index.model().rows[index.row()]
         look, px = self._look, self._look.px
@@ -159,9 +159,9 @@ class EstimateDelegate(QStyledItemDelegate):
             painter.fillRect(box, QColor(theme.grid))
         painter.setPen(QPen(QColor(theme.grid), 1))
         painter.drawLine(box.bottomLeft(), box.bottomRight())
-        inner = box.adjusted(px(_SIDE), px(5), -px(_SIDE), -px(5))
-        wide = inner.width() > px(_PLOT + _WORDS)
-        plot = QRectF(inner.right() - px(_PLOT), inner.top(), px(_PLOT), inner.height())
+        inner = box.adjusted(px(_MARGIN), px(5), -px(_MARGIN), -px(5))
+        wide = inner.width() > px(_PLOT_WIDTH + _TEXT_WIDTH)
+        plot = QRectF(inner.right() - px(_PLOT_WIDTH), inner.top(), px(_PLOT_WIDTH), inner.height())
         text = QRectF(inner)
         if wide:
             text.setRight(plot.left() - px(10))
@@ -175,12 +175,12 @@ class EstimateDelegate(QStyledItemDelegate):
         top = QRectF(box.left(), box.top(), box.width(), line)
         middle = top.translated(0.0, line)
         low = middle.translated(0.0, line)
-        value, beside = value_words(row)
+        value, beside = describe_value(row)
         painter.setFont(look.font("body", strong=True))
         painter.setPen(QColor(theme.text))
         painter.drawText(top, Qt.AlignmentFlag.AlignLeft | _CENTER, symbol_text(row.name))
         painter.setPen(QColor(theme.muted if row.best is None else theme.text))
-        percent = DASH if row.percent is None else f"±{percent_text(row.percent)}"
+        percent = DASH if row.percent is None else f"±{bound_percent_text(row.percent)}"
         painter.drawText(top, Qt.AlignmentFlag.AlignRight | _CENTER, percent)
         painter.setFont(look.font("body"))
         painter.drawText(middle, Qt.AlignmentFlag.AlignLeft | _CENTER, value)
@@ -222,7 +222,7 @@ class EstimateDelegate(QStyledItemDelegate):
         if best is None or not row.times.size:
             return
         value, std = best
-        reach = _REACH * max(std, row.std or 0.0)
+        reach = _MAX_SIGMA_RANGE * max(std, row.std or 0.0)
         if row.known is not None:
             # What was known before stays in sight, unless it is far from everything.
             away = abs(row.known - value)
@@ -244,8 +244,8 @@ class EstimateDelegate(QStyledItemDelegate):
             painter.setPen(QPen(QColor(theme.previous), px(1), Qt.PenStyle.DotLine))
             painter.drawLine(place(first, row.known), place(last, row.known))
         painter.setPen(QPen(QColor(theme.trace(trace_color(row.name))), px(1.5)))
-        step = max(1, row.times.size // (4 * _PLOT))
-        for run in _runs(np.isfinite(row.values[::step])):
+        step = max(1, row.times.size // (4 * _PLOT_WIDTH))
+        for run in _contiguous_segments(np.isfinite(row.values[::step])):
             times, values = row.times[::step][run], row.values[::step][run]
             line = [place(float(t), float(v)) for t, v in zip(times, values, strict=True)]
             painter.drawPolyline(QPolygonF(line))
@@ -263,13 +263,13 @@ class EstimateDelegate(QStyledItemDelegate):
 _CENTER = Qt.AlignmentFlag.AlignVCenter
 
 
-def _runs(good: np.ndarray) -> list[slice]:
+def _contiguous_segments(good: np.ndarray) -> list[slice]:
     """Return the stretches without a gap."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], good.astype(int), [0]))))
     return [slice(int(one), int(other)) for one, other in edges.reshape(-1, 2)]
 
 
-def _number(value: float | None) -> str:
+def _format_number(value: float | None) -> str:
     return "" if value is None else f"{value:.4g}"
 
 
@@ -284,7 +284,7 @@ class EstimatesList(QListView):
 
     opened = Signal(str)
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self.rows = EstimatesModel()
         self._look = look
@@ -307,9 +307,9 @@ class EstimatesList(QListView):
         """Return value and standard error of each derivative by FTR and by ML, per radian."""
         rows = [
             (
-                row.name, *map(_number, (row.value, row.std)),
-                *map(_number, (None, None) if row.mean is None else (row.mean.mean, row.mean.std)),
-                _number(row.known), row.why,
+                row.name, *map(_format_number, (row.value, row.std)),
+                *map(_format_number, (None, None) if row.mean is None else (row.mean.mean, row.mean.std)),
+                _format_number(row.known), row.why,
             )
             for row in self.rows.rows
         ]  # fmt: skip
@@ -327,7 +327,7 @@ class EstimatesList(QListView):
             super().keyPressEvent(event)
 
 
-_LEGEND = (
+_LEGEND_ENTRIES = (
     ("line", "FTR, in flight"),
     ("point", "ML, ±2 standard errors"),
     ("known", "Prior"),
@@ -336,13 +336,13 @@ _LEGEND = (
 """What is drawn and written in the rows, by the sign before it."""
 
 
-class Legend(QWidget):
+class EstimatesLegend(QWidget):
     """Explains what the rows draw, and their percentage."""
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
-        self.setAccessibleName(f"Legend: {', '.join(words for _, words in _LEGEND)}")
+        self.setAccessibleName(f"Legend: {', '.join(words for _, words in _LEGEND_ENTRIES)}")
         look.changed.connect(self.updateGeometry)
 
     def _places(self, width: float) -> list[tuple[float, float]]:
@@ -350,11 +350,11 @@ class Legend(QWidget):
         px, metrics = self._look.px, QFontMetricsF(self._look.font("label"))
         x = y = 0.0
         found = []
-        for sign, words in _LEGEND:
+        for sign, words in _LEGEND_ENTRIES:
             needed = metrics.horizontalAdvance(words) + (px(22) if sign else 0)
-            if x and x + needed > width - 2 * px(_SIDE):
+            if x and x + needed > width - 2 * px(_MARGIN):
                 x, y = 0.0, y + px(18)
-            found.append((x + px(_SIDE), y))
+            found.append((x + px(_MARGIN), y))
             x += needed + px(14)
         return found
 
@@ -376,7 +376,7 @@ class Legend(QWidget):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
         painter.setFont(look.font("label"))
-        for (sign, words), (x, y) in zip(_LEGEND, self._places(self.width()), strict=True):
+        for (sign, words), (x, y) in zip(_LEGEND_ENTRIES, self._places(self.width()), strict=True):
             middle = y + px(11)
             if sign == "point":
                 painter.setPen(QPen(QColor(theme.text), px(1)))
@@ -408,19 +408,19 @@ class EstimatesPanel(QWidget):
 
     opened = Signal(str)
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
-        self._state = label("", "label", wrap=True)
+        self._state = create_label("", "label", wrap=True)
         self._state.setContentsMargins(12, 8, 12, 4)
         column.addWidget(self._state)
-        self._legend = Legend(look)
+        self._legend = EstimatesLegend(look)
         column.addWidget(self._legend)
         holder = QWidget()
         self._pile = QStackedLayout(holder)
-        self._empty = label("", "muted", wrap=True)
+        self._empty = create_label("", "muted", wrap=True)
         self._empty.setAlignment(Qt.AlignmentFlag.AlignTop)
         self._empty.setContentsMargins(16, 16, 16, 16)
         self._pile.addWidget(self._empty)
@@ -445,7 +445,7 @@ class EstimatesPanel(QWidget):
         self.setFocusProxy(self.list if rows else None)
 
 
-def state_words(fitted: int, pending: int, failures: dict[str, str]) -> str:
+def fit_status_text(fitted: int, pending: int, failures: dict[str, str]) -> str:
     """Return how the fits of the maneuvers stand."""
     parts = []
     if fitted:

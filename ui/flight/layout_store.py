@@ -7,14 +7,14 @@ import re
 from pathlib import Path
 
 from gsapp.foundation import FileProblemsError, FlightError, GroundStationError, UnknownNameError
-from gsapp.foundation.files import files_of
-from ui.flight.choice import LAYOUT_NAMES, named
-from ui.strips.layout import StripLayout, load_layout, save_layout
-from ui.words import file_name
+from gsapp.foundation.files import list_files
+from ui.flight.chart_selection import SHIPPED_LAYOUT_NAMES, rename_layout
+from ui.number_format import sanitize_file_name
+from ui.strips.strip_layout import StripLayout, load_layout, save_layout
 
 log = logging.getLogger(__name__)
 
-_WRITTEN = re.compile(r"[^\w\-]+")
+_UNSAFE_CHARACTERS = re.compile(r"[^\w\-]+")
 
 
 class LayoutStore:
@@ -36,7 +36,7 @@ class LayoutStore:
         self._layouts: dict[str, tuple[Path, StripLayout]] = {}
         complaints: list[str] = []
         try:
-            files = files_of(folder, "*.toml")
+            files = list_files(folder, "*.toml")
         except GroundStationError as error:
             log.warning("layouts not used: %s", error)
             complaints.append(f"The layouts could not be read: {error}.")
@@ -71,19 +71,19 @@ class LayoutStore:
         FlightError
             If the name belongs to a layout that comes with the program, or the disk refuses.
         """
-        if name in LAYOUT_NAMES or not name.strip():
+        if name in SHIPPED_LAYOUT_NAMES or not name.strip():
             raise FlightError(f"'{name}' comes with the program; choose another name")
         path = self._layouts[name][0] if name in self._layouts else self._free_path(name)
         try:
-            save_layout(path, named(layout, name))
+            save_layout(path, rename_layout(layout, name))
         except OSError as error:
             raise FlightError(
                 f"the layout '{name}' cannot be written to {path} ({error.strerror})"
             ) from error
-        self._layouts[name] = (path, named(layout, name))
+        self._layouts[name] = (path, rename_layout(layout, name))
 
     def _free_path(self, name: str) -> Path:
-        stem = file_name(_WRITTEN.sub("-", name).strip("-").lower()) or "layout"
+        stem = sanitize_file_name(_UNSAFE_CHARACTERS.sub("-", name).strip("-").lower()) or "layout"
         taken = {path for path, _layout in self._layouts.values()}
         number = 1
         while True:

@@ -6,17 +6,17 @@ from typing import Final
 
 from PySide6.QtWidgets import QGridLayout, QWidget
 
-from gsapp.excitation.debrief_maneuver import JudgedManeuver
-from gsapp.flight.cards.card import SURFACES
+from gsapp.excitation.debrief_maneuver import EvaluatedManeuver
+from gsapp.flight.cards.card import SURFACE_NAMES
 from gsapp.quantities import FloatArray, channel, from_si, trace_color
-from ui.gap.chart import FLIGHT_TIME, Band, Chart, Curve
-from ui.look import Look
-from ui.words import symbol_text, unit_text
+from ui.display_style import DisplayStyle
+from ui.gap.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotBand, PlotCurve
+from ui.number_format import symbol_text, unit_text
 
-_MOST: Final = 2
+_MAX_SURFACES: Final = 2
 """Surfaces that are drawn; no input moves more of them on purpose."""
-_RATES: Final = ("p", "q", "r")
-_HIGH: Final = 150
+_RATE_CHANNELS: Final = ("p", "q", "r")
+_MIN_CHART_HEIGHT: Final = 150
 
 
 class ManeuverCharts(QWidget):
@@ -24,22 +24,25 @@ class ManeuverCharts(QWidget):
 
     Parameters
     ----------
-    look : Look
+    look : DisplayStyle
         Colors, sizes, units.
     """
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)
-        self.surfaces = [Chart(look, f"Surface {place + 1}", high=_HIGH) for place in range(_MOST)]
-        self.answer = Chart(look, "Response", high=_HIGH)
+        self.surfaces = [
+            AnalysisPlot(look, f"Surface {place + 1}", high=_MIN_CHART_HEIGHT)
+            for place in range(_MAX_SURFACES)
+        ]
+        self.answer = AnalysisPlot(look, "Response", high=_MIN_CHART_HEIGHT)
         for place, chart in enumerate(self.surfaces):
             self._grid.addWidget(chart, 0, place)
-        self._grid.addWidget(self.answer, 1, 0, 1, _MOST)
+        self._grid.addWidget(self.answer, 1, 0, 1, _MAX_SURFACES)
 
-    def show_maneuver(self, judged: JudgedManeuver) -> None:
+    def show_maneuver(self, judged: EvaluatedManeuver) -> None:
         """Draw another maneuver."""
         self._grid.setSpacing(self._look.px(8))
         shown = [name for name in judged.verdict.surfaces if name in judged.curves.series]
@@ -49,7 +52,7 @@ class ManeuverCharts(QWidget):
                 self._draw_surface(chart, judged, name)
         self._draw_answer(judged)
 
-    def _draw_surface(self, chart: Chart, judged: JudgedManeuver, name: str) -> None:
+    def _draw_surface(self, chart: AnalysisPlot, judged: EvaluatedManeuver, name: str) -> None:
         values = judged.curves.series[name]
         moved = self._shown(name, values - values[0])
         bands = []
@@ -57,24 +60,24 @@ class ManeuverCharts(QWidget):
         if wanted is not None:
             low, high = (float(self._shown(name, end)) for end in (wanted.low, wanted.high))
             bands = [
-                Band(low=low, high=high, name="wanted", wanted=True),
-                Band(low=-high, high=-low, wanted=True),
+                PlotBand(low=low, high=high, name="wanted", wanted=True),
+                PlotBand(low=-high, high=-low, wanted=True),
             ]
-        title = SURFACES.get(name, name).capitalize()
-        curve = Curve(x=judged.curves.times, y=moved, color=trace_color(name), name="moved")
+        title = SURFACE_NAMES.get(name, name).capitalize()
+        curve = PlotCurve(x=judged.curves.times, y=moved, color=trace_color(name), name="moved")
         chart.draw(
             [curve],
             [*bands, self._hands_off(judged)],
             title=title,
-            bottom=FLIGHT_TIME,
+            bottom=FLIGHT_TIME_LABEL,
             left=f"From trim [{self._unit(name)}]",
             words=f"{title} of {judged.verdict.id}",
         )
 
-    def _draw_answer(self, judged: JudgedManeuver) -> None:
-        names = [name for name in _RATES if name in judged.curves.series]
+    def _draw_answer(self, judged: EvaluatedManeuver) -> None:
+        names = [name for name in _RATE_CHANNELS if name in judged.curves.series]
         curves = [
-            Curve(
+            PlotCurve(
                 x=judged.curves.times,
                 y=self._shown(name, judged.curves.series[name]),
                 color=trace_color(name),
@@ -87,14 +90,14 @@ class ManeuverCharts(QWidget):
             curves,
             [self._hands_off(judged)],
             title="Response" if curves else "Response not measured",
-            bottom=FLIGHT_TIME,
+            bottom=FLIGHT_TIME_LABEL,
             left=f"Rate [{unit}]",
             words=f"Rates of {judged.verdict.id}",
         )
 
-    def _hands_off(self, judged: JudgedManeuver) -> Band:
+    def _hands_off(self, judged: EvaluatedManeuver) -> PlotBand:
         verdict = judged.verdict
-        return Band(
+        return PlotBand(
             low=verdict.t_input_end,
             high=verdict.t_end,
             name="hands off",

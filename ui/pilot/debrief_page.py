@@ -10,27 +10,27 @@ from PySide6.QtGui import QAction, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QScrollArea, QVBoxLayout, QWidget
 
 from gsapp.excitation.debrief import Debrief
-from gsapp.excitation.debrief_maneuver import JudgedManeuver
+from gsapp.excitation.debrief_maneuver import EvaluatedManeuver
 from gsapp.excitation.debrief_trends import FlightTrend
-from ui.commands import key_text
-from ui.look import Look
-from ui.pages import label
+from ui.commands import shortcut_text
+from ui.display_style import DisplayStyle
 from ui.pilot.debrief_charts import ManeuverCharts
-from ui.pilot.debrief_words import (
-    CARD_HEADS,
-    TREND_HEADS,
-    card_rows,
-    headline,
-    maneuver_line,
-    reasons,
-    trend_rows,
+from ui.pilot.debrief_text import (
+    CARD_COLUMN_TITLES,
+    TREND_COLUMN_TITLES,
+    build_card_rows,
+    build_maneuver_item,
+    build_trend_rows,
+    debrief_headline,
+    list_verdict_reasons,
 )
 from ui.pilot.text_table import TextTable
-from ui.preflight.big_list import BigList
+from ui.preflight.status_list import StatusListView
+from ui.start_page import create_label
 
-_WIDE: Final = 760
+_SIDE_BY_SIDE_WIDTH: Final = 760
 """Points of width from which list and maneuver stand side by side."""
-_SCROLL: Final = 60
+_SCROLL_STEP: Final = 60
 
 
 class DebriefPage(QWidget):
@@ -38,7 +38,7 @@ class DebriefPage(QWidget):
 
     Parameters
     ----------
-    look : Look
+    look : DisplayStyle
         Colors, sizes, units.
     commands : sequence of QAction
         What the menu of the list offers for a maneuver.
@@ -51,7 +51,7 @@ class DebriefPage(QWidget):
 
     changed = Signal()
 
-    def __init__(self, look: Look, commands: Sequence[QAction] = ()) -> None:
+    def __init__(self, look: DisplayStyle, commands: Sequence[QAction] = ()) -> None:
         super().__init__()
         self.setObjectName("page")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
@@ -61,12 +61,12 @@ class DebriefPage(QWidget):
         self._shown: tuple[object, ...] = ()
         self._reading = False
         outer = QVBoxLayout(self)
-        self.headline = label("", "heading", wrap=True)
+        self.headline = create_label("", "heading", wrap=True)
         outer.addWidget(self.headline)
         self._row = QHBoxLayout()
         outer.addLayout(self._row, 1)
         self._outer = outer
-        self.list = BigList(look, "Maneuvers", commands)
+        self.list = StatusListView(look, "Maneuvers", commands)
         self.list.chosen.connect(lambda _key: self._show_maneuver())
         self.list.pressed_key.connect(lambda _key: self.read())
         self._row.addWidget(self.list, 2)
@@ -80,11 +80,11 @@ class DebriefPage(QWidget):
         body = QWidget()
         body.setObjectName("page")
         self._column = QVBoxLayout(body)
-        self.title = label("", "title", wrap=True)
-        self.why = label("", wrap=True, remarks_in=look)
+        self.title = create_label("", "title", wrap=True)
+        self.why = create_label("", wrap=True, remarks_in=look)
         self.charts = ManeuverCharts(look)
-        self.cards = TextTable(look, "Score by card", CARD_HEADS, 1)
-        self.trends = TextTable(look, "From flight to flight", TREND_HEADS, 3)
+        self.cards = TextTable(look, "Score by card", CARD_COLUMN_TITLES, 1)
+        self.trends = TextTable(look, "From flight to flight", TREND_COLUMN_TITLES, 3)
         for part in (self.title, self.why, self.charts, self.cards, self.trends):
             self._column.addWidget(part)
         self._column.addStretch(1)
@@ -116,21 +116,21 @@ class DebriefPage(QWidget):
         if state == self._shown:
             return
         self._shown = state
-        self.headline.setText(headline(debrief))
-        self.list.show_lines([maneuver_line(one, self._look.units) for one in maneuvers])
-        self.cards.show_rows(card_rows(debrief), "No test cards belong to this flight.")
+        self.headline.setText(debrief_headline(debrief))
+        self.list.show_lines([build_maneuver_item(one, self._look.units) for one in maneuvers])
+        self.cards.show_rows(build_card_rows(debrief), "No test cards belong to this flight.")
         self._show_maneuver()
         self.changed.emit()
 
     def show_trends(self, trends: Sequence[FlightTrend]) -> None:
         """Show flights in a row."""
         self.trends.show_rows(
-            trend_rows(trends),
-            f"No flight is kept in the catalog yet. {key_text('Ctrl+S')} keeps this one.",
+            build_trend_rows(trends),
+            f"No flight is kept in the catalog yet. {shortcut_text('Ctrl+S')} keeps this one.",
         )
 
     @property
-    def maneuver(self) -> JudgedManeuver | None:
+    def maneuver(self) -> EvaluatedManeuver | None:
         """Return the maneuver that is looked at."""
         maneuvers = () if self.debrief is None else self.debrief.maneuvers
         key = self.list.current_key
@@ -143,9 +143,11 @@ class DebriefPage(QWidget):
         if judged is None:
             self.title.setText("Every input is listed here once it is flown")
             return
-        line = maneuver_line(judged, self._look.units)
+        line = build_maneuver_item(judged, self._look.units)
         self.title.setText(f"{line.words}: {line.state_words}")
-        self.why.setText("\n".join(f"· {words}" for words in reasons(judged, self._look.units)))
+        self.why.setText(
+            "\n".join(f"· {words}" for words in list_verdict_reasons(judged, self._look.units))
+        )
         self.charts.show_maneuver(judged)
         self.changed.emit()
 
@@ -169,7 +171,7 @@ class DebriefPage(QWidget):
         self._fit()
 
     def _fit(self) -> None:
-        wide = self.width() >= self._look.px(_WIDE)
+        wide = self.width() >= self._look.px(_SIDE_BY_SIDE_WIDTH)
         self.list.setVisible(wide or not self._reading)
         self.scroll.setVisible(wide or self._reading)
 
@@ -177,8 +179,8 @@ class DebriefPage(QWidget):
         """Scroll the maneuver, and come back to the list with Esc."""
         bar = self.scroll.verticalScrollBar()
         steps: dict[Qt.Key, Callable[[], int]] = {
-            Qt.Key.Key_Down: lambda: self._look.px(_SCROLL),
-            Qt.Key.Key_Up: lambda: -self._look.px(_SCROLL),
+            Qt.Key.Key_Down: lambda: self._look.px(_SCROLL_STEP),
+            Qt.Key.Key_Up: lambda: -self._look.px(_SCROLL_STEP),
             Qt.Key.Key_PageDown: bar.pageStep,
             Qt.Key.Key_PageUp: lambda: -bar.pageStep(),
         }

@@ -6,15 +6,15 @@ import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final
 
+from gsapp.excitation.announcer import Announcement
 from gsapp.excitation.cues import CueSnapshot
-from gsapp.excitation.speaking import Spoken
 from gsapp.flight.cards import CardSet
-from ui.desk import Desk
+from ui.flight_controller import FlightController
 
 if TYPE_CHECKING:
     from gsapp.excitation.debrief import Debrief
 
-BELIEVED: Final = 1.0
+MAX_DATA_AGE: Final = 1.0
 """Seconds without a sample after which what was said last does not stand any more."""
 
 
@@ -23,13 +23,13 @@ class FlightCues:
 
     Parameters
     ----------
-    desk : Desk
+    desk : FlightController
         The open flight.
     clock : callable
         Seconds of a clock that never goes back.
     """
 
-    def __init__(self, desk: Desk, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, desk: FlightController, clock: Callable[[], float] = time.monotonic) -> None:
         self._desk = desk
         self._clock = clock
         self._seen: float | None = None
@@ -57,9 +57,9 @@ class FlightCues:
             self._seen, self._came = newest, now
         live = self._desk.is_open and not self._desk.is_replay
         passed = now - self._came
-        return passed if live and newest is not None and passed > BELIEVED else None
+        return passed if live and newest is not None and passed > MAX_DATA_AGE else None
 
-    def spoken(self) -> Sequence[Spoken]:
+    def spoken(self) -> Sequence[Announcement]:
         """Return what is to be heard, all of the flight so far."""
         session = self._desk.session
         return () if session is None else session.spoken

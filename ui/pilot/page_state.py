@@ -7,17 +7,17 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from gsapp.excitation.cues import CueSnapshot
-from gsapp.excitation.points.wanted import WantedInput
-from ui.pilot.calm import Calm
-from ui.pilot.choosing import Choosing, last_card
-from ui.pilot.reading import Reading, sheet_of
-from ui.pilot.sheet import Sheet
+from gsapp.excitation.test_points.target_input import TargetInput
+from ui.pilot.card_browser import CardBrowser, find_last_flown_card
+from ui.pilot.cue_display import CueDisplay
+from ui.pilot.cue_display_builder import CueDisplayInput, build_cue_display
+from ui.pilot.display_rate_limiter import DisplayRateLimiter
 
 if TYPE_CHECKING:
     from ui.pilot.flight_cues import FlightCues
 
 
-class PageState:
+class PilotPageState:
     """What the crew did to the page, and what follows from it.
 
     Parameters
@@ -36,7 +36,7 @@ class PageState:
     def __init__(self, cues: FlightCues, clock: Callable[[], float] = time.monotonic) -> None:
         self._cues = cues
         self._clock = clock
-        self._choosing = Choosing()
+        self._choosing = CardBrowser()
         self.snapshot: CueSnapshot | None = None
         self.restart()
 
@@ -44,7 +44,7 @@ class PageState:
         """Begin with another flight."""
         self._choosing.forget()
         self._dismissed = ""
-        self._calm = Calm(self._clock)
+        self._calm = DisplayRateLimiter(self._clock)
         self.snapshot = None
 
     def look(self) -> CueSnapshot | None:
@@ -52,9 +52,9 @@ class PageState:
         self.snapshot = self._cues.snapshot()
         return self.snapshot
 
-    def sheet(self, units: str) -> Sheet:
+    def sheet(self, units: str) -> CueDisplay:
         """Return what stands on the page, as of the last look."""
-        reading = Reading(
+        reading = CueDisplayInput(
             cues=self.snapshot,
             units=units,
             open=self._cues.is_open,
@@ -64,9 +64,9 @@ class PageState:
             browsed=self._choosing.browsed(self._cues.cards),
             wanted=self._wanted(),
         )
-        return self._calm.calmed(sheet_of(reading))
+        return self._calm.calmed(build_cue_display(reading))
 
-    def _wanted(self) -> WantedInput | None:
+    def _wanted(self) -> TargetInput | None:
         """Return what was wanted of the input whose verdict is on the page."""
         standing = self.standing_verdict
         debrief = self._cues.debrief() if standing else None
@@ -91,7 +91,7 @@ class PageState:
 
     def repeat(self) -> None:
         """Have the card of the latest maneuver flown again."""
-        card = last_card(self.look(), self._cues.cards)
+        card = find_last_flown_card(self.look(), self._cues.cards)
         if card:
             self._choose(card)
 

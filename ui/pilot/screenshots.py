@@ -15,26 +15,31 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from gsapp.foundation import GroundStationError
-from ui.photographer import Guise, Photographer, picture_parser, studio
 from ui.screenshot import write_virtual_flight
+from ui.screenshot_taker import (
+    ScreenshotTaker,
+    WindowAppearance,
+    screenshot_parser,
+    screenshot_window,
+)
 
 if TYPE_CHECKING:
     from gsapp.excitation.cues import CueEvent
 
-_SETTLED: Final = 0.7
+_SETTLE_SECONDS: Final = 0.7
 """Seconds after which words that are held have come through."""
-_LOOKED_AHEAD: Final = 6.0
+_TRAINING_START_SECONDS: Final = 6.0
 """Seconds of training after which the first look ahead is over: on a busy machine it takes long
 enough for the built-in pilot to take the sticks back."""
-_FLOWN: Final = 5.0
+_TRAINING_SECONDS: Final = 5.0
 """Seconds for which the aircraft is left alone in training, before its picture is taken."""
-_PATIENCE: Final = 900.0
+_TIMEOUT_SECONDS: Final = 900.0
 """Seconds: a whole flight is judged twice."""
-_SOON: Final = 0.3
+_EVENT_DELAY_SECONDS: Final = 0.3
 """Seconds of flight after an event at which its picture is taken."""
 
 
-def _named(event: CueEvent) -> str:
+def _picture_name(event: CueEvent) -> str:
     """Return the picture that an event is good for; empty for none."""
     if event.kind == "trim":
         return {"fly": "fly", "hold": "hold", "go": "go", "gusty": "gusty", "turn": "turn"}.get(
@@ -45,7 +50,7 @@ def _named(event: CueEvent) -> str:
     return "hands-off" if (event.kind, event.state) == ("hands-off", "begins") else ""
 
 
-def photograph(flight: Path, out: Path, guise: Guise) -> tuple[Path, ...]:
+def take_pilot_screenshots(flight: Path, out: Path, guise: WindowAppearance) -> tuple[Path, ...]:
     """Save the states of the page as a flight shows them, the debrief, and training.
 
     Parameters
@@ -54,7 +59,7 @@ def photograph(flight: Path, out: Path, guise: Guise) -> tuple[Path, ...]:
         Flight folder.
     out : Path
         Folder of the pictures.
-    guise : Guise
+    guise : WindowAppearance
         How the window looks.
 
     Raises
@@ -62,19 +67,19 @@ def photograph(flight: Path, out: Path, guise: Guise) -> tuple[Path, ...]:
     GroundStationError
         If the flight does not open in time, or a picture cannot be written.
     """
-    with studio(guise) as window:
-        crew = Photographer(window, out, settles=_SETTLED, patience=_PATIENCE)
-        return (*_flown(crew, flight), *_trained(crew))
+    with screenshot_window(guise) as window:
+        crew = ScreenshotTaker(window, out, settles=_SETTLE_SECONDS, patience=_TIMEOUT_SECONDS)
+        return (*_capture_flight(crew, flight), *_capture_training(crew))
 
 
-def _flown(crew: Photographer, flight: Path) -> Iterator[Path]:
+def _capture_flight(crew: ScreenshotTaker, flight: Path) -> Iterator[Path]:
     """Go to where each state stands, then to the debrief."""
     desk = crew.window.desk
     desk.starter.open_flight(flight, playing=False)
     crew.wait(lambda: desk.is_loaded, f"{flight} to open")
     crew.window.show_place("pilot")
-    for name, at in _moments(crew).items():
-        _go_to(crew, at + _SOON)
+    for name, at in _find_picture_times(crew).items():
+        _go_to(crew, at + _EVENT_DELAY_SECONDS)
         yield crew.take(name)
     span = desk.replay_span
     if span is not None:
@@ -84,7 +89,7 @@ def _flown(crew: Photographer, flight: Path) -> Iterator[Path]:
     crew.window.pilot.go(debrief=False)
 
 
-def _moments(crew: Photographer) -> Mapping[str, float]:
+def _find_picture_times(crew: ScreenshotTaker) -> Mapping[str, float]:
     """Return the flight time of each picture: of its kind that nearest to the middle."""
     desk = crew.window.desk
     span, session = desk.replay_span, desk.session
@@ -92,69 +97,69 @@ def _moments(crew: Photographer) -> Mapping[str, float]:
         return {}
     _go_to(crew, span[1])
     middle = 0.5 * (span[0] + span[1])
-    log = _seen(session.cue_watch.cueing.log)
+    log = _visible_events(session.cue_watch.cueing.log)
     log.sort(key=lambda one: -abs(one.time - middle))
-    found = {_named(event): event.time for event in log}  # the nearest come last, and stay
+    found = {_picture_name(event): event.time for event in log}  # the nearest come last, and stay
     found.pop("", None)
     return dict(sorted(found.items(), key=lambda pair: pair[1]))
 
 
-def _seen(log: Sequence[CueEvent]) -> list[CueEvent]:
+def _visible_events(log: Sequence[CueEvent]) -> list[CueEvent]:
     """Return the events that show on the page: trim does not from an input to its verdict."""
-    from gsapp.excitation.cues import VERDICT_STANDS
+    from gsapp.excitation.cues import VERDICT_DISPLAY_TIME
 
     seen: list[CueEvent] = []
     busy = -math.inf
     for event in log:
         if event.kind == "input":
             # Noted once the sticks are let go; it began before.
-            began = float(event.data["t_input"]) - _SOON
+            began = float(event.data["t_input"]) - _EVENT_DELAY_SECONDS
             seen = [one for one in seen if one.kind != "trim" or one.time < began]
             busy = math.inf
         elif event.kind == "verdict":
-            busy = event.time + VERDICT_STANDS
+            busy = event.time + VERDICT_DISPLAY_TIME
         if event.kind != "trim" or event.time >= busy:
             seen.append(event)
     return seen
 
 
-def _go_to(crew: Photographer, at: float) -> None:
+def _go_to(crew: ScreenshotTaker, at: float) -> None:
     crew.window.desk.seek(at)
     crew.wait(lambda: crew.window.desk.is_settled, "the cues")
     crew.window.desk.tick()
 
 
-def _trained(crew: Photographer) -> Iterator[Path]:
+def _capture_training(crew: ScreenshotTaker) -> Iterator[Path]:
     """Take the sticks of the virtual aircraft."""
     pilot, desk = crew.window.pilot, crew.window.desk
     pilot.train()
     crew.wait(lambda: pilot.training.running and desk.time is not None, "the aircraft")
-    crew.wait(lambda: (desk.time or 0.0) > _LOOKED_AHEAD, "the aircraft")
+    crew.wait(lambda: (desk.time or 0.0) > _TRAINING_START_SECONDS, "the aircraft")
     pilot.training.exchange()
     crew.wait(lambda: pilot.training.flies, "the sticks")
     begin = desk.time or 0.0
-    crew.wait(lambda: (desk.time or 0.0) > begin + _FLOWN, "the flight")
+    crew.wait(lambda: (desk.time or 0.0) > begin + _TRAINING_SECONDS, "the flight")
     yield crew.take("training")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Take the pictures; see the module's text."""
-    parser = picture_parser("ui.pilot.screenshots", __doc__)
+    parser = screenshot_parser("ui.pilot.screenshots", __doc__)
     parser.add_argument("--flight", type=Path, help="flight to show; a virtual one by default")
     given = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as scratch:
         try:
-            photograph(
-                given.flight or _virtual(Path(scratch)),
+            take_pilot_screenshots(
+                given.flight or _write_virtual_flight(Path(scratch)),
                 given.out,
-                Guise.given(given),
+                WindowAppearance.given(given),
             )
         except GroundStationError as error:
             sys.exit(str(error))
     return 0
 
 
-def _virtual(folder: Path) -> Path:
+def _write_virtual_flight(folder: Path) -> Path:
     """Write a whole virtual flight, with the cards of its aircraft."""
     from gsapp.flight.cards import load_cards
     from gsapp.flight.folder import FlightFolder

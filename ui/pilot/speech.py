@@ -5,24 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
+from gsapp.excitation.announcer import Announcement
 from gsapp.excitation.cues import CueSnapshot
-from gsapp.excitation.speaking import Spoken
-from ui.voice.queue import Priority
+from ui.voice.speech_queue import UtterancePriority
 from ui.voice.voice import Voice
 
-LATE: Final = 1.5
+MAX_SPEECH_DELAY: Final = 1.5
 """Seconds of flight after which something is not said any more: it was true a while ago."""
-_PRIORITY: Final[Mapping[str, Priority]] = {
-    "note": Priority.NOTE,
-    "prompt": Priority.PROMPT,
-    "warning": Priority.WARNING,
+_PRIORITY: Final[Mapping[str, UtterancePriority]] = {
+    "note": UtterancePriority.NOTE,
+    "prompt": UtterancePriority.PROMPT,
+    "warning": UtterancePriority.WARNING,
 }
 
 
 class FlightSpeech:
     """Says what is new, and keeps everything else silent while the hands are off.
 
-    Which words those are was decided before (`gsapp.excitation.speaking`); of two at once the
+    Which words those are was decided before (`gsapp.excitation.announcer`); of two at once the
     voice chooses.
 
     Parameters
@@ -34,19 +34,21 @@ class FlightSpeech:
         self._voice = voice
         self._heard = 0
 
-    def restart(self, spoken: Sequence[Spoken] = ()) -> None:
+    def restart(self, spoken: Sequence[Announcement] = ()) -> None:
         """Begin with another flight; what was to be heard of it before is not said."""
         self._heard = len(spoken)
         self._voice.hush(False)
 
-    def hear(self, cues: CueSnapshot | None, spoken: Sequence[Spoken], *, aloud: bool) -> None:
+    def hear(
+        self, cues: CueSnapshot | None, spoken: Sequence[Announcement], *, aloud: bool
+    ) -> None:
         """Let be heard what is new.
 
         Parameters
         ----------
         cues : CueSnapshot or None
             As they stand.
-        spoken : sequence of Spoken
+        spoken : sequence of Announcement
             All of the flight so far.
         aloud : bool
             Whether cues are spoken now.
@@ -59,7 +61,7 @@ class FlightSpeech:
         if not aloud or cues is None or cues.time is None:
             return
         for one in new:
-            if cues.time - one.time > LATE:
+            if cues.time - one.time > MAX_SPEECH_DELAY:
                 continue
             if one.tone:
                 self._voice.tone(one.tone)

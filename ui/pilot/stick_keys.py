@@ -8,7 +8,7 @@ from typing import Final
 
 from PySide6.QtCore import Qt
 
-_PUSHES: Final[Mapping[Qt.Key, tuple[str, float]]] = {
+_STICK_KEYS: Final[Mapping[Qt.Key, tuple[str, float]]] = {
     Qt.Key.Key_Down: ("pitch", 1.0),
     Qt.Key.Key_Up: ("pitch", -1.0),
     Qt.Key.Key_Right: ("roll", 1.0),
@@ -17,14 +17,14 @@ _PUSHES: Final[Mapping[Qt.Key, tuple[str, float]]] = {
     Qt.Key.Key_A: ("yaw", -1.0),
 }
 """Sticks: while a key is down. The stick is pulled with Down, as it is towards oneself."""
-_CLICKS: Final[Mapping[Qt.Key, tuple[str, float]]] = {
+_LEVER_KEYS: Final[Mapping[Qt.Key, tuple[str, float]]] = {
     Qt.Key.Key_W: ("throttle", 0.04),
     Qt.Key.Key_S: ("throttle", -0.04),
 }
 """The throttle lever moves by so much of its travel at each press, and stays."""
-_TRIM: Final = 0.02
+_TRIM_STEP: Final = 0.02
 """Share of a trim lever's travel at each press of a stick's key with Ctrl."""
-_SIZES: Final[Mapping[Qt.Key, float]] = {
+_TRAVEL_KEYS: Final[Mapping[Qt.Key, float]] = {
     Qt.Key.Key_1: 0.25,
     Qt.Key.Key_2: 1.0 / 3.0,
     Qt.Key.Key_3: 0.5,
@@ -32,19 +32,19 @@ _SIZES: Final[Mapping[Qt.Key, float]] = {
     Qt.Key.Key_5: 1.0,
 }
 """How far a key pushes its stick, as the words of the cues go: quarter, third, half ..."""
-SIZE_WORDS: Final[Mapping[float, str]] = {
+STICK_TRAVEL_TEXTS: Final[Mapping[float, str]] = {
     0.25: "quarter stick",
     1.0 / 3.0: "third of stick",
     0.5: "half stick",
     2.0 / 3.0: "two thirds",
     1.0: "full stick",
 }
-_RATES: Final[Mapping[Qt.Key, bool]] = {Qt.Key.Key_9: False, Qt.Key.Key_0: True}
+_RATE_KEYS: Final[Mapping[Qt.Key, bool]] = {Qt.Key.Key_9: False, Qt.Key.Key_0: True}
 """Position of the rate switch."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Push:
+class StickPosition:
     """Where the keys push, -1 to 1; pulled, right, right are positive."""
 
     pitch: float = 0.0
@@ -53,7 +53,7 @@ class Push:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Click:
+class LeverStep:
     """A lever to be moved by a share of its travel."""
 
     axis: str
@@ -61,20 +61,20 @@ class Click:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Size:
+class StickTravel:
     """How far keys push from now on, as a share of full stick."""
 
     share: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rate:
+class RateSwitch:
     """Position of the rate switch."""
 
     high: bool
 
 
-Doing = Click | Size | Rate
+StickAction = LeverStep | StickTravel | RateSwitch
 """What a press does once, beside pushing a stick."""
 
 
@@ -91,34 +91,34 @@ class StickKeys:
     @staticmethod
     def flies(key: Qt.Key) -> bool:
         """Return whether a key belongs to the sticks while the trainee flies."""
-        return key in _PUSHES or key in _CLICKS or key in _SIZES or key in _RATES
+        return key in _STICK_KEYS or key in _LEVER_KEYS or key in _TRAVEL_KEYS or key in _RATE_KEYS
 
-    def press(self, key: Qt.Key, *, trim: bool, again: bool) -> Doing | None:
+    def press(self, key: Qt.Key, *, trim: bool, again: bool) -> StickAction | None:
         """Take a key that went down; return what it does once.
 
         Parameters
         ----------
-        key : Qt.Key
+        key : Qt.KeyPath
         trim : bool
             Whether Ctrl is down, which makes the key of a stick one of its trim lever.
         again : bool
             Whether it is the keyboard that repeats a key which is down.
         """
-        if key in _PUSHES:
-            axis, way = _PUSHES[key]
+        if key in _STICK_KEYS:
+            axis, way = _STICK_KEYS[key]
             if trim:
-                return Click(axis=axis, by=way * _TRIM)
+                return LeverStep(axis=axis, by=way * _TRIM_STEP)
             if not again:
                 self.release(key)
                 self._down.append(key)
             return None
-        if key in _CLICKS:
-            axis, by = _CLICKS[key]
-            return Click(axis=axis, by=by)
-        if key in _SIZES and not again:
-            return Size(share=_SIZES[key])
-        if key in _RATES and not again:
-            return Rate(high=_RATES[key])
+        if key in _LEVER_KEYS:
+            axis, by = _LEVER_KEYS[key]
+            return LeverStep(axis=axis, by=by)
+        if key in _TRAVEL_KEYS and not again:
+            return StickTravel(share=_TRAVEL_KEYS[key])
+        if key in _RATE_KEYS and not again:
+            return RateSwitch(high=_RATE_KEYS[key])
         return None
 
     def release(self, key: Qt.Key) -> None:
@@ -131,7 +131,7 @@ class StickKeys:
         self._down.clear()
 
     @property
-    def push(self) -> Push:
+    def push(self) -> StickPosition:
         """Return where the keys push now."""
-        axes = dict(_PUSHES[key] for key in self._down)
-        return Push(**axes)
+        axes = dict(_STICK_KEYS[key] for key in self._down)
+        return StickPosition(**axes)

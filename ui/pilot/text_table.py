@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QGridLayout, QVBoxLayout, QWidget
 
-from gsapp.quantities import in_units
-from ui.look import Look
-from ui.pages import label
-from ui.table_menu import table_actions
+from gsapp.quantities import convert_text_units
+from ui.display_style import DisplayStyle
+from ui.start_page import create_label
+from ui.table_menu import create_table_actions
 
 
 class TextTable(QWidget):
@@ -18,7 +18,7 @@ class TextTable(QWidget):
 
     Parameters
     ----------
-    look : Look
+    look : DisplayStyle
         Sizes.
     title : str
     heads : sequence of str
@@ -27,7 +27,7 @@ class TextTable(QWidget):
         The column that takes what room is left.
     """
 
-    def __init__(self, look: Look, title: str, heads: Sequence[str], stretch: int) -> None:
+    def __init__(self, look: DisplayStyle, title: str, heads: Sequence[str], stretch: int) -> None:
         super().__init__()
         self._look = look
         self._heads = tuple(heads)
@@ -36,18 +36,18 @@ class TextTable(QWidget):
         self.setAccessibleName(title)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(label(title, "heading", wrap=True))
-        self.none = label("", "muted", wrap=True)
+        column.addWidget(create_label(title, "heading", wrap=True))
+        self.none = create_label("", "muted", wrap=True)
         column.addWidget(self.none)
         self._holder = QWidget()
         column.addWidget(self._holder)
-        self.addActions(table_actions(self, lambda: (self._heads, *(self._rows or ()))))
+        self.addActions(create_table_actions(self, lambda: (self._heads, *(self._rows or ()))))
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
     def show_rows(self, rows: Sequence[Sequence[str]], none: str) -> None:
         """Show other rows, or say why there are none."""
         units = self._look.units
-        made = tuple(tuple(in_units(cell, units) for cell in row) for row in rows)
+        made = tuple(tuple(convert_text_units(cell, units) for cell in row) for row in rows)
         self.none.setText(none)
         self.none.setVisible(not made)
         if made == self._rows:
@@ -61,10 +61,12 @@ class TextTable(QWidget):
         grid.setVerticalSpacing(self._look.px(6))
         grid.setColumnStretch(self._stretch, 1)
         for place, head in enumerate(self._heads):
-            grid.addWidget(label(head, "label", wrap=place == self._stretch), 0, place)
+            grid.addWidget(create_label(head, "label", wrap=place == self._stretch), 0, place)
         for line, row in enumerate(made, start=1):
             for place, text in enumerate(row):
-                cell = label(text, "strong" if place == 0 else "", wrap=place >= self._stretch)
+                cell = create_label(
+                    text, "strong" if place == 0 else "", wrap=place >= self._stretch
+                )
                 grid.addWidget(cell, line, place, Qt.AlignmentFlag.AlignTop)
         holder.setVisible(bool(made))
         self.layout().replaceWidget(self._holder, holder)

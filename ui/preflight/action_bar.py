@@ -9,13 +9,13 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QPushButton, QSizePolicy, QWidget
 
-from ui.commands import key_text
-from ui.dialogs.form import restyle
-from ui.look import Look
+from ui.commands import shortcut_text
+from ui.dialogs.form_dialog import repolish
+from ui.display_style import DisplayStyle
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Offer:
+class ActionItem:
     """Something that can be done now.
 
     Attributes
@@ -41,7 +41,7 @@ class Offer:
     @property
     def words(self) -> str:
         """Return the text with the key."""
-        return f"{self.text}   {key_text(self.key)}" if self.key else self.text
+        return f"{self.text}   {shortcut_text(self.key)}" if self.key else self.text
 
 
 class ActionBar(QWidget):
@@ -49,7 +49,7 @@ class ActionBar(QWidget):
 
     Parameters
     ----------
-    look : Look
+    look : DisplayStyle
         Sizes.
 
     Attributes
@@ -60,10 +60,10 @@ class ActionBar(QWidget):
 
     pressed = Signal(str)
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
-        self.offers: tuple[Offer, ...] = ()
+        self.offers: tuple[ActionItem, ...] = ()
         self._buttons: list[QPushButton] = []
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self._row = QHBoxLayout(self)
@@ -92,7 +92,7 @@ class ActionBar(QWidget):
         """Return the least size: never lower."""
         return QSize(self._look.px(160), self.sizeHint().height())
 
-    def show_offers(self, offers: Sequence[Offer]) -> None:
+    def show_offers(self, offers: Sequence[ActionItem]) -> None:
         """Show what can be done now."""
         if tuple(offers) == self.offers:
             return
@@ -110,7 +110,7 @@ class ActionBar(QWidget):
             role = "primary" if offer.first else ""
             if button.property("role") != role:
                 button.setProperty("role", role)
-                restyle(button)
+                repolish(button)
         self._fit()
 
     def _make(self) -> None:

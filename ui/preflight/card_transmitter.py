@@ -6,52 +6,52 @@ from collections.abc import Mapping
 
 from gsapp.flight.info import FlightInfo
 from gsapp.foundation import UnitError
-from ui.look import Look
-from ui.pages import label
-from ui.preflight.card_form import (
-    LEVERS,
+from ui.display_style import DisplayStyle
+from ui.preflight.field_grid import FieldGrid, GridColumn, GrowingFieldGrid
+from ui.preflight.flight_card_fields import (
     STICKS,
-    THROWS,
-    CardValue,
-    mixer_share,
-    read,
-    shown,
-    throw_value,
+    THROW_COLUMNS,
+    TRANSMITTER_CONTROLS,
+    CardField,
+    create_mixer_field,
+    create_throw_field,
+    format_field,
+    parse_field,
 )
 from ui.preflight.form_editor import FormEditor
 from ui.preflight.form_part import FormPart
-from ui.preflight.row_fields import Column, FieldGrid, GrowingRows
+from ui.start_page import create_label
 
 _MIXERS = ("transmitter", "mixers")
-_COLUMNS = (*(name for name, _words in THROWS), "trim")
-_NOBODY = ("", "–")
+_COLUMNS = (*(name for name, _words in THROW_COLUMNS), "trim")
+_NO_CHANNEL_CHOICE = ("", "–")
 
 
 class TransmitterForm(FormPart[FlightInfo]):
     """Throws of the sticks in percent, and what is mixed into what."""
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: DisplayStyle) -> None:
         super().__init__(look)
-        titles = (*(words for _name, words in THROWS), "Trim")
+        titles = (*(words for _name, words in THROW_COLUMNS), "Trim")
         self.throws = FieldGrid(
             look,
-            [Column(name=f"{words} %") for words in titles],
+            [GridColumn(name=f"{words} %") for words in titles],
             [words for _stick, words in STICKS],
         )
-        self.values: list[list[CardValue]] = [
-            [throw_value(stick, name) for name in _COLUMNS] for stick, _words in STICKS
+        self.values: list[list[CardField]] = [
+            [create_throw_field(stick, name) for name in _COLUMNS] for stick, _words in STICKS
         ]
         self.throws.typed.connect(self._typed)
         self.throws.left.connect(self.left)
         self._column.addWidget(self.throws)
-        self._column.addWidget(label("Mixers", "strong"))
-        levers = (_NOBODY, *LEVERS)
-        self.mixers = GrowingRows(
+        self._column.addWidget(create_label("Mixers", "strong"))
+        levers = (_NO_CHANNEL_CHOICE, *TRANSMITTER_CONTROLS)
+        self.mixers = GrowingFieldGrid(
             look,
             [
-                Column(name="From", choices=levers, share=3),
-                Column(name="To", choices=levers, share=3),
-                Column(name="Share %", share=2),
+                GridColumn(name="From", choices=levers, share=3),
+                GridColumn(name="To", choices=levers, share=3),
+                GridColumn(name="Share %", share=2),
             ],
         )
         self.mixers.listed.connect(self._mixed)
@@ -70,7 +70,7 @@ class TransmitterForm(FormPart[FlightInfo]):
         self.judge()
 
     def _mixer_texts(self, mixer: Mapping[str, object]) -> tuple[str, str, str]:
-        share = shown(mixer_share(), mixer.get("share"), self._look.units)
+        share = format_field(create_mixer_field(), mixer.get("share"), self._look.units)
         return str(mixer.get("source", "")), str(mixer.get("target", "")), share
 
     def judge(self) -> None:
@@ -105,7 +105,7 @@ class TransmitterForm(FormPart[FlightInfo]):
                 problem = "Not on the card yet: a mixer needs from, to and share."
                 continue
             try:
-                written = read(mixer_share(), share, self._look.units)
+                written = parse_field(create_mixer_field(), share, self._look.units)
             except UnitError as error:
                 problem = str(error)
                 continue

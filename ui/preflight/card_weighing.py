@@ -6,21 +6,21 @@ from PySide6.QtWidgets import QPushButton
 
 from gsapp.aircraft import Aircraft
 from gsapp.flight.info import FlightInfo
-from ui.dialogs.form import Sentence
-from ui.look import Look
-from ui.pages import label
-from ui.preflight.card_form import (
-    WEIGHED_WITH,
-    WEIGHING_WAYS,
-    CardValue,
-    load_values,
-    scales,
-    weighing_way,
+from ui.dialogs.form_dialog import FieldMessage
+from ui.display_style import DisplayStyle
+from ui.preflight.flight_card_fields import (
+    WEIGHING_CONDITION_FIELDS,
+    WEIGHING_METHODS,
+    CardField,
+    create_scale_fields,
+    find_weighing_method,
+    list_weighed_supports,
 )
-from ui.preflight.card_words import takeoff_weight, weighing_words
-from ui.preflight.fields import Field, tall
+from ui.preflight.flight_card_text import describe_weighing, format_takeoff_weight
 from ui.preflight.form_editor import FormEditor
+from ui.preflight.form_fields import FormField, set_touch_height
 from ui.preflight.form_part import FormPart
+from ui.start_page import create_label
 
 _TABLE = ("weighing",)
 _LOADS = (*_TABLE, "loads")
@@ -29,30 +29,30 @@ _LOADS = (*_TABLE, "loads")
 class WeighingForm(FormPart[FlightInfo]):
     """Readings of the scales, and what they say."""
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: DisplayStyle) -> None:
         super().__init__(look)
         self._aircraft: Aircraft | None = None
         self._way = ""
-        self.way = Field(look, "Weighed on", choices=WEIGHING_WAYS)
+        self.way = FormField(look, "Weighed on", choices=WEIGHING_METHODS)
         self.way.typed.connect(self._choose)
         self._column.addWidget(self.way)
-        self.fields: dict[str, tuple[CardValue, Field]] = {}
-        for value in (*load_values(), *WEIGHED_WITH):
+        self.fields: dict[str, tuple[CardField, FormField]] = {}
+        for value in (*create_scale_fields(), *WEIGHING_CONDITION_FIELDS):
             self._add(value.key[-1], value)
-        self.weight = label("", "title")
-        self.words = label("", wrap=True)
+        self.weight = create_label("", "title")
+        self.words = create_label("", wrap=True)
         self.take = QPushButton("Take it as take-off weight")
         self.take.setAccessibleName("Take the weighed weight as take-off weight")
-        tall(self.take)
+        set_touch_height(self.take)
         self.take.clicked.connect(self._take)
-        self.doubts = Sentence()
+        self.doubts = FieldMessage()
         for widget in (self.weight, self.words, self.doubts, self.take):
             self._column.addWidget(widget)
         look.changed.connect(self._fit)
         self._fit()
 
-    def _add(self, name: str, value: CardValue) -> None:
-        field = Field(self._look, value.name)
+    def _add(self, name: str, value: CardField) -> None:
+        field = FormField(self._look, value.name)
         field.typed.connect(lambda text: self._typed(value, text))
         field.left.connect(self.left)
         self.fields[name] = (value, field)
@@ -64,7 +64,9 @@ class WeighingForm(FormPart[FlightInfo]):
     def _scales(self, way: str) -> tuple[str, ...]:
         """Return the supports that are asked for; an aircraft on a tail wheel has no nose wheel."""
         axles = () if self._aircraft is None else self._aircraft.axles.keys()
-        return scales(way, "tail" if "tail" in axles and "nose" not in axles else "nose")
+        return list_weighed_supports(
+            way, "tail" if "tail" in axles and "nose" not in axles else "nose"
+        )
 
     # Showing
 
@@ -73,7 +75,7 @@ class WeighingForm(FormPart[FlightInfo]):
         if editor is not self._editor:
             self._way = ""
         self._editor, self._aircraft = editor, aircraft
-        on_card = weighing_way(editor.written(_TABLE))
+        on_card = find_weighing_method(editor.written(_TABLE))
         self._way = on_card or self._way
         self.way.show_text(self._way)
         for value, field in self.fields.values():
@@ -87,11 +89,11 @@ class WeighingForm(FormPart[FlightInfo]):
         if editor is None:
             return
         asked = self._scales(self._way)
-        more = [value.key[-1] for value in WEIGHED_WITH] if self._way else []
+        more = [value.key[-1] for value in WEIGHING_CONDITION_FIELDS] if self._way else []
         for name, (value, field) in self.fields.items():
             field.setVisible(name in (*asked, *more))
             field.say(*self._remark(value))
-        said = weighing_words(editor.file.model, self._aircraft, self._look.units)
+        said = describe_weighing(editor.file.model, self._aircraft, self._look.units)
         waits = any(key[:1] == _TABLE for key in editor.problems)
         self.weight.setText("" if waits else said.weight)
         self.words.setText("" if waits else said.problem or "\n".join(said.lines))
@@ -99,7 +101,7 @@ class WeighingForm(FormPart[FlightInfo]):
         self.words.setVisible(bool(self.words.text()))
         self.take.setVisible(bool(self.weight.text()))
 
-    def _remark(self, value: CardValue) -> tuple[str, str]:
+    def _remark(self, value: CardField) -> tuple[str, str]:
         editor = self._editor
         problem = editor.problems.get(value.key, "") if editor is not None else ""
         if not problem:
@@ -136,7 +138,7 @@ class WeighingForm(FormPart[FlightInfo]):
         self.show_card(editor, self._aircraft)
         self.typed.emit()
 
-    def _typed(self, value: CardValue, text: str) -> None:
+    def _typed(self, value: CardField, text: str) -> None:
         if self._editor is not None:
             self._editor.type(value, text, self._look.units)
             self.judge()
@@ -146,8 +148,8 @@ class WeighingForm(FormPart[FlightInfo]):
         editor = self._editor
         if editor is None:
             return
-        said = weighing_words(editor.file.model, self._aircraft, self._look.units)
+        said = describe_weighing(editor.file.model, self._aircraft, self._look.units)
         if said.weighed is not None:
-            weight = takeoff_weight(said.weighed, editor.file.model, self._look.units)
+            weight = format_takeoff_weight(said.weighed, editor.file.model, self._look.units)
             editor.put({("takeoff_weight",): weight})
             self.typed.emit()

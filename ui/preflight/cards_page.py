@@ -11,38 +11,38 @@ from PySide6.QtGui import QAction, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
 
 from gsapp.foundation import GroundStationError
-from ui.commands import Need
-from ui.dialogs.form import Sentence
-from ui.dialogs.saving import file_to_write
+from ui.background_job import BackgroundJob, JobProgress
+from ui.commands import CommandRequirement
+from ui.dialogs.form_dialog import FieldMessage
+from ui.dialogs.save_dialog import ask_save_file
+from ui.display_style import DisplayStyle
 from ui.flight.controls import ActionButton
-from ui.gap.parts import button_row
-from ui.look import Look
-from ui.pages import label
-from ui.preflight.big_list import BigList
-from ui.preflight.books import Books
-from ui.preflight.cards_book import CardsBook
-from ui.preflight.cards_editor import CardForm
-from ui.preflight.cards_form import card_line
-from ui.preflight.fields import tall
-from ui.preflight.page import StepPage
-from ui.settings import SettingsStore, first_folder
-from ui.words import count_text
-from ui.work import Progress, Work
+from ui.gap.layout_widgets import create_button_row
+from ui.number_format import count_text
+from ui.preflight.card_editor import CardEditor
+from ui.preflight.card_editor_fields import build_card_item
+from ui.preflight.card_set_model import CardSetModel
+from ui.preflight.form_fields import set_touch_height
+from ui.preflight.preflight_model import PreflightModel
+from ui.preflight.status_list import StatusListView
+from ui.preflight.step_page import PreflightStepPage
+from ui.settings import SettingsStore, initial_dialog_folder
+from ui.start_page import create_label
 
-_FILES = "Test cards (*.toml)"
+_CARD_FILE_FILTER = "Test cards (*.toml)"
 _SAVE_MS = 400
-_WIDE = 900
+_SIDE_BY_SIDE_WIDTH = 900
 """Points of width below which the card stands in place of the list."""
 _SEARCH_SECONDS = 15.0
 """Between two looks for maneuvers of a flight that goes on."""
 
 
-class CardsPage(StepPage):
+class CardsPage(PreflightStepPage):
     """Plans the maneuvers of a flight.
 
     Parameters
     ----------
-    look : Look
+    look : DisplayStyle
         Colors, sizes, units.
     actions : mapping of str to QAction
         The commands.
@@ -54,7 +54,7 @@ class CardsPage(StepPage):
 
     def __init__(
         self,
-        look: Look,
+        look: DisplayStyle,
         actions: Mapping[str, QAction],
         store: SettingsStore,
         fail: Callable[[BaseException], object],
@@ -62,8 +62,8 @@ class CardsPage(StepPage):
         super().__init__(look, "Test cards")
         self._store = store
         self._fail = fail
-        self.book: CardsBook | None = None
-        self._work: Work | None = None
+        self.book: CardSetModel | None = None
+        self._work: BackgroundJob | None = None
         self._searched: float | None = None
         self._looked = 0.0
         self._editing = False
@@ -71,12 +71,12 @@ class CardsPage(StepPage):
         self._beside = QWidget()
         self._left = QVBoxLayout(self._beside)
         self._left.setContentsMargins(0, 0, 0, 0)
-        self.title = label("", "heading", wrap=True)
+        self.title = create_label("", "heading", wrap=True)
         self._left.addWidget(self.title)
-        self.said = Sentence()
+        self.said = FieldMessage()
         self._left.addWidget(self.said)
         changes = ("cards_up", "cards_down", "cards_remove", "cards_add")
-        self.list = BigList(look, "Test cards", [actions[name] for name in changes])
+        self.list = StatusListView(look, "Test cards", [actions[name] for name in changes])
         self.list.chosen.connect(lambda _key: self._show_card())
         self.list.moved.connect(self.move)
         self.list.deleted.connect(self.remove)
@@ -94,10 +94,10 @@ class CardsPage(StepPage):
             )
         ]
         for button in buttons:
-            tall(button)
-        self._left.addWidget(button_row(look, *buttons))
+            set_touch_height(button)
+        self._left.addWidget(create_button_row(look, *buttons))
         self._row.addWidget(self._beside, 1)
-        self.form = CardForm(look)
+        self.form = CardEditor(look)
         self.form.typed.connect(self._typed)
         self.form.left.connect(self._left_field)
         self._row.addWidget(self.form, 1)
@@ -124,7 +124,7 @@ class CardsPage(StepPage):
     @property
     def wide(self) -> bool:
         """Return whether there is room for list and card side by side."""
-        return self.width() >= self.look.px(_WIDE)
+        return self.width() >= self.look.px(_SIDE_BY_SIDE_WIDTH)
 
     def edit(self) -> None:
         """Go into the card; Esc comes back to the list."""
@@ -147,13 +147,13 @@ class CardsPage(StepPage):
     # Showing
 
     @property
-    def present(self) -> tuple[Need, ...]:
+    def present(self) -> tuple[CommandRequirement, ...]:
         """Return what commands may act on."""
         if self.book is None or self.book.editor is None:
             return ()
         return ("cards", "card") if self.list.current_key else ("cards",)
 
-    def follow(self, books: Books) -> None:
+    def follow(self, books: PreflightModel) -> None:
         """Show the cards of another flight."""
         self.flush()
         self.book = books.cards
@@ -186,7 +186,7 @@ class CardsPage(StepPage):
         self.title.setText(f"{cards.name or 'Test cards'}: {count_text(total, 'maneuver')}")
         units = self.look.units
         self.list.show_lines(
-            [card_line(card, book.progress(card.id), units) for card in cards.cards]
+            [build_card_item(card, book.progress(card.id), units) for card in cards.cards]
         )
 
     @property
@@ -240,7 +240,7 @@ class CardsPage(StepPage):
             return
         self._searched = now
 
-        def run(_progress: Progress) -> object:
+        def run(_progress: JobProgress) -> object:
             return book.search(flight)
 
         def found(maneuvers: object) -> None:
@@ -251,7 +251,7 @@ class CardsPage(StepPage):
                 self._tell()
                 self.changed.emit()
 
-        self._work = Work("Looking for maneuvers", run, self)
+        self._work = BackgroundJob("Looking for maneuvers", run, self)
         self._work.done.connect(found)
         self._work.failed.connect(self._fail)
         self._work.start()
@@ -319,8 +319,10 @@ class CardsPage(StepPage):
 
     def open(self) -> None:
         """Ask for a file, and take its cards in place of these; Ctrl+Z takes that back."""
-        start = str(first_folder(self._store.current))
-        path, _kind = QFileDialog.getOpenFileName(self, "Take other test cards", start, _FILES)
+        start = str(initial_dialog_folder(self._store.current))
+        path, _kind = QFileDialog.getOpenFileName(
+            self, "Take other test cards", start, _CARD_FILE_FILTER
+        )
         if not path or self.book is None:
             return
         try:
@@ -335,8 +337,8 @@ class CardsPage(StepPage):
         file = None if self.book is None else self.book.file
         if file is None:
             return
-        start = first_folder(self._store.current) / "test cards.toml"
-        path = file_to_write(self, "Save the test cards", start, _FILES)
+        start = initial_dialog_folder(self._store.current) / "test cards.toml"
+        path = ask_save_file(self, "Save the test cards", start, _CARD_FILE_FILTER)
         if path is None:
             return
         try:

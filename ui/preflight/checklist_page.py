@@ -9,22 +9,22 @@ from PySide6.QtGui import QAction, QDesktopServices, QPainter, QPaintEvent, QRes
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from gsapp.foundation import GroundStationError
-from gsapp.session.checklist import ItemState
-from ui.commands import Need
-from ui.dialogs.form import Sentence
+from gsapp.session.checklist import EvaluatedItem
+from ui.commands import CommandRequirement
+from ui.dialogs.form_dialog import FieldMessage
+from ui.display_style import DisplayStyle
 from ui.flight.controls import ActionButton
-from ui.glyphs import State, paint_state
-from ui.look import Look
-from ui.pages import label
-from ui.preflight.big_list import BigLine, BigList
-from ui.preflight.books import Books
-from ui.preflight.checklist_book import ChecklistBook, summary_words
-from ui.preflight.fields import tall
-from ui.preflight.page import StepPage
+from ui.icons import IndicatorState, paint_indicator
+from ui.preflight.checklist_model import ChecklistModel, describe_summary
+from ui.preflight.form_fields import set_touch_height
+from ui.preflight.preflight_model import PreflightModel
+from ui.preflight.status_list import StatusListItem, StatusListView
+from ui.preflight.step_page import PreflightStepPage
+from ui.start_page import create_label
 
-_ROOMY = (640, 440)
+_ROOMY_SIZE = (640, 440)
 """Points of width and height of the window below which only what matters most is shown."""
-_NAMED = 5
+_MAX_NAMED_ITEMS = 5
 """Items named on top; the others stand below."""
 _SETTLE_MS = 200
 """An editor writes a file in several steps."""
@@ -33,10 +33,10 @@ _SETTLE_MS = 200
 class _Summary(QWidget):
     """Sign and number of what is not green, large."""
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
-        self._state: State = "unknown"
+        self._state: IndicatorState = "unknown"
         self.words = ""
         look.changed.connect(self._fit)
         self._fit()
@@ -46,7 +46,7 @@ class _Summary(QWidget):
         self.setMinimumWidth(self._look.px(240))
         self.update()
 
-    def show_words(self, words: str, state: State) -> None:
+    def show_words(self, words: str, state: IndicatorState) -> None:
         """Show other words."""
         if (words, state) != (self.words, self._state):
             self.words, self._state = words, state
@@ -60,7 +60,7 @@ class _Summary(QWidget):
         side = look.px(24)
         top = (self.height() - side) / 2
         color = look.state_color(self._state)
-        paint_state(painter, self._state, QRectF(0, top, side, side), color)
+        paint_indicator(painter, self._state, QRectF(0, top, side, side), color)
         font = look.font("title", strong=True)
         font.setPixelSize(look.px(28))
         painter.setFont(font)
@@ -73,7 +73,7 @@ class _Summary(QWidget):
         painter.end()
 
 
-_STATES: Mapping[str, tuple[State, str]] = {
+_STATE_TEXTS: Mapping[str, tuple[IndicatorState, str]] = {
     "red": ("warning", "Not right"),
     "amber": ("caution", "Look"),
     "open": ("unknown", "To do"),
@@ -82,9 +82,9 @@ _STATES: Mapping[str, tuple[State, str]] = {
 """Sign and words of each state."""
 
 
-def _line(item: ItemState) -> BigLine:
-    state, words = _STATES[item.state]
-    return BigLine(
+def _build_item(item: EvaluatedItem) -> StatusListItem:
+    state, words = _STATE_TEXTS[item.state]
+    return StatusListItem(
         key=item.id,
         words=item.words,
         more=item.why,
@@ -96,12 +96,12 @@ def _line(item: ItemState) -> BigLine:
     )
 
 
-class ChecklistPage(StepPage):
+class ChecklistPage(PreflightStepPage):
     """Goes through the checklist.
 
     Parameters
     ----------
-    look : Look
+    look : DisplayStyle
         Colors and sizes.
     actions : mapping of str to QAction
         The commands.
@@ -111,13 +111,13 @@ class ChecklistPage(StepPage):
 
     def __init__(
         self,
-        look: Look,
+        look: DisplayStyle,
         actions: Mapping[str, QAction],
         fail: Callable[[BaseException], object],
     ) -> None:
         super().__init__(look, "Checklist")
         self._fail = fail
-        self.book: ChecklistBook | None = None
+        self.book: ChecklistModel | None = None
         self._column = QVBoxLayout(self)
         self._top = QHBoxLayout()
         self.summary = _Summary(look)
@@ -127,15 +127,15 @@ class ChecklistPage(StepPage):
         self.anew = ActionButton(actions["checklist_reset"], "Reset", look)
         self.change = ActionButton(actions["checklist_edit"], "Edit the list…", look)
         for button in (self.start, self.anew, self.change):
-            tall(button)
+            set_touch_height(button)
             self._top.addWidget(button)
         self._column.addLayout(self._top)
-        self.red = label("", "strong", wrap=True)
+        self.red = create_label("", "strong", wrap=True)
         self.red.setProperty("state", "warning")
         self._column.addWidget(self.red)
-        self.said = Sentence()
+        self.said = FieldMessage()
         self._column.addWidget(self.said)
-        self.list = BigList(
+        self.list = StatusListView(
             look, "Checklist", [actions["checklist_tick"], actions["checklist_edit"]]
         )
         self.list.pressed_key.connect(self._tick)
@@ -157,7 +157,7 @@ class ChecklistPage(StepPage):
 
     def _fit(self) -> None:
         px = self.look.px
-        roomy = self.width() >= px(_ROOMY[0]) and self.window().height() >= px(_ROOMY[1])
+        roomy = self.width() >= px(_ROOMY_SIZE[0]) and self.window().height() >= px(_ROOMY_SIZE[1])
         for button in (self.anew, self.change):
             button.setVisible(roomy)
         self.red.setMaximumHeight(px(1000 if roomy else 0))
@@ -168,13 +168,13 @@ class ChecklistPage(StepPage):
     # Showing
 
     @property
-    def present(self) -> tuple[Need, ...]:
+    def present(self) -> tuple[CommandRequirement, ...]:
         """Return what commands may act on."""
         if self.book is None or not self.book.live:
             return ()
         return ("checklist", "checklist_ticked") if self.book.ticks else ("checklist",)
 
-    def follow(self, books: Books) -> None:
+    def follow(self, books: PreflightModel) -> None:
         """Show the checklist of another flight."""
         self.book = books.checklist
         self._watch()
@@ -191,13 +191,13 @@ class ChecklistPage(StepPage):
         book = self.book
         if book is None:
             return
-        self.list.show_lines([_line(item) for item in book.items])
+        self.list.show_lines([_build_item(item) for item in book.items])
         left = book.open_items
-        state: State = "warning" if left else "good"
-        self.summary.show_words(summary_words(book.items), state if book.live else "unknown")
-        names = [item.words for item in left[:_NAMED]]
-        if len(left) > _NAMED:
-            names.append(f"{len(left) - _NAMED} more")
+        state: IndicatorState = "warning" if left else "good"
+        self.summary.show_words(describe_summary(book.items), state if book.live else "unknown")
+        names = [item.words for item in left[:_MAX_NAMED_ITEMS]]
+        if len(left) > _MAX_NAMED_ITEMS:
+            names.append(f"{len(left) - _MAX_NAMED_ITEMS} more")
         self.red.setText("; ".join(names))
         self.red.setVisible(bool(left) and book.live)
         if book.complaint:
@@ -216,7 +216,7 @@ class ChecklistPage(StepPage):
 
     # What the crew does
 
-    def _do(self, act: Callable[[ChecklistBook], object]) -> None:
+    def _do(self, act: Callable[[ChecklistModel], object]) -> None:
         if self.book is None:
             return
         try:

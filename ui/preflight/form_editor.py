@@ -7,11 +7,11 @@ from typing import Any, Generic, TypeVar
 
 from pydantic import BaseModel
 
-from gsapp.flight.edited_file import Content, EditedFile, Key
+from gsapp.flight.toml_document import KeyPath, TomlContent, TomlDocument
 from gsapp.foundation import FileProblemsError, FlightError, UnitError
 from ui.disk_checks import may_block
-from ui.preflight.card_form import CardValue, read, shown
-from ui.preflight.changes import Changes
+from ui.preflight.flight_card_fields import CardField, format_field, parse_field
+from ui.preflight.value_history import ValueHistory
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -21,7 +21,7 @@ class FormEditor(Generic[Model]):
 
     Parameters
     ----------
-    file : EditedFile
+    file : TomlDocument
         The file.
 
     Attributes
@@ -30,21 +30,21 @@ class FormEditor(Generic[Model]):
         Why something that stands on screen is not in the file.
     """
 
-    def __init__(self, file: EditedFile[Model]) -> None:
+    def __init__(self, file: TomlDocument[Model]) -> None:
         self.file = file
-        self.problems: dict[Key, str] = {}
-        self._pending: dict[Key, tuple[CardValue, str]] = {}
-        self._changes: Changes[Content] = Changes(file.content)
+        self.problems: dict[KeyPath, str] = {}
+        self._pending: dict[KeyPath, tuple[CardField, str]] = {}
+        self._changes: ValueHistory[TomlContent] = ValueHistory(file.content)
 
     # What stands there
 
-    def text(self, value: CardValue, system: str) -> str:
+    def text(self, value: CardField, system: str) -> str:
         """Return what stands in a field: what is in the file, or what is still wrong there."""
         if value.key in self._pending:
             return self._pending[value.key][1]
-        return shown(value, self.file.value(value.key), system)
+        return format_field(value, self.file.value(value.key), system)
 
-    def written(self, key: Key) -> Any:
+    def written(self, key: KeyPath) -> Any:
         """Return what is in the file at a path; None if nothing is."""
         return self.file.value(key)
 
@@ -60,12 +60,12 @@ class FormEditor(Generic[Model]):
             return False
         self.problems.clear()
         self._pending.clear()
-        self._changes = Changes(self.file.content)
+        self._changes = ValueHistory(self.file.content)
         return True
 
     # Changes
 
-    def type(self, value: CardValue, text: str, system: str) -> bool:
+    def type(self, value: CardField, text: str, system: str) -> bool:
         """Take what was typed into a field; return whether it is in the file now.
 
         A table that is only valid as a whole waits until it is; the rest of the file does not.
@@ -74,11 +74,11 @@ class FormEditor(Generic[Model]):
         together = {
             key: known for key, known in self._pending.items() if known[0].whole == value.whole
         }
-        written: dict[Key, Any] = {}
+        written: dict[KeyPath, Any] = {}
         for key, (one, typed) in together.items():
             self.problems.pop(key, None)
             try:
-                written[key] = read(one, typed, system)
+                written[key] = parse_field(one, typed, system)
             except UnitError as error:
                 self.problems[key] = str(error)
         typing = ".".join(value.key)
@@ -91,7 +91,7 @@ class FormEditor(Generic[Model]):
             self.problems[value.key], self._pending[value.key] = problem, waiting
         return False
 
-    def put(self, values: Mapping[Key, Any]) -> bool:
+    def put(self, values: Mapping[KeyPath, Any]) -> bool:
         """Write values as they would stand in the file; return whether they will do."""
         for key in values:
             for waiting in [one for one in self._pending if one[: len(key)] == key]:
@@ -99,7 +99,9 @@ class FormEditor(Generic[Model]):
                 self.problems.pop(waiting, None)
         return self._change(values, dict.fromkeys(values), typing="")
 
-    def _change(self, values: Mapping[Key, Any], keys: Mapping[Key, object], typing: str) -> bool:
+    def _change(
+        self, values: Mapping[KeyPath, Any], keys: Mapping[KeyPath, object], typing: str
+    ) -> bool:
         before = self.file.content
         try:
             self.file.change(values)
@@ -113,7 +115,7 @@ class FormEditor(Generic[Model]):
             self._changes.record(self.file.content, typing)
         return True
 
-    def _blame(self, error: FileProblemsError, keys: Mapping[Key, object]) -> None:
+    def _blame(self, error: FileProblemsError, keys: Mapping[KeyPath, object]) -> None:
         """Tell each problem at the field it is about, else at the one typed into last."""
         last = list(keys)[-1]
         for problem in error.problems:
@@ -121,7 +123,7 @@ class FormEditor(Generic[Model]):
             fits = [key for key in keys if problem.where == ".".join(key)]
             self.problems[fits[0] if fits else last] = sentence
 
-    def forget(self, group: Key) -> None:
+    def forget(self, group: KeyPath) -> None:
         """Drop what waits in a group that is not in the file."""
         for key in [one for one, (value, _) in self._pending.items() if value.whole == group]:
             del self._pending[key]

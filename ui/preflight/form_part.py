@@ -8,7 +8,7 @@ from pydantic import BaseModel
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from ui.look import Look
+from ui.display_style import DisplayStyle
 from ui.preflight.form_editor import FormEditor
 
 T = TypeVar("T", bound=BaseModel)
@@ -19,7 +19,7 @@ class FormPart(QWidget, Generic[T]):
 
     Parameters
     ----------
-    look : Look
+    look : DisplayStyle
         Colors, sizes, units.
 
     Attributes
@@ -33,7 +33,7 @@ class FormPart(QWidget, Generic[T]):
     typed = Signal()
     left = Signal()
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
         self._editor: FormEditor[T] | None = None

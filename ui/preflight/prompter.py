@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal, Protocol
 
-Tone = Literal["steady", "taken", "moved", "error"]
+PromptTone = Literal["steady", "taken", "moved", "error"]
 
 
 class Prompter(Protocol):
@@ -17,7 +17,7 @@ class Prompter(Protocol):
         """Give a tone: ``steady``, ``taken``, ``moved``, ``error``."""
 
 
-class Silence:
+class SilentPrompter:
     """Says nothing."""
 
     def say(self, words: str) -> None:

@@ -13,7 +13,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsapp.foundation import GroundStationError, write_toml
-from ui.photographer import Guise, Photographer, picture_parser, studio
+from ui.screenshot_taker import (
+    ScreenshotTaker,
+    WindowAppearance,
+    screenshot_parser,
+    screenshot_window,
+)
 
 if TYPE_CHECKING:
     from calibration.wizard import WizardView
@@ -23,9 +28,9 @@ _SPEED = 2.0
 """Of the bench, times real time: a hand takes its time."""
 _POINTS = 6
 """Taken when the picture of the points is."""
-_LINK_UP = 3.0
+_LINK_SECONDS = 3.0
 """Seconds after which the bar says what comes in, and the checklist what it sees."""
-_PATIENCE = 150.0
+_TIMEOUT_SECONDS = 150.0
 """Seconds that an instrument may take at the bench."""
 _CARD = {
     "name": "2026-05-12-a",
@@ -39,14 +44,14 @@ _CARD = {
 }  # fmt: skip
 
 
-def photograph(out: Path, guise: Guise) -> tuple[Path, ...]:
+def take_preflight_screenshots(out: Path, guise: WindowAppearance) -> tuple[Path, ...]:
     """Go through the steps before a flight and save a picture of each.
 
     Parameters
     ----------
     out : Path
         Folder of the pictures.
-    guise : Guise
+    guise : WindowAppearance
         How the window looks.
 
     Raises
@@ -58,12 +63,12 @@ def photograph(out: Path, guise: Guise) -> tuple[Path, ...]:
     def lay_out(home: Path) -> None:
         write_toml(home / "next flight" / "flight.toml", _CARD)
 
-    with studio(guise, prepare=lay_out) as window:
-        crew = Photographer(window, out, patience=_PATIENCE)
-        return (*_pictures(crew), _certificate(out))
+    with screenshot_window(guise, prepare=lay_out) as window:
+        crew = ScreenshotTaker(window, out, patience=_TIMEOUT_SECONDS)
+        return (*_capture_steps(crew), _capture_certificate(out))
 
 
-def _pictures(crew: Photographer) -> Iterator[Path]:
+def _capture_steps(crew: ScreenshotTaker) -> Iterator[Path]:
     """Go from step to step."""
     crew.await_keyboard()
     crew.press("F1")
@@ -76,67 +81,73 @@ def _pictures(crew: Photographer) -> Iterator[Path]:
     crew.wait(lambda: page.practice.running and crew.window.desk.history.end, "the bench")
     crew.wait(lambda: crew.window.desk.is_settled, "the bench")
     crew.press("Alt+2")  # the flight that opened took the keyboard
-    crew.pause(_LINK_UP)
+    crew.pause(_LINK_SECONDS)
     yield crew.take("calibration")
     crew.press("Alt+3")
-    crew.pause(_LINK_UP)
+    crew.pause(_LINK_SECONDS)
     yield crew.take("checklist")
     crew.press("Alt+4")
     yield crew.take("cards")
     crew.press("Alt+2")
-    yield from _surfaces(crew, page)
-    yield from _check(crew, page)
-    yield from _others(crew, page)
+    yield from _calibrate_surfaces(crew, page)
+    yield from _check_elevator(crew, page)
+    yield from _calibrate_others(crew, page)
 
 
-def _surfaces(crew: Photographer, page: WizardPage) -> Iterator[Path]:
+def _calibrate_surfaces(crew: ScreenshotTaker, page: WizardPage) -> Iterator[Path]:
     """Calibrate both elevators and skip the rest: sign, points, curve, and what came of it."""
     crew.press("Space")
     crew.wait(lambda: page.run is not None, "the calibration")
-    _obey(crew, page, lambda view: view.phase == "sign")
+    _follow_prompts(crew, page, lambda view: view.phase == "sign")
     yield crew.take("sign")
-    _obey(crew, page, lambda view: len(view.points) == _POINTS)
+    _follow_prompts(crew, page, lambda view: len(view.points) == _POINTS)
     yield crew.take("points")
-    _obey(crew, page, lambda view: view.phase == "fit")
+    _follow_prompts(crew, page, lambda view: view.phase == "fit")
     yield crew.take("curve")
-    _obey(crew, page, lambda view: _channel(view) not in ("elevator_left", "elevator_right"))
-    while _channel(page.run.view):
+    _follow_prompts(
+        crew,
+        page,
+        lambda view: _calibrated_channel(view) not in ("elevator_left", "elevator_right"),
+    )
+    while _calibrated_channel(page.run.view):
         crew.press("X")
         crew.press("Return")
-    crew.pause(_LINK_UP)
+    crew.pause(_LINK_SECONDS)
     crew.wait(lambda: crew.window.desk.is_settled, "the bench")
     yield crew.take("done")
     crew.press("Space")
 
 
-def _check(crew: Photographer, page: WizardPage) -> Iterator[Path]:
+def _check_elevator(crew: ScreenshotTaker, page: WizardPage) -> Iterator[Path]:
     """Check the left elevator against the certificate just made, and go back to look at it."""
     crew.press("C")
-    _obey(crew, page, lambda view: _channel(view) == "elevator_right")
+    _follow_prompts(crew, page, lambda view: _calibrated_channel(view) == "elevator_right")
     crew.press("PgUp")
     crew.wait(lambda: _is_steady(page.run.view), "the check")
     yield crew.take("check")
-    _break_off(crew)
+    _abort_calibration(crew)
 
 
-def _others(crew: Photographer, page: WizardPage) -> Iterator[Path]:
+def _calibrate_others(crew: ScreenshotTaker, page: WizardPage) -> Iterator[Path]:
     """Turn the gyros, lay the aircraft down, cover the pitot and blow."""
     crew.press("G")
-    _obey(crew, page, lambda view: view.phase == "gyro_turn" and view.amount)
+    _follow_prompts(crew, page, lambda view: view.phase == "gyro_turn" and view.amount)
     yield crew.take("gyros")
     while page.run.view.phase == "gyro_turn":
         crew.press("PgDown")
-    _obey(crew, page, lambda view: view.phase == "accel_position" and view.position == "x_up")
+    _follow_prompts(
+        crew, page, lambda view: view.phase == "accel_position" and view.position == "x_up"
+    )
     yield crew.take("accelerometers")
-    _obey(crew, page, lambda view: view.phase == "pressure_zero")
+    _follow_prompts(crew, page, lambda view: view.phase == "pressure_zero")
     yield crew.take("pressures")
     crew.press("Space")
-    _obey(crew, page, lambda view: view.phase == "pressure_blow")
+    _follow_prompts(crew, page, lambda view: view.phase == "pressure_blow")
     yield crew.take("breath")
-    _break_off(crew)
+    _abort_calibration(crew)
 
 
-def _break_off(crew: Photographer) -> None:
+def _abort_calibration(crew: ScreenshotTaker) -> None:
     """Leave a calibration for the page on which one begins."""
     crew.press("Esc")
     crew.press("Return")
@@ -148,24 +159,26 @@ def _is_steady(view: WizardView) -> bool:
     return view.reading is not None and view.reading.state == "steady"
 
 
-def _channel(view: WizardView) -> str:
+def _calibrated_channel(view: WizardView) -> str:
     """Return the channel that is calibrated; empty at the end."""
     return "" if view.instrument is None else view.instrument.channel
 
 
-def _certificate(folder: Path) -> Path:
+def _capture_certificate(folder: Path) -> Path:
     """Save what the page of a shipped certificate draws."""
-    from calibration.overview import overview
+    from calibration.certificate_overview import load_certificate_overview
     from gsapp.foundation import write_atomically
     from gsapp.report.certificate_report import certificate_document
-    from gsapp.report.document import picture_png
+    from gsapp.report.document import render_png
 
-    standing = {one.certificate.channel: one for one in overview("b777").standing}
+    standing = {one.certificate.channel: one for one in load_certificate_overview("b777").standing}
     (picture,) = certificate_document(standing["elevator_left"]).pictures
-    return write_atomically(folder / "certificate.png", picture_png(picture))
+    return write_atomically(folder / "certificate.png", render_png(picture))
 
 
-def _obey(crew: Photographer, page: WizardPage, enough: Callable[[WizardView], object]) -> None:
+def _follow_prompts(
+    crew: ScreenshotTaker, page: WizardPage, enough: Callable[[WizardView], object]
+) -> None:
     """Let the helper at the bench do what is asked for, with a key for each thing."""
     asked: tuple[object, ...] = ()
 
@@ -177,8 +190,8 @@ def _obey(crew: Photographer, page: WizardPage, enough: Callable[[WizardView], o
             return False
         if enough(view):
             return True
-        wanted = (_channel(view), view.phase, view.target, view.direction, view.position)
-        if _channel(view) and wanted != asked:
+        wanted = (_calibrated_channel(view), view.phase, view.target, view.direction, view.position)
+        if _calibrated_channel(view) and wanted != asked:
             asked = wanted
             crew.press("H")
         return False
@@ -188,9 +201,9 @@ def _obey(crew: Photographer, page: WizardPage, enough: Callable[[WizardView], o
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Take the pictures; see the module's text."""
-    given = picture_parser("ui.preflight.screenshots", __doc__).parse_args(arguments)
+    given = screenshot_parser("ui.preflight.screenshots", __doc__).parse_args(arguments)
     try:
-        photograph(given.out, Guise.given(given))
+        take_preflight_screenshots(given.out, WindowAppearance.given(given))
     except GroundStationError as error:
         sys.exit(str(error))
     return 0

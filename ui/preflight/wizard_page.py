@@ -10,40 +10,49 @@ from PySide6.QtCore import QEvent, Qt, QTimer, Signal
 from PySide6.QtGui import QHideEvent, QKeyEvent, QKeySequence, QShowEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QStackedWidget, QVBoxLayout, QWidget
 
-from calibration.plan import Kind
-from calibration.wizard import Action, Wizard, unfinished
-from calibration.wizard.schedule import Mode
+from calibration.plan import InstrumentKind
+from calibration.wizard import CalibrationWizard, WizardAction, has_unfinished_calibration
+from calibration.wizard.setting_schedule import CalibrationMode
 from gsapp.foundation import GroundStationError
-from gsapp.quantities import in_units
-from ui.commands import key_text
-from ui.desk import Desk
-from ui.look import Look
-from ui.preflight.action_bar import ActionBar, Offer
-from ui.preflight.ask_bar import AskBar
-from ui.preflight.certificate_pages import CertificatePages
-from ui.preflight.in_force import InForce
-from ui.preflight.practice import Practice
-from ui.preflight.prompter import Prompter, Silence
-from ui.preflight.questions import Questions
-from ui.preflight.shelf import Shelf, local_now
-from ui.preflight.wizard_rows import outcomes_of, standings_of, together_of
-from ui.preflight.wizard_run import WizardRun
-from ui.preflight.wizard_start import StartPanel
-from ui.preflight.wizard_summary import SummaryPanel
-from ui.preflight.wizard_words import PRACTICE, PRINT, offers_of, start_offers
-from ui.preflight.wizard_work import WorkPanel
+from gsapp.quantities import convert_text_units
+from ui.commands import shortcut_text
+from ui.display_style import DisplayStyle
+from ui.flight_controller import FlightController
+from ui.preflight.action_bar import ActionBar, ActionItem
+from ui.preflight.calibration_controller import CalibrationController
+from ui.preflight.calibration_folder import CalibrationFolder, current_local_time
+from ui.preflight.calibration_questions import CalibrationQuestions
+from ui.preflight.certificate_printer import CertificatePrinter
+from ui.preflight.practice_bench import PracticeBench
+from ui.preflight.prompter import Prompter, SilentPrompter
+from ui.preflight.question_bar import QuestionBar
+from ui.preflight.wizard_calibration_panel import WizardCalibrationPanel
+from ui.preflight.wizard_controller import WizardController
+from ui.preflight.wizard_rows import (
+    list_combined_deflections,
+    list_instrument_statuses,
+    list_outcomes,
+)
+from ui.preflight.wizard_start_panel import WizardStartPanel
+from ui.preflight.wizard_summary_panel import WizardSummaryPanel
+from ui.preflight.wizard_text import (
+    PRACTICE_ACTION,
+    PRINT_ACTION,
+    build_start_actions,
+    build_wizard_actions,
+)
 from ui.settings import SettingsStore
 
 if TYPE_CHECKING:
     from calibration.plan import CalibrationPlan
     from calibration.wizard import WizardView
 
-_HAND: Sequence[Kind] = ("surface", "vane")
-_OTHERS: Sequence[Kind] = ("gyro", "accelerometer", "pressure")
-_SAME = {Qt.Key.Key_Return: Qt.Key.Key_Space, Qt.Key.Key_Enter: Qt.Key.Key_Space}
+_HAND_MOVED_KINDS: Sequence[InstrumentKind] = ("surface", "vane")
+_INSTRUMENT_KINDS: Sequence[InstrumentKind] = ("gyro", "accelerometer", "pressure")
+_KEY_ALIASES = {Qt.Key.Key_Return: Qt.Key.Key_Space, Qt.Key.Key_Enter: Qt.Key.Key_Space}
 _UNDO = QKeySequence("Ctrl+Z")
-_DEGREES = {Qt.Key.Key_0: None, Qt.Key.Key_1: 1, Qt.Key.Key_2: 2, Qt.Key.Key_3: 3}
-_ARROWS = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1}
+_FIT_ORDER_KEYS = {Qt.Key.Key_0: None, Qt.Key.Key_1: 1, Qt.Key.Key_2: 2, Qt.Key.Key_3: 3}
+_ARROW_STEPS = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1}
 
 
 class WizardPage(QWidget):
@@ -51,11 +60,11 @@ class WizardPage(QWidget):
 
     Parameters
     ----------
-    look : Look
+    look : DisplayStyle
         Colors, sizes, units.
     store : SettingsStore
         Remembers what is in force; beside it lie the calibrations.
-    desk : Desk
+    desk : FlightController
         The open flight, whose volts are watched.
     prompter : Prompter, optional
         Speaks and sounds; nobody by default.
@@ -64,45 +73,49 @@ class WizardPage(QWidget):
     ----------
     changed : Signal
         Other actions are possible now, or another certificate is in force.
-    run : WizardRun or None
+    run : WizardController or None
         The calibration at hand.
     """
 
     changed = Signal()
 
     def __init__(
-        self, look: Look, store: SettingsStore, desk: Desk, prompter: Prompter | None = None
+        self,
+        look: DisplayStyle,
+        store: SettingsStore,
+        desk: FlightController,
+        prompter: Prompter | None = None,
     ) -> None:
         super().__init__()
         self._look = look
         self._store = store
         self._desk = desk
-        self._prompter = prompter or Silence()
+        self._prompter = prompter or SilentPrompter()
         self._choice: int | None = None
         self._left = self._made = False
-        self.practice = Practice(desk)
-        self._in_force = InForce(desk, store, self.practice)
-        self.pages_on_paper = CertificatePages(desk)
-        self.run: WizardRun | None = None
+        self.practice = PracticeBench(desk)
+        self._in_force = CalibrationController(desk, store, self.practice)
+        self.pages_on_paper = CertificatePrinter(desk)
+        self.run: WizardController | None = None
         self.setAccessibleName("Calibration")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
-        self.start = StartPanel(look)
+        self.start = WizardStartPanel(look)
         self.start.instruments.wanted.connect(self._calibrate_guarded)
         self.start.instruments.itemSelectionChanged.connect(self._show_start_offers)
-        self.work = WorkPanel(look)
+        self.work = WizardCalibrationPanel(look)
         self.work.point_chosen.connect(self._choose)
-        self.summary = SummaryPanel(look)
+        self.summary = WizardSummaryPanel(look)
         self.pages = QStackedWidget()
         for page in (self.start, self.work, self.summary):
             self.pages.addWidget(page)
         column.addWidget(self.pages, 1)
         self.actions_bar = ActionBar(look)
-        self.ask = AskBar(look, self.begin, self.actions_bar)
+        self.ask = QuestionBar(look, self.begin, self.actions_bar)
         column.addWidget(self.ask)
-        self._questions = Questions(self.ask, lambda: look.units)
+        self._questions = CalibrationQuestions(self.ask, lambda: look.units)
         self.actions_bar.pressed.connect(self._do)
         column.addWidget(self.actions_bar)
         desk.changed.connect(self._flight_changed)
@@ -138,7 +151,7 @@ class WizardPage(QWidget):
             self.run = None
 
     @property
-    def shelf(self) -> Shelf:
+    def shelf(self) -> CalibrationFolder:
         """Return the calibrations of the aircraft at hand."""
         return self._in_force.shelf
 
@@ -146,11 +159,11 @@ class WizardPage(QWidget):
 
     def calibrate(self) -> None:
         """Begin with all surfaces and vanes; what was begun before is set aside."""
-        self._begin_run(_HAND)
+        self._begin_run(_HAND_MOVED_KINDS)
 
     def calibrate_others(self) -> None:
         """Begin with gyros, accelerometers and pressures."""
-        self._begin_run(_OTHERS)
+        self._begin_run(_INSTRUMENT_KINDS)
 
     def calibrate_again(self, channel: str) -> None:
         """Calibrate one instrument; the others keep their certificates.
@@ -164,20 +177,20 @@ class WizardPage(QWidget):
 
     def check(self) -> None:
         """Begin the check of a minute: three settings against the certificates in force."""
-        self._begin_run(_HAND, mode="check")
+        self._begin_run(_HAND_MOVED_KINDS, mode="check")
 
-    def _begin_run(self, kinds: Sequence[Kind], mode: Mode = "full") -> None:
+    def _begin_run(self, kinds: Sequence[InstrumentKind], mode: CalibrationMode = "full") -> None:
         self._begin(self.shelf.plan().only(kinds), mode)
 
-    def _begin(self, plan: CalibrationPlan, mode: Mode = "full") -> None:
+    def _begin(self, plan: CalibrationPlan, mode: CalibrationMode = "full") -> None:
         shelf = self.shelf
-        wizard = Wizard(
+        wizard = CalibrationWizard(
             plan,
             shelf.store,
             shelf.journal,
             who=self.start.who.text().strip(),
             temperature=self.start.kelvin,
-            now=local_now,
+            now=current_local_time,
             mode=mode,
         )
         self._take_up(wizard, shelf)
@@ -185,12 +198,14 @@ class WizardPage(QWidget):
     def resume(self) -> None:
         """Go on where the calibration stopped, however it stopped."""
         shelf = self.shelf
-        self._take_up(Wizard.resume(shelf.journal, shelf.store, now=local_now), shelf)
+        self._take_up(
+            CalibrationWizard.resume(shelf.journal, shelf.store, now=current_local_time), shelf
+        )
 
-    def _take_up(self, wizard: Wizard, shelf: Shelf) -> None:
+    def _take_up(self, wizard: CalibrationWizard, shelf: CalibrationFolder) -> None:
         self.close_run()
         self._choice = None
-        run = WizardRun(wizard, self._desk, self._prompter, self._desk.faults)
+        run = WizardController(wizard, self._desk, self._prompter, self._desk.faults)
         run.viewed.connect(self._show_view)
         run.certified.connect(lambda: self._certified(shelf))
         self.run = run
@@ -207,7 +222,7 @@ class WizardPage(QWidget):
         self._refresh()
         self.begin()
 
-    def _certified(self, shelf: Shelf) -> None:
+    def _certified(self, shelf: CalibrationFolder) -> None:
         try:
             self._in_force.put(shelf)
         except GroundStationError as error:
@@ -233,7 +248,7 @@ class WizardPage(QWidget):
         if self.isVisible() and self.pages.currentWidget() is self.summary:
             heard = self.run is not None and not self.run.silent
             self.summary.show_together(
-                together_of(self._desk.history if heard else None, self._look.units)
+                list_combined_deflections(self._desk.history if heard else None, self._look.units)
             )
 
     def _refresh(self) -> None:
@@ -244,25 +259,25 @@ class WizardPage(QWidget):
             return
         shelf = self.shelf
         try:
-            standings, who = standings_of(shelf.plan(), shelf), shelf.who()
+            standings, who = list_instrument_statuses(shelf.plan(), shelf), shelf.who()
             made = bool(shelf.store.in_force())
         except GroundStationError as error:
             self.start.show_standings(())
             self.start.resume.hide()
             self.start.sentence.say(f"{error}\nMend it, then come back.", "warning")
-            self.actions_bar.show_offers((PRACTICE,))
+            self.actions_bar.show_offers((PRACTICE_ACTION,))
             return
         self.start.show_standings(standings)
         self.start.offer_who(who)
         self._say_whether_live()
-        self._left, self._made = unfinished(shelf.journal), made
+        self._left, self._made = has_unfinished_calibration(shelf.journal), made
         self.start.resume.setVisible(self._left)
         self.start.resume.say("A calibration was not finished: every step of it is kept.")
         self._show_start_offers()
 
     def _say_whether_live(self) -> None:
         """Say what to do, or what is missing for it."""
-        session, connects = self._desk.session, f"{key_text('Ctrl+L')} connects one."
+        session, connects = self._desk.session, f"{shortcut_text('Ctrl+L')} connects one."
         if session is None:
             self.start.sentence.say(f"No aircraft is connected: {connects}", "caution")
         elif session.replaying is not None:
@@ -280,7 +295,9 @@ class WizardPage(QWidget):
             return
         chosen = self.start.instruments.chosen
         plan = self.shelf.plan().together_with(chosen) if chosen else None
-        self.actions_bar.show_offers(start_offers(plan, chosen, left=self._left, made=self._made))
+        self.actions_bar.show_offers(
+            build_start_actions(plan, chosen, left=self._left, made=self._made)
+        )
 
     def _show_view(self, view: WizardView) -> None:
         if self._choice is not None and self._choice >= len(view.points):
@@ -290,27 +307,29 @@ class WizardPage(QWidget):
             plan = self.shelf.plan()
             what = "Calibration" if view.mode == "full" else "Check"
             title = f"{what} done" if view.phase == "done" else f"{what} broken off"
-            self.summary.show_outcomes(title, view.prompt, outcomes_of(view, plan))
+            self.summary.show_outcomes(title, view.prompt, list_outcomes(view, plan))
             self.pages.setCurrentWidget(self.summary)
-            closing = Offer(id="leave", text="Done", key="Space", first=True)
-            others = tuple(one for one in offers_of(view) if one.id in ("undo", "back"))
-            paper = (PRINT,) if self.shelf.store.in_force() else ()
+            closing = ActionItem(id="leave", text="Done", key="Space", first=True)
+            others = tuple(one for one in build_wizard_actions(view) if one.id in ("undo", "back"))
+            paper = (PRINT_ACTION,) if self.shelf.store.in_force() else ()
             self.actions_bar.show_offers((closing, *paper, *others))
             return
         units = self._look.units
         view = replace(
-            view, prompt=in_units(view.prompt, units), message=in_units(view.message, units)
+            view,
+            prompt=convert_text_units(view.prompt, units),
+            message=convert_text_units(view.message, units),
         )
         self.practice.follow(view)
         self.pages.setCurrentWidget(self.work)
         catching_up = self.run is not None and self.run.catching_up
         self.work.show_view(view, self._choice, catching_up=catching_up)
-        helping = (Offer(id="help", text="Helper: set it", key="H"),)
+        helping = (ActionItem(id="help", text="Helper: set it", key="H"),)
         self.actions_bar.show_offers(
             (
-                *offers_of(view)[:1],
+                *build_wizard_actions(view)[:1],
                 *(helping if self.practice.running else ()),
-                *offers_of(view)[1:],
+                *build_wizard_actions(view)[1:],
             )
         )
 
@@ -355,12 +374,12 @@ class WizardPage(QWidget):
         if self._questions.handles(name):
             self._questions.ask(name, run)
         elif name == "deny_sign":
-            run.act(Action(kind="confirm_sign", yes=False))
+            run.act(WizardAction(kind="confirm_sign", yes=False))
         elif name in ("repeat", "delete"):
-            run.act(Action(kind=name, index=self._choice))
+            run.act(WizardAction(kind=name, index=self._choice))
             self._choice = None
         else:
-            run.act(Action(kind=name))
+            run.act(WizardAction(kind=name))
 
     def _guarded(self, act: Callable[[], object]) -> None:
         try:
@@ -384,7 +403,7 @@ class WizardPage(QWidget):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Do what a key means now."""
         field = self.focusWidget()
-        if isinstance(field, QLineEdit) and event.key() in _SAME:
+        if isinstance(field, QLineEdit) and event.key() in _KEY_ALIASES:
             self.begin()
             return
         meaning = self._meaning(event)
@@ -401,7 +420,11 @@ class WizardPage(QWidget):
         # On macOS the arrows are keys of the keypad.
         modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
         plain = not modifiers
-        typed = QKeySequence(_SAME.get(key, key)) if plain else QKeySequence(event.keyCombination())
+        typed = (
+            QKeySequence(_KEY_ALIASES.get(key, key))
+            if plain
+            else QKeySequence(event.keyCombination())
+        )
         for offer in self.actions_bar.offers:
             undoes = offer.id == "undo" and typed == _UNDO
             if undoes or (offer.key and typed == QKeySequence(offer.key)):
@@ -409,20 +432,20 @@ class WizardPage(QWidget):
         run = self.run
         if run is None:
             return self._meaning_at_start(key) if plain else None
-        if modifiers == Qt.KeyboardModifier.ControlModifier and key in _ARROWS:
-            return lambda: self.work.scroll(0.8 * _ARROWS[key])
+        if modifiers == Qt.KeyboardModifier.ControlModifier and key in _ARROW_STEPS:
+            return lambda: self.work.scroll(0.8 * _ARROW_STEPS[key])
         if not plain:
             return None
-        if key in _DEGREES and "choose_degree" in run.view.can:
-            return lambda: run.act(Action(kind="choose_degree", degree=_DEGREES[key]))
-        if key in _ARROWS and self.pages.currentWidget() is self.work:
-            return lambda: self._step_choice(_ARROWS[key])
+        if key in _FIT_ORDER_KEYS and "choose_degree" in run.view.can:
+            return lambda: run.act(WizardAction(kind="choose_degree", degree=_FIT_ORDER_KEYS[key]))
+        if key in _ARROW_STEPS and self.pages.currentWidget() is self.work:
+            return lambda: self._step_choice(_ARROW_STEPS[key])
         return None
 
     def _meaning_at_start(self, key: Qt.Key) -> Callable[[], object] | None:
         rows = self.start.instruments
-        if key in _ARROWS:
-            return lambda: rows.step(_ARROWS[key])
+        if key in _ARROW_STEPS:
+            return lambda: rows.step(_ARROW_STEPS[key])
         if key == Qt.Key.Key_Escape and rows.chosen:
             return self._choose_none
         return None

@@ -8,16 +8,16 @@ from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelInd
 from PySide6.QtGui import QColor, QKeyEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
 
-from gsapp.identification.axes import DEFAULT_BIASES, RESPONSES, STATES, Axis
-from ui.look import Look
-from ui.review.estimate_wishes import Wishes
+from gsapp.identification.axes import AXIS_RESPONSES, AXIS_STATES, DEFAULT_BIASES, Axis
+from ui.display_style import DisplayStyle
+from ui.review.estimate_form import EstimateForm
 from ui.table_menu import TableMenu
 
-Index = QModelIndex | QPersistentModelIndex
+ModelIndex = QModelIndex | QPersistentModelIndex
 
-CHANNELS: Final = RESPONSES["both"]
+FIT_CHANNELS: Final = AXIS_RESPONSES["both"]
 """Rows of the table."""
-COLUMNS: Final = (
+CHANNEL_COLUMNS: Final = (
     ("responses", "Compared"),
     ("states", "State"),
     ("biases", "Bias"),
@@ -25,11 +25,15 @@ COLUMNS: Final = (
     ("time_shifts", "Shift"),
 )
 """Fields of the wishes, and their titles."""
-_OF_AXIS: Final = {"responses": RESPONSES, "states": STATES, "biases": DEFAULT_BIASES}
+_DEFAULTS_BY_AXIS: Final = {
+    "responses": AXIS_RESPONSES,
+    "states": AXIS_STATES,
+    "biases": DEFAULT_BIASES,
+}
 _ROW: Final = 28
 
 
-class ChannelModel(QAbstractTableModel):
+class FitChannelModel(QAbstractTableModel):
     """Channels by what may be asked of them.
 
     Attributes
@@ -40,16 +44,16 @@ class ChannelModel(QAbstractTableModel):
 
     edited = Signal(object)
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
-        self.wishes = Wishes()
+        self.wishes = EstimateForm()
 
-    def show_wishes(self, wishes: Wishes) -> None:
+    def show_wishes(self, wishes: EstimateForm) -> None:
         """Show other wishes."""
         if wishes != self.wishes:
             self.wishes = wishes
-            last = self.index(len(CHANNELS) - 1, len(COLUMNS))
+            last = self.index(len(FIT_CHANNELS) - 1, len(CHANNEL_COLUMNS))
             self.dataChanged.emit(self.index(0, 0), last)
 
     @property
@@ -60,39 +64,39 @@ class ChannelModel(QAbstractTableModel):
     def chosen(self, field: str) -> tuple[str, ...]:
         """Return the channels that a field holds, those of the axis where none were chosen."""
         own: tuple[str, ...] | None = getattr(self.wishes, field)
-        return _OF_AXIS[field][self.axis] if own is None else own
+        return _DEFAULTS_BY_AXIS[field][self.axis] if own is None else own
 
     def is_open(self, field: str, channel: str) -> bool:
         """Return whether a cell can be changed: errors are those of compared channels."""
         alone = self.wishes.axis != "both" or self.wishes.six_degrees
         if field == "states":
-            return alone and channel in STATES["both"]
+            return alone and channel in AXIS_STATES["both"]
         if field == "responses":
             return alone
         return not alone or channel in self.chosen("responses")
 
-    def rowCount(self, parent: Index | None = None) -> int:
+    def rowCount(self, parent: ModelIndex | None = None) -> int:
         """Return the number of channels."""
-        return 0 if parent is not None and parent.isValid() else len(CHANNELS)
+        return 0 if parent is not None and parent.isValid() else len(FIT_CHANNELS)
 
-    def columnCount(self, parent: Index | None = None) -> int:
+    def columnCount(self, parent: ModelIndex | None = None) -> int:
         """Return the number of columns, with that of the names."""
-        return 0 if parent is not None and parent.isValid() else len(COLUMNS) + 1
+        return 0 if parent is not None and parent.isValid() else len(CHANNEL_COLUMNS) + 1
 
     def headerData(
         self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
     ) -> object:
         """Return the title of a column."""
         if orientation is Qt.Orientation.Horizontal and role == Qt.ItemDataRole.DisplayRole:
-            return "" if section == 0 else COLUMNS[section - 1][1]
+            return "" if section == 0 else CHANNEL_COLUMNS[section - 1][1]
         return None
 
-    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
+    def data(self, index: ModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> object:
         """Return the check, and what is said of it."""
-        channel = CHANNELS[index.row()]
+        channel = FIT_CHANNELS[index.row()]
         if index.column() == 0:
             return channel if role == Qt.ItemDataRole.DisplayRole else None
-        field, title = COLUMNS[index.column() - 1]
+        field, title = CHANNEL_COLUMNS[index.column() - 1]
         on, open_ = channel in self.chosen(field), self.is_open(field, channel)
         if role == Qt.ItemDataRole.DisplayRole:
             return ("✓" if on else "·") if open_ or on else ""
@@ -104,27 +108,29 @@ class ChannelModel(QAbstractTableModel):
             return f"{channel}, {title.lower()}: {'yes' if on else 'no'}"
         return None
 
-    def turn(self, index: Index) -> None:
+    def turn(self, index: ModelIndex) -> None:
         """Check a cell, or take its check away."""
         if index.column() == 0:
             return
-        channel, field = CHANNELS[index.row()], COLUMNS[index.column() - 1][0]
+        channel, field = FIT_CHANNELS[index.row()], CHANNEL_COLUMNS[index.column() - 1][0]
         if not self.is_open(field, channel):
             return
         chosen = self.chosen(field)
         wanted = {*chosen} ^ {channel}
-        ordered = tuple(name for name in CHANNELS if name in wanted)
-        usual = field in _OF_AXIS and set(ordered) == set(_OF_AXIS[field][self.axis])
+        ordered = tuple(name for name in FIT_CHANNELS if name in wanted)
+        usual = field in _DEFAULTS_BY_AXIS and set(ordered) == set(
+            _DEFAULTS_BY_AXIS[field][self.axis]
+        )
         self.edited.emit(self.wishes.changed(**{field: None if usual else ordered}))
 
 
-class ChannelTable(QTableView):
+class FitChannelTable(QTableView):
     """The table; Space changes a cell."""
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
-        self.model_of = ChannelModel(look)
+        self.model_of = FitChannelModel(look)
         self.setModel(self.model_of)
         self.menu = TableMenu(self)
         self.setAccessibleName("Channels")
@@ -146,7 +152,7 @@ class ChannelTable(QTableView):
     def _fit(self) -> None:
         px = self._look.px
         self.verticalHeader().setDefaultSectionSize(px(_ROW))
-        self.setFixedHeight(len(CHANNELS) * px(_ROW) + px(34))
+        self.setFixedHeight(len(FIT_CHANNELS) * px(_ROW) + px(34))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Change with Space or Enter."""

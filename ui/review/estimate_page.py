@@ -10,50 +10,54 @@ from PySide6.QtGui import QAction, QShowEvent
 from PySide6.QtWidgets import QApplication, QFrame, QScrollArea, QVBoxLayout, QWidget
 
 from gsapp.foundation import GroundStationError
-from ui.commands import Need, key_text
-from ui.frame.steps import StepState
-from ui.gap.parts import Pair
-from ui.look import Look
-from ui.review.deeds import Deeds
-from ui.review.estimate_again import unheld, wishes_of
-from ui.review.estimate_asking import FieldError, is_effect, run_request
-from ui.review.estimate_checking import Checker
-from ui.review.estimate_head import EstimateHead
+from ui.commands import CommandRequirement, shortcut_text
+from ui.display_style import DisplayStyle
+from ui.gap.layout_widgets import StackingColumns
+from ui.number_format import count_text, join_sentences
+from ui.review.estimate_form import EstimateForm
+from ui.review.estimate_form_from_run import find_unrestored_settings, form_from_request
+from ui.review.estimate_header import EstimateHeader
+from ui.review.estimate_maneuvers import (
+    describe_empty_selection,
+    describe_selection,
+    select_maneuvers,
+)
 from ui.review.estimate_panel import EstimatePanel
-from ui.review.estimate_running import Runner
-from ui.review.estimate_table import last_values
-from ui.review.estimate_taking import none_words, taken, taken_words
-from ui.review.estimate_wishes import Wishes
-from ui.review.jobs import BeginJob
-from ui.review.page import ReviewPage
-from ui.review.runs_book import RunsBook
+from ui.review.estimate_request import FormFieldError, build_run_request, is_effect_parameter
+from ui.review.estimate_table import format_last_values
+from ui.review.estimate_validation import EstimateValidator
+from ui.review.review_jobs import JobSubmitter
+from ui.review.review_selection import ReviewSelection
+from ui.review.run_controller import RunController
+from ui.review.run_store import RunStore
 from ui.review.runs_view import RunsView
-from ui.review.selection import Selection
+from ui.review.step_page import ReviewStepPage
+from ui.review.undo_stack import UndoStack
 from ui.settings import SettingsStore, catalog_path
-from ui.words import count_text, sentences
+from ui.window_frame.page_steps import StepStatus
 
 if TYPE_CHECKING:
-    from gsapp.identification.runs.outcome import Outcome
-    from gsapp.identification.runs.request import ChosenManeuver
+    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.request import SelectedManeuver
     from gsapp.session.review import Review
 
 
-class EstimatePage(ReviewPage):
+class EstimatePage(ReviewStepPage):
     """Settings that explain themselves, one button, and the kept runs.
 
     Parameters
     ----------
     actions : mapping of str to QAction
         The commands.
-    look : Look
+    look : DisplayStyle
         Colors, sizes, units.
     store : SettingsStore
         Remembers the settings.
-    selection : Selection
+    selection : ReviewSelection
         The maneuver that is looked at.
     review : Review
         The flights with their maneuvers.
-    begin_job : BeginJob
+    begin_job : JobSubmitter
         Has a run done.
     report_error : callable
         Where errors go.
@@ -61,7 +65,7 @@ class EstimatePage(ReviewPage):
     Attributes
     ----------
     estimated : Signal(object)
-        An `Outcome` is there.
+        An `RunOutcome` is there.
     """
 
     estimated = Signal(object)
@@ -69,11 +73,11 @@ class EstimatePage(ReviewPage):
     def __init__(
         self,
         actions: Mapping[str, QAction],
-        look: Look,
+        look: DisplayStyle,
         store: SettingsStore,
-        selection: Selection,
+        selection: ReviewSelection,
         review: Review,
-        begin_job: BeginJob,
+        begin_job: JobSubmitter,
         report_error: Callable[[BaseException], None],
     ) -> None:
         super().__init__(look, "Estimate")
@@ -81,17 +85,17 @@ class EstimatePage(ReviewPage):
         self._selection = selection
         self._review = review
         self._report_error = report_error
-        self._checker = Checker(report_error, self)
+        self._checker = EstimateValidator(report_error, self)
         self._told = ""
-        self._deeds = Deeds()
-        self._outcome: Outcome | None = None
+        self._deeds = UndoStack()
+        self._outcome: RunOutcome | None = None
         self._wishes = store.current.review_estimate
-        self.book = RunsBook(lambda: catalog_path(store.current), report_error, self._deeds, self)
-        self._runner = Runner(begin_job, self.book, self)
+        self.book = RunStore(lambda: catalog_path(store.current), report_error, self._deeds, self)
+        self._runner = RunController(begin_job, self.book, self)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
-        self.head = EstimateHead(actions["review_run"], look)
+        self.head = EstimateHeader(actions["review_run"], look)
         self.button, self.sentence = self.head.button, self.head.sentence
         column.addWidget(self.head)
         area = QScrollArea()
@@ -102,7 +106,7 @@ class EstimatePage(ReviewPage):
         page = QWidget()
         page.setObjectName("page")
         self._body = QVBoxLayout(page)
-        self._pair = Pair(look, (1, 1))
+        self._pair = StackingColumns(look, (1, 1))
         self.panel = EstimatePanel(look, self._wishes)
         self._pair.left.addWidget(self.panel)
         self._pair.left.addStretch(1)
@@ -153,9 +157,9 @@ class EstimatePage(ReviewPage):
         }
 
     @property
-    def present(self) -> tuple[Need, ...]:
+    def present(self) -> tuple[CommandRequirement, ...]:
         """Return what commands may act on."""
-        found: list[Need] = ["review_panel"]
+        found: list[CommandRequirement] = ["review_panel"]
         if self.can_run:
             found.append("review_ready")
         if self.runs.current is not None:
@@ -173,23 +177,23 @@ class EstimatePage(ReviewPage):
         )
 
     @property
-    def state(self) -> StepState:
+    def state(self) -> StepStatus:
         """Return how the chapter stands."""
         if self._runner.running:
-            return StepState(state="plain", words="running")
+            return StepStatus(state="plain", words="running")
         if self._checker.problem is not None:
-            return StepState(
+            return StepStatus(
                 state="warning", words="a setting is wrong", detail=str(self._checker.problem)
             )
         outcome = self._outcome
         if outcome is None:
             kept = len(self.book.runs)
             words = f"{count_text(kept, 'run')} kept" if kept else "no run yet"
-            return StepState(state="plain", words=words)
+            return StepStatus(state="plain", words=words)
         count = len(outcome.result.results)
         words = f"run {outcome.number}" if outcome.number is not None else "not kept"
         detail = f"{words}: {count_text(count, 'maneuver')}"
-        return StepState(state="plain", words=words, detail=detail)
+        return StepStatus(state="plain", words=words, detail=detail)
 
     @property
     def can_undo(self) -> bool:
@@ -234,20 +238,20 @@ class EstimatePage(ReviewPage):
         else:
             self.refresh()
 
-    def _take(self, wishes: Wishes) -> None:
+    def _take(self, wishes: EstimateForm) -> None:
         self._wishes = wishes
         self._told = self._runner.told = ""
         self._store.change(review_estimate=wishes.model_dump())
         self.refresh()
 
-    def _show(self, wishes: Wishes) -> None:
+    def _show(self, wishes: EstimateForm) -> None:
         """Show other wishes on the panel."""
         self.panel.show_wishes(wishes)
         self._take(wishes)
 
     def use_defaults(self) -> None:
         """Put all settings back to what they are at first."""
-        self._replace(Wishes())
+        self._replace(EstimateForm())
 
     def use_again(self) -> None:
         """Fill the panel with the settings of the kept run that has the keyboard."""
@@ -256,8 +260,8 @@ class EstimatePage(ReviewPage):
             return
         try:
             request = run.request
-            wishes = wishes_of(request)
-            lost = unheld(request, wishes)
+            wishes = form_from_request(request)
+            lost = find_unrestored_settings(request, wishes)
         except GroundStationError as error:
             self._report_error(error)
             return
@@ -266,7 +270,7 @@ class EstimatePage(ReviewPage):
         self._told = f"The settings are those of {run.name}{rest}."
         self.refresh()
 
-    def _replace(self, wishes: Wishes) -> None:
+    def _replace(self, wishes: EstimateForm) -> None:
         before = self._wishes
         if wishes != before:
             self._show(wishes)
@@ -274,11 +278,11 @@ class EstimatePage(ReviewPage):
             self.changed.emit()
 
     @property
-    def taken(self) -> tuple[ChosenManeuver, ...]:
+    def taken(self) -> tuple[SelectedManeuver, ...]:
         """Return the maneuvers that a run would take."""
         if not self._checker.ready:
             return ()
-        return taken(self._wishes, self._review, self._selection.maneuver)
+        return select_maneuvers(self._wishes, self._review, self._selection.maneuver)
 
     def refresh(self) -> None:
         """Say what a run would do as everything stands."""
@@ -297,7 +301,7 @@ class EstimatePage(ReviewPage):
         if not flights or not self._checker.follow(self._wishes.model, flights[0].aircraft):
             return
         effects = self._checker.effects
-        gone = {n for n in self._wishes.derivatives if is_effect(n)} - set(effects)
+        gone = {n for n in self._wishes.derivatives if is_effect_parameter(n)} - set(effects)
         self.panel.derivatives.model_of.show_effects(effects)
         if gone:
             kept = {n: w for n, w in self._wishes.derivatives.items() if n not in gone}
@@ -307,19 +311,20 @@ class EstimatePage(ReviewPage):
     def _words(self) -> tuple[str, str]:
         """Return what stands beside the button, and its state."""
         if not self._review.flights:
-            words = (
-                f"There is no flight under review: add one under Maneuvers ({key_text('Alt+1')})."
-            )
+            words = f"There is no flight under review: add one under Maneuvers ({shortcut_text('Alt+1')})."
             return words, "caution"
         if not self._checker.ready:
             return "Loading what runs are made with …", ""
         if self._checker.problem is not None:
-            return sentences((str(self._checker.problem),)), "warning"
+            return join_sentences((str(self._checker.problem),)), "warning"
         if self._runner.running:
-            return f"{taken_words(self.taken)} Running; {key_text('Ctrl+.')} stops it.", ""
+            return (
+                f"{describe_selection(self.taken)} Running; {shortcut_text('Ctrl+.')} stops it.",
+                "",
+            )
         if not self.taken:
-            return none_words(self._wishes, self._review), "caution"
-        return f"{self._told or self._runner.told} {taken_words(self.taken)}".strip(), ""
+            return describe_empty_selection(self._wishes, self._review), "caution"
+        return f"{self._told or self._runner.told} {describe_selection(self.taken)}".strip(), ""
 
     # Running
 
@@ -331,10 +336,10 @@ class EstimatePage(ReviewPage):
             self.area.ensureWidgetVisible(QApplication.focusWidget() or self.panel)
             return
         try:
-            request = run_request(
+            request = build_run_request(
                 self._wishes, self._review.paths, self.taken, self.panel.label.text()
             )
-        except FieldError as error:
+        except FormFieldError as error:
             self.panel.show_problem(error.field, str(error))
             return
         self._runner.estimate(request)
@@ -354,16 +359,16 @@ class EstimatePage(ReviewPage):
                 self.setFocus()
         self.refresh()
 
-    def _estimated(self, outcome: Outcome) -> None:
+    def _estimated(self, outcome: RunOutcome) -> None:
         if self.panel.label.text().strip() == outcome.request.label:
             # One that was typed meanwhile is for the next run.
             self.panel.label.clear()
         self.estimated.emit(outcome)
 
-    def show_outcome(self, outcome: Outcome | None) -> None:
+    def show_outcome(self, outcome: RunOutcome | None) -> None:
         """Show the values of the run that is looked at beside the settings."""
         self._outcome = outcome
         values = {} if outcome is None else outcome.summary.derivatives
         found = {name: (one.value.mean, one.value.std) for name, one in values.items()}
-        self.panel.derivatives.model_of.show_last(last_values(tuple(found), found))
+        self.panel.derivatives.model_of.show_last(format_last_values(tuple(found), found))
         self.runs.show_number(None if outcome is None else outcome.number)

@@ -14,25 +14,25 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from gsapp.aircraft.reading import shipped_aircraft
-from ui.dialogs.fields import ShippedField
-from ui.dialogs.form import Sentence, restyle
-from ui.look import Look
-from ui.pages import label
-from ui.preflight.columns import Section
-from ui.review.estimate_asking import TAKES, is_effect
-from ui.review.estimate_channels import ChannelTable
+from gsapp.aircraft.aircraft_loader import shipped_aircraft
+from ui.dialogs.file_fields import ShippedFileField
+from ui.dialogs.form_dialog import FieldMessage, repolish
+from ui.display_style import DisplayStyle
+from ui.preflight.form_columns import FormSection
+from ui.review.estimate_channels import FitChannelTable
+from ui.review.estimate_form import EstimateForm
+from ui.review.estimate_request import METHOD_SETTINGS, is_effect_parameter
 from ui.review.estimate_table import DerivativeTable
-from ui.review.estimate_wishes import Wishes
-from ui.review.estimate_words import (
-    AXES,
-    EXPLAINED,
-    INTEGRATIONS,
-    MANEUVERS,
-    METHODS,
-    NOISES,
-    Choices,
+from ui.review.estimate_text import (
+    AXIS_CHOICES,
+    FIELD_HELP,
+    INTEGRATION_CHOICES,
+    MANEUVER_CHOICES,
+    METHOD_CHOICES,
+    NOISE_CHOICES,
+    FieldChoices,
 )
+from ui.start_page import create_label
 
 _SHIPPED_SETS = ("b777",)
 _TYPING_MS = 300
@@ -44,9 +44,9 @@ class EstimatePanel(QWidget):
 
     Parameters
     ----------
-    look : Look
+    look : DisplayStyle
         Colors, sizes.
-    wishes : Wishes
+    wishes : EstimateForm
         As they were left.
 
     Attributes
@@ -63,15 +63,15 @@ class EstimatePanel(QWidget):
     explained = Signal(str)
     asked = Signal()
 
-    def __init__(self, look: Look, wishes: Wishes) -> None:
+    def __init__(self, look: DisplayStyle, wishes: EstimateForm) -> None:
         super().__init__()
         self._look = look
         self.wishes = wishes
         self._showing = False
-        self._sentences: dict[str, Sentence] = {}
+        self._sentences: dict[str, FieldMessage] = {}
         self._edits: dict[str, QWidget] = {}
         self._boxes: dict[str, QComboBox] = {}
-        self._files: dict[str, ShippedField] = {}
+        self._files: dict[str, ShippedFileField] = {}
         self._checks: dict[str, QCheckBox] = {}
         self._lines: dict[str, QLineEdit] = {}
         self._fields: dict[QObject, str] = {}
@@ -80,7 +80,7 @@ class EstimatePanel(QWidget):
         self._typing.timeout.connect(self.changed)
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
-        self.sections: dict[str, Section] = {}
+        self.sections: dict[str, FormSection] = {}
         self._question()
         self._derivatives()
         self._noise()
@@ -95,8 +95,8 @@ class EstimatePanel(QWidget):
 
     # Making
 
-    def _section(self, name: str, title: str) -> tuple[Section, QGridLayout]:
-        section = Section(self._look, title)
+    def _section(self, name: str, title: str) -> tuple[FormSection, QGridLayout]:
+        section = FormSection(self._look, title)
         holder = QWidget()
         grid = QGridLayout(holder)
         grid.setContentsMargins(0, 0, 0, 0)
@@ -112,9 +112,9 @@ class EstimatePanel(QWidget):
         """Add a field with its name and room for what is wrong with it."""
         row = grid.rowCount()
         if not wide and not isinstance(edit, QCheckBox):
-            grid.addWidget(label(EXPLAINED[field].title), row, 0)
+            grid.addWidget(create_label(FIELD_HELP[field].title), row, 0)
         grid.addWidget(edit, row, 0 if wide else 1, 1, 2 if wide else 1)
-        sentence = Sentence()
+        sentence = FieldMessage()
         sentence.hide()
         grid.addWidget(sentence, row + 1, 0 if wide else 1, 1, -1)
         self._sentences[field] = sentence
@@ -122,14 +122,14 @@ class EstimatePanel(QWidget):
         self._follow(field, edit)
 
     def _follow(self, field: str, edit: QWidget) -> None:
-        words = EXPLAINED[field]
+        words = FIELD_HELP[field]
         edit.setAccessibleName(words.title)
         edit.setAccessibleDescription(words.does)
         edit.setToolTip(words.does)
         edit.installEventFilter(self)
         self._fields[edit] = field
 
-    def _choice(self, grid: QGridLayout, field: str, choices: Choices) -> QComboBox:
+    def _choice(self, grid: QGridLayout, field: str, choices: FieldChoices) -> QComboBox:
         box = QComboBox()
         for key, words in choices:
             box.addItem(words, key)
@@ -139,7 +139,7 @@ class EstimatePanel(QWidget):
         return box
 
     def _check(self, grid: QGridLayout, field: str) -> QCheckBox:
-        box = QCheckBox(EXPLAINED[field].title)
+        box = QCheckBox(FIELD_HELP[field].title)
         box.toggled.connect(lambda on: self._take(field, on))
         self._checks[field] = box
         self._row(grid, field, box)
@@ -157,9 +157,9 @@ class EstimatePanel(QWidget):
     def _file(
         self, grid: QGridLayout, field: str, shipped: tuple[str, ...], none: str,
         *, folder: bool = False,
-    ) -> ShippedField:  # fmt: skip
-        box = ShippedField(
-            EXPLAINED[field].title, shipped, str(getattr(self.wishes, field)), none=none,
+    ) -> ShippedFileField:  # fmt: skip
+        box = ShippedFileField(
+            FIELD_HELP[field].title, shipped, str(getattr(self.wishes, field)), none=none,
             folder=folder,
         )  # fmt: skip
         box.currentIndexChanged.connect(lambda _index: self._take(field, box.value))
@@ -169,9 +169,9 @@ class EstimatePanel(QWidget):
 
     def _question(self) -> None:
         _, grid = self._section("question", "What")
-        self.maneuvers = self._choice(grid, "maneuvers", MANEUVERS)
-        self.method = self._choice(grid, "method", METHODS)
-        self.axis = self._choice(grid, "axis", AXES)
+        self.maneuvers = self._choice(grid, "maneuvers", MANEUVER_CHOICES)
+        self.method = self._choice(grid, "method", METHOD_CHOICES)
+        self.axis = self._choice(grid, "axis", AXIS_CHOICES)
         self.six_degrees = self._check(grid, "six_degrees")
         self.joint = self._check(grid, "joint")
         self.label = QLineEdit()
@@ -188,13 +188,13 @@ class EstimatePanel(QWidget):
     def _noise(self) -> None:
         _, grid = self._section("noise", "Noise and bounds")
         self.weights = self._file(grid, "weights", (), "From the residuals")
-        self.noise = self._choice(grid, "noise", NOISES)
+        self.noise = self._choice(grid, "noise", NOISE_CHOICES)
         self.bound_factor = self._line(grid, "bound_factor", "corrected for colored residuals")
-        self.integration = self._choice(grid, "integration", INTEGRATIONS)
+        self.integration = self._choice(grid, "integration", INTEGRATION_CHOICES)
 
     def _channels(self) -> None:
         _, grid = self._section("channels", "Responses, states, instrument errors")
-        self.channels = ChannelTable(self._look)
+        self.channels = FitChannelTable(self._look)
         self.channels.model_of.edited.connect(self._taken)
         self._row(grid, "channels", self.channels, wide=True)
         self.stand_ins = self._line(grid, "stand_ins", "for what was not measured: V=30")
@@ -225,7 +225,7 @@ class EstimatePanel(QWidget):
         else:
             self.changed.emit()
 
-    def _taken(self, wishes: Wishes) -> None:
+    def _taken(self, wishes: EstimateForm) -> None:
         self.wishes = wishes
         self._spread()
         self.changed.emit()
@@ -235,7 +235,7 @@ class EstimatePanel(QWidget):
         self.changed.emit()
         self.asked.emit()
 
-    def show_wishes(self, wishes: Wishes) -> None:
+    def show_wishes(self, wishes: EstimateForm) -> None:
         """Show other wishes; emits nothing."""
         self.wishes = wishes
         self._showing = True
@@ -261,7 +261,7 @@ class EstimatePanel(QWidget):
         wishes = self.wishes
         self.derivatives.model_of.show_wishes(wishes)
         self.channels.model_of.show_wishes(wishes)
-        takes = TAKES[wishes.method]
+        takes = METHOD_SETTINGS[wishes.method]
         heeded: Mapping[str, str] = {
             "derivatives": "derivatives", "weights": "weights", "noise": "noise",
             "bound_factor": "bounds", "integration": "integration", "channels": "channels",
@@ -285,21 +285,25 @@ class EstimatePanel(QWidget):
             state = "warning" if wrong else ""
             if isinstance(edit, QLineEdit) and edit.property("state") != state:
                 edit.setProperty("state", state)
-                restyle(edit)
+                repolish(edit)
 
     def _note(self, field: str) -> str:
         """Return what is to be known of a field as the panel stands."""
         wishes = self.wishes
         if field == "derivatives":
-            if "derivatives" not in TAKES[wishes.method]:
+            if "derivatives" not in METHOD_SETTINGS[wishes.method]:
                 return "FTR takes the derivatives of the tables."
             free = [name for name, one in wishes.derivatives.items() if one.treated == "free"]
-            here = [n for n in free if n in self.derivatives.model_of.names and not is_effect(n)]
+            here = [
+                n
+                for n in free
+                if n in self.derivatives.model_of.names and not is_effect_parameter(n)
+            ]
             if here:
                 only = f"Only {', '.join(here)}" if len(here) < 7 else f"Only these {len(here)}"
                 return f"{only} {'is' if len(here) == 1 else 'are'} estimated; the rest is held."
         if field == "channels":
-            if "channels" not in TAKES[wishes.method]:
+            if "channels" not in METHOD_SETTINGS[wishes.method]:
                 return "Only maximum likelihood compares responses."
             if wishes.axis == "both" and not wishes.six_degrees:
                 return (

@@ -10,23 +10,36 @@ from PySide6.QtGui import QColor, QFontMetrics, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
 
 from gsapp.identification.axes import axis_derivatives
-from ui.flight.tables import TypedText
-from ui.look import Look
-from ui.review.estimate_wishes import DerivativeWish, Wishes
-from ui.review.estimate_words import AS_MODEL, TREATMENTS
+from ui.display_style import DisplayStyle
+from ui.flight.table_models import TextEditDelegate
+from ui.number_format import MINUS, symbol_text, value_with_std_text
+from ui.review.estimate_form import DerivativeEntry, EstimateForm
+from ui.review.estimate_text import AS_MODEL_TEXT, TREATMENT_CHOICES
 from ui.table_menu import TableMenu
-from ui.words import MINUS, symbol_text, with_std
 
-Index = QModelIndex | QPersistentModelIndex
+ModelIndex = QModelIndex | QPersistentModelIndex
 
-TITLES: Final = ("", "Treated", "Last run", "Held at", "Start", "Known", "±")
-NAME, TREATED, LAST, VALUE, START, PRIOR, DEVIATION = range(7)
-_FIELDS: Final = {VALUE: "value", START: "start", PRIOR: "prior", DEVIATION: "deviation"}
-_SAID: Final = {
-    VALUE: "value that it is held at",
-    START: "start value",
-    PRIOR: "a-priori value",
-    DEVIATION: "deviation of the a-priori value",
+ESTIMATE_COLUMN_TITLES: Final = ("", "Treated", "Last run", "Held at", "Start", "Known", "±")
+(
+    NAME_COLUMN,
+    TREATMENT_COLUMN,
+    LAST_COLUMN,
+    VALUE_COLUMN,
+    START_COLUMN,
+    PRIOR_COLUMN,
+    DEVIATION_COLUMN,
+) = range(7)
+_FIELDS: Final = {
+    VALUE_COLUMN: "value",
+    START_COLUMN: "start",
+    PRIOR_COLUMN: "prior",
+    DEVIATION_COLUMN: "deviation",
+}
+_COLUMN_DESCRIPTIONS: Final = {
+    VALUE_COLUMN: "value that it is held at",
+    START_COLUMN: "start value",
+    PRIOR_COLUMN: "a-priori value",
+    DEVIATION_COLUMN: "deviation of the a-priori value",
 }
 _ROW: Final = 30
 _MOST_ROWS: Final = 12
@@ -34,7 +47,14 @@ _PADDING: Final = 14
 """Points beside the letters of a cell."""
 _WIDEST: Final = 176
 """Points of the names of effects' parameters."""
-_WIDTHS: Final = {NAME: 76, TREATED: 54, VALUE: 58, START: 50, PRIOR: 50, DEVIATION: 38}
+_WIDTHS: Final = {
+    NAME_COLUMN: 76,
+    TREATMENT_COLUMN: 54,
+    VALUE_COLUMN: 58,
+    START_COLUMN: 50,
+    PRIOR_COLUMN: 50,
+    DEVIATION_COLUMN: 38,
+}
 
 
 class DerivativeModel(QAbstractTableModel):
@@ -48,15 +68,15 @@ class DerivativeModel(QAbstractTableModel):
 
     edited = Signal(object)
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
         self.names: tuple[str, ...] = ()
-        self.wishes = Wishes()
+        self.wishes = EstimateForm()
         self.last: Mapping[str, str] = {}
         self.effects: Mapping[str, float] = {}
 
-    def show_wishes(self, wishes: Wishes) -> None:
+    def show_wishes(self, wishes: EstimateForm) -> None:
         """Show other wishes."""
         axis = axis_derivatives("both" if wishes.six_degrees else wishes.axis)
         names = (*axis, *self.effects)
@@ -80,15 +100,15 @@ class DerivativeModel(QAbstractTableModel):
             self._repaint()
 
     def _repaint(self) -> None:
-        self.dataChanged.emit(self.index(0, 0), self.index(len(self.names) - 1, DEVIATION))
+        self.dataChanged.emit(self.index(0, 0), self.index(len(self.names) - 1, DEVIATION_COLUMN))
 
-    def rowCount(self, parent: Index | None = None) -> int:
+    def rowCount(self, parent: ModelIndex | None = None) -> int:
         """Return the number of derivatives."""
         return 0 if parent is not None and parent.isValid() else len(self.names)
 
-    def columnCount(self, parent: Index | None = None) -> int:
+    def columnCount(self, parent: ModelIndex | None = None) -> int:
         """Return the number of columns."""
-        return 0 if parent is not None and parent.isValid() else len(TITLES)
+        return 0 if parent is not None and parent.isValid() else len(ESTIMATE_COLUMN_TITLES)
 
     def headerData(
         self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
@@ -97,16 +117,16 @@ class DerivativeModel(QAbstractTableModel):
         if orientation is not Qt.Orientation.Horizontal:
             return None
         if role == Qt.ItemDataRole.DisplayRole:
-            return TITLES[section]
+            return ESTIMATE_COLUMN_TITLES[section]
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return int(_alignment(section))
         return None
 
-    def wish(self, row: int) -> DerivativeWish:
+    def wish(self, row: int) -> DerivativeEntry:
         """Return the wish of a row."""
         return self.wishes.derivative(self.names[row])
 
-    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
+    def data(self, index: ModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> object:
         """Return text, type, what is said of a cell."""
         name, column = self.names[index.row()], index.column()
         wish = self.wishes.derivative(name)
@@ -115,9 +135,9 @@ class DerivativeModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return int(_alignment(column))
         if role == Qt.ItemDataRole.FontRole:
-            if column == NAME and name in self.effects:
-                return self._look.font("small", strong=wish != DerivativeWish())
-            own = column == NAME and wish != DerivativeWish()
+            if column == NAME_COLUMN and name in self.effects:
+                return self._look.font("small", strong=wish != DerivativeEntry())
+            own = column == NAME_COLUMN and wish != DerivativeEntry()
             return self._look.font("body", strong=own)
         if role == Qt.ItemDataRole.ForegroundRole and not self._counts(wish, column):
             return QColor(self._look.color("muted"))
@@ -125,51 +145,53 @@ class DerivativeModel(QAbstractTableModel):
             return self._said(name, wish, column)
         return None
 
-    def _text(self, name: str, wish: DerivativeWish, column: int) -> str:
-        if column == NAME:
+    def _text(self, name: str, wish: DerivativeEntry, column: int) -> str:
+        if column == NAME_COLUMN:
             return symbol_text(name)
-        if column == TREATED:
+        if column == TREATMENT_COLUMN:
             usual = name in self.effects and wish.treated == "tables"
-            return AS_MODEL if usual else dict(TREATMENTS)[wish.treated]
-        if column == LAST:
+            return AS_MODEL_TEXT if usual else dict(TREATMENT_CHOICES)[wish.treated]
+        if column == LAST_COLUMN:
             return self.last.get(name, "")
-        if column == VALUE and name in self.effects and not wish.value:
+        if column == VALUE_COLUMN and name in self.effects and not wish.value:
             return f"{self.effects[name]:.4g}"
         return str(getattr(wish, _FIELDS[column]))
 
-    def _counts(self, wish: DerivativeWish, column: int) -> bool:
+    def _counts(self, wish: DerivativeEntry, column: int) -> bool:
         """Return whether a cell says something that the run heeds."""
-        if column == TREATED:
+        if column == TREATMENT_COLUMN:
             return wish.treated != "tables"
-        if column == VALUE:
+        if column == VALUE_COLUMN:
             return wish.treated == "held"
-        if column in (START, PRIOR, DEVIATION):
+        if column in (START_COLUMN, PRIOR_COLUMN, DEVIATION_COLUMN):
             return wish.treated != "held"
         return True
 
-    def _said(self, name: str, wish: DerivativeWish, column: int) -> str:
+    def _said(self, name: str, wish: DerivativeEntry, column: int) -> str:
         text = self._text(name, wish, column)
-        if column == TREATED:
+        if column == TREATMENT_COLUMN:
             return f"{symbol_text(name)} {text}; Space changes it"
-        if column in _SAID:
-            return f"{_SAID[column]} of {symbol_text(name)}: {text or 'none'}"
-        return f"{symbol_text(name)}, last run: {text}" if column == LAST and text else text
+        if column in _COLUMN_DESCRIPTIONS:
+            return f"{_COLUMN_DESCRIPTIONS[column]} of {symbol_text(name)}: {text or 'none'}"
+        return f"{symbol_text(name)}, last run: {text}" if column == LAST_COLUMN and text else text
 
-    def flags(self, index: Index) -> Qt.ItemFlag:
+    def flags(self, index: ModelIndex) -> Qt.ItemFlag:
         """Return whether a cell may be typed into."""
         flags = super().flags(index)
         if index.column() in _FIELDS:
             flags |= Qt.ItemFlag.ItemIsEditable
         return flags
 
-    def setData(self, index: Index, value: object, role: int = Qt.ItemDataRole.EditRole) -> bool:
+    def setData(
+        self, index: ModelIndex, value: object, role: int = Qt.ItemDataRole.EditRole
+    ) -> bool:
         """Take what was typed; a value to hold at holds the derivative."""
         if role != Qt.ItemDataRole.EditRole or index.column() not in _FIELDS:
             return False
         text = str(value).strip()
         wish = self.wish(index.row())
         changes = {_FIELDS[index.column()]: text}
-        if index.column() == VALUE and text and text != wish.value:
+        if index.column() == VALUE_COLUMN and text and text != wish.value:
             changes["treated"] = "held"
         self._change(index.row(), wish.model_copy(update=changes))
         return True
@@ -177,7 +199,7 @@ class DerivativeModel(QAbstractTableModel):
     def turn(self, row: int) -> None:
         """Treat a derivative in the next way; held, it begins with what the last run gave."""
         wish = self.wish(row)
-        ways = [key for key, _ in TREATMENTS]
+        ways = [key for key, _ in TREATMENT_CHOICES]
         treated = ways[(ways.index(wish.treated) + 1) % len(ways)]
         value = wish.value
         if treated == "held" and not value:
@@ -189,9 +211,9 @@ class DerivativeModel(QAbstractTableModel):
 
     def clear(self, row: int) -> None:
         """Take back everything that was wished for a derivative."""
-        self._change(row, DerivativeWish())
+        self._change(row, DerivativeEntry())
 
-    def _change(self, row: int, wish: DerivativeWish) -> None:
+    def _change(self, row: int, wish: DerivativeEntry) -> None:
         if wish != self.wish(row):
             self.edited.emit(self.wishes.with_derivative(self.names[row], wish))
 
@@ -199,12 +221,12 @@ class DerivativeModel(QAbstractTableModel):
 class DerivativeTable(QTableView):
     """The table; Space treats in the next way, typing writes, Delete takes all of a row back."""
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
         self.model_of = DerivativeModel(look)
         self.setModel(self.model_of)
-        self.setItemDelegate(TypedText(self))
+        self.setItemDelegate(TextEditDelegate(self))
         self.setAccessibleName("Derivatives")
         self.setProperty("role", "close")
         self.setShowGrid(False)
@@ -242,12 +264,12 @@ class DerivativeTable(QTableView):
             + px(_PADDING)
             for name in self.model_of.names
         ]
-        self.setColumnWidth(NAME, min(max([px(_WIDTHS[NAME]), *names]), px(_WIDEST)))
+        self.setColumnWidth(NAME_COLUMN, min(max([px(_WIDTHS[NAME_COLUMN]), *names]), px(_WIDEST)))
         letters = QFontMetrics(self._look.font("body"))
         written = map(letters.horizontalAdvance, self.model_of.last.values())
         least = max(written, default=0) + px(_PADDING)
         room = self.viewport().width() - sum(self.columnWidth(column) for column in _WIDTHS)
-        self.setColumnWidth(LAST, max(room, least))
+        self.setColumnWidth(LAST_COLUMN, max(room, least))
         self.horizontalHeader().setMinimumSectionSize(px(40))
         self.verticalHeader().setDefaultSectionSize(px(_ROW))
         rows = min(len(self.model_of.names), _MOST_ROWS)
@@ -260,7 +282,7 @@ class DerivativeTable(QTableView):
         self._fit()
 
     def _clicked(self, index: QModelIndex) -> None:
-        if index.column() == TREATED:
+        if index.column() == TREATMENT_COLUMN:
             self.model_of.turn(index.row())
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -282,11 +304,17 @@ class DerivativeTable(QTableView):
             super().keyPressEvent(event)
 
 
-def last_values(names: Sequence[str], values: Mapping[str, tuple[float, float]]) -> dict[str, str]:
+def format_last_values(
+    names: Sequence[str], values: Mapping[str, tuple[float, float]]
+) -> dict[str, str]:
     """Return what a run gave of each derivative, in words."""
-    return {name: with_std(*values[name]) for name in names if name in values}
+    return {name: value_with_std_text(*values[name]) for name in names if name in values}
 
 
 def _alignment(column: int) -> Qt.AlignmentFlag:
-    side = Qt.AlignmentFlag.AlignLeft if column in (NAME, TREATED) else Qt.AlignmentFlag.AlignRight
+    side = (
+        Qt.AlignmentFlag.AlignLeft
+        if column in (NAME_COLUMN, TREATMENT_COLUMN)
+        else Qt.AlignmentFlag.AlignRight
+    )
     return side | Qt.AlignmentFlag.AlignVCenter

@@ -8,35 +8,44 @@ from dataclasses import dataclass, replace
 from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QWheelEvent
 
-from ui.gap.marking import paint_readout
-from ui.keyboard import ArrowKeys
-from ui.look import Look
-from ui.review.figure_geometry import Pane, Spot, View, moved, nearest, sensible, stepped, zoomed
-from ui.review.figure_paper import FigurePaper, same_spot
+from ui.display_style import DisplayStyle
+from ui.gap.paint_primitives import paint_readout
+from ui.review.figure_geometry import (
+    ManeuverPoint,
+    Subplot,
+    ViewRange,
+    find_nearest_point,
+    is_usable_view,
+    next_point,
+    pan_view,
+    zoom_view,
+)
+from ui.review.figure_widget import FigureWidget, find_same_point
+from ui.shortcut_filter import ArrowKeyNavigation
 
-_REACH = 14
+_HIT_RADIUS = 14
 """Points around the mouse in which a point of the figure is meant."""
 _DRAG = 4
 """Points that the mouse moves before a press becomes a drag."""
 _STEP, _ZOOM = 0.15, 0.8
 """Share of a chart that a key moves it by; factor of its range that a key or a notch zooms by."""
-_NOTCH = 120
-_FLAT = 12
+_WHEEL_STEP = 120
+_TIME_ONLY_HEIGHT = 12
 """Points of height up to which a rectangle in a history means a stretch of time."""
 _SHADE = 0.12
-_WALKS = {
+_POINT_STEP_KEYS = {
     Qt.Key.Key_Left: "left",
     Qt.Key.Key_Right: "right",
     Qt.Key.Key_Up: "up",
     Qt.Key.Key_Down: "down",
 }
-_MOVES = {
+_PAN_KEYS = {
     Qt.Key.Key_Left: (-_STEP, 0.0),
     Qt.Key.Key_Right: (_STEP, 0.0),
     Qt.Key.Key_Up: (0.0, _STEP),
     Qt.Key.Key_Down: (0.0, -_STEP),
 }
-_ZOOMS = {
+_ZOOM_KEYS = {
     Qt.Key.Key_Plus: _ZOOM,
     Qt.Key.Key_Equal: _ZOOM,
     Qt.Key.Key_Minus: 1.0 / _ZOOM,
@@ -51,13 +60,13 @@ class _Press:
     """A button of the mouse that is held."""
 
     at: QPointF
-    pane: Pane | None
-    view: View | None
+    pane: Subplot | None
+    view: ViewRange | None
     moves: bool
     dragged: bool = False
 
 
-class FigureCanvas(ArrowKeys, FigurePaper):
+class FigureCanvas(ArrowKeyNavigation, FigureWidget):
     """A figure that answers to mouse and keys.
 
     The wheel zooms at the pointer (with Shift the page scrolls), a drag zooms to a rectangle, with
@@ -70,7 +79,7 @@ class FigureCanvas(ArrowKeys, FigurePaper):
 
     Parameters
     ----------
-    look : Look
+    look : DisplayStyle
         Colors and sizes.
     describe : callable
         Returns what is known of a point, from the chart's name and the maneuver.
@@ -94,7 +103,7 @@ class FigureCanvas(ArrowKeys, FigurePaper):
     pane_opened = Signal(str)
     views_changed = Signal()
 
-    def __init__(self, look: Look, describe: Callable[[str, str], str]) -> None:
+    def __init__(self, look: DisplayStyle, describe: Callable[[str, str], str]) -> None:
         super().__init__(look)
         self._describe = describe
         self.pointer: QPointF | None = None
@@ -103,13 +112,15 @@ class FigureCanvas(ArrowKeys, FigurePaper):
 
     # Choosing
 
-    def _at(self, point: QPointF) -> Spot | None:
-        return nearest(self.shown_spots(), point.x(), point.y(), self._look.px(_REACH))
+    def _at(self, point: QPointF) -> ManeuverPoint | None:
+        return find_nearest_point(
+            self.shown_spots(), point.x(), point.y(), self._look.px(_HIT_RADIUS)
+        )
 
-    def _pane_at(self, point: QPointF) -> Pane | None:
+    def _pane_at(self, point: QPointF) -> Subplot | None:
         return next((one for one in self.panes if one.holds(point.x(), point.y())), None)
 
-    def _choose_spot(self, spot: Spot) -> None:
+    def _choose_spot(self, spot: ManeuverPoint) -> None:
         pane = self.pane(spot.pane)
         self.current = next(
             one for one in self.spots if (one.pane, one.maneuver) == (spot.pane, spot.maneuver)
@@ -124,8 +135,8 @@ class FigureCanvas(ArrowKeys, FigurePaper):
     def event(self, event: QEvent) -> bool:
         """Keep the keys that move and zoom."""
         if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
-            shifted = bool(event.modifiers() & _SHIFT) and Qt.Key(event.key()) in _MOVES
-            plain = not event.modifiers() & _CONTROL and Qt.Key(event.key()) in _ZOOMS
+            shifted = bool(event.modifiers() & _SHIFT) and Qt.Key(event.key()) in _PAN_KEYS
+            plain = not event.modifiers() & _CONTROL and Qt.Key(event.key()) in _ZOOM_KEYS
             if shifted or plain:
                 event.accept()
                 return True
@@ -173,7 +184,7 @@ class FigureCanvas(ArrowKeys, FigurePaper):
             self.setCursor(Qt.CursorShape.ClosedHandCursor)
             across = -way.x() / max(pane.right - pane.left, 1.0)
             up = way.y() / max(pane.bottom - pane.top, 1.0)
-            self._show_view(pane, moved(press.view, across, up, only_x=pane.over_time))
+            self._show_view(pane, pan_view(press.view, across, up, only_x=pane.over_time))
 
     def _rectangle(self) -> QRectF | None:
         """Return the rectangle that is being drawn; of a history its time where it is flat."""
@@ -183,7 +194,7 @@ class FigureCanvas(ArrowKeys, FigurePaper):
         pane = press.pane
         plot = QRectF(QPointF(pane.left, pane.top), QPointF(pane.right, pane.bottom))
         drawn = QRectF(press.at, self.pointer).normalized()
-        if pane.over_time and drawn.height() < self._look.px(_FLAT):
+        if pane.over_time and drawn.height() < self._look.px(_TIME_ONLY_HEIGHT):
             drawn = QRectF(drawn.left(), plot.top(), drawn.width(), plot.height())
         return drawn.intersected(plot)
 
@@ -248,8 +259,8 @@ class FigureCanvas(ArrowKeys, FigurePaper):
             event.ignore()
             return
         across, up = pane.shares(event.position().x(), event.position().y())
-        factor = _ZOOM ** (event.angleDelta().y() / _NOTCH)
-        view = zoomed(self.view_of(pane), across, up, factor, only_x=pane.over_time)
+        factor = _ZOOM ** (event.angleDelta().y() / _WHEEL_STEP)
+        view = zoom_view(self.view_of(pane), across, up, factor, only_x=pane.over_time)
         self._show_view(pane, view)
 
     # Keys
@@ -258,12 +269,12 @@ class FigureCanvas(ArrowKeys, FigurePaper):
         """Walk, move, zoom, open."""
         key = Qt.Key(event.key())
         pane = self.pane(self.place)
-        if key in _WALKS and self.spots and not event.modifiers() & _SHIFT:
-            self._walk(_WALKS[key])
-        elif key in _MOVES and pane is not None:
-            self._move(pane, *_MOVES[key])
-        elif key in _ZOOMS and pane is not None:
-            self._zoom(pane, _ZOOMS[key])
+        if key in _POINT_STEP_KEYS and self.spots and not event.modifiers() & _SHIFT:
+            self._walk(_POINT_STEP_KEYS[key])
+        elif key in _PAN_KEYS and pane is not None:
+            self._move(pane, *_PAN_KEYS[key])
+        elif key in _ZOOM_KEYS and pane is not None:
+            self._zoom(pane, _ZOOM_KEYS[key])
         elif key == Qt.Key.Key_Home:
             self.show_all()
         elif key in _ENTER and self.maneuver:
@@ -276,34 +287,34 @@ class FigureCanvas(ArrowKeys, FigurePaper):
     def _walk(self, way: str) -> None:
         """Go to the next point; the first step goes to the chosen maneuver, or the first point."""
         spots = self.shown_spots()
-        here = None if self.current is None else same_spot(spots, self.current)
+        here = None if self.current is None else find_same_point(spots, self.current)
         if here is not None:
-            spot = stepped(spots, here, way)
+            spot = next_point(spots, here, way)
         else:
             chosen = (one for one in spots if one.maneuver == self.maneuver)
-            spot = next(chosen, None) or stepped(spots, None, way)
+            spot = next(chosen, None) or next_point(spots, None, way)
         if spot is not None:
             self._choose_spot(spot)
 
-    def _move(self, pane: Pane, across: float, up: float) -> None:
+    def _move(self, pane: Subplot, across: float, up: float) -> None:
         if pane.over_time and up:
             # Of a history only the time is moved; up and down zoom it, as in all charts.
             self._zoom(pane, _ZOOM if up > 0 else 1.0 / _ZOOM)
             return
-        view = moved(self.view_of(pane), across, up, only_x=pane.over_time)
+        view = pan_view(self.view_of(pane), across, up, only_x=pane.over_time)
         self._show_view(pane, view)
 
-    def _zoom(self, pane: Pane, factor: float) -> None:
+    def _zoom(self, pane: Subplot, factor: float) -> None:
         across = up = 0.5
         if self.current is not None and self.current.pane == pane.place:
             x, y = pane.seen_as(self.view_of(pane), self.current.x, self.current.y)
             across, up = pane.shares(x, y)
-        view = zoomed(self.view_of(pane), across, up, factor, only_x=pane.over_time)
+        view = zoom_view(self.view_of(pane), across, up, factor, only_x=pane.over_time)
         self._show_view(pane, view)
 
-    def _show_view(self, pane: Pane, view: View) -> None:
+    def _show_view(self, pane: Subplot, view: ViewRange) -> None:
         """Want another part of a chart, and the same stretch of what shares its axis."""
-        if not sensible(view, self.whole.get(pane.place, view)):
+        if not is_usable_view(view, self.whole.get(pane.place, view)):
             return
         for one in self.panes:
             if one.group == pane.group:

@@ -15,12 +15,12 @@ Limits = tuple[float, float]
 
 _ROUNDING = 1e-6
 """Of a range, that its limits may differ by."""
-_DEEPEST, _FARTHEST = 1e-3, 4.0
+_MIN_ZOOM_FRACTION, _MAX_ZOOM_FRACTION = 1e-3, 4.0
 """Ranges of a chart that can be looked at, in times of the whole."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class View:
+class ViewRange:
     """What part of its data a chart shows."""
 
     x: Limits
@@ -28,7 +28,7 @@ class View:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Curve:
+class FigureCurve:
     """One line over an x axis that rises.
 
     Attributes
@@ -53,7 +53,7 @@ class Curve:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Pane:
+class Subplot:
     """One chart of a figure.
 
     Attributes
@@ -64,7 +64,7 @@ class Pane:
         What it is about, ``derivative:Cm_alpha``; may be empty.
     left, top, right, bottom : float
         Logical pixels.
-    view : View
+    view : ViewRange
     group : int
         Charts of one group have the x axis in common.
     over_time : bool
@@ -75,7 +75,7 @@ class Pane:
         Whether an axis is logarithmic.
     clock : bool
         Whether x is flight time.
-    curves : tuple of Curve
+    curves : tuple of FigureCurve
         Lines whose values the cursor reads.
     """
 
@@ -85,7 +85,7 @@ class Pane:
     top: float
     right: float
     bottom: float
-    view: View
+    view: ViewRange
     group: int
     over_time: bool
     x_title: str = ""
@@ -93,7 +93,7 @@ class Pane:
     x_log: bool = False
     y_log: bool = False
     clock: bool = False
-    curves: tuple[Curve, ...] = field(default=(), compare=False)
+    curves: tuple[FigureCurve, ...] = field(default=(), compare=False)
 
     def holds(self, x: float, y: float) -> bool:
         """Return whether a pixel lies within."""
@@ -104,7 +104,7 @@ class Pane:
         wide, high = max(self.right - self.left, 1.0), max(self.bottom - self.top, 1.0)
         return (x - self.left) / wide, (self.bottom - y) / high
 
-    def reading(self, view: View, x: float, y: float) -> str:
+    def reading(self, view: ViewRange, x: float, y: float) -> str:
         """Return the values at a pixel: of the curves where there are any, else of the axes."""
         across, up = self.shares(x, y)
         at_x, at_y = (
@@ -129,17 +129,19 @@ class Pane:
         ]
         return "\n".join(said)
 
-    def boxed(self, view: View, corner: tuple[float, float], other: tuple[float, float]) -> View:
+    def boxed(
+        self, view: ViewRange, corner: tuple[float, float], other: tuple[float, float]
+    ) -> ViewRange:
         """Return the part of a view within a rectangle, given by two pixels."""
         (left, low), (right, high) = self.shares(*corner), self.shares(*other)
         x, y = ((min(a, b), max(a, b)) for a, b in ((left, right), (low, high)))
-        return View(x=_part(view.x, x), y=_part(view.y, y))
+        return ViewRange(x=_limits_part(view.x, x), y=_limits_part(view.y, y))
 
-    def seen_as(self, view: View, x: float, y: float) -> tuple[float, float]:
+    def seen_as(self, view: ViewRange, x: float, y: float) -> tuple[float, float]:
         """Return where what was drawn at a pixel lies when the chart shows another view."""
         across, up = self.shares(x, y)
-        across = _rescaled(across, self.view.x, view.x)
-        up = _rescaled(up, self.view.y, view.y)
+        across = _rescale_fraction(across, self.view.x, view.x)
+        up = _rescale_fraction(up, self.view.y, view.y)
         return (
             self.left + across * (self.right - self.left),
             self.bottom - up * (self.bottom - self.top),
@@ -147,7 +149,7 @@ class Pane:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Spot:
+class ManeuverPoint:
     """One point that stands for a maneuver."""
 
     pane: int
@@ -156,17 +158,17 @@ class Spot:
     y: float
 
 
-def _part(limits: Limits, shares: Limits) -> Limits:
+def _limits_part(limits: Limits, shares: Limits) -> Limits:
     low, high = limits
     return low + shares[0] * (high - low), low + shares[1] * (high - low)
 
 
-def _rescaled(share: float, drawn: Limits, wanted: Limits) -> float:
+def _rescale_fraction(share: float, drawn: Limits, wanted: Limits) -> float:
     value = drawn[0] + share * (drawn[1] - drawn[0])
     return (value - wanted[0]) / (wanted[1] - wanted[0])
 
 
-def alike(one: View, other: View) -> bool:
+def views_match(one: ViewRange, other: ViewRange) -> bool:
     """Return whether two views show the same, but for rounding."""
     return all(
         abs(a - b) <= _ROUNDING * abs(to[1] - to[0])
@@ -175,52 +177,58 @@ def alike(one: View, other: View) -> bool:
     )
 
 
-def sensible(view: View, whole: View) -> bool:
+def is_usable_view(view: ViewRange, whole: ViewRange) -> bool:
     """Return whether a view shows any of what the whole chart shows, large enough to be seen."""
     return all(
-        _DEEPEST <= abs((part[1] - part[0]) / (every[1] - every[0])) <= _FARTHEST
+        _MIN_ZOOM_FRACTION <= abs((part[1] - part[0]) / (every[1] - every[0])) <= _MAX_ZOOM_FRACTION
         and min(max(part), max(every)) > max(min(part), min(every))
         for part, every in ((view.x, whole.x), (view.y, whole.y))
     )
 
 
-def zoomed(view: View, across: float, up: float, factor: float, *, only_x: bool) -> View:
+def zoom_view(
+    view: ViewRange, across: float, up: float, factor: float, *, only_x: bool
+) -> ViewRange:
     """Return a view with ranges times a factor about a point, given as shares of the chart."""
-    x = _zoomed(view.x, across, factor)
-    return replace(view, x=x) if only_x else View(x=x, y=_zoomed(view.y, up, factor))
+    x = _zoom_limits(view.x, across, factor)
+    return replace(view, x=x) if only_x else ViewRange(x=x, y=_zoom_limits(view.y, up, factor))
 
 
-def _zoomed(limits: Limits, share: float, factor: float) -> Limits:
+def _zoom_limits(limits: Limits, share: float, factor: float) -> Limits:
     low, high = limits
     still = low + share * (high - low)
     return still + factor * (low - still), still + factor * (high - still)
 
 
-def moved(view: View, across: float, up: float, *, only_x: bool) -> View:
+def pan_view(view: ViewRange, across: float, up: float, *, only_x: bool) -> ViewRange:
     """Return a view moved by shares of its own ranges."""
-    x = _moved(view.x, across)
-    return replace(view, x=x) if only_x else View(x=x, y=_moved(view.y, up))
+    x = _pan_limits(view.x, across)
+    return replace(view, x=x) if only_x else ViewRange(x=x, y=_pan_limits(view.y, up))
 
 
-def _moved(limits: Limits, share: float) -> Limits:
+def _pan_limits(limits: Limits, share: float) -> Limits:
     step = share * (limits[1] - limits[0])
     return limits[0] + step, limits[1] + step
 
 
-def nearest(spots: Iterable[Spot], x: float, y: float, reach: float) -> Spot | None:
+def find_nearest_point(
+    spots: Iterable[ManeuverPoint], x: float, y: float, reach: float
+) -> ManeuverPoint | None:
     """Return the point nearest to a pixel, within reach; None for none."""
     near = [(abs(one.x - x) ** 2 + abs(one.y - y) ** 2, one) for one in spots]
     near = [pair for pair in near if pair[0] <= reach**2]
     return min(near, key=lambda pair: pair[0])[1] if near else None
 
 
-def stepped(spots: Sequence[Spot], current: Spot | None, key: str) -> Spot | None:
+def next_point(
+    spots: Sequence[ManeuverPoint], current: ManeuverPoint | None, key: str
+) -> ManeuverPoint | None:
     """Return the point that a walk comes to next.
 
     Parameters
     ----------
-    spots : sequence of Spot
-    current : Spot or None
+    spots : sequence of ManeuverPoint
+    current : ManeuverPoint or None
         Where it stands; None begins at the first point of the first chart.
     key : {"left", "right", "up", "down"}
         Left and right go on within the chart, up and down to the same maneuver in another chart.
@@ -231,18 +239,22 @@ def stepped(spots: Sequence[Spot], current: Spot | None, key: str) -> Spot | Non
         first = min(one.pane for one in spots)
         return min((one for one in spots if one.pane == first), key=lambda one: (one.x, one.y))
     if key in ("left", "right"):
-        row = sorted((one for one in spots if one.pane == current.pane), key=_order)
+        row = sorted((one for one in spots if one.pane == current.pane), key=_point_sort_key)
         place = row.index(current) + (1 if key == "right" else -1)
         return row[min(max(place, 0), len(row) - 1)]
     same = [one for one in spots if one.maneuver == current.maneuver]
     if key == "down":
-        return min((one for one in same if one.pane > current.pane), key=_pane, default=current)
-    return max((one for one in same if one.pane < current.pane), key=_pane, default=current)
+        return min(
+            (one for one in same if one.pane > current.pane), key=_point_subplot, default=current
+        )
+    return max(
+        (one for one in same if one.pane < current.pane), key=_point_subplot, default=current
+    )
 
 
-def _order(spot: Spot) -> tuple[float, float, str]:
+def _point_sort_key(spot: ManeuverPoint) -> tuple[float, float, str]:
     return (spot.x, spot.y, spot.maneuver)
 
 
-def _pane(spot: Spot) -> int:
+def _point_subplot(spot: ManeuverPoint) -> int:
     return spot.pane

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from gsapp.report.palette import Palette
-from ui.look import mixed
+from ui.display_style import mix_colors
 from ui.theme import Theme, luminance
 
-_PAPER_LINE = 1.8
+_PRINT_LINE_WIDTH = 1.8
 """Width of a trace of the window at which a picture's lines are as heavy as on paper."""
 _BAND, _BAND_ON_DARK = 0.14, 0.28
 """How far bands lie from the background to the color of measured traces."""
@@ -19,10 +19,10 @@ def window_palette(theme: Theme) -> Palette:
         background=theme.plot,
         ink=theme.text,
         quiet=theme.muted,
-        faint=mixed(theme.plot, theme.axis, 0.55).name(),
+        faint=mix_colors(theme.plot, theme.axis, 0.55).name(),
         previous=theme.previous,
-        band=mixed(theme.plot, theme.traces["blue"], _BAND_ON_DARK if dark else _BAND).name(),
+        band=mix_colors(theme.plot, theme.traces["blue"], _BAND_ON_DARK if dark else _BAND).name(),
         left_out=theme.previous,
         traces=theme.traces,
-        weight=theme.line_width / _PAPER_LINE,
+        weight=theme.line_width / _PRINT_LINE_WIDTH,
     )

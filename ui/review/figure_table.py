@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from ui.flight.tables import Line
-from ui.gap.parts import Lines
-from ui.look import Look
-from ui.pages import label
+from ui.display_style import DisplayStyle
+from ui.flight.table_models import TableRow
+from ui.gap.layout_widgets import FittedTableView
+from ui.start_page import create_label
 
 if TYPE_CHECKING:
-    from gsapp.report.document import Table
+    from gsapp.report.document import DocumentTable
 
-_BESIDE = 24
+_COLUMN_PADDING = 24
 """Points beside the words of a column."""
-_MOST = 6
+_MAX_VISIBLE_ROWS = 6
 """Rows in sight."""
 
 
@@ -26,20 +26,20 @@ class ReportTable(QWidget):
 
     Parameters
     ----------
-    look : Look
+    look : DisplayStyle
         Colors and sizes.
     """
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
-        self._shown: Table | None = None
-        self.lines: Lines | None = None
+        self._shown: DocumentTable | None = None
+        self.lines: FittedTableView | None = None
         self.hide()
 
-    def show_table(self, table: Table | None) -> None:
+    def show_table(self, table: DocumentTable | None) -> None:
         """Show another table."""
         if table == self._shown:
             return
@@ -51,18 +51,20 @@ class ReportTable(QWidget):
         self.setVisible(table is not None)
         if table is None:
             return
-        self._column.addWidget(label(table.caption, "label", wrap=True))
+        self._column.addWidget(create_label(table.caption, "label", wrap=True))
         widths = {place: self._width(table, place) for place in range(1, len(table.columns))}
-        self.lines = Lines(
+        self.lines = FittedTableView(
             self._look, table.caption, table.columns, stretch=0, widths=widths,
-            right=table.numeric, most=_MOST,
+            right=table.numeric, most=_MAX_VISIBLE_ROWS,
         )  # fmt: skip
-        self.lines.show_lines([Line(key=place, cells=row) for place, row in enumerate(table.rows)])
+        self.lines.show_lines(
+            [TableRow(key=place, cells=row) for place, row in enumerate(table.rows)]
+        )
         self._column.addWidget(self.lines)
 
-    def _width(self, table: Table, place: int) -> int:
+    def _width(self, table: DocumentTable, place: int) -> int:
         """Return the points that a column takes with its heading."""
         words = (table.columns[place], *(row[place] for row in table.rows))
         metrics = QFontMetrics(self._look.font("body"))
         pixels = max(metrics.horizontalAdvance(one) for one in words)
-        return round(pixels / self._look.sizes.scale) + _BESIDE
+        return round(pixels / self._look.sizes.scale) + _COLUMN_PADDING

@@ -10,15 +10,14 @@ from PySide6.QtCore import QEvent, Qt, QTimer, Signal
 from PySide6.QtGui import QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QFrame, QScrollArea, QVBoxLayout, QWidget
 
-from ui.look import Look
+from ui.display_style import DisplayStyle
 from ui.review.figure_canvas import FigureCanvas
-from ui.review.figure_drawing import Drawing, FigureDrawer, Order, Room
+from ui.review.figure_renderer import FigureRenderer, FigureSize, RenderedFigure, RenderRequest
 
 if TYPE_CHECKING:
-    from gsapp.report.document import Picture
     from gsapp.report.palette import Palette
 
-Make = Callable[["Palette", Room], "Picture | str"]
+FigureBuilder = Callable[["Palette", FigureSize], "RenderedFigure | str"]
 """Returns the picture for a palette and the room there is, or why there is none; called in a
 thread."""
 
@@ -28,13 +27,13 @@ _SETTLE_MS = 40
 """Changes closer together than this are drawn once."""
 _HINT_MS = 150
 """Drawing that takes longer says so."""
-_ENOUGH, _LARGEST = (11.0, 6.5), 1.6
+_COMFORTABLE_SIZE, _MAX_SCALE = (11.0, 6.5), 1.6
 """Inches across and down beyond which a figure grows as a whole, and by how much at most."""
-_LEAST = 3.2
+_MIN_HEIGHT = 3.2
 """Inches of width below which nothing is drawn narrower."""
-_HAIR = 0.05
+_SIZE_TOLERANCE = 0.05
 """Inches that the room may differ by from what was drawn for."""
-_SHARE = 0.55
+_MIN_FIGURE_SHARE = 0.55
 """Of the height in sight that a figure takes at least, whatever stands below it."""
 
 
@@ -43,7 +42,7 @@ class FigureView(QScrollArea):
 
     Parameters
     ----------
-    look : Look
+    look : DisplayStyle
         Colors, sizes.
     describe : callable
         Returns what is known of a point, from the chart's name and the maneuver.
@@ -55,7 +54,7 @@ class FigureView(QScrollArea):
     Attributes
     ----------
     drawn : Signal(object)
-        The `Drawing` that is on screen now.
+        The `RenderedFigure` that is on screen now.
     failed : Signal(object)
         Why it could not be drawn.
     canvas : FigureCanvas
@@ -66,7 +65,7 @@ class FigureView(QScrollArea):
 
     def __init__(
         self,
-        look: Look,
+        look: DisplayStyle,
         describe: Callable[[str, str], str],
         name: str,
         below: Sequence[QWidget] = (),
@@ -74,7 +73,7 @@ class FigureView(QScrollArea):
         super().__init__()
         self.setObjectName("panel")
         self._look = look
-        self._make: Make | None = None
+        self._make: FigureBuilder | None = None
         self._fits = False
         self.canvas = FigureCanvas(look, describe)
         self.canvas.setAccessibleName(name)
@@ -93,8 +92,8 @@ class FigureView(QScrollArea):
         self._page.addStretch(1)
         self.setWidget(page)
         self.setFocusProxy(self.canvas)
-        self._ordered: Drawing | None = None
-        self.drawer = FigureDrawer(self)
+        self._ordered: RenderedFigure | None = None
+        self.drawer = FigureRenderer(self)
         self.drawer.drawn.connect(self._show)
         self.drawer.failed.connect(self._fail)
         self._soon = self._timer(_SETTLE_MS, self._order)
@@ -111,7 +110,7 @@ class FigureView(QScrollArea):
         return timer
 
     @property
-    def drawing(self) -> Drawing | None:
+    def drawing(self) -> RenderedFigure | None:
         """Return what is on screen."""
         return self.canvas.drawing
 
@@ -120,7 +119,7 @@ class FigureView(QScrollArea):
         """Return whether what is on screen is what is wanted."""
         return not (self._soon.isActive() or self.drawer.busy)
 
-    def show_figure(self, make: Make, *, same: bool = False) -> None:
+    def show_figure(self, make: FigureBuilder, *, same: bool = False) -> None:
         """Draw another figure.
 
         Parameters
@@ -137,11 +136,11 @@ class FigureView(QScrollArea):
         self._soon.start()
 
     @property
-    def room(self) -> Room:
+    def room(self) -> FigureSize:
         """Return the inches there are: beside a scroll bar, above what stands below."""
         wide, high = self._pixels()
         dpi = self._dpi
-        return Room(width=max(wide / dpi, _LEAST), height=max(high / dpi, 1.0))
+        return FigureSize(width=max(wide / dpi, _MIN_HEIGHT), height=max(high / dpi, 1.0))
 
     def _pixels(self) -> tuple[float, float]:
         """Return the logical pixels that a figure has across and down."""
@@ -154,14 +153,16 @@ class FigureView(QScrollArea):
             for one in below
         )
         taken += (len(below) + 1) * self._page.spacing()
-        return wide, max(all_high - taken, _SHARE * all_high)
+        return wide, max(all_high - taken, _MIN_FIGURE_SHARE * all_high)
 
     @property
     def _dpi(self) -> float:
         """Return the logical pixels of an inch: more where the window has room to spare."""
         plain = _DPI * self._look.sizes.scale
         wide, high = self._pixels()
-        larger = min(wide / plain / _ENOUGH[0], high / plain / _ENOUGH[1], _LARGEST)
+        larger = min(
+            wide / plain / _COMFORTABLE_SIZE[0], high / plain / _COMFORTABLE_SIZE[1], _MAX_SCALE
+        )
         return plain * max(larger, 1.0)
 
     def _order(self) -> None:
@@ -174,13 +175,13 @@ class FigureView(QScrollArea):
 
             return window_palette(theme)
 
-        order = Order(
+        order = RenderRequest(
             number=self.drawer.next_number(), make=self._make, palette=palette, room=self.room,
             dpi=self._dpi, ratio=self.devicePixelRatioF(), views=dict(self.canvas.views),
         )  # fmt: skip
         if self.drawing is None:
             self.canvas.setFixedSize(self.viewport().size())
-        self._ordered = Drawing(order=order)
+        self._ordered = RenderedFigure(order=order)
         self.drawer.begin(order)
         self._hint.start()
 
@@ -188,7 +189,7 @@ class FigureView(QScrollArea):
         if self.drawer.busy:
             self.canvas.show_waiting("Drawing…")
 
-    def _show(self, drawing: Drawing) -> None:
+    def _show(self, drawing: RenderedFigure) -> None:
         self._hint.stop()
         self.canvas.show_drawing(drawing)
         if drawing.picture is None:
@@ -198,7 +199,7 @@ class FigureView(QScrollArea):
             self.canvas.setFixedSize(drawing.width, drawing.height)
             self.canvas.setAccessibleDescription(drawing.picture.caption)
         self.drawn.emit(drawing)
-        if not self._fits and abs(self.room.height - drawing.order.room.height) > _HAIR:
+        if not self._fits and abs(self.room.height - drawing.order.room.height) > _SIZE_TOLERANCE:
             # What stands below takes another height than it did: once more, but only once.
             self._fits = True
             self._soon.start()

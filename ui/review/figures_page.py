@@ -14,51 +14,57 @@ from PySide6.QtWidgets import QVBoxLayout
 
 from gsapp.foundation import FlightError
 from gsapp.quantities import typeset
-from ui.commands import Need
-from ui.figure_menu import Content, FigureMenu
-from ui.frame.steps import StepState
-from ui.look import Look
-from ui.review.figure_drawing import Drawing, Room
-from ui.review.figures_frame import FiguresFrame
-from ui.review.figures_history import Exclusions
-from ui.review.figures_kinds import KINDS, FigureKind
-from ui.review.figures_material import Material, point_words, result_of, run_name
-from ui.review.figures_needs import FigureNeeds
-from ui.review.figures_options import JOINT, Option, chosen, group_of, names_in
-from ui.review.jobs import BeginJob
-from ui.review.page import FORMER_RUNS, NO_RUN, ReviewPage
-from ui.review.selection import Selection
-from ui.settings import SettingsStore, first_folder
-from ui.words import file_name
+from ui.commands import CommandRequirement
+from ui.display_style import DisplayStyle
+from ui.figure_menu import ContentFunction, FigureMenu
+from ui.number_format import sanitize_file_name
+from ui.review.figure_computations import FigureComputations
+from ui.review.figure_data import FigureData, describe_point, find_result, format_run_name
+from ui.review.figure_kinds import FIGURE_KINDS, FigureKind
+from ui.review.figure_options import (
+    JOINT_PREFIX,
+    FigureOption,
+    derivative_group_option,
+    derivatives_in_group,
+    selected_choice,
+)
+from ui.review.figure_renderer import FigureSize, RenderedFigure
+from ui.review.figures_layout import FiguresLayout
+from ui.review.maneuver_exclusion import ManeuverExclusions
+from ui.review.review_jobs import JobSubmitter
+from ui.review.review_selection import ReviewSelection
+from ui.review.step_page import NO_RUN_TEXT, PREVIOUS_RUN_COUNT, ReviewStepPage
+from ui.settings import SettingsStore, initial_dialog_folder
+from ui.window_frame.page_steps import StepStatus
 
 if TYPE_CHECKING:
-    from gsapp.identification.runs.outcome import Outcome
+    from gsapp.identification.runs.outcome import RunOutcome
 
 log = logging.getLogger(__name__)
 
-_NOTHING = f"{NO_RUN} the figures of the run come here."
+_NO_RUN_FIGURES_TEXT = f"{NO_RUN_TEXT} the figures of the run come here."
 
 
-class FiguresPage(ReviewPage):
+class FiguresPage(ReviewStepPage):
     """Lists the figures at the left and shows one.
 
     Parameters
     ----------
     actions : mapping of str to QAction
         The commands.
-    look : Look
+    look : DisplayStyle
         Colors, sizes, units.
     store : SettingsStore
         Remembers the folder that figures are saved in.
-    selection : Selection
+    selection : ReviewSelection
         The maneuver and the derivative that are looked at.
-    begin_job : BeginJob
+    begin_job : JobSubmitter
         Has something done in a process.
 
     Attributes
     ----------
     exclusion_changed : Signal(object)
-        The `Outcome` with other maneuvers left out of its means.
+        The `RunOutcome` with other maneuvers left out of its means.
     """
 
     exclusion_changed = Signal(object)
@@ -66,21 +72,21 @@ class FiguresPage(ReviewPage):
     def __init__(
         self,
         actions: Mapping[str, QAction],
-        look: Look,
+        look: DisplayStyle,
         store: SettingsStore,
-        selection: Selection,
-        begin_job: BeginJob,
+        selection: ReviewSelection,
+        begin_job: JobSubmitter,
     ) -> None:
         super().__init__(look, "Figures")
         self._selection = selection
-        self._material: Material | None = None
+        self._material: FigureData | None = None
         self._chosen: dict[str, str] = {}
-        self._exclusions = Exclusions()
-        self._needs = FigureNeeds(begin_job, self)
+        self._exclusions = ManeuverExclusions()
+        self._needs = FigureComputations(begin_job, self)
         self._store = store
-        self.kind: FigureKind = KINDS[0]
+        self.kind: FigureKind = FIGURE_KINDS[0]
         column = QVBoxLayout(self)
-        self.frame = FiguresFrame(actions, look, self._describe)
+        self.frame = FiguresLayout(actions, look, self._describe)
         column.addWidget(self.frame)
         self.frame.kind_chosen.connect(self.show_kind)
         self.frame.option_chosen.connect(self._choose)
@@ -119,14 +125,14 @@ class FiguresPage(ReviewPage):
         }
 
     @property
-    def present(self) -> tuple[Need, ...]:
+    def present(self) -> tuple[CommandRequirement, ...]:
         """Return what commands may act on here."""
         if self._material is None:
             return ()
-        needs: list[Need] = ["review_figure"]
+        needs: list[CommandRequirement] = ["review_figure"]
         if self._is_drawn:
             needs.append("review_picture")
-        if result_of(self._material.outcome, self._selection.maneuver) is not None:
+        if find_result(self._material.outcome, self._selection.maneuver) is not None:
             needs.append("review_point")
         return tuple(needs)
 
@@ -137,14 +143,14 @@ class FiguresPage(ReviewPage):
         return drawing is not None and drawing.picture is not None
 
     @property
-    def state(self) -> StepState:
+    def state(self) -> StepStatus:
         """Return which run is looked at, and whether something is left out of its means."""
         if self._material is None:
-            return StepState(state="unknown")
+            return StepStatus(state="unknown")
         outcome = self._material.outcome
         out = len(outcome.summary.without)
-        words = f"{run_name(outcome)}, {out} left out" if out else run_name(outcome)
-        return StepState(state="plain", words=words)
+        words = f"{format_run_name(outcome)}, {out} left out" if out else format_run_name(outcome)
+        return StepStatus(state="plain", words=words)
 
     def begin(self) -> None:
         """Put the keyboard into the figure, or on the list where there is none."""
@@ -152,7 +158,7 @@ class FiguresPage(ReviewPage):
 
     # The run
 
-    def show_outcome(self, outcome: Outcome | None) -> None:
+    def show_outcome(self, outcome: RunOutcome | None) -> None:
         """Show the figures of a run; the one before can be compared with."""
         former = self._material
         if outcome is None:
@@ -166,18 +172,18 @@ class FiguresPage(ReviewPage):
             return
         before = () if former is None else (former.outcome, *former.others)
         others = tuple(one for one in before if one.result is not outcome.result)
-        self._exclusions = Exclusions()
+        self._exclusions = ManeuverExclusions()
         self._exclusions.show(outcome.summary.without)
         self._needs.forget(outcome)
         self._follow_flight(outcome, self._selection.maneuver)
         self._take(
-            Material(
-                outcome=outcome, others=others[:FORMER_RUNS], units=self.look.units,
+            FigureData(
+                outcome=outcome, others=others[:PREVIOUS_RUN_COUNT], units=self.look.units,
                 maneuver=self._selection.maneuver, heard=self._needs.heard, chosen=self._chosen,
             )
         )  # fmt: skip
 
-    def _take(self, material: Material, *, same: bool = False) -> None:
+    def _take(self, material: FigureData, *, same: bool = False) -> None:
         self._material = material
         self._refresh(same=same)
         self.changed.emit()
@@ -193,14 +199,14 @@ class FiguresPage(ReviewPage):
 
     def show_kind(self, name: str) -> None:
         """Show another figure."""
-        self.kind = next(one for one in KINDS if one.id == name)
+        self.kind = next(one for one in FIGURE_KINDS if one.id == name)
         self._needs.again()
         self._refresh()
         self.changed.emit()
 
     def _next_figure(self, steps: int) -> None:
-        place = KINDS.index(self.kind) + steps
-        self.show_kind(KINDS[min(max(place, 0), len(KINDS) - 1)].id)
+        place = FIGURE_KINDS.index(self.kind) + steps
+        self.show_kind(FIGURE_KINDS[min(max(place, 0), len(FIGURE_KINDS) - 1)].id)
 
     def _refresh(self, *, same: bool = False) -> None:
         material, kind, frame = self._material, self.kind, self.frame
@@ -209,7 +215,7 @@ class FiguresPage(ReviewPage):
         options = () if material is None else kind.options(material)
         frame.show_options([(one, self._key(one)) for one in options])
         if material is None:
-            self.view.show_figure(lambda _palette, _room: _NOTHING)
+            self.view.show_figure(lambda _palette, _room: _NO_RUN_FIGURES_TEXT)
             return
         if kind.needs and getattr(material, kind.needs) is None:
             words = self._needs.ask(kind.needs, material.outcome)
@@ -219,12 +225,12 @@ class FiguresPage(ReviewPage):
         self.view.canvas.choose(self._selection.maneuver)
         self.view.show_figure(lambda palette, room: kind.make(material, palette, room), same=same)
 
-    def _key(self, option: Option) -> str:
+    def _key(self, option: FigureOption) -> str:
         """Return what is chosen in a list; the maneuver is the one that all pages look at."""
         if self._material is None:
             return ""
-        key = chosen(self._material, option)
-        if option.id == "maneuver" and not key.startswith(JOINT):
+        key = selected_choice(self._material, option)
+        if option.id == "maneuver" and not key.startswith(JOINT_PREFIX):
             return self._material.looked_at.maneuver.id
         return key
 
@@ -233,30 +239,33 @@ class FiguresPage(ReviewPage):
         self._chosen[name] = value
         if self._material is None:
             return
-        if name == "maneuver" and not value.startswith(JOINT):
+        if name == "maneuver" and not value.startswith(JOINT_PREFIX):
             self._selection.choose_maneuver(value)
         self._take(replace(self._material, chosen=dict(self._chosen)))
 
     def _file(self) -> Path:
-        return first_folder(self._store.current) / f"{file_name(self.kind.title)}.png"
+        return (
+            initial_dialog_folder(self._store.current)
+            / f"{sanitize_file_name(self.kind.title)}.png"
+        )
 
-    def _content(self, ending: str) -> Content:
+    def _content(self, ending: str) -> ContentFunction:
         """Return the figure as the report prints it, or its numbers, as the content of a file."""
         kind, material = self.kind, self._material
 
         def content() -> bytes:
-            from gsapp.report.document import WIDTH
-            from gsapp.report.palette import PAPER
-            from gsapp.report.picture_files import picture_content
+            from gsapp.report.document import FIGURE_WIDTH
+            from gsapp.report.figure_files import export_figure
+            from gsapp.report.palette import PRINT_PALETTE
 
-            picture = kind.make(material, PAPER, Room(width=WIDTH, height=0.0))
+            picture = kind.make(material, PRINT_PALETTE, FigureSize(width=FIGURE_WIDTH, height=0.0))
             if isinstance(picture, str):
                 raise FlightError(picture)
-            return picture_content(picture, ending)
+            return export_figure(picture, ending)
 
         return content
 
-    def _drawn(self, drawing: Drawing) -> None:
+    def _drawn(self, drawing: RenderedFigure) -> None:
         picture, table = drawing.picture, self.kind.table
         self.menu.enable(picture is not None)
         self.changed.emit()
@@ -268,7 +277,7 @@ class FiguresPage(ReviewPage):
     def _describe(self, pane: str, maneuver: str) -> str:
         if self._material is None:
             return ""
-        return point_words(self._material, pane.partition(":")[2], maneuver)
+        return describe_point(self._material, pane.partition(":")[2], maneuver)
 
     def _show_detail(self) -> None:
         """Describe the chosen maneuver below the figure, if the figure has a point for it."""
@@ -279,7 +288,7 @@ class FiguresPage(ReviewPage):
             self.frame.tell("")
             return
         derivative = self._selection.derivative
-        words = point_words(
+        words = describe_point(
             self._material, derivative if derivative in derivatives else "", chosen_name
         )
         self.frame.tell(" · ".join(words.splitlines()))
@@ -304,18 +313,18 @@ class FiguresPage(ReviewPage):
         self._show_detail()
         self.changed.emit()
 
-    def _follow_flight(self, outcome: Outcome, maneuver: str) -> None:
+    def _follow_flight(self, outcome: RunOutcome, maneuver: str) -> None:
         """Show histories of the flight of the chosen maneuver."""
-        result = result_of(outcome, maneuver)
+        result = find_result(outcome, maneuver)
         if result is not None:
             self._chosen["flight"] = result.maneuver.flight
 
-    def _follows(self, former: Material) -> bool:
+    def _follows(self, former: FigureData) -> bool:
         """Return whether the figure is another for another maneuver."""
         options = self.kind.options(former)
         if any(one.id == "maneuver" for one in options):
             return True
-        flights = [chosen(former, one) for one in options if one.id == "flight"]
+        flights = [selected_choice(former, one) for one in options if one.id == "flight"]
         return bool(flights) and flights != [self._chosen.get("flight")]
 
     def _derivative_chosen(self, derivative: str) -> None:
@@ -323,8 +332,10 @@ class FiguresPage(ReviewPage):
         material = self._material
         if material is None or derivative not in material.outcome.summary.derivatives:
             return
-        group = chosen(material, group_of(material))
-        if derivative not in names_in(material, group) and not derivative.endswith("_0"):
+        group = selected_choice(material, derivative_group_option(material))
+        if derivative not in derivatives_in_group(material, group) and not derivative.endswith(
+            "_0"
+        ):
             self._chosen["group"] = derivative
             self._take(replace(material, chosen=dict(self._chosen)))
         self._show_detail()
@@ -337,7 +348,7 @@ class FiguresPage(ReviewPage):
             return
         if material is None or self.kind.id != "values":
             return
-        alone = chosen(material, group_of(material)) == name
+        alone = selected_choice(material, derivative_group_option(material)) == name
         self._chosen["group"] = name.partition("_")[0] if alone else name
         self._take(replace(material, chosen=dict(self._chosen)))
 
@@ -384,10 +395,10 @@ class FiguresPage(ReviewPage):
     def _exclude(self, without: frozenset[str]) -> None:
         if self._material is None:
             return
-        from gsapp.identification.runs.excluding import excluding
+        from gsapp.identification.runs.exclusion import exclude_maneuvers
 
         former = self._material.outcome
-        outcome = excluding(former, without)
+        outcome = exclude_maneuvers(former, without)
         # A derivative that no other maneuver gave comes and goes with it, and so does its chart.
         same = outcome.summary.derivatives.keys() == former.summary.derivatives.keys()
         self._take(replace(self._material, outcome=outcome), same=same)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QComboBox, QLineEdit, QWidget
 
-from gsapp.flight.maneuvers.found import CREW, GRADES, FoundManeuver, Grade
-from ui.dialogs.form import FormDialog
-from ui.look import Look
+from gsapp.flight.maneuvers.detected_maneuver import GRADED_BY_CREW, GRADES, DetectedManeuver, Grade
+from ui.dialogs.form_dialog import FormDialog
+from ui.display_style import DisplayStyle
 
 
 class GradeDialog(FormDialog):
@@ -14,15 +14,19 @@ class GradeDialog(FormDialog):
 
     Parameters
     ----------
-    look : Look
+    look : DisplayStyle
     name : str
         Id of the maneuver among all flights under review.
-    maneuver : FoundManeuver
+    maneuver : DetectedManeuver
         That is to be graded.
     """
 
     def __init__(
-        self, look: Look, name: str, maneuver: FoundManeuver, parent: QWidget | None = None
+        self,
+        look: DisplayStyle,
+        name: str,
+        maneuver: DetectedManeuver,
+        parent: QWidget | None = None,
     ) -> None:
         super().__init__(
             "Grade by hand",
@@ -38,7 +42,9 @@ class GradeDialog(FormDialog):
             self.choice.addItem(f"{grade}  {words.partition(':')[0]}", grade)
         self.choice.addItem("As the samples show it", "")
         self.choice.setCurrentIndex(list(GRADES).index(maneuver.grade))
-        self.reason = QLineEdit("; ".join(maneuver.reasons) if maneuver.graded_by == CREW else "")
+        self.reason = QLineEdit(
+            "; ".join(maneuver.reasons) if maneuver.graded_by == GRADED_BY_CREW else ""
+        )
         self.reason.setAccessibleName("Reason")
         self.reason.setPlaceholderText("A gust, hands on the sticks …")
         self.add_row("Grade", self.choice)

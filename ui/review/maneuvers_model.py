@@ -9,12 +9,12 @@ from PySide6.QtCore import QAbstractTableModel, QModelIndex, QSortFilterProxyMod
 from PySide6.QtGui import QColor
 
 from gsapp.session.review.review import ManeuverRow
-from ui.flight.tables import Index
-from ui.look import Look
-from ui.review.maneuvers_columns import COLUMNS, TYPED, Column
-from ui.review.timeline_drawing import GRADE_STATES
+from ui.display_style import DisplayStyle
+from ui.flight.table_models import ModelIndex
+from ui.review.maneuver_columns import EDITABLE_COLUMNS, MANEUVER_COLUMNS, ManeuverColumn
+from ui.review.timeline_painter import GRADE_STATES
 
-_SORT: Final = Qt.ItemDataRole.UserRole
+_SORT_ROLE: Final = Qt.ItemDataRole.UserRole
 """Role of what a row is sorted by."""
 _RIGHT: Final = int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
 _LEFT: Final = int(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
@@ -35,7 +35,7 @@ class ManeuversModel(QAbstractTableModel):
     noted = Signal(str, str)
     used = Signal(str, bool)
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
         self.rows: tuple[ManeuverRow, ...] = ()
@@ -51,23 +51,23 @@ class ManeuversModel(QAbstractTableModel):
         self.rows = new
         for place, (row, former) in enumerate(zip(new, old, strict=True)):
             if row != former:
-                last = self.index(place, len(COLUMNS) - 1)
+                last = self.index(place, len(MANEUVER_COLUMNS) - 1)
                 self.dataChanged.emit(self.index(place, 0), last)
 
     def refresh(self) -> None:
         """Show everything again, in other units or sizes."""
         if self.rows:
-            last = self.index(len(self.rows) - 1, len(COLUMNS) - 1)
+            last = self.index(len(self.rows) - 1, len(MANEUVER_COLUMNS) - 1)
             self.dataChanged.emit(self.index(0, 0), last)
-        self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(COLUMNS) - 1)
+        self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(MANEUVER_COLUMNS) - 1)
 
-    def rowCount(self, parent: Index | None = None) -> int:
+    def rowCount(self, parent: ModelIndex | None = None) -> int:
         """Return the number of maneuvers."""
         return 0 if parent is not None and parent.isValid() else len(self.rows)
 
-    def columnCount(self, parent: Index | None = None) -> int:
+    def columnCount(self, parent: ModelIndex | None = None) -> int:
         """Return the number of columns."""
-        return 0 if parent is not None and parent.isValid() else len(COLUMNS)
+        return 0 if parent is not None and parent.isValid() else len(MANEUVER_COLUMNS)
 
     def headerData(
         self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
@@ -75,7 +75,7 @@ class ManeuversModel(QAbstractTableModel):
         """Return title, unit and hint of a column."""
         if orientation is not Qt.Orientation.Horizontal:
             return None
-        column = COLUMNS[section]
+        column = MANEUVER_COLUMNS[section]
         if role == Qt.ItemDataRole.DisplayRole:
             return column.heading(self._look.units)
         if role == Qt.ItemDataRole.ToolTipRole:
@@ -84,10 +84,10 @@ class ManeuversModel(QAbstractTableModel):
             return _RIGHT if column.right else _LEFT
         return None
 
-    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
+    def data(self, index: ModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> object:
         """Return text, check mark, color, type of a cell."""
-        row, column = self.rows[index.row()], COLUMNS[index.column()]
-        if role == _SORT:
+        row, column = self.rows[index.row()], MANEUVER_COLUMNS[index.column()]
+        if role == _SORT_ROLE:
             return column.key(row)
         if role == Qt.ItemDataRole.EditRole and column.id == "id":
             # The number of the flight is not to be changed.
@@ -113,38 +113,40 @@ class ManeuversModel(QAbstractTableModel):
             return self._look.state_color(GRADE_STATES[row.maneuver.grade])
         return None if row.in_use else self._look.color("muted")
 
-    def _hint(self, row: ManeuverRow, column: Column) -> str:
+    def _hint(self, row: ManeuverRow, column: ManeuverColumn) -> str:
         if column.id == "grade":
             return "; ".join(row.maneuver.reasons) or "nothing to object to"
         return column.hint or column.words(row, self._look.units)
 
-    def flags(self, index: Index) -> Qt.ItemFlag:
+    def flags(self, index: ModelIndex) -> Qt.ItemFlag:
         """Return what can be done with a cell."""
         flags = super().flags(index)
-        column = COLUMNS[index.column()].id
-        if column in TYPED:
+        column = MANEUVER_COLUMNS[index.column()].id
+        if column in EDITABLE_COLUMNS:
             flags |= Qt.ItemFlag.ItemIsEditable
         if column == "use":
             flags |= Qt.ItemFlag.ItemIsUserCheckable
         return flags
 
-    def setData(self, index: Index, value: object, role: int = Qt.ItemDataRole.EditRole) -> bool:
+    def setData(
+        self, index: ModelIndex, value: object, role: int = Qt.ItemDataRole.EditRole
+    ) -> bool:
         """Hand on what was typed or checked; the row changes when the review has taken it."""
-        row, column = self.rows[index.row()], COLUMNS[index.column()].id
+        row, column = self.rows[index.row()], MANEUVER_COLUMNS[index.column()].id
         if role == Qt.ItemDataRole.CheckStateRole and column == "use":
             self.used.emit(row.id, not row.in_use)
             return True
         text = str(value).strip()
-        if role != Qt.ItemDataRole.EditRole or column not in TYPED:
+        if role != Qt.ItemDataRole.EditRole or column not in EDITABLE_COLUMNS:
             return False
         if text != self.data(index, Qt.ItemDataRole.EditRole):
             (self.renamed if column == "id" else self.noted).emit(row.id, text)
         return True
 
 
-class SortedManeuvers(QSortFilterProxyModel):
+class ManeuverSortProxy(QSortFilterProxyModel):
     """Sorts by what a column says, not by its letters."""
 
     def lessThan(self, left: QModelIndex, right: QModelIndex) -> bool:
         """Compare two cells."""
-        return bool(left.data(_SORT) < right.data(_SORT))
+        return bool(left.data(_SORT_ROLE) < right.data(_SORT_ROLE))

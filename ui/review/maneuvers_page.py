@@ -12,39 +12,39 @@ from PySide6.QtWidgets import QVBoxLayout
 from gsapp.foundation import GroundStationError
 from gsapp.session.review import ManeuverRow, Review, ReviewedFlight
 from gsapp.session.review.traces import Traces
-from ui.commands import Need
-from ui.frame.steps import StepState
-from ui.look import Look
-from ui.review.flight_work import CatalogKeeping
+from ui.commands import CommandRequirement
+from ui.display_style import DisplayStyle
+from ui.number_format import count_text
+from ui.review.flight_loading import CatalogWriter
 from ui.review.grade_dialog import GradeDialog
-from ui.review.maneuvers_board import ManeuversBoard
-from ui.review.maneuvers_editing import ManeuverEditing
-from ui.review.maneuvers_words import grade_text
-from ui.review.page import ReviewPage
+from ui.review.maneuver_editor import ManeuverEditor
+from ui.review.maneuver_text import grade_text
+from ui.review.maneuvers_panel import ManeuversPanel
+from ui.review.review_selection import ReviewSelection
 from ui.review.reviewed_flights import ReviewedFlights
-from ui.review.selection import Selection
-from ui.review.timeline_drawing import TimelineSpan
+from ui.review.step_page import ReviewStepPage
+from ui.review.timeline_painter import TimelineSpan
 from ui.settings import SettingsStore, catalog_path
-from ui.words import count_text
+from ui.window_frame.page_steps import StepStatus
 
-_POLL = 1000
+_POLL_MS = 1000
 """Milliseconds between looks at what other windows changed."""
-_NEW = 6.0
+_NEW_MANEUVER_SECONDS = 6.0
 """Length of a stretch that is offered where none is marked, s: a doublet and its answer."""
 
 
-class ManeuversPage(ReviewPage):
+class ManeuversPage(ReviewStepPage):
     """Flights, time line, table; every change is an event of the flight at once.
 
     Parameters
     ----------
     actions : mapping of str to QAction
         The commands.
-    look : Look
+    look : DisplayStyle
         Colors, sizes, units.
     store : SettingsStore
         Remembers flights and channels.
-    selection : Selection
+    selection : ReviewSelection
         The maneuver that all pages look at.
     review : Review
         The flights under review.
@@ -53,7 +53,7 @@ class ManeuversPage(ReviewPage):
     ----------
     maneuvers_changed : Signal
         Flights, maneuvers or their use are others now.
-    opening : FlightOpening
+    opening : FlightLoader
         Opens flights, also those anew whose record is another now.
     """
 
@@ -62,9 +62,9 @@ class ManeuversPage(ReviewPage):
     def __init__(
         self,
         actions: Mapping[str, QAction],
-        look: Look,
+        look: DisplayStyle,
         store: SettingsStore,
-        selection: Selection,
+        selection: ReviewSelection,
         review: Review,
     ) -> None:
         super().__init__(look, "Maneuvers")
@@ -73,9 +73,9 @@ class ManeuversPage(ReviewPage):
         self.review = review
         self.flights = ReviewedFlights(review, store, selection, self)
         self.opening = self.flights.opening
-        self.keeping = CatalogKeeping(lambda: catalog_path(store.current), self)
-        self.editing = ManeuverEditing(self.flights, review, selection, self.keeping, self)
-        self.board = board = ManeuversBoard(actions, look)
+        self.keeping = CatalogWriter(lambda: catalog_path(store.current), self)
+        self.editing = ManeuverEditor(self.flights, review, selection, self.keeping, self)
+        self.board = board = ManeuversPanel(actions, look)
         self.details, self.timeline, self.bar = board.details, board.timeline, board.bar
         self.panel, self.channels, self.table = board.panel, board.channels, board.table
         column = QVBoxLayout(self)
@@ -83,7 +83,7 @@ class ManeuversPage(ReviewPage):
         column.addWidget(board)
         self._bind()
         self._poll = QTimer(self)
-        self._poll.setInterval(_POLL)
+        self._poll.setInterval(_POLL_MS)
         self._poll.timeout.connect(self.editing.follow)
         self.flights.open_remembered()
         self._refresh()
@@ -153,9 +153,9 @@ class ManeuversPage(ReviewPage):
         }
 
     @property
-    def present(self) -> tuple[Need, ...]:
+    def present(self) -> tuple[CommandRequirement, ...]:
         """Return what commands may act on."""
-        found: list[Need] = ["review_flights"]
+        found: list[CommandRequirement] = ["review_flights"]
         if self.flights.flight is not None:
             found.append("review_flight")
         if self.review.located(self._selection.maneuver) is not None:
@@ -165,20 +165,20 @@ class ManeuversPage(ReviewPage):
         return tuple(found)
 
     @property
-    def state(self) -> StepState:
+    def state(self) -> StepStatus:
         """Return how many maneuvers there are, and how many are used."""
         doing = self.opening.doing
         if doing:
-            return StepState(state="unknown", words="opening", detail=doing)
+            return StepStatus(state="unknown", words="opening", detail=doing)
         rows = self.review.rows()
         if not rows:
             words = "no maneuver" if self.review.flights else "no flight"
-            return StepState(state="unknown", words=words)
+            return StepStatus(state="unknown", words=words)
         used = sum(row.in_use for row in rows)
         words = f"{used} of {len(rows)} used"
         flights = count_text(len(self.review.flights), "flight")
         state = "good" if used else "caution"
-        return StepState(state=state, words=words, detail=f"{flights}: {words}")
+        return StepStatus(state=state, words=words, detail=f"{flights}: {words}")
 
     @property
     def can_undo(self) -> bool:
@@ -260,7 +260,7 @@ class ManeuversPage(ReviewPage):
         """Make the marked stretch a maneuver; else one in the middle of what is in sight."""
         view, marked = self.timeline.view, self.timeline.stretch
         middle = (view.start + view.stop) / 2.0
-        half = min(_NEW, view.seconds / 2.0) / 2.0
+        half = min(_NEW_MANEUVER_SECONDS, view.seconds / 2.0) / 2.0
         start, stop = marked or (middle - half, middle + half)
         self.timeline.mark(None)
         self.editing.add(start, stop)

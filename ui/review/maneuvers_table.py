@@ -24,20 +24,20 @@ from PySide6.QtWidgets import (
 )
 
 from gsapp.session.review.review import ManeuverRow
-from ui.flight.tables import Index, TypedText
-from ui.look import Look
-from ui.review.maneuvers_columns import COLUMNS, PLACES, TYPED
-from ui.review.maneuvers_model import ManeuversModel, SortedManeuvers
+from ui.display_style import DisplayStyle
+from ui.flight.table_models import ModelIndex, TextEditDelegate
+from ui.review.maneuver_columns import COLUMN_INDEXES, EDITABLE_COLUMNS, MANEUVER_COLUMNS
+from ui.review.maneuvers_model import ManeuversModel, ManeuverSortProxy
 from ui.table_menu import TableMenu
 
-_HIGH = 150
+_MIN_HEIGHT = 150
 """Points of height of the head and four rows."""
 _PADDING = 20
 """Points beside the letters of a cell."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Begun:
+class _PendingEdit:
     """What is being typed: the number of the flight, the maneuver's id within it, the field."""
 
     number: int
@@ -47,11 +47,11 @@ class _Begun:
     cursor: int
 
 
-class _Typing(TypedText):
+class _CellEditDelegate(TextEditDelegate):
     """Lets people type over the whole of a cell."""
 
     def updateEditorGeometry(
-        self, editor: QWidget, option: QStyleOptionViewItem, _index: Index
+        self, editor: QWidget, option: QStyleOptionViewItem, _index: ModelIndex
     ) -> None:
         """Lay the field over the cell: the padding of the style would push it out."""
         editor.setGeometry(option.rect)
@@ -62,7 +62,7 @@ class ManeuversTable(QTableView):
 
     Parameters
     ----------
-    look : Look
+    look : DisplayStyle
         Colors and sizes.
     commands : sequence of QAction
         That the menu offers for a maneuver.
@@ -81,21 +81,21 @@ class ManeuversTable(QTableView):
     opened = Signal()
     deleted = Signal()
 
-    def __init__(self, look: Look, commands: Sequence[QAction] = ()) -> None:
+    def __init__(self, look: DisplayStyle, commands: Sequence[QAction] = ()) -> None:
         super().__init__()
         self._look = look
         self._quiet = False
         self._kept = ""
         self.maneuvers = ManeuversModel(look)
-        self._sorted = SortedManeuvers()
+        self._sorted = ManeuverSortProxy()
         self._sorted.setSourceModel(self.maneuvers)
         self.setModel(self._sorted)
-        self.setItemDelegate(_Typing(self))
+        self.setItemDelegate(_CellEditDelegate(self))
         self.setAccessibleName("Maneuvers")
         self.menu = TableMenu(self, commands)
         self.setShowGrid(False)
         self.setSortingEnabled(True)
-        self.sortByColumn(PLACES["id"], Qt.SortOrder.AscendingOrder)
+        self.sortByColumn(COLUMN_INDEXES["id"], Qt.SortOrder.AscendingOrder)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.setEditTriggers(QAbstractItemView.EditTrigger.SelectedClicked)
@@ -117,7 +117,7 @@ class ManeuversTable(QTableView):
         px = self._look.px
         self.verticalHeader().setMinimumSectionSize(px(28))
         self.verticalHeader().setDefaultSectionSize(px(30))
-        self.setMinimumHeight(px(_HIGH))
+        self.setMinimumHeight(px(_MIN_HEIGHT))
         self.maneuvers.refresh()
         self._fit()
 
@@ -128,24 +128,24 @@ class ManeuversTable(QTableView):
 
     def sizeHint(self) -> QSize:
         """Return what it would like: a few rows; the rest scrolls."""
-        return QSize(self._look.px(320), self._look.px(_HIGH))
+        return QSize(self._look.px(320), self._look.px(_MIN_HEIGHT))
 
     def _fit(self) -> None:
         px = self._look.px
         several = len({row.number for row in self.maneuvers.rows}) > 1
         told = any(row.verdict is not None for row in self.maneuvers.rows)
-        self.setColumnHidden(PLACES["flight"], not several)
-        self.setColumnHidden(PLACES["told"], not told)
+        self.setColumnHidden(COLUMN_INDEXES["flight"], not several)
+        self.setColumnHidden(COLUMN_INDEXES["told"], not told)
         fixed = 0
-        for place, column in enumerate(COLUMNS):
+        for place, column in enumerate(MANEUVER_COLUMNS):
             if column.id not in ("told", "note") and not self.isColumnHidden(place):
                 width = self._named() if column.id == "id" else px(column.width)
                 self.setColumnWidth(place, width)
                 fixed += width
         room = self.viewport().width() - fixed
         wide = max(px(160), room // 2 if told else room)
-        self.setColumnWidth(PLACES["told"], wide)
-        self.setColumnWidth(PLACES["note"], max(px(160), room - wide if told else room))
+        self.setColumnWidth(COLUMN_INDEXES["told"], wide)
+        self.setColumnWidth(COLUMN_INDEXES["note"], max(px(160), room - wide if told else room))
 
     # Rows
 
@@ -153,7 +153,7 @@ class ManeuversTable(QTableView):
         """Return the width that the longest name needs, as far as it leaves room for the rest."""
         letters = QFontMetrics(self._look.font("body", strong=True))
         wide = max((letters.horizontalAdvance(row.id) for row in self.maneuvers.rows), default=0)
-        least = self._look.px(COLUMNS[PLACES["id"]].width)
+        least = self._look.px(MANEUVER_COLUMNS[COLUMN_INDEXES["id"]].width)
         most = max(self.viewport().width() // 4, least)
         return min(max(wide + self._look.px(_PADDING), least), most)
 
@@ -174,20 +174,20 @@ class ManeuversTable(QTableView):
         editing = self.state() == QAbstractItemView.State.EditingState
         return field if editing and isinstance(field, QLineEdit) else None
 
-    def _begun(self) -> _Begun | None:
+    def _begun(self) -> _PendingEdit | None:
         field, index = self._field(), self.currentIndex()
         if field is None or not index.isValid():
             return None
         row = self._row(index)
-        return _Begun(
+        return _PendingEdit(
             number=row.number,
             name=row.maneuver.id,
-            column=COLUMNS[index.column()].id,
+            column=MANEUVER_COLUMNS[index.column()].id,
             text=field.text(),
             cursor=field.cursorPosition(),
         )
 
-    def _go_on(self, begun: _Begun) -> None:
+    def _go_on(self, begun: _PendingEdit) -> None:
         """Open the field again that the rows took away: its maneuver has another id now.
 
         With a second flight all ids of the first begin with its number.
@@ -219,7 +219,7 @@ class ManeuversTable(QTableView):
             index = self._index(name)
             if index.isValid():
                 picked.merge(
-                    QItemSelection(index, index.siblingAtColumn(len(COLUMNS) - 1)),
+                    QItemSelection(index, index.siblingAtColumn(len(MANEUVER_COLUMNS) - 1)),
                     QItemSelectionModel.SelectionFlag.Select,
                 )
         index = self._index(current)
@@ -239,7 +239,7 @@ class ManeuversTable(QTableView):
                 return self._sorted.mapFromSource(self.maneuvers.index(place, 0))
         return QModelIndex()
 
-    def _row(self, index: Index) -> ManeuverRow:
+    def _row(self, index: ModelIndex) -> ManeuverRow:
         return self.maneuvers.rows[self._sorted.mapToSource(index).row()]
 
     @property
@@ -252,14 +252,16 @@ class ManeuversTable(QTableView):
     def ids(self) -> tuple[str, ...]:
         """Return the ids in the campaign that are chosen, by flight and time."""
         indices = self.selectionModel().selectedRows()
-        rows = sorted((self._row(index) for index in indices), key=COLUMNS[PLACES["id"]].key)
+        rows = sorted(
+            (self._row(index) for index in indices), key=MANEUVER_COLUMNS[COLUMN_INDEXES["id"]].key
+        )
         return tuple(row.id for row in rows)
 
     def edit_cell(self, campaign_id: str, column: str) -> None:
         """Begin to type a name (``id``) or a ``note``."""
         index = self._index(campaign_id)
         if index.isValid():
-            cell = index.siblingAtColumn(PLACES[column])
+            cell = index.siblingAtColumn(COLUMN_INDEXES[column])
             self.setFocus()
             self.selectionModel().setCurrentIndex(
                 cell,
@@ -274,7 +276,7 @@ class ManeuversTable(QTableView):
             self.chosen.emit(self._row(current).id)
 
     def _double(self, index: QModelIndex) -> None:
-        if COLUMNS[index.column()].id not in (*TYPED, "use"):
+        if MANEUVER_COLUMNS[index.column()].id not in (*EDITABLE_COLUMNS, "use"):
             self.opened.emit()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

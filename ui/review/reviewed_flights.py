@@ -10,10 +10,10 @@ from PySide6.QtWidgets import QWidget
 
 from gsapp.foundation import GroundStationError
 from gsapp.session.review import Review, ReviewedFlight
-from ui.dialogs.flights import files_to_add, flight_folder
+from ui.dialogs.flight_file_dialogs import ask_flight_folder, ask_open_files
 from ui.disk_checks import path_kind
-from ui.review.flight_work import FlightOpening
-from ui.review.selection import Selection
+from ui.review.flight_loading import FlightLoader
+from ui.review.review_selection import ReviewSelection
 from ui.settings import SettingsStore, catalog_path
 
 log = logging.getLogger(__name__)
@@ -29,7 +29,7 @@ class ReviewedFlights(QWidget):
     review : Review
     store : SettingsStore
         Remembers the flights.
-    selection : Selection
+    selection : ReviewSelection
         The maneuver that is looked at; its flight is on screen.
     parent : QWidget
 
@@ -53,7 +53,7 @@ class ReviewedFlights(QWidget):
     failed = Signal(str)
 
     def __init__(
-        self, review: Review, store: SettingsStore, selection: Selection, parent: QWidget
+        self, review: Review, store: SettingsStore, selection: ReviewSelection, parent: QWidget
     ) -> None:
         super().__init__(parent)
         self.hide()
@@ -62,7 +62,7 @@ class ReviewedFlights(QWidget):
         self._selection = selection
         self._open: Path | None = None
         self.flight: ReviewedFlight | None = None
-        self.opening = FlightOpening(lambda: catalog_path(store.current), self)
+        self.opening = FlightLoader(lambda: catalog_path(store.current), self)
         self.opening.opened.connect(self._opened)
         self.opening.failed.connect(self._not_opened)
         self.opening.changed.connect(self.told)
@@ -102,12 +102,12 @@ class ReviewedFlights(QWidget):
 
     def add_folder(self) -> None:
         """Ask for a flight folder and review it, too."""
-        if path := flight_folder(self, "Add a flight folder", self._store.current):
+        if path := ask_flight_folder(self, "Add a flight folder", self._store.current):
             self.opening.open([path])
 
     def add_files(self) -> None:
         """Ask for files and review them, too."""
-        self.opening.open(files_to_add(self, self._store.current))
+        self.opening.open(ask_open_files(self, self._store.current))
 
     def take_out(self) -> None:
         """Take the flight on screen out of the review; its files stay as they are."""

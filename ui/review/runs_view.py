@@ -9,21 +9,27 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QFocusEvent, QKeyEvent
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
+from ui.display_style import DisplayStyle
 from ui.flight.controls import ActionButton
-from ui.gap.parts import Lines, button_row
-from ui.look import Look
-from ui.pages import label
-from ui.review.runs_book import RunsBook
-from ui.review.runs_lines import NAMED, run_lines, run_words, setting_lines, value_lines
+from ui.gap.layout_widgets import FittedTableView, create_button_row
+from ui.review.run_rows import (
+    NAME_COLUMN_INDEX,
+    build_run_rows,
+    build_run_value_rows,
+    build_setting_rows,
+    describe_run,
+)
+from ui.review.run_store import RunStore
+from ui.start_page import create_label
 
 if TYPE_CHECKING:
-    from gsapp.identification.runs.comparing import Comparison
-    from gsapp.identification.runs.keeping import KeptRun
+    from gsapp.identification.runs.run_comparison import RunComparison
+    from gsapp.identification.runs.run_store import StoredRun
 
-_RUNS = ("No.", "Name", "Method", "Of", "When", "")
-_SETTINGS = ("Setting", "This run", "Marked run")
-_NONE = "None yet. Every run is kept here with its settings, to be compared and repeated."
-_VALUES = ("Derivative", "This run", "Marked run", "Apart")
+_RUN_TITLES = ("No.", "Name", "Method", "Of", "When", "")
+_SETTING_TITLES = ("Setting", "This run", "Marked run")
+_NO_RUNS_TEXT = "None yet. Every run is kept here with its settings, to be compared and repeated."
+_VALUE_TITLES = ("Derivative", "This run", "Marked run", "Apart")
 
 
 class RunsView(QWidget):
@@ -33,9 +39,9 @@ class RunsView(QWidget):
     ----------
     actions : mapping of str to QAction
         The commands.
-    look : Look
+    look : DisplayStyle
         Colors, sizes.
-    book : RunsBook
+    book : RunStore
         Knows them.
 
     Attributes
@@ -52,7 +58,7 @@ class RunsView(QWidget):
     opened = Signal()
     focused = Signal()
 
-    def __init__(self, actions: Mapping[str, QAction], look: Look, book: RunsBook) -> None:
+    def __init__(self, actions: Mapping[str, QAction], look: DisplayStyle, book: RunStore) -> None:
         super().__init__()
         self._look = look
         self._book = book
@@ -61,16 +67,16 @@ class RunsView(QWidget):
         self.marked: int | None = None
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
-        self._column.addWidget(label("Kept runs", "heading"))
-        self.empty = label(_NONE, "muted", wrap=True)
+        self._column.addWidget(create_label("Kept runs", "heading"))
+        self.empty = create_label(_NO_RUNS_TEXT, "muted", wrap=True)
         self._column.addWidget(self.empty)
         self.list = _RunList(
-            look, "Kept runs", _RUNS, stretch=NAMED,
+            look, "Kept runs", _RUN_TITLES, stretch=NAME_COLUMN_INDEX,
             widths={0: 44, 2: 132, 3: 52, 4: 112, 5: 88}, right=frozenset({0, 3}),
-            least=2, most=7, editable=NAMED,
+            least=2, most=7, editable=NAME_COLUMN_INDEX,
         )  # fmt: skip
         self._column.addWidget(self.list)
-        self.buttons = button_row(
+        self.buttons = create_button_row(
             look,
             ActionButton(actions["review_repeat"], "Repeat exactly", look),
             ActionButton(actions["review_use"], "Use its settings", look),
@@ -79,16 +85,21 @@ class RunsView(QWidget):
             ActionButton(actions["review_forget"], "Forget", look),
         )
         self._column.addWidget(self.buttons)
-        self.said = label("", wrap=True, remarks_in=look)
+        self.said = create_label("", wrap=True, remarks_in=look)
         self.said.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._column.addWidget(self.said)
-        self.values = Lines(
-            look, "Values of the run", _VALUES, stretch=0, widths={1: 164, 2: 164, 3: 96},
+        self.values = FittedTableView(
+            look, "Values of the run", _VALUE_TITLES, stretch=0, widths={1: 164, 2: 164, 3: 96},
             right=frozenset({1, 2, 3}), most=12,
         )  # fmt: skip
         self._column.addWidget(self.values)
-        self.settings = Lines(
-            look, "Settings of the run", _SETTINGS, stretch=1, widths={0: 140, 2: 160}, most=10
+        self.settings = FittedTableView(
+            look,
+            "Settings of the run",
+            _SETTING_TITLES,
+            stretch=1,
+            widths={0: 140, 2: 160},
+            most=10,
         )
         self._column.addWidget(self.settings)
         self._column.addStretch(1)
@@ -107,7 +118,7 @@ class RunsView(QWidget):
         self._column.setSpacing(self._look.px(8))
 
     @property
-    def current(self) -> KeptRun | None:
+    def current(self) -> StoredRun | None:
         """Return the run that has the keyboard."""
         key = self.list.current_key()
         return self._book.run(key if isinstance(key, int) else None)
@@ -127,9 +138,9 @@ class RunsView(QWidget):
         runs = self._book.runs
         if self.marked is not None and self._book.run(self.marked) is None:
             self.marked = None
-        self.list.show_lines(run_lines(runs, self.marked, self._shown))
+        self.list.show_lines(build_run_rows(runs, self.marked, self._shown))
         unread = self._book.unread
-        self.empty.setText(f"They cannot be read: {unread}." if unread else _NONE)
+        self.empty.setText(f"They cannot be read: {unread}." if unread else _NO_RUNS_TEXT)
         self.empty.setVisible(not runs)
         for part in (self.list, self.buttons, self.said, self.values, self.settings):
             part.setVisible(bool(runs))
@@ -154,7 +165,7 @@ class RunsView(QWidget):
         run = self.current
         if run is not None:
             self.list.setFocus()
-            self.list.edit_key(run.number, NAMED)
+            self.list.edit_key(run.number, NAME_COLUMN_INDEX)
 
     def forget(self) -> None:
         """Leave the run out of the list."""
@@ -170,21 +181,21 @@ class RunsView(QWidget):
         if isinstance(key, int):
             self._book.rename(key, text)
 
-    def _comparison(self, run: KeptRun) -> Comparison | None:
+    def _comparison(self, run: StoredRun) -> RunComparison | None:
         marked = self._book.run(self.marked)
         if marked is None or marked.number == run.number:
             return None
-        from gsapp.identification.runs.comparing import compare
+        from gsapp.identification.runs.run_comparison import compare_runs
 
-        return compare(run, marked)
+        return compare_runs(run, marked)
 
     def _tell(self) -> None:
         run = self.current
         if run is not None:
             comparison = self._comparison(run)
-            self.said.setText(run_words(run, comparison))
-            self.values.show_lines(value_lines(run, comparison))
-            self.settings.show_lines(setting_lines(run, comparison))
+            self.said.setText(describe_run(run, comparison))
+            self.values.show_lines(build_run_value_rows(run, comparison))
+            self.settings.show_lines(build_setting_rows(run, comparison))
             beside = comparison is not None
             for table, columns in ((self.values, (2, 3)), (self.settings, (2,))):
                 for column in columns:
@@ -193,7 +204,7 @@ class RunsView(QWidget):
         self.chosen.emit()
 
 
-class _RunList(Lines):
+class _RunList(FittedTableView):
     """The list; Space marks.
 
     Attributes

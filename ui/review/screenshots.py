@@ -13,18 +13,25 @@ from pathlib import Path
 from typing import Final
 
 from gsapp.foundation import GroundStationError
-from ui.photographer import Guise, Photographer, picture_parser, studio
 from ui.screenshot import write_virtual_flight
+from ui.screenshot_taker import (
+    ScreenshotTaker,
+    WindowAppearance,
+    screenshot_parser,
+    screenshot_window,
+)
 
-_SETTLED: Final = 1.0
+_SETTLE_SECONDS: Final = 1.0
 """Seconds in which a figure is drawn."""
-_PATIENCE: Final = 300.0
+_TIMEOUT_SECONDS: Final = 300.0
 """Seconds: FTR listens to whole flights."""
 _FIGURES: Final = ("fit", "residuals", "online", "linear", "correlations", "bounds", "modes")
 """Names of the pictures of the figures after that of the values."""
 
 
-def photograph(flights: Sequence[Path], out: Path, guise: Guise) -> tuple[Path, ...]:
+def take_review_screenshots(
+    flights: Sequence[Path], out: Path, guise: WindowAppearance
+) -> tuple[Path, ...]:
     """Save the chapters of the review of some flights.
 
     Parameters
@@ -33,7 +40,7 @@ def photograph(flights: Sequence[Path], out: Path, guise: Guise) -> tuple[Path, 
         Flight folders or files.
     out : Path
         Folder of the pictures.
-    guise : Guise
+    guise : WindowAppearance
         How the window looks.
 
     Raises
@@ -41,13 +48,13 @@ def photograph(flights: Sequence[Path], out: Path, guise: Guise) -> tuple[Path, 
     GroundStationError
         If a chapter does not come in time, or a picture cannot be written.
     """
-    with studio(guise) as window:
+    with screenshot_window(guise) as window:
         window.store.change(review_flights=tuple(str(path.absolute()) for path in flights))
-        crew = Photographer(window, out, settles=_SETTLED, patience=_PATIENCE)
-        return tuple(_chapters(crew, len(flights)))
+        crew = ScreenshotTaker(window, out, settles=_SETTLE_SECONDS, patience=_TIMEOUT_SECONDS)
+        return tuple(_capture_steps(crew, len(flights)))
 
 
-def _chapters(crew: Photographer, flights: int) -> Iterator[Path]:
+def _capture_steps(crew: ScreenshotTaker, flights: int) -> Iterator[Path]:
     """Go from chapter to chapter."""
     review = crew.window.review
     crew.await_keyboard()
@@ -61,9 +68,9 @@ def _chapters(crew: Photographer, flights: int) -> Iterator[Path]:
     estimate.panel.bound_factor.setFocus()
     for key in ("1", "0"):
         crew.press(key)
-    _run(crew, "Return")
+    _run_estimate(crew, "Return")
     crew.press("Ctrl+Shift+Backspace")
-    _run(crew, "Ctrl+Return")
+    _run_estimate(crew, "Ctrl+Return")
     runs = estimate.runs.list
     runs.setFocus()
     crew.wait(lambda: len(runs.lines.lines) == 2, "the kept runs")
@@ -79,14 +86,14 @@ def _chapters(crew: Photographer, flights: int) -> Iterator[Path]:
             crew.press("Ctrl+PgDown")
         for _ in range(2):
             # What comes of a job is drawn once more.
-            crew.pause(_SETTLED)
+            crew.pause(_SETTLE_SECONDS)
             crew.wait(lambda: view.settled and not review.work.running, name)
         yield crew.take(name)
     crew.press("Alt+4")
     yield crew.take("summary")
 
 
-def _run(crew: Photographer, keys: str) -> None:
+def _run_estimate(crew: ScreenshotTaker, keys: str) -> None:
     """Run, and wait for what comes of it."""
     review = crew.window.review
     before = review.outcome
@@ -97,17 +104,17 @@ def _run(crew: Photographer, keys: str) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Take the pictures; see the module's text."""
-    parser = picture_parser("ui.review.screenshots", __doc__)
+    parser = screenshot_parser("ui.review.screenshots", __doc__)
     parser.add_argument(
         "--flight", type=Path, action="append", help="flight to show; a virtual one by default"
     )
     given = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as scratch:
         try:
-            photograph(
+            take_review_screenshots(
                 given.flight or [write_virtual_flight(Path(scratch), "default")],
                 given.out,
-                Guise.given(given),
+                WindowAppearance.given(given),
             )
         except GroundStationError as error:
             sys.exit(str(error))

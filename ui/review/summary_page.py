@@ -9,72 +9,77 @@ from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt
 from PySide6.QtGui import QAction, QGuiApplication
 from PySide6.QtWidgets import QFrame, QScrollArea, QVBoxLayout, QWidget
 
-from ui.commands import Need
+from ui.commands import CommandRequirement
+from ui.display_style import DisplayStyle
 from ui.flight.controls import ActionButton
-from ui.frame.steps import StepState
-from ui.gap.parts import Choice, Lines, Pair, button_row
-from ui.look import Look
-from ui.pages import label
-from ui.review.jobs import BeginJob
-from ui.review.page import NO_RUN, ReviewPage
-from ui.review.selection import Selection
-from ui.review.summary_linear import LinearPanel
-from ui.review.summary_lines import (
+from ui.gap.layout_widgets import (
+    FittedTableView,
+    LabeledComboBox,
+    StackingColumns,
+    create_button_row,
+)
+from ui.number_format import count_text
+from ui.review.linear_models_panel import LinearModelsPanel
+from ui.review.review_jobs import JobSubmitter
+from ui.review.review_selection import ReviewSelection
+from ui.review.step_page import NO_RUN_TEXT, ReviewStepPage
+from ui.review.summary_export import SummaryExporter
+from ui.review.summary_rows import (
     ATTENTION_TITLES,
     DERIVATIVE_TITLES,
-    REMARK,
-    Attention,
-    attention_lines,
-    derivative_lines,
-    derivative_words,
-    table_text,
+    REMARK_COLUMN,
+    AttentionItem,
+    build_attention_rows,
+    build_derivative_rows,
+    describe_derivative,
+    format_derivative_table,
 )
-from ui.review.summary_writing import SummaryWriter
 from ui.settings import SettingsStore
-from ui.words import count_text
+from ui.start_page import create_label
+from ui.window_frame.page_steps import StepStatus
 
 if TYPE_CHECKING:
-    from gsapp.identification.runs.outcome import Outcome
+    from gsapp.identification.runs.outcome import RunOutcome
 
-_NOTHING = f"{NO_RUN} what came out is summed up here."
-_DETAIL = 92
+_NO_RUN_SUMMARY_TEXT = f"{NO_RUN_TEXT} what came out is summed up here."
+_DETAIL_HEIGHT = 92
 """Points of height that words on a derivative take."""
-_ROOMY = 670
+_FULL_TABLE_WIDTH = 670
 """Points of width of the table below which the columns give way that the detail has, too."""
-_GIVE_WAY = (3, 7)
+_OPTIONAL_COLUMNS = (3, 7)
 
 
-class SummaryPage(ReviewPage):
+class SummaryPage(ReviewStepPage):
     """Tells what a run gave, and writes it down.
 
     Parameters
     ----------
     actions : mapping of str to QAction
         The commands.
-    look : Look
+    look : DisplayStyle
         Colors, sizes, units.
     store : SettingsStore
         Remembers the folder that reports go to.
-    selection : Selection
+    selection : ReviewSelection
         The maneuver and the derivative that are looked at.
-    begin_job : BeginJob
+    begin_job : JobSubmitter
         Has something done in a process.
     """
 
     def __init__(
         self,
         actions: Mapping[str, QAction],
-        look: Look,
+        look: DisplayStyle,
         store: SettingsStore,
-        selection: Selection,
-        begin_job: BeginJob,
+        selection: ReviewSelection,
+        begin_job: JobSubmitter,
     ) -> None:
         super().__init__(look, "Summary")
         self._actions = actions
         self._selection = selection
-        self._outcome: Outcome | None = None
-        self.linear = LinearPanel(look, actions, begin_job)
-        self.writer = SummaryWriter(store, begin_job, self)
+        self._outcome: RunOutcome | None = None
+        self.linear = LinearModelsPanel(look, actions, begin_job)
+        self.writer = SummaryExporter(store, begin_job, self)
         self.writer.told.connect(self._told)
         self._build()
         selection.maneuver_changed.connect(self._maneuver_chosen)
@@ -99,12 +104,12 @@ class SummaryPage(ReviewPage):
         self._area.setWidget(page)
         outer.addWidget(self._area)
         self._column = QVBoxLayout(page)
-        self.headline = label("", "heading", wrap=True, remarks_in=self.look)
-        self.trust = label("", wrap=True, remarks_in=self.look)
+        self.headline = create_label("", "heading", wrap=True, remarks_in=self.look)
+        self.trust = create_label("", wrap=True, remarks_in=self.look)
         self.trust.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._column.addWidget(self.headline)
         self._column.addWidget(self.trust)
-        self._pair = Pair(self.look, (8, 5))
+        self._pair = StackingColumns(self.look, (8, 5))
         self._column.addWidget(self._pair)
         self._column.addStretch(1)
         self._derivatives()
@@ -114,26 +119,26 @@ class SummaryPage(ReviewPage):
         self._pair.right.addStretch(1)
 
     def _derivatives(self) -> None:
-        self.table = Lines(
-            self.look, "Derivatives", DERIVATIVE_TITLES, stretch=REMARK,
+        self.table = FittedTableView(
+            self.look, "Derivatives", DERIVATIVE_TITLES, stretch=REMARK_COLUMN,
             widths={0: 84, 1: 84, 2: 84, 3: 62, 4: 74, 5: 74, 6: 32, 7: 42, 8: 80},
-            right=frozenset(range(1, REMARK)), least=6, most=40,
+            right=frozenset(range(1, REMARK_COLUMN)), least=6, most=40,
         )  # fmt: skip
         self.table.selectionModel().currentRowChanged.connect(lambda *_: self._row_chosen())
         self.table.opened.connect(lambda _key: self._actions["review_figures"].trigger())
         self.table.installEventFilter(self)
-        self.detail = label("", wrap=True, remarks_in=self.look)
+        self.detail = create_label("", wrap=True, remarks_in=self.look)
         self.detail.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.detail.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._add(self._pair.left, label("Derivatives, per radian", "strong"))
+        self._add(self._pair.left, create_label("Derivatives, per radian", "strong"))
         self._add(self._pair.left, self.table)
         self._pair.left.addStretch(1)
-        self._add(self._pair.right, label("The derivative chosen", "strong"))
+        self._add(self._pair.right, create_label("The derivative chosen", "strong"))
         self._add(self._pair.right, self.detail)
 
     def _attention(self) -> None:
-        self.attention_heading = label("Needs attention", "strong")
-        self.attention = Lines(
+        self.attention_heading = create_label("Needs attention", "strong")
+        self.attention = FittedTableView(
             self.look, "What to look at", ATTENTION_TITLES, stretch=2, widths={0: 72, 1: 120},
             least=2, most=12,
         )  # fmt: skip
@@ -144,7 +149,7 @@ class SummaryPage(ReviewPage):
 
     def _writing(self) -> None:
         look, actions = self.look, self._actions
-        self.file = Choice(look, "One file", letters=24)
+        self.file = LabeledComboBox(look, "One file", letters=24)
         self.buttons = {
             name: ActionButton(actions[name], words, look)
             for name, words in (
@@ -157,15 +162,15 @@ class SummaryPage(ReviewPage):
         }
         self.buttons["review_report"].setProperty("role", "primary")
         right = self._pair.right
-        self._add(right, label("Export", "strong"))
+        self._add(right, create_label("Export", "strong"))
         first = ("review_report", "review_everything", "review_copy")
-        self._add(right, button_row(look, *(self.buttons[name] for name in first)))
-        self._add(right, button_row(look, self.file, self.buttons["review_file"]))
-        self.told = label("", "muted", wrap=True)
+        self._add(right, create_button_row(look, *(self.buttons[name] for name in first)))
+        self._add(right, create_button_row(look, self.file, self.buttons["review_file"]))
+        self.told = create_label("", "muted", wrap=True)
         self.told.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._add(right, self.told)
         self.told.hide()
-        self._add(right, button_row(look, self.buttons["review_open_written"]))
+        self._add(right, create_button_row(look, self.buttons["review_open_written"]))
         self.buttons["review_open_written"].hide()
 
     def _add(self, column: QVBoxLayout, widget: QWidget) -> None:
@@ -174,7 +179,7 @@ class SummaryPage(ReviewPage):
     def _restyle(self) -> None:
         gap = self.look.px(16)
         # Words of another length must not push about what stands below.
-        self.detail.setMinimumHeight(self.look.px(_DETAIL))
+        self.detail.setMinimumHeight(self.look.px(_DETAIL_HEIGHT))
         self._column.setContentsMargins(self.look.px(24), gap, self.look.px(24), gap)
         self._column.setSpacing(self.look.px(8))
 
@@ -185,8 +190,8 @@ class SummaryPage(ReviewPage):
         return super().eventFilter(watched, event)
 
     def _fit(self) -> None:
-        narrow = self.table.width() < self.look.px(_ROOMY)
-        for column in _GIVE_WAY:
+        narrow = self.table.width() < self.look.px(_FULL_TABLE_WIDTH)
+        for column in _OPTIONAL_COLUMNS:
             if self.table.isColumnHidden(column) != narrow:
                 self.table.setColumnHidden(column, narrow)
 
@@ -210,14 +215,14 @@ class SummaryPage(ReviewPage):
             "review_compare": lambda: self._with_outcome(lambda _run: self.linear.compare()),
         }
 
-    def _with_outcome(self, act: Callable[[Outcome], object]) -> None:
+    def _with_outcome(self, act: Callable[[RunOutcome], object]) -> None:
         if self._outcome is not None:
             act(self._outcome)
 
     @property
-    def present(self) -> tuple[Need, ...]:
+    def present(self) -> tuple[CommandRequirement, ...]:
         """Return what commands may act on here."""
-        found: list[Need] = []
+        found: list[CommandRequirement] = []
         if self._outcome is not None:
             found.append("review_results")
         if self.writer.written is not None:
@@ -225,20 +230,20 @@ class SummaryPage(ReviewPage):
         return tuple(found)
 
     @property
-    def state(self) -> StepState:
+    def state(self) -> StepStatus:
         """Return how the chapter stands: how many things there are to look at."""
         if self._outcome is None:
-            return StepState(state="unknown")
+            return StepStatus(state="unknown")
         wild = len(self._outcome.summary.wild)
         if wild:
-            return StepState(state="caution", words=count_text(wild, "wild maneuver"))
+            return StepStatus(state="caution", words=count_text(wild, "wild maneuver"))
         earned = [name for name in self._outcome.summary.derivatives if not name.endswith("_0")]
-        return StepState(state="plain", words=count_text(len(earned), "derivative"))
+        return StepStatus(state="plain", words=count_text(len(earned), "derivative"))
 
     def copy(self) -> None:
         """Put the table on the clipboard, as text with tabs."""
         if self._outcome is not None:
-            QGuiApplication.clipboard().setText(table_text(self._outcome))
+            QGuiApplication.clipboard().setText(format_derivative_table(self._outcome))
             self._told("The table is on the clipboard.")
 
     # Showing
@@ -249,26 +254,30 @@ class SummaryPage(ReviewPage):
         if not self.table.currentIndex().isValid() and self.table.lines.lines:
             self.table.setCurrentIndex(self.table.lines.index(0, 0))
 
-    def show_outcome(self, outcome: Outcome | None) -> None:
+    def show_outcome(self, outcome: RunOutcome | None) -> None:
         """Show a run; None where there is none."""
         self._outcome = outcome
         self._pair.setVisible(outcome is not None)
         self.trust.setVisible(outcome is not None)
         if outcome is None:
-            self.headline.setText(_NOTHING)
+            self.headline.setText(_NO_RUN_SUMMARY_TEXT)
             return
-        from gsapp.report.estimate_files import FILE_TITLES, file_names
-        from gsapp.report.estimate_words import excluded_words, headline, honesty_words
-        from gsapp.report.residual_words import residual_words
+        from gsapp.report.estimate_export import FILE_TITLES, file_names
+        from gsapp.report.estimate_text import (
+            bound_consistency_text,
+            estimate_headline,
+            exclusion_text,
+        )
+        from gsapp.report.residual_text import residual_text
 
         kept = "" if outcome.number is None else f"Run {outcome.number}: "
-        self.headline.setText(f"{kept}{headline(outcome.summary, outcome.result)}")
-        said = (honesty_words(outcome.summary), *residual_words(outcome.result))
-        self.trust.setText(" ".join((*said, *excluded_words(outcome.summary))))
+        self.headline.setText(f"{kept}{estimate_headline(outcome.summary, outcome.result)}")
+        said = (bound_consistency_text(outcome.summary), *residual_text(outcome.result))
+        self.trust.setText(" ".join((*said, *exclusion_text(outcome.summary))))
         with QSignalBlocker(self.table.selectionModel()):
-            self.table.show_lines(derivative_lines(outcome))
+            self.table.show_lines(build_derivative_rows(outcome))
         with QSignalBlocker(self.attention.selectionModel()):
-            lines = attention_lines(outcome)
+            lines = build_attention_rows(outcome)
             self.attention.show_lines(lines)
         self.attention.setVisible(bool(lines))
         self.attention_heading.setText("Needs attention" if lines else "Nothing needs attention")
@@ -296,12 +305,12 @@ class SummaryPage(ReviewPage):
 
     def _tell_of(self, derivative: str) -> None:
         outcome = self._outcome
-        words = derivative_words(outcome, derivative) if outcome and derivative else ""
+        words = describe_derivative(outcome, derivative) if outcome and derivative else ""
         self.detail.setText(words or "Choose a derivative in the table.")
 
     def _looked_at(self) -> None:
         key = self.attention.current_key()
-        if isinstance(key, Attention):
+        if isinstance(key, AttentionItem):
             self._selection.choose_maneuver(key.maneuver)
             if key.derivative:
                 self._selection.choose_derivative(key.derivative)
@@ -312,10 +321,10 @@ class SummaryPage(ReviewPage):
 
     def _maneuver_chosen(self, maneuver: str) -> None:
         current = self.attention.current_key()
-        if isinstance(current, Attention) and current.maneuver == maneuver:
+        if isinstance(current, AttentionItem) and current.maneuver == maneuver:
             return
         for line in self.attention.lines.lines:
-            if isinstance(line.key, Attention) and line.key.maneuver == maneuver:
+            if isinstance(line.key, AttentionItem) and line.key.maneuver == maneuver:
                 with QSignalBlocker(self.attention.selectionModel()):
                     self.attention.choose(line.key)
                 return

@@ -12,15 +12,15 @@ from PySide6.QtCore import QEvent, QPointF, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
 
 from gsapp.session.review.traces import Traces
-from ui.keyboard import ArrowKeys
-from ui.look import Look
-from ui.review.timeline_drawing import TimelineSpan
-from ui.review.timeline_picture import TimelinePicture
-from ui.wheel import along_and_up
+from ui.display_style import DisplayStyle
+from ui.review.timeline_painter import TimelineSpan
+from ui.review.timeline_widget import TimelineWidget
+from ui.shortcut_filter import ArrowKeyNavigation
+from ui.wheel_scrolling import scroll_steps
 
-_REACH = 6
+_EDGE_HIT_DISTANCE = 6
 """Points beside an edge in which it is taken hold of."""
-_READ = {Qt.Key.Key_Left: -0.005, Qt.Key.Key_Right: 0.005}
+_POINTER_KEYS = {Qt.Key.Key_Left: -0.005, Qt.Key.Key_Right: 0.005}
 _STEP, _ZOOM = 0.1, 0.7
 """Shares of what is in sight: moved by a key, and left by a step of the zoom."""
 
@@ -34,7 +34,7 @@ class _Drag:
     anchor: float = 0.0
 
 
-class Timeline(TimelinePicture, ArrowKeys):
+class Timeline(TimelineWidget, ArrowKeyNavigation):
     """One flight with its maneuvers, to be worked on.
 
     Left and Right move, PgUp and PgDown by a whole view, Up and Down zoom, Home shows the whole
@@ -43,7 +43,7 @@ class Timeline(TimelinePicture, ArrowKeys):
 
     Parameters
     ----------
-    look : Look
+    look : DisplayStyle
         Colors, sizes, units.
 
     Attributes
@@ -64,7 +64,7 @@ class Timeline(TimelinePicture, ArrowKeys):
     dropped = Signal()
     deleted = Signal()
 
-    def __init__(self, look: Look) -> None:
+    def __init__(self, look: DisplayStyle) -> None:
         super().__init__(look)
         self._drag: _Drag | None = None
         self._reads = False
@@ -80,7 +80,7 @@ class Timeline(TimelinePicture, ArrowKeys):
 
     def _edge_at(self, x: float) -> _Drag | None:
         """Return the edge near a place, that of the chosen maneuver before others."""
-        scale, reach = self.scale, self._look.px(_REACH)
+        scale, reach = self.scale, self._look.px(_EDGE_HIT_DISTANCE)
         ordered = sorted(self._spans, key=lambda span: span.id != self._name)
         for span in ordered:
             near = [
@@ -152,7 +152,7 @@ class Timeline(TimelinePicture, ArrowKeys):
             return
         time = min(max(self.scale.time(at.x()), self.view.first), self.view.last)
         if drag.what == "stretch":
-            if abs(self.scale.x(drag.anchor) - at.x()) > self._look.px(_REACH):
+            if abs(self.scale.x(drag.anchor) - at.x()) > self._look.px(_EDGE_HIT_DISTANCE):
                 self.mark((min(drag.anchor, time), max(drag.anchor, time)))
             return
         self._drag_edge(drag, time)
@@ -183,7 +183,7 @@ class Timeline(TimelinePicture, ArrowKeys):
             self.moved.emit(held.id, held.start, held.stop)
         elif drag is not None and drag.what == "stretch":
             place = self.scale.x(drag.anchor)
-            if abs(place - event.position().x()) <= self._look.px(_REACH):
+            if abs(place - event.position().x()) <= self._look.px(_EDGE_HIT_DISTANCE):
                 self.mark(None)
         self.update()
 
@@ -203,7 +203,7 @@ class Timeline(TimelinePicture, ArrowKeys):
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Zoom about the pointer; with Shift, or sideways, move."""
-        along, up = along_and_up(event)
+        along, up = scroll_steps(event)
         if along:
             self.view.pan(-along * _STEP * self.view.seconds)
         elif up:
@@ -224,8 +224,8 @@ class Timeline(TimelinePicture, ArrowKeys):
         if key == Qt.Key.Key_C and not event.modifiers():
             self._reads = not self._reads
             self.point((view.start + view.stop) / 2.0 if self._reads else None)
-        elif self._reads and self.pointer is not None and key in _READ:
-            self.point(self.pointer + _READ[key] * view.seconds)
+        elif self._reads and self.pointer is not None and key in _POINTER_KEYS:
+            self.point(self.pointer + _POINTER_KEYS[key] * view.seconds)
         elif key in moves:
             view.pan(moves[key] * view.seconds)
         elif key in zooms:

@@ -1,8 +1,8 @@
 """Strip charts: many channels over one time axis, live and scrolled back.
 
     chart = StripChart()                    # looks at the history itself, 60 times a second
-    chart.set_history(history)              # gsapp.session.history.History, or the like
-    chart.set_layout(default_layout(history.channels))
+    chart.set_history(history)              # gsapp.session.sample_history.SampleHistory, or the
+    like chart.set_layout(default_layout(history.channels))
     chart.set_theme(DARK); chart.set_scale(1.5); chart.set_units("SI")
     chart.mark_requested.connect(marks.add)
 
@@ -12,7 +12,7 @@ What it is given
     ``set_marks(marks)``, ``set_limits({channel: limits})``, ``set_sources({channel: source})``,
     ``set_patience({channel: seconds})``, ``set_now(flight_time)``,
     ``set_recording(True | False)``, ``set_newest(words)``, ``set_empty(words)``.
-    `gsapp.session.limits.Bands` serve as limits; a source has ``kind`` (``measured``,
+    `gsapp.session.limits.LimitBands` serve as limits; a source has ``kind`` (``measured``,
     ``estimated``, ``derived``) and ``calibrated``.
     ``set_now`` is what lets values grow stale when the link is lost; without it only the
     newest sample tells the time.
@@ -45,9 +45,10 @@ Inside
     Only the last three know Qt.
 """
 
-from ui.strips.furniture import Mark, Span
-from ui.strips.keys import KEY_ACTIONS, KeyAction
-from ui.strips.layout import (
+from ui.strips.chart_annotations import ChartMark, ChartSpan
+from ui.strips.chart_keys import KEY_ACTIONS, KeyAction
+from ui.strips.strip_chart import StripChart
+from ui.strips.strip_layout import (
     Strip,
     StripGroup,
     StripLayout,
@@ -56,14 +57,13 @@ from ui.strips.layout import (
     load_layout,
     save_layout,
 )
-from ui.strips.view import StripView
-from ui.strips.widget import StripChart
+from ui.strips.strip_view import StripView
 
 __all__ = [
     "KEY_ACTIONS",
+    "ChartMark",
+    "ChartSpan",
     "KeyAction",
-    "Mark",
-    "Span",
     "Strip",
     "StripChart",
     "StripGroup",

@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.quantities import FloatArray
-from ui.strips.columns import ColumnScale, Samples, column_extremes
+from ui.strips.pixel_columns import ColumnScale, SampleSource, column_extremes
 
 Pixels = npt.NDArray[np.uint32]
 Color = tuple[int, int, int]
@@ -117,7 +117,7 @@ class Backdrop:
     marks: tuple[float, ...] = ()
 
 
-def brush(thickness: float) -> tuple[tuple[int, float], ...]:
+def create_brush(thickness: float) -> tuple[tuple[int, float], ...]:
     """Return the round brush of a line: pairs of (columns aside, half height in pixels).
 
     An even width in whole pixels lies half a pixel aside, towards what is older.
@@ -135,13 +135,13 @@ def brush(thickness: float) -> tuple[tuple[int, float], ...]:
     return tuple(pairs)
 
 
-def value_rows(chart: ChartPaint, pad: float) -> tuple[float, float]:
+def value_row_transform(chart: ChartPaint, pad: float) -> tuple[float, float]:
     """Return (offset, gain): a value v (SI) lies ``offset - gain * v`` rows below the top."""
     gain = (chart.height - 2.0 * pad) / (chart.high - chart.low)
     return pad + gain * chart.high, gain
 
 
-class _Rows:
+class _RowKinds:
     """What a chart's rows look like: a kind for each row, and the shades of each kind."""
 
     __slots__ = ("kinds", "shades")
@@ -149,7 +149,7 @@ class _Rows:
     def __init__(
         self, chart: ChartPaint, backdrop: Backdrop, pad: float, line: int, color: Color
     ) -> None:
-        offset, gain = value_rows(chart, pad)
+        offset, gain = value_row_transform(chart, pad)
         rows = np.empty((chart.height, 3))
         rows[:] = backdrop.plot
         plain = np.ones(chart.height, dtype=bool)
@@ -167,7 +167,7 @@ class _Rows:
         # One number for all that makes a row what it is; numpy is slow to compare rows.
         keys = rows @ np.array([65536.0, 256.0, 1.0]) + plain * 16777216.0
         _, example, self.kinds = np.unique(keys, return_index=True, return_inverse=True)
-        self.shades = _shades(rows[example], plain[example], backdrop, color)
+        self.shades = _compute_shades(rows[example], plain[example], backdrop, color)
 
     @staticmethod
     def _line(
@@ -183,10 +183,10 @@ class _Rows:
 def _gap_shades(backdrop: Backdrop) -> Pixels:
     """Return the shades of the rows between charts."""
     rows = np.array([backdrop.background], dtype=np.float64)
-    return _shades(rows, np.array([True]), backdrop, backdrop.background, lines=False)
+    return _compute_shades(rows, np.array([True]), backdrop, backdrop.background, lines=False)
 
 
-def _shades(
+def _compute_shades(
     rows: FloatArray,
     plain: npt.NDArray[np.bool_],
     backdrop: Backdrop,
@@ -257,7 +257,7 @@ class Raster:
         self.charts = list(charts)
         self.backdrop = backdrop
         self.line = line
-        self._brush = brush(thickness)
+        self._brush = create_brush(thickness)
         self._pad = thickness / 2.0 + 1.0
         self.reach = max(abs(aside) for aside, _ in self._brush)
         self.pixels: Pixels = np.zeros((self.height, self.width), dtype=np.uint32)
@@ -285,9 +285,9 @@ class Raster:
         # Half the bytes, half the time; but the sixteenths of a tall chart do not fit.
         self._integer = np.int16 if (tallest + 2) * _LEVELS < 32000 else np.int32
         self._row_local = self._row_local.astype(self._integer)
-        self._rows: list[_Rows] = [self._make_rows(chart) for chart in self.charts]
+        self._rows: list[_RowKinds] = [self._make_rows(chart) for chart in self.charts]
         self._placed = np.array(
-            [(*value_rows(chart, self._pad), chart.height) for chart in self.charts]
+            [(*value_row_transform(chart, self._pad), chart.height) for chart in self.charts]
         ).reshape(-1, 3)
         self._gather_shades()
 
@@ -306,7 +306,7 @@ class Raster:
         """Change the range, bands, grid or colors of a chart; it then needs to be painted."""
         self.charts[number] = chart
         self._rows[number] = self._make_rows(chart)
-        self._placed[number] = (*value_rows(chart, self._pad), chart.height)
+        self._placed[number] = (*value_row_transform(chart, self._pad), chart.height)
         self._gather_shades()
 
     def _number_traces(self) -> list[list[int]]:
@@ -316,9 +316,9 @@ class Raster:
             for layer in range(most)
         ]
 
-    def _make_rows(self, chart: ChartPaint) -> _Rows:
+    def _make_rows(self, chart: ChartPaint) -> _RowKinds:
         color = chart.traces[0].color if chart.traces else self.backdrop.plot
-        return _Rows(chart, self.backdrop, self._pad, self.line, color)
+        return _RowKinds(chart, self.backdrop, self._pad, self.line, color)
 
     def _gather_shades(self) -> None:
         pieces = [rows.shades.reshape(-1) for rows in self._rows]
@@ -336,7 +336,7 @@ class Raster:
 
     def load(
         self,
-        history: Samples,
+        history: SampleSource,
         scale: ColumnScale,
         first: int,
         last: int,
@@ -348,7 +348,7 @@ class Raster:
         """
         if last <= first:
             return
-        parts = ring_pieces(first, last, self._loaded)
+        parts = split_ring(first, last, self._loaded)
         known = set(history.channels)
         for channel_id in self._rows_of_channel if channels is None else channels:
             if channel_id not in known:
@@ -361,7 +361,7 @@ class Raster:
 
     def extend(
         self,
-        history: Samples,
+        history: SampleSource,
         scale: ColumnScale,
         first: int,
         last: int,
@@ -374,7 +374,7 @@ class Raster:
 
         Parameters
         ----------
-        history : Samples
+        history : SampleSource
             Where the samples are.
         scale : ColumnScale
             How columns lie on the samples; a sample must not be wider than a column.
@@ -404,7 +404,7 @@ class Raster:
     def clear(self, first: int, last: int) -> None:
         """Note that nothing has been measured yet in these columns."""
         if last > first:
-            for ring, _ in ring_pieces(first, last, self._loaded):
+            for ring, _ in split_ring(first, last, self._loaded):
                 self._values[:, :, ring] = np.nan
 
     # Painting
@@ -470,7 +470,7 @@ class Raster:
         # The lower edge with its sign turned: then both want the least of their neighbors.
         np.negative(edges[1], out=edges[1])
         there = ~np.isnan(edges[0])
-        edges = self._thicken(_connect(edges, there), there)[:, :, margin:-margin]
+        edges = self._thicken(_connect_columns(edges, there), there)[:, :, margin:-margin]
         np.negative(edges[1], out=edges[1])
         np.maximum(edges, -1.0, out=edges)
         np.minimum(edges, heights + 1.0, out=edges)
@@ -527,11 +527,11 @@ class Raster:
             places = np.full(len(self.charts) + 1, len(charts), dtype=np.intp)
             places[list(charts)] = np.arange(len(charts))
             source = places[source]
-        for ring, part in ring_pieces(first, first + top.shape[1], self.width):
+        for ring, part in split_ring(first, first + top.shape[1], self.width):
             for begin in range(part.start, part.stop, _CHUNK):
                 end = min(begin + _CHUNK, part.stop)
                 index = base + classes[begin:end]
-                index += _covered(top[:, begin:end], bottom[:, begin:end], source, local)
+                index += _pixel_coverage(top[:, begin:end], bottom[:, begin:end], source, local)
                 shift = ring.start - part.start
                 self.pixels[everything, begin + shift : end + shift] = self._shades.take(index)
 
@@ -548,8 +548,8 @@ class Raster:
             source = np.full(chart.height, row, dtype=np.intp)
             local = self._row_local[chart.top : chart.top + chart.height]
             color = np.array(chart.traces[layer].color, dtype=np.int32)
-            for ring, part in ring_pieces(first, first + top.shape[1], self.width):
-                covered = _covered(top[:, part], bottom[:, part], source, local)
+            for ring, part in split_ring(first, first + top.shape[1], self.width):
+                covered = _pixel_coverage(top[:, part], bottom[:, part], source, local)
                 block = self.pixels[chart.top : chart.top + chart.height, ring]
                 touched = covered > 0
                 share = covered[touched].astype(np.int32)
@@ -588,7 +588,7 @@ class Raster:
         line[begin:end] = kind
 
 
-def ring_pieces(first: int, last: int, size: int) -> list[tuple[slice, slice]]:
+def split_ring(first: int, last: int, size: int) -> list[tuple[slice, slice]]:
     """Return pairs of (places in a ring, places in the row of columns)."""
     begin = first % size
     count = last - first
@@ -599,7 +599,7 @@ def ring_pieces(first: int, last: int, size: int) -> list[tuple[slice, slice]]:
     return pieces
 
 
-def _connect(edges: FloatArray, there: npt.NDArray[np.bool_]) -> FloatArray:
+def _connect_columns(edges: FloatArray, there: npt.NDArray[np.bool_]) -> FloatArray:
     """Let every column reach back to the one before it, so that a line is one line."""
     joined = edges.copy()
     # An upper edge reaches to the lower one before it, and the other way round.
@@ -609,7 +609,7 @@ def _connect(edges: FloatArray, there: npt.NDArray[np.bool_]) -> FloatArray:
     return joined
 
 
-def _covered(
+def _pixel_coverage(
     top: npt.NDArray[np.signedinteger],
     bottom: npt.NDArray[np.signedinteger],
     source: npt.NDArray[np.intp],

@@ -1,5 +1,5 @@
 """Spoken words and tones, for eyes that are on the aircraft.
 
 `Voice` is what the window has one of. Which of two sentences is heard, and when, is decided by
-`ui.voice.queue` alone, which knows nothing of Qt.
+`ui.voice.speech_queue` alone, which knows nothing of Qt.
 """

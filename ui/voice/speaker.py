@@ -12,13 +12,13 @@ from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from ui.voice.program import Program, Programs, installed
-from ui.voice.queue import Utterance
-from ui.voice.tones import TONE_OF, TONES
+from ui.voice.sound_command import SoundCommand, SoundCommands, find_installed_command
+from ui.voice.speech_queue import Utterance
+from ui.voice.tones import PRIORITY_TONES, TONES
 
 log = logging.getLogger(__name__)
 
-_PROGRAMS: Programs = {
+_SPEECH_COMMANDS: SoundCommands = {
     "linux": (("espeak-ng", "--stdin"), ("espeak", "--stdin")),
     "darwin": (("say",),),
     "win32": (
@@ -33,7 +33,7 @@ _PROGRAMS: Programs = {
 }  # fmt: skip
 """Programs that speak what they read from their input."""
 
-_BETWEEN = 0.15
+_PAUSE_SECONDS = 0.15
 """Seconds of silence after a tone that stands for words."""
 
 
@@ -79,10 +79,10 @@ class ToneSpeaker(Speaker):
 
     def speak(self, utterance: Utterance) -> None:
         """Play the tone of its priority."""
-        name = TONE_OF[utterance.priority]
+        name = PRIORITY_TONES[utterance.priority]
         self._spoken = utterance
         self._sound(name)
-        self._timer.start(round(1000 * (TONES[name].seconds + _BETWEEN)))
+        self._timer.start(round(1000 * (TONES[name].seconds + _PAUSE_SECONDS)))
 
     def stop(self) -> None:
         """Wait for nothing; a tone is over before it could be cut off."""
@@ -94,7 +94,7 @@ class ToneSpeaker(Speaker):
         self.done.emit(spoken)
 
 
-class ProgramSpeaker(Speaker):
+class CommandSpeaker(Speaker):
     """Speaks with a program of the system, which reads the words from its input.
 
     Parameters
@@ -106,14 +106,14 @@ class ProgramSpeaker(Speaker):
     def __init__(self, command: Sequence[str], parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._command = tuple(command)
-        self._running: Program | None = None
+        self._running: SoundCommand | None = None
         self._spoken: Utterance | None = None
 
     def speak(self, utterance: Utterance) -> None:
         """Start the program."""
         self.stop()
         self._spoken = utterance
-        self._running = Program(self._command, self)
+        self._running = SoundCommand(self._command, self)
         self._running.over.connect(self._over)
         self._running.begin(f"{utterance.words}\n")
 
@@ -177,12 +177,12 @@ class QtSpeaker(Speaker):
         (self.failed if state == self._states.Error else self.done).emit(spoken)
 
 
-def find_speaker(sound: Callable[[str], object], parent: QObject | None = None) -> Speaker:
+def create_speaker(sound: Callable[[str], object], parent: QObject | None = None) -> Speaker:
     """Return the best voice that this computer has; tones by `sound` where it has none."""
     ways: list[Callable[[], Speaker]] = [lambda: QtSpeaker(parent)]
-    command = installed(_PROGRAMS)
+    command = find_installed_command(_SPEECH_COMMANDS)
     if command is not None:
-        ways.append(lambda: ProgramSpeaker(command, parent))
+        ways.append(lambda: CommandSpeaker(command, parent))
     for way in ways:
         try:
             return way()

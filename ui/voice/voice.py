@@ -7,16 +7,16 @@ import time
 
 from PySide6.QtCore import QObject, Signal
 
-from ui.voice.player import Player, find_player
-from ui.voice.queue import Priority, SpeechQueue, Utterance
-from ui.voice.speaker import Speaker, ToneSpeaker, find_speaker
+from ui.voice.speaker import Speaker, ToneSpeaker, create_speaker
+from ui.voice.speech_queue import SpeechQueue, Utterance, UtterancePriority
+from ui.voice.tone_player import TonePlayer, create_tone_player
 from ui.voice.tones import TONES
 
 log = logging.getLogger(__name__)
 
 
 class Voice(QObject):
-    """Says sentences by the rule of `ui.voice.queue`, and plays tones.
+    """Says sentences by the rule of `ui.voice.speech_queue`, and plays tones.
 
     What the computer can do is looked for when something is to be heard for the first time:
     engines take a while to start, and most windows are muted or quiet.
@@ -25,7 +25,7 @@ class Voice(QObject):
     ----------
     muted : bool
         Whether to begin in silence.
-    player, speaker : Player, Speaker, optional
+    player, speaker : TonePlayer, Speaker, optional
         In place of the best that this computer has.
 
     Attributes
@@ -41,7 +41,7 @@ class Voice(QObject):
         parent: QObject | None = None,
         *,
         muted: bool = False,
-        player: Player | None = None,
+        player: TonePlayer | None = None,
         speaker: Speaker | None = None,
     ) -> None:
         super().__init__(parent)
@@ -60,7 +60,11 @@ class Voice(QObject):
         return self._queue.muted
 
     def say(
-        self, words: str, priority: Priority = Priority.PROMPT, *, through: bool = False
+        self,
+        words: str,
+        priority: UtterancePriority = UtterancePriority.PROMPT,
+        *,
+        through: bool = False,
     ) -> None:
         """Say a sentence now, next or not at all, even in a hush if `through`."""
         self._queue.offer(words, priority, through=through)
@@ -101,14 +105,14 @@ class Voice(QObject):
             self._toned = (name, now + TONES[name].seconds)
             self._tones().play(name)
 
-    def _tones(self) -> Player:
+    def _tones(self) -> TonePlayer:
         if self._player is None:
-            self._player = find_player(self)
+            self._player = create_tone_player(self)
         return self._player
 
     def _voice(self) -> Speaker:
         if self._speaker is None:
-            self._take(find_speaker(self._sound, self))
+            self._take(create_speaker(self._sound, self))
         return self._speaker
 
     def _take(self, speaker: Speaker) -> None:

@@ -1,12 +1,19 @@
 """All that the crew is told, put together: trim, inputs, verdicts, cards, dangers, outlook."""
 
-from gsapp.excitation.cueing.cueing import Cueing
+from gsapp.excitation.cueing.cue_generator import CueGenerator
 from gsapp.excitation.cues import (
-    VERDICT_STANDS,
+    VERDICT_DISPLAY_TIME,
     CueEvent,
     CueSnapshot,
     EventKind,
     NextCard,
 )
 
-__all__ = ["VERDICT_STANDS", "CueEvent", "CueSnapshot", "Cueing", "EventKind", "NextCard"]
+__all__ = [
+    "VERDICT_DISPLAY_TIME",
+    "CueEvent",
+    "CueGenerator",
+    "CueSnapshot",
+    "EventKind",
+    "NextCard",
+]

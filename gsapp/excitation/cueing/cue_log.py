@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from gsapp.excitation.alerts.alert import Alert, AlertLevel
 from gsapp.excitation.cues import CueEvent, NextCard
-from gsapp.excitation.dangers.danger import Danger, Urgency
-from gsapp.excitation.doublets.verdict import InputUnderWay, Verdict
-from gsapp.excitation.rows import TICK
-from gsapp.excitation.trim.cue import TrimCue
-from gsapp.flight.cards.card import SURFACES
+from gsapp.excitation.doublets.verdict import InputInProgress, InputVerdict
+from gsapp.excitation.flight_rows import TICK_DURATION
+from gsapp.excitation.trim.trim_cue import TrimCue
+from gsapp.flight.cards.card import SURFACE_NAMES
 
-_URGENCY: Mapping[Urgency, str] = {Urgency.CAUTION: "caution", Urgency.WARNING: "warning"}
+_URGENCY: Mapping[AlertLevel, str] = {AlertLevel.CAUTION: "caution", AlertLevel.WARNING: "warning"}
 
 
 class CueLog:
@@ -39,7 +39,7 @@ class CueLog:
         self._trim = ""
         self._answer: float | None = None  # when the input began whose answer is awaited
         self._left = 0.0  # of the time for which the hands should be off, s
-        self._dangers: dict[str, Danger] = {}
+        self._dangers: dict[str, Alert] = {}
         self._card: tuple[str, str] = ("", "")
 
     def trim(self, cue: TrimCue) -> None:
@@ -65,20 +65,20 @@ class CueLog:
             },
         )
 
-    def under_way(self, time: float, now: InputUnderWay | None) -> None:
+    def under_way(self, time: float, now: InputInProgress | None) -> None:
         """Note an input, once the sticks are let go, and its hands-off interval.
 
         Quick moves before that may turn out to be steering.
         """
         free = now is not None and now.phase == "hands-off"
         if self._answer is not None and (not free or now is None or now.t_input != self._answer):
-            state = "ends" if now is None and self._left <= TICK else "broken"
+            state = "ends" if now is None and self._left <= TICK_DURATION else "broken"
             self._add(time, "hands-off", state, "", {"t_input": self._answer})
             self._answer = None
         self._left = 0.0 if now is None else now.hands_off_left
         if free and now is not None and self._answer is None:
             self._answer = now.t_input
-            words = " and ".join(SURFACES[name] for name in now.surfaces)
+            words = " and ".join(SURFACE_NAMES[name] for name in now.surfaces)
             facts = {
                 "t_input": now.t_input,
                 "surfaces": list(now.surfaces),
@@ -88,7 +88,7 @@ class CueLog:
             facts = {"t_input": now.t_input, "seconds": now.hands_off_total}
             self._add(time, "hands-off", "begins", "hands off", facts)
 
-    def verdict(self, verdict: Verdict, go_at: float | None) -> None:
+    def verdict(self, verdict: InputVerdict, go_at: float | None) -> None:
         """Note a verdict on an input that answered to a GO at some time (s), or to none."""
         self._add(
             verdict.given_at,
@@ -106,7 +106,7 @@ class CueLog:
             },
         )
 
-    def dangers(self, time: float, standing: Sequence[Danger]) -> None:
+    def dangers(self, time: float, standing: Sequence[Alert]) -> None:
         """Note dangers that arose, grew worse, or are over."""
         now = {danger.key: danger for danger in standing}
         for key in [key for key in self._dangers if key not in now]:

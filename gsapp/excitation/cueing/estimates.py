@@ -12,12 +12,17 @@ from typing import Final
 import numpy as np
 
 from gsapp.aircraft import Aircraft
-from gsapp.excitation.doublets.verdict import Verdict
-from gsapp.excitation.rows import QUICK, SLOW_LAG, FlightRows, joined
+from gsapp.excitation.doublets.verdict import InputVerdict
+from gsapp.excitation.flight_rows import (
+    FAST_CHANNELS,
+    SLOW_CHANNEL_DELAY,
+    FlightRows,
+    concatenate_rows,
+)
 from gsapp.foundation import FlightError
-from gsapp.identification.ftr.channels import NEEDED_CHANNELS
+from gsapp.identification.ftr.channels import FTR_CHANNELS
 from gsapp.identification.ftr.estimates import LiveEstimate
-from gsapp.identification.ftr.online import FTR
+from gsapp.identification.ftr.online_regression import FTR
 from gsapp.identification.ftr.settings import FTRSettings
 from gsapp.quantities import Block
 
@@ -30,8 +35,10 @@ _HEARD_AFTER: Final = 3.0
 
 _SETTINGS: Final = FTRSettings(gate="maneuvers", updates=2.0)
 
-_PROMPT: Final = tuple(name for name in NEEDED_CHANNELS if name in QUICK)
-_LATE: Final = tuple(name for name in NEEDED_CHANNELS if name not in QUICK and name != "thrust")
+_PROMPT: Final = tuple(name for name in FTR_CHANNELS if name in FAST_CHANNELS)
+_LATE: Final = tuple(
+    name for name in FTR_CHANNELS if name not in FAST_CHANNELS and name != "thrust"
+)
 
 
 class FlightEstimates:
@@ -65,12 +72,12 @@ class FlightEstimates:
         """Forget everything; the flight begins anew."""
         self._ftr.reset()
         self._held: list[FlightRows] = []
-        self._waiting: list[Verdict] = []
+        self._waiting: list[InputVerdict] = []
         self._due: float | None = None
         self.earned: Mapping[str, LiveEstimate] = {}
         self.revision = 0
 
-    def judged(self, verdict: Verdict) -> None:
+    def judged(self, verdict: InputVerdict) -> None:
         """Learn from a maneuver, as soon as its rows were listened to."""
         if verdict.result in _LEARNED_FROM:
             self._waiting.append(verdict)
@@ -86,7 +93,7 @@ class FlightEstimates:
         held, self._held = self._held, []
         if not held:
             return
-        self._feed(joined(held))
+        self._feed(concatenate_rows(held))
         self._ftr.settle()
         self._conclude(float(held[-1].times[-1]))
 
@@ -94,7 +101,7 @@ class FlightEstimates:
         prompt = np.column_stack([rows[name] for name in _PROMPT])
         late = np.column_stack([rows[name] for name in _LATE])
         self._ftr.feed(Block.trusted(_PROMPT, rows.times, prompt))
-        self._ftr.feed(Block.trusted(_LATE, rows.times - SLOW_LAG, late))
+        self._ftr.feed(Block.trusted(_LATE, rows.times - SLOW_CHANNEL_DELAY, late))
 
     def _conclude(self, now: float) -> None:
         if self._due is not None and now >= self._due:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import deque
 from typing import Final
 
-from gsapp.excitation.rows import TICK
-from gsapp.excitation.trim.cue import TrimCue
+from gsapp.excitation.flight_rows import TICK_DURATION
+from gsapp.excitation.trim.trim_cue import TrimCue
 
 _KEPT: Final = 60.0
 """Seconds of cues kept."""
@@ -18,7 +18,7 @@ class TrimHistory:
     """Keeps one cue for each tick."""
 
     def __init__(self) -> None:
-        self._cues: deque[TrimCue] = deque(maxlen=round(_KEPT / TICK))
+        self._cues: deque[TrimCue] = deque(maxlen=round(_KEPT / TICK_DURATION))
 
     def clear(self) -> None:
         """Forget all cues."""

@@ -6,16 +6,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from gsapp.flight.maneuvers.found import Grade
+from gsapp.flight.maneuvers.detected_maneuver import Grade
 
-Result = Literal[
+VerdictResult = Literal[
     "good", "too-small", "too-large", "too-fast", "too-slow", "not-trimmed", "spoiled", "unclear"
 ]
 """``unclear``: too little was measured to judge, or the input was cut short by a gap."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class InputUnderWay:
+class InputInProgress:
     """An input that is being made, or its answer awaited.
 
     Attributes
@@ -43,7 +43,7 @@ class InputUnderWay:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Finding:
+class InputFinding:
     """One thing that speaks against an input.
 
     Attributes
@@ -60,7 +60,7 @@ class Finding:
         The sensor that clipped, or the state that left its linear range; empty for none.
     """
 
-    result: Result
+    result: VerdictResult
     words: str
     surface: str = ""
     factor: float | None = None
@@ -68,7 +68,7 @@ class Finding:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Verdict:
+class InputVerdict:
     """The verdict on an input.
 
     Attributes
@@ -97,7 +97,7 @@ class Verdict:
         Before the input, m/s and rad.
     result : str
         The first of the findings, or ``good``.
-    findings : tuple of Finding
+    findings : tuple of InputFinding
         The worst first.
     advice : str
         What to do next time, or "good", one short sentence to be spoken.
@@ -127,8 +127,8 @@ class Verdict:
     cross: Mapping[str, float]
     V: float | None
     alpha: float | None
-    result: Result
-    findings: tuple[Finding, ...]
+    result: VerdictResult
+    findings: tuple[InputFinding, ...]
     advice: str
     card: str = ""
     counts: bool = False

@@ -15,7 +15,7 @@ class TrimTolerances:
     Everything is a mean over `steady` seconds but the unrest: that is the standard deviation
     about the straight line through `steady` seconds, as root mean square over `calm` seconds.
     How far speed and angle of attack may be from a test point is the point's own affair, see
-    `gsapp.excitation.points.point.TestPoint`.
+    `gsapp.excitation.test_points.point.TestPoint`.
 
     The figures are a flight tester's. Five degrees of bank turn the path by 1.6 deg/s at
     100 ft/s, less than 8 deg in an input with its answer. Rates of 3 deg/s are a tenth of what
@@ -67,5 +67,5 @@ class TrimTolerances:
     unrest_an: float = 0.15 * GRAVITY
 
 
-TOLERANCES: Final = TrimTolerances()
+DEFAULT_TOLERANCES: Final = TrimTolerances()
 """Those that the cue goes by unless told otherwise."""

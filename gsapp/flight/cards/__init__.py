@@ -1,7 +1,7 @@
 """Test cards: what a flight is to bring home, and what of it was flown."""
 
 from gsapp.flight.cards.card import (
-    SHIPPED,
+    SHIPPED_CARDS,
     CardSet,
     TestCard,
     Tolerance,
@@ -9,23 +9,23 @@ from gsapp.flight.cards.card import (
     save_cards,
     shipped_cards,
 )
-from gsapp.flight.cards.matching import (
+from gsapp.flight.cards.card_matching import (
     Attempt,
     CardProgress,
-    CardsFlown,
-    compare,
+    CardSetProgress,
+    compare_with_card,
     match_cards,
 )
 
 __all__ = [
-    "SHIPPED",
+    "SHIPPED_CARDS",
     "Attempt",
     "CardProgress",
     "CardSet",
-    "CardsFlown",
+    "CardSetProgress",
     "TestCard",
     "Tolerance",
-    "compare",
+    "compare_with_card",
     "load_cards",
     "match_cards",
     "save_cards",

@@ -23,22 +23,22 @@ from typing import Any, Final, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from gsapp.flight.replacing import write_whole
+from gsapp.flight.atomic_files import write_flight_file
 from gsapp.foundation import StrictModel, read_toml
-from gsapp.foundation.shipped import Shipped
+from gsapp.foundation.shipped_files import ShippedFiles
 from gsapp.foundation.toml import toml_text
 from gsapp.quantities.constants import DEGREE, FOOT
 from gsapp.quantities.fields import Angle, Length, Ratio, Speed, Time
 
-SHIPPED: Final = Shipped(folder=Path(__file__).parent / "files", kind="test cards")
+SHIPPED_CARDS: Final = ShippedFiles(folder=Path(__file__).parent / "files", kind="test cards")
 
-Surface = Literal["de", "da", "dr"]
-Kind = Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep"]
+CardSurface = Literal["de", "da", "dr"]
+CardInputKind = Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep"]
 
-STEPS: Final[Mapping[str, int]] = {"doublet": 2, "3-2-1-1": 7, "pulse": 1}
+STEP_COUNTS: Final[Mapping[str, int]] = {"doublet": 2, "3-2-1-1": 7, "pulse": 1}
 """How many widths an input lasts; the others have no width of one step."""
 
-SURFACES: Final[Mapping[str, str]] = {"de": "elevator", "da": "aileron", "dr": "rudder"}
+SURFACE_NAMES: Final[Mapping[str, str]] = {"de": "elevator", "da": "aileron", "dr": "rudder"}
 """Surfaces in words."""
 
 _UNITS: Final[Mapping[str, str]] = {
@@ -121,9 +121,9 @@ class TestCard(StrictModel):
     alpha: Angle | None = None
     height: Length | None = None
     flap: Angle = 0.0
-    surfaces: tuple[Surface, ...]
-    kind: Kind = "doublet"
-    amplitude: Angle | Mapping[Surface, Angle]
+    surfaces: tuple[CardSurface, ...]
+    kind: CardInputKind = "doublet"
+    amplitude: Angle | Mapping[CardSurface, Angle]
     width: Time
     repeats: int = 1
     tolerance: Tolerance = Tolerance()
@@ -145,14 +145,14 @@ class TestCard(StrictModel):
 
     @field_validator("surfaces")
     @classmethod
-    def _must_move(cls, value: tuple[Surface, ...]) -> tuple[Surface, ...]:
+    def _must_move(cls, value: tuple[CardSurface, ...]) -> tuple[CardSurface, ...]:
         if not value or len(set(value)) != len(value):
             raise ValueError('names none, or one twice; write those moved, such as ["da", "dr"]')
         return value
 
     @field_validator("amplitude")
     @classmethod
-    def _must_be_an_angle(cls, value: float | Mapping[Surface, float]) -> Any:
+    def _must_be_an_angle(cls, value: float | Mapping[CardSurface, float]) -> Any:
         sizes = value.values() if isinstance(value, Mapping) else (value,)
         if any(not 0.0 < size < _LARGEST for size in sizes):
             raise ValueError("must lie between 0 and 45 deg; it is half of peak to peak")
@@ -193,12 +193,12 @@ class TestCard(StrictModel):
     @property
     def duration(self) -> float:
         """Return how long the input of one surface lasts, s."""
-        return self.width * STEPS.get(self.kind, 1)
+        return self.width * STEP_COUNTS.get(self.kind, 1)
 
     @property
     def heading(self) -> str:
         """Return the title, or one made of surfaces and shape."""
-        surfaces = " and ".join(SURFACES[name] for name in self.surfaces)
+        surfaces = " and ".join(SURFACE_NAMES[name] for name in self.surfaces)
         return self.title or f"{surfaces} {self.kind}".capitalize()
 
 
@@ -228,10 +228,10 @@ class CardSet(StrictModel):
     def content(self) -> dict[str, Any]:
         """Return what a TOML file holds: values with units as text, defaults left out."""
         kept = self.model_dump(exclude_defaults=True)
-        return {**kept, "cards": [_written(card) for card in kept["cards"]]}
+        return {**kept, "cards": [_format_values(card) for card in kept["cards"]]}
 
 
-def _written(values: Mapping[str, Any], unit: str | None = None) -> dict[str, Any]:
+def _format_values(values: Mapping[str, Any], unit: str | None = None) -> dict[str, Any]:
     content: dict[str, Any] = {}
     for key, value in values.items():
         own = unit or _UNITS.get(key)
@@ -239,7 +239,7 @@ def _written(values: Mapping[str, Any], unit: str | None = None) -> dict[str, An
             # A tolerance is a share where the card's own value has a unit.
             plain = {name: value[name] for name in _RATIOS if key == "tolerance" and name in value}
             rest = {name: one for name, one in value.items() if name not in plain}
-            content[key] = {**_written(rest, unit=own), **plain}
+            content[key] = {**_format_values(rest, unit=own), **plain}
         elif isinstance(value, float) and own is not None:
             content[key] = f"{value!r} {own}"
         else:
@@ -249,7 +249,7 @@ def _written(values: Mapping[str, Any], unit: str | None = None) -> dict[str, An
 
 def shipped_cards() -> tuple[str, ...]:
     """Return the names of the sets that come with the program."""
-    return SHIPPED.names()
+    return SHIPPED_CARDS.names()
 
 
 def load_cards(name_or_path: str | Path) -> CardSet:
@@ -267,7 +267,7 @@ def load_cards(name_or_path: str | Path) -> CardSet:
     UnknownNameError
         If there is neither such a file nor such a shipped set.
     """
-    return read_toml(SHIPPED.find(name_or_path), CardSet, distinct="cards")
+    return read_toml(SHIPPED_CARDS.find(name_or_path), CardSet, distinct="cards")
 
 
 def save_cards(path: Path | str, cards: CardSet) -> Path:
@@ -278,4 +278,4 @@ def save_cards(path: Path | str, cards: CardSet) -> Path:
     FlightError
         If the disk refuses.
     """
-    return write_whole(path, toml_text(cards.content()))
+    return write_flight_file(path, toml_text(cards.content()))

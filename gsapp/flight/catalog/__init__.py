@@ -1,6 +1,15 @@
 """The catalog: the maneuvers of a campaign, searchable, with what was estimated from them."""
 
-from gsapp.flight.catalog.dump import dump, maneuvers_csv, table_csv
+from gsapp.flight.catalog.campaign_runs import (
+    delete_campaign_run,
+    get_campaign_run,
+    list_campaign_runs,
+    restore_campaign_run,
+    set_campaign_run_label,
+    store_campaign_run,
+    update_campaign_run,
+)
+from gsapp.flight.catalog.catalog_export import export_catalog, maneuvers_csv, table_csv
 from gsapp.flight.catalog.entries import (
     add_entry,
     store_entry,
@@ -8,78 +17,69 @@ from gsapp.flight.catalog.entries import (
     store_grade,
     store_maneuvers,
 )
-from gsapp.flight.catalog.kept import (
-    change_label,
-    forget_record,
-    kept_record,
-    kept_records,
-    recall_record,
-    renew_record,
-    store_kept,
+from gsapp.flight.catalog.queries import (
+    get_model,
+    get_weights,
+    list_flights,
+    search_maneuvers,
+    search_runs,
 )
 from gsapp.flight.catalog.records import (
+    CampaignRun,
     CardScore,
-    Condition,
+    EstimationRun,
+    FlightCondition,
     FlightEntry,
-    KeptRecord,
-    Run,
     StoredEstimate,
     StoredManeuver,
     StoredModel,
     StoredVerdict,
-    conditions_of,
+    compute_conditions,
 )
-from gsapp.flight.catalog.searching import (
-    flights_of,
-    model_of,
-    search_maneuvers,
-    search_runs,
-    weights_of,
-)
-from gsapp.flight.catalog.store import Catalog
-from gsapp.flight.catalog.verdicts import scores_of, search_verdicts, store_debrief
-from gsapp.flight.catalog.writing import (
+from gsapp.flight.catalog.run_storage import (
     store_model,
     store_run,
     store_weights,
 )
+from gsapp.flight.catalog.store import Catalog
+from gsapp.flight.catalog.verdicts import list_card_scores, search_verdicts, store_debrief
 
 __all__ = [
+    "CampaignRun",
     "CardScore",
     "Catalog",
-    "Condition",
+    "EstimationRun",
+    "FlightCondition",
     "FlightEntry",
-    "KeptRecord",
-    "Run",
     "StoredEstimate",
     "StoredManeuver",
     "StoredModel",
     "StoredVerdict",
     "add_entry",
-    "change_label",
-    "conditions_of",
-    "dump",
-    "flights_of",
-    "forget_record",
-    "kept_record",
-    "kept_records",
+    "compute_conditions",
+    "delete_campaign_run",
+    "export_catalog",
+    "get_campaign_run",
+    "get_model",
+    "get_weights",
+    "list_campaign_runs",
+    "list_card_scores",
+    "list_flights",
     "maneuvers_csv",
-    "model_of",
-    "recall_record",
-    "renew_record",
-    "scores_of",
+    "restore_campaign_run",
     "search_maneuvers",
     "search_runs",
     "search_verdicts",
+    "set_campaign_run_label",
+    "store_campaign_run",
     "store_debrief",
     "store_entry",
     "store_flight",
     "store_grade",
-    "store_kept",
     "store_maneuvers",
     "store_model",
     "store_run",
     "store_weights",
     "table_csv",
-    "weights_of",
+    "update_campaign_run",
 ]

@@ -7,17 +7,17 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from gsapp.flight.catalog.places import (
-    as_json,
-    finite,
-    flight_number,
-    maneuver_number,
-    now,
+from gsapp.flight.catalog.records import FlightCondition, FlightEntry
+from gsapp.flight.catalog.row_ids import (
+    finite_or_none,
+    flight_row_id,
+    maneuver_row_id,
+    to_json_text,
+    utc_timestamp,
 )
-from gsapp.flight.catalog.records import Condition, FlightEntry
 from gsapp.flight.catalog.store import Catalog
 from gsapp.flight.flight import Flight
-from gsapp.flight.maneuvers.found import CREW, GRADES, FoundManeuver
+from gsapp.flight.maneuvers.detected_maneuver import GRADED_BY_CREW, GRADES, DetectedManeuver
 from gsapp.foundation import FlightError
 
 
@@ -30,7 +30,7 @@ def store_flight(catalog: Catalog, flight: Flight, *, aircraft: str = "") -> int
 def store_maneuvers(
     catalog: Catalog,
     flight: Flight,
-    maneuvers: Sequence[FoundManeuver],
+    maneuvers: Sequence[DetectedManeuver],
     *,
     aircraft: str = "",
     graded_by: str = "program",
@@ -45,7 +45,7 @@ def store_maneuvers(
     catalog : Catalog
     flight : Flight
         Stored as well.
-    maneuvers : sequence of FoundManeuver
+    maneuvers : sequence of DetectedManeuver
     aircraft : str
         Name of the aircraft.
     graded_by : str
@@ -63,14 +63,14 @@ def store_entry(catalog: Catalog, entry: FlightEntry, *, graded_by: str = "progr
         for maneuver, conditions in zip(entry.maneuvers, entry.conditions, strict=True):
             place = _maneuver(connection, number, maneuver)
             _conditions(connection, place, conditions)
-            latest = _latest_grade(connection, place)
-            by = CREW if maneuver.graded_by == CREW else graded_by
+            latest = _get_latest_grade(connection, place)
+            by = GRADED_BY_CREW if maneuver.graded_by == GRADED_BY_CREW else graded_by
             same = latest is not None and (
                 latest["grade"], latest["reasons"], latest["given_by"]
-            ) == (maneuver.grade, as_json(maneuver.reasons), by)  # fmt: skip
+            ) == (maneuver.grade, to_json_text(maneuver.reasons), by)  # fmt: skip
             # The crew's own grade stands among the flight's events, and falls with its change.
-            by_person = latest is not None and latest["given_by"] not in (graded_by, CREW)
-            if not same and (by == CREW or not by_person):
+            by_person = latest is not None and latest["given_by"] not in (graded_by, GRADED_BY_CREW)
+            if not same and (by == GRADED_BY_CREW or not by_person):
                 _grade(connection, place, maneuver.grade, maneuver.reasons, by)
 
 
@@ -89,16 +89,16 @@ def add_entry(catalog: Catalog, entry: FlightEntry) -> tuple[str, ...]:
     with catalog.writing() as connection:
         number = _flight(connection, entry)
         return tuple(
-            _added(connection, number, maneuver, conditions)
+            _insert_maneuver(connection, number, maneuver, conditions)
             for maneuver, conditions in zip(entry.maneuvers, entry.conditions, strict=True)
         )
 
 
-def _added(
+def _insert_maneuver(
     connection: sqlite3.Connection,
     flight: int,
-    maneuver: FoundManeuver,
-    conditions: Mapping[str, Condition],
+    maneuver: DetectedManeuver,
+    conditions: Mapping[str, FlightCondition],
 ) -> str:
     by_times = f"{maneuver.t_start:g}:{maneuver.t_end:g}"
     for name in (maneuver.id, by_times):
@@ -132,7 +132,7 @@ def store_grade(
     if grade not in GRADES:
         raise FlightError(f"there is no grade '{grade}'; grades are {', '.join(GRADES)}")
     with catalog.writing() as connection:
-        _grade(connection, maneuver_number(connection, flight, name), grade, reasons, by)
+        _grade(connection, maneuver_row_id(connection, flight, name), grade, reasons, by)
 
 
 def _flight(connection: sqlite3.Connection, flight: FlightEntry) -> int:
@@ -162,13 +162,13 @@ def _flight(connection: sqlite3.Connection, flight: FlightEntry) -> int:
             None if info is None else info.fuel,
             "" if info is None else info.notes,
             "" if info is None else info.pilot_comments,
-            as_json(facts),
+            to_json_text(facts),
         ),
     )
-    return flight_number(connection, flight.name)
+    return flight_row_id(connection, flight.name)
 
 
-def _maneuver(connection: sqlite3.Connection, flight: int, maneuver: FoundManeuver) -> int:
+def _maneuver(connection: sqlite3.Connection, flight: int, maneuver: DetectedManeuver) -> int:
     connection.execute(
         """INSERT INTO maneuvers (flight, name, t_start, t_end, kind, amplitude, note, record)
         VALUES (?, ?, ?, ?, ?, ?, ?, ?)
@@ -181,9 +181,9 @@ def _maneuver(connection: sqlite3.Connection, flight: int, maneuver: FoundManeuv
             maneuver.t_start,
             maneuver.t_end,
             maneuver.kind,
-            finite(maneuver.amplitude),
+            finite_or_none(maneuver.amplitude),
             maneuver.note,
-            as_json(maneuver.to_record()),
+            to_json_text(maneuver.to_record()),
         ),
     )
     row = connection.execute(
@@ -194,7 +194,7 @@ def _maneuver(connection: sqlite3.Connection, flight: int, maneuver: FoundManeuv
     connection.executemany(
         "INSERT INTO inputs (maneuver, surface, amplitude) VALUES (?, ?, ?)",
         [
-            (number, surface, finite(maneuver.amplitudes.get(surface)))
+            (number, surface, finite_or_none(maneuver.amplitudes.get(surface)))
             for surface in maneuver.inputs
         ],
     )
@@ -202,7 +202,7 @@ def _maneuver(connection: sqlite3.Connection, flight: int, maneuver: FoundManeuv
 
 
 def _conditions(
-    connection: sqlite3.Connection, maneuver: int, conditions: Mapping[str, Condition]
+    connection: sqlite3.Connection, maneuver: int, conditions: Mapping[str, FlightCondition]
 ) -> None:
     connection.execute("DELETE FROM conditions WHERE maneuver = ?", (maneuver,))
     connection.executemany(
@@ -211,7 +211,7 @@ def _conditions(
     )
 
 
-def _latest_grade(connection: sqlite3.Connection, maneuver: int) -> sqlite3.Row | None:
+def _get_latest_grade(connection: sqlite3.Connection, maneuver: int) -> sqlite3.Row | None:
     row: sqlite3.Row | None = connection.execute(
         "SELECT * FROM grades WHERE maneuver = ? ORDER BY id DESC LIMIT 1", (maneuver,)
     ).fetchone()
@@ -224,5 +224,5 @@ def _grade(
     connection.execute(
         """INSERT INTO grades (maneuver, grade, reasons, given_by, given_at)
         VALUES (?, ?, ?, ?, ?)""",
-        (maneuver, grade, as_json(list(reasons)), by, now()),
+        (maneuver, grade, to_json_text(list(reasons)), by, utc_timestamp()),
     )

@@ -11,7 +11,7 @@ import numpy as np
 
 from gsapp.flight.flight import Flight
 from gsapp.flight.info import FlightInfo
-from gsapp.flight.maneuvers.found import FoundManeuver
+from gsapp.flight.maneuvers.detected_maneuver import DetectedManeuver
 from gsapp.flight.provenance import InputFile
 
 CONDITION_CHANNELS = (
@@ -33,7 +33,7 @@ CONDITION_CHANNELS = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Condition:
+class FlightCondition:
     """A channel in the second before the input, SI."""
 
     mean: float
@@ -41,7 +41,7 @@ class Condition:
     most: float
 
 
-def conditions_of(flight: Flight, maneuver: FoundManeuver) -> dict[str, Condition]:
+def compute_conditions(flight: Flight, maneuver: DetectedManeuver) -> dict[str, FlightCondition]:
     """Return the conditions at which a maneuver was flown, by channel.
 
     Taken between its start and its input; over the whole of it where the input is not known.
@@ -55,13 +55,13 @@ def conditions_of(flight: Flight, maneuver: FoundManeuver) -> dict[str, Conditio
         samples = part[name]
         samples = samples[np.isfinite(samples)]
         if samples.size:
-            found[name] = Condition(
+            found[name] = FlightCondition(
                 mean=float(samples.mean()), least=float(samples.min()), most=float(samples.max())
             )
     # Speed may follow from pressures, which the maneuver's own figure knows.
     for name, value in (("V", maneuver.V), ("alpha", maneuver.alpha)):
         if name not in found and value is not None:
-            found[name] = Condition(mean=value, least=value, most=value)
+            found[name] = FlightCondition(mean=value, least=value, most=value)
     return found
 
 
@@ -78,8 +78,8 @@ class FlightEntry:
     info : FlightInfo or None
     aircraft : str
         Name of the aircraft.
-    maneuvers : tuple of FoundManeuver
-    conditions : tuple of mapping of str to Condition
+    maneuvers : tuple of DetectedManeuver
+    conditions : tuple of mapping of str to FlightCondition
         Of each maneuver.
     complete : bool
         Whether these are all maneuvers that stand in the flight.
@@ -90,14 +90,14 @@ class FlightEntry:
     duration: float
     info: FlightInfo | None = None
     aircraft: str = ""
-    maneuvers: tuple[FoundManeuver, ...] = ()
-    conditions: tuple[Mapping[str, Condition], ...] = ()
+    maneuvers: tuple[DetectedManeuver, ...] = ()
+    conditions: tuple[Mapping[str, FlightCondition], ...] = ()
     complete: bool = True
 
     @staticmethod
     def of(
         flight: Flight,
-        maneuvers: Sequence[FoundManeuver] = (),
+        maneuvers: Sequence[DetectedManeuver] = (),
         *,
         aircraft: str = "",
         complete: bool = True,
@@ -111,7 +111,7 @@ class FlightEntry:
             info=info,
             aircraft=aircraft or (info.aircraft if info else ""),
             maneuvers=tuple(maneuvers),
-            conditions=tuple(conditions_of(flight, one) for one in maneuvers),
+            conditions=tuple(compute_conditions(flight, one) for one in maneuvers),
             complete=complete,
         )
 
@@ -138,7 +138,7 @@ class StoredEstimate:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Run:
+class EstimationRun:
     """One estimation: from which maneuvers, with which settings, what came out.
 
     Attributes
@@ -163,7 +163,7 @@ class Run:
     edges : tuple of (float, float)
         First and last sample of each maneuver, s; empty for those that it has in the catalog.
     kept : int or None
-        Number of the kept run that it is part of; see `KeptRecord`.
+        Number of the kept run that it is part of; see `CampaignRun`.
     """
 
     method: str
@@ -184,10 +184,10 @@ class Run:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class KeptRecord:
+class CampaignRun:
     """A run over a whole campaign: what was asked for, from what, and what came of it.
 
-    Its fits are `Run` entries of their own, which name its number.
+    Its fits are `EstimationRun` entries of their own, which name its number.
 
     Attributes
     ----------
@@ -233,9 +233,9 @@ class StoredManeuver:
     Attributes
     ----------
     flight : str
-    maneuver : FoundManeuver
+    maneuver : DetectedManeuver
         Grade and reasons are the latest ones.
-    conditions : mapping of str to Condition
+    conditions : mapping of str to FlightCondition
     graded_by : str
     runs : tuple of int
         Estimations that used it.
@@ -244,8 +244,8 @@ class StoredManeuver:
     """
 
     flight: str
-    maneuver: FoundManeuver
-    conditions: Mapping[str, Condition]
+    maneuver: DetectedManeuver
+    conditions: Mapping[str, FlightCondition]
     graded_by: str
     runs: tuple[int, ...] = ()
     verdict: str = ""

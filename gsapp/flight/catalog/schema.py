@@ -148,7 +148,7 @@ _VERDICTS: Final = (
     "CREATE INDEX verdicts_by_flight ON verdicts(flight, t_input)",
 )
 
-_KEPT: Final = (
+_CAMPAIGN_RUNS: Final = (
     # A run over a whole campaign; what was forgotten can be called back. `runs` holds its fits.
     """CREATE TABLE kept_runs (
         id INTEGER PRIMARY KEY,
@@ -169,7 +169,7 @@ _KEPT: Final = (
     "CREATE INDEX runs_by_kept ON runs(kept)",
 )
 
-MIGRATIONS: tuple[tuple[str, ...], ...] = (_FIRST, _VERDICTS, _KEPT)
+MIGRATIONS: tuple[tuple[str, ...], ...] = (_FIRST, _VERDICTS, _CAMPAIGN_RUNS)
 """Statements of each step, oldest first."""
 
 TABLES: Final = (

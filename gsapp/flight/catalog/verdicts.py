@@ -131,7 +131,7 @@ def search_verdicts(
     )
 
 
-def scores_of(catalog: Catalog, flight: str) -> tuple[CardScore, ...]:
+def list_card_scores(catalog: Catalog, flight: str) -> tuple[CardScore, ...]:
     """Return how the cards of a flight were flown, in their order; empty where none are known."""
     rows = catalog.query(
         """SELECT s.* FROM scores s JOIN flights f ON f.id = s.flight WHERE f.name = ?

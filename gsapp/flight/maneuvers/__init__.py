@@ -1,47 +1,53 @@
 """Maneuvers of a flight: finding, grading, naming and editing them."""
 
-from gsapp.flight.maneuvers.detection import ManeuverDetector, detect, find_maneuvers
-from gsapp.flight.maneuvers.edit_log import ManeuverLog, standing
-from gsapp.flight.maneuvers.editing import Edit, ManeuverBook
-from gsapp.flight.maneuvers.found import CREW, GRADES, PROGRAM, FoundManeuver, Grade
-from gsapp.flight.maneuvers.given import (
-    Assessor,
-    FlightManeuvers,
-    RecordedVerdict,
-    after_verdicts,
-    maneuvers_of,
-    parse_windows,
-    recorded_verdicts,
-    surface_remarks,
-    survey,
-    uncalibrated_words,
-    why_none,
+from gsapp.flight.maneuvers.detected_maneuver import (
+    GRADED_BY_CREW,
+    GRADED_BY_PROGRAM,
+    GRADES,
+    DetectedManeuver,
+    Grade,
 )
-from gsapp.flight.maneuvers.noise import NoiseFloor
+from gsapp.flight.maneuvers.detection import ManeuverDetector, detect_maneuvers, run_detector
+from gsapp.flight.maneuvers.edit_log import ManeuverEditLog, apply_edits
+from gsapp.flight.maneuvers.flight_maneuvers import (
+    FlightManeuvers,
+    ManeuverAssessor,
+    RecordedVerdict,
+    apply_verdicts,
+    collect_maneuvers,
+    explain_no_maneuvers,
+    list_maneuvers,
+    parse_maneuver_windows,
+    read_recorded_verdicts,
+    surface_remarks,
+    uncalibrated_text,
+)
+from gsapp.flight.maneuvers.maneuver_list import EditableManeuverList, ManeuverEdit
+from gsapp.flight.maneuvers.noise_floor import NoiseFloor
 
 __all__ = [
-    "CREW",
+    "GRADED_BY_CREW",
+    "GRADED_BY_PROGRAM",
     "GRADES",
-    "PROGRAM",
-    "Assessor",
-    "Edit",
+    "DetectedManeuver",
+    "EditableManeuverList",
     "FlightManeuvers",
-    "FoundManeuver",
     "Grade",
-    "ManeuverBook",
+    "ManeuverAssessor",
     "ManeuverDetector",
-    "ManeuverLog",
+    "ManeuverEdit",
+    "ManeuverEditLog",
     "NoiseFloor",
     "RecordedVerdict",
-    "after_verdicts",
-    "detect",
-    "find_maneuvers",
-    "maneuvers_of",
-    "parse_windows",
-    "recorded_verdicts",
-    "standing",
+    "apply_edits",
+    "apply_verdicts",
+    "collect_maneuvers",
+    "detect_maneuvers",
+    "explain_no_maneuvers",
+    "list_maneuvers",
+    "parse_maneuver_windows",
+    "read_recorded_verdicts",
+    "run_detector",
     "surface_remarks",
-    "survey",
-    "uncalibrated_words",
-    "why_none",
+    "uncalibrated_text",
 ]

@@ -13,7 +13,7 @@ BoolArray = npt.NDArray[np.bool_]
 _MARGIN = 0.01
 
 
-def instrument_ranges(aircraft: Aircraft) -> dict[str, tuple[float, float]]:
+def clipping_ranges(aircraft: Aircraft) -> dict[str, tuple[float, float]]:
     """Return the range (SI) of the instrument behind each channel that may clip."""
     sensors = aircraft.sensors
     return {
@@ -24,7 +24,7 @@ def instrument_ranges(aircraft: Aircraft) -> dict[str, tuple[float, float]]:
     }
 
 
-def at_range_end(samples: FloatArray, limits: tuple[float, float]) -> BoolArray:
+def is_at_range_limit(samples: FloatArray, limits: tuple[float, float]) -> BoolArray:
     """Return which samples lie within 1 % of the range's width from either end."""
     low, high = limits
     margin = _MARGIN * (high - low)

@@ -20,44 +20,44 @@ import numpy as np
 
 from gsapp.aircraft import Aircraft
 from gsapp.flight.flight import Flight
-from gsapp.flight.maneuvers.airborne import FRAME, AirborneWatch
-from gsapp.flight.maneuvers.dead import dead_instruments, dead_words
-from gsapp.flight.maneuvers.found import FoundManeuver
-from gsapp.flight.maneuvers.grading import (
+from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION, AirborneDetector
+from gsapp.flight.maneuvers.dead_instruments import dead_instruments_text, find_dead_instruments
+from gsapp.flight.maneuvers.detected_maneuver import DetectedManeuver
+from gsapp.flight.maneuvers.input_shape import LOOK_BACK, SurfaceInput
+from gsapp.flight.maneuvers.maneuver_grade import (
     TRIM_TIME,
-    Passage,
-    Setting,
-    answer,
+    GradingContext,
+    ManeuverSamples,
     grade_maneuver,
+    measure_response,
 )
-from gsapp.flight.maneuvers.moves import (
-    CLOSED,
-    CLOSED_AWAY,
-    QuickMoves,
-    deliberate,
-    moved_inputs,
-    strong_moves,
-    taken_over,
+from gsapp.flight.maneuvers.noise_floor import WINDOW_DURATION, NoiseFloor, NoiseFloorEstimator
+from gsapp.flight.maneuvers.rapid_moves import (
+    INPUT_END_PAUSE,
+    INPUT_END_PAUSE_DISPLACED,
+    RapidMoveDetector,
+    find_pilot_takeover,
+    find_strong_moves,
+    is_deliberate_input,
+    measure_moved_inputs,
 )
-from gsapp.flight.maneuvers.noise import WINDOW, NoiseFloor, NoiseMeter
-from gsapp.flight.maneuvers.shape import LOOK_BACK, SurfaceInput
-from gsapp.flight.maneuvers.signals import COLUMN, SIGNALS, SURFACES, signals_of
+from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS, SURFACES, extract_signals
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block, FloatArray
 
-SLOWEST_RATE: Final = 8.0
+MIN_SAMPLE_RATE: Final = 8.0
 """Fewer samples a second do not show the steps of an input."""
 
-SETTLED: Final = 6.0
+TAKEOFF_SETTLING_TIME: Final = 6.0
 """Seconds after take-off in which the pilot is busy with flying."""
-_BEFORE_LANDING = 4.0
+_LANDING_MARGIN = 4.0
 """Seconds before a landing that belong to flare and touch-down."""
-_LONGEST = 10.0
+_MAX_INPUT_DURATION = 10.0
 """An input that goes on for longer, s, is steering, from which to learn."""
-_FREE_ANSWER = 5.0
+_MAX_FREE_RESPONSE = 5.0
 """Length of the answer after the input that belongs to the maneuver at most, s."""
-_KEPT = 40.0
-_ANSWERED = 8.0
+_HISTORY_DURATION = 40.0
+_MIN_RESPONSE = 8.0
 """Peak-to-peak answer over the noise floor that a standing aircraft does not give."""
 
 
@@ -102,25 +102,25 @@ class ManeuverDetector:
     """
 
     def __init__(self, aircraft: Aircraft, rate: float) -> None:
-        if not (math.isfinite(rate) and rate >= SLOWEST_RATE):
+        if not (math.isfinite(rate) and rate >= MIN_SAMPLE_RATE):
             raise FlightError(
                 f"maneuvers cannot be found at {rate:g} samples per second; "
-                f"it takes {SLOWEST_RATE:g} at least, and 50 or more to be of use"
+                f"it takes {MIN_SAMPLE_RATE:g} at least, and 50 or more to be of use"
             )
         self._aircraft = aircraft
         self._rate = rate
-        self._count = max(round(FRAME * rate), 1)
-        self._windowed = round(WINDOW / FRAME)
+        self._count = max(round(FRAME_DURATION * rate), 1)
+        self._windowed = round(WINDOW_DURATION / FRAME_DURATION)
         self.reset()
 
     def reset(self) -> None:
         """Forget everything; the flight begins anew."""
-        self._watch = AirborneWatch(self._aircraft)
+        self._watch = AirborneDetector(self._aircraft)
         self._flown: list[tuple[float, float]] = []  # when it was in the air, s
-        self._meter = NoiseMeter()
-        self._setting = Setting(aircraft=self._aircraft, noise=NoiseFloor())
-        self._found: list[FoundManeuver] = []
-        self._quick = QuickMoves(self._setting, self._rate)
+        self._meter = NoiseFloorEstimator()
+        self._setting = GradingContext(aircraft=self._aircraft, noise=NoiseFloor())
+        self._found: list[DetectedManeuver] = []
+        self._quick = RapidMoveDetector(self._setting, self._rate)
         self._last_time = -math.inf
         self._restart()
 
@@ -130,7 +130,9 @@ class ManeuverDetector:
         self._waiting_rows: list[FloatArray] = []
         self._waiting = 0
         self._quick.restart()
-        self._frames: deque[tuple[FloatArray, FloatArray]] = deque(maxlen=math.ceil(_KEPT / FRAME))
+        self._frames: deque[tuple[FloatArray, FloatArray]] = deque(
+            maxlen=math.ceil(_HISTORY_DURATION / FRAME_DURATION)
+        )
         self._window: list[FloatArray] = []
         self._candidate: _Candidate | None = None
         self._held: list[FloatArray] = []
@@ -138,7 +140,7 @@ class ManeuverDetector:
     # What it knows --------------------------------------------------------------------
 
     @property
-    def maneuvers(self) -> tuple[FoundManeuver, ...]:
+    def maneuvers(self) -> tuple[DetectedManeuver, ...]:
         """Return the maneuvers so far. The latest may yet turn out to be part of a landing."""
         return tuple(self._found)
 
@@ -172,7 +174,7 @@ class ManeuverDetector:
         """Take in the next samples; a gap in their times ends what was under way."""
         if not len(block):
             return
-        rows, times = signals_of(block), block.times
+        rows, times = extract_signals(block), block.times
         longest = 1.5 / self._rate
         steps = np.diff(times, prepend=self._last_time if self._waiting_or_seen else times[0])
         cuts = np.flatnonzero(np.abs(steps) > longest).tolist()
@@ -188,12 +190,12 @@ class ManeuverDetector:
     def settle(self) -> None:
         """Nothing is left to do after the blocks of a step: all is drawn from whole frames."""
 
-    def finish(self) -> tuple[FoundManeuver, ...]:
+    def finish(self) -> tuple[DetectedManeuver, ...]:
         """Draw conclusions from what came last; the flight is over.
 
         Returns
         -------
-        tuple of FoundManeuver
+        tuple of DetectedManeuver
             All maneuvers, in order of time.
         """
         self._end_stretch()
@@ -317,25 +319,27 @@ class ManeuverDetector:
     def _separate(candidate: _Candidate, now: float, surfaces: set[str]) -> bool:
         """Return whether new quick moves do not belong to the input under way."""
         idle = now - candidate.last
-        return candidate.closed or (idle >= CLOSED and surfaces.isdisjoint(candidate.moved))
+        return candidate.closed or (
+            idle >= INPUT_END_PAUSE and surfaces.isdisjoint(candidate.moved)
+        )
 
     def _follow(self, now: float) -> None:
         """See whether the input under way is over, and whether its answer is."""
         candidate = self._candidate
         if candidate is None:
             return
-        if candidate.last - candidate.first > _LONGEST:
+        if candidate.last - candidate.first > _MAX_INPUT_DURATION:
             # Steering that goes on may have an input in it, and is waited for to its end.
-            long_ago = now - candidate.strongest_at > CLOSED_AWAY
-            if long_ago or candidate.last - candidate.first > 2.0 * _LONGEST:
+            long_ago = now - candidate.strongest_at > INPUT_END_PAUSE_DISPLACED
+            if long_ago or candidate.last - candidate.first > 2.0 * _MAX_INPUT_DURATION:
                 self._conclude()
             return
         idle = now - candidate.last
         if not candidate.closed:
-            away = idle < CLOSED_AWAY and not self._back(candidate)
-            candidate.closed = idle >= CLOSED and not away
+            away = idle < INPUT_END_PAUSE_DISPLACED and not self._back(candidate)
+            candidate.closed = idle >= INPUT_END_PAUSE and not away
         if candidate.closed and (
-            idle >= _FREE_ANSWER or self._taken_over(candidate.last, now) < now
+            idle >= _MAX_FREE_RESPONSE or self._taken_over(candidate.last, now) < now
         ):
             self._conclude()
 
@@ -353,7 +357,7 @@ class ManeuverDetector:
         times, rows = self._stretch(begin - 0.5)
         before = times < begin
         for surface in candidate.moved:
-            samples = rows[:, COLUMN[surface]]
+            samples = rows[:, SIGNAL_COLUMNS[surface]]
             early, late = samples[before], samples[-self._count :]
             if not (np.isfinite(early).any() and np.isfinite(late).any()):
                 continue
@@ -366,13 +370,13 @@ class ManeuverDetector:
     def _taken_over(self, last: float, now: float) -> float:
         """Return when the pilot took over after the last quick move, s; `now` if not yet."""
         times, rows = self._stretch(last - 0.1)
-        taken = taken_over(times, rows, last, self._setting, self._rate)
+        taken = find_pilot_takeover(times, rows, last, self._setting, self._rate)
         return now if taken is None else min(taken, now)
 
     # Conclusions ----------------------------------------------------------------------
 
     def _landed(self, time: float) -> None:
-        while self._found and self._found[-1].t_input_end > time - _BEFORE_LANDING:
+        while self._found and self._found[-1].t_input_end > time - _LANDING_MARGIN:
             self._found.pop()
         self._dismiss()
 
@@ -396,50 +400,52 @@ class ManeuverDetector:
         self._candidate = None
 
     def _flies(self, candidate: _Candidate) -> bool:
-        return self._watch.airborne and candidate.first - self._watch.since > SETTLED
+        return self._watch.airborne and candidate.first - self._watch.since > TAKEOFF_SETTLING_TIME
 
-    def _judge(self, candidate: _Candidate) -> FoundManeuver | None:
+    def _judge(self, candidate: _Candidate) -> DetectedManeuver | None:
         times, rows = self._stretch(candidate.first - LOOK_BACK - 2.5 * TRIM_TIME)
-        moves = strong_moves(
+        moves = find_strong_moves(
             times, rows, candidate.moved, candidate.first, candidate.last, self._quick.lag
         )
-        inputs = moved_inputs(times, rows, moves, self._setting)
+        inputs = measure_moved_inputs(times, rows, moves, self._setting)
         if not inputs:
             return None
         last = max(moves[one.surface][1] for one in inputs)
         taken = self._taken_over(last, float(times[-1]))
         begin = min(one.t_start for one in inputs)
         end = max(one.t_end for one in inputs)
-        passage = Passage(
+        passage = ManeuverSamples(
             times=times,
             rows=rows,
             t_input=begin,
             t_input_end=end,
-            t_end=min(max(taken, end), end + _FREE_ANSWER),
+            t_end=min(max(taken, end), end + _MAX_FREE_RESPONSE),
         )
         threshold = self._quick.thresholds[SURFACES.index(inputs[0].surface)]
-        if not deliberate(inputs[0], passage.t_end - end, threshold):
+        if not is_deliberate_input(inputs[0], passage.t_end - end, threshold):
             return None
-        answered = answer(passage, self._setting, [one.surface for one in inputs])
-        if answered and max(answered.values()) < _ANSWERED:
+        answered = measure_response(passage, self._setting, [one.surface for one in inputs])
+        if answered and max(answered.values()) < _MIN_RESPONSE:
             return None
-        return described(str(len(self._found) + 1), passage, self._setting, inputs)
+        return build_maneuver(str(len(self._found) + 1), passage, self._setting, inputs)
 
 
-def described(
-    name: str, passage: Passage, setting: Setting, inputs: list[SurfaceInput]
-) -> FoundManeuver:
+def build_maneuver(
+    name: str, passage: ManeuverSamples, setting: GradingContext, inputs: list[SurfaceInput]
+) -> DetectedManeuver:
     """Return the maneuver of a passage, graded; by what was alive."""
-    dead = dead_instruments(
-        lambda name: passage.rows[:, COLUMN[name]] if name in COLUMN else np.empty(0),
+    dead = find_dead_instruments(
+        lambda name: (
+            passage.rows[:, SIGNAL_COLUMNS[name]] if name in SIGNAL_COLUMNS else np.empty(0)
+        ),
         setting.aircraft,
     )
-    passage = _without(passage, [name for names in dead.values() for name in names])
+    passage = _drop_signals(passage, [name for names in dead.values() for name in names])
     grade, reasons = grade_maneuver(passage, setting, inputs)
-    reasons = (*reasons, dead_words(dead)) if dead else reasons
+    reasons = (*reasons, dead_instruments_text(dead)) if dead else reasons
     start = max(passage.t_input - TRIM_TIME, float(passage.times[0]))
     V, alpha = passage.mean_before("V"), passage.mean_before("alpha")
-    return FoundManeuver(
+    return DetectedManeuver(
         id=name,
         t_start=start,
         t_end=passage.t_end,
@@ -456,9 +462,9 @@ def described(
     )
 
 
-def _without(passage: Passage, names: Sequence[str]) -> Passage:
+def _drop_signals(passage: ManeuverSamples, names: Sequence[str]) -> ManeuverSamples:
     """Return a passage in which some signals are missing."""
-    gone = [COLUMN[name] for name in names if name in COLUMN]
+    gone = [SIGNAL_COLUMNS[name] for name in names if name in SIGNAL_COLUMNS]
     if not gone:
         return passage
     rows = passage.rows.copy()
@@ -466,7 +472,7 @@ def _without(passage: Passage, names: Sequence[str]) -> Passage:
     return replace(passage, rows=rows)
 
 
-def find_maneuvers(flight: Flight, aircraft: Aircraft) -> tuple[FoundManeuver, ...]:
+def detect_maneuvers(flight: Flight, aircraft: Aircraft) -> tuple[DetectedManeuver, ...]:
     """Find the maneuvers of a whole flight.
 
     Parameters
@@ -480,18 +486,18 @@ def find_maneuvers(flight: Flight, aircraft: Aircraft) -> tuple[FoundManeuver, .
     FlightError
         If the flight has no samples, too few a second, or no surface was measured.
     """
-    return detect(flight, aircraft).finish()
+    return run_detector(flight, aircraft).finish()
 
 
-def detect(flight: Flight, aircraft: Aircraft) -> ManeuverDetector:
-    """Return a detector that has seen a whole flight; `find_maneuvers` tells the rest."""
-    check_flight(flight)
+def run_detector(flight: Flight, aircraft: Aircraft) -> ManeuverDetector:
+    """Return a detector that has seen a whole flight; `detect_maneuvers` tells the rest."""
+    check_detectable(flight)
     detector = ManeuverDetector(aircraft, flight.rate)
     detector.feed(flight.block)
     return detector
 
 
-def check_flight(flight: Flight) -> None:
+def check_detectable(flight: Flight) -> None:
     """Refuse a flight in which no maneuver can be told.
 
     Raises
@@ -501,7 +507,7 @@ def check_flight(flight: Flight) -> None:
     """
     if len(flight.block) < 2:
         raise FlightError(f"the flight '{flight.name}' holds no samples to find maneuvers in")
-    rows = signals_of(flight.block)
+    rows = extract_signals(flight.block)
     if not np.isfinite(rows[:, : len(SURFACES)]).any():
         had = ", ".join(flight.block.channels) or "no channel"
         raise FlightError(

@@ -7,38 +7,38 @@ from dataclasses import replace
 from typing import Final
 
 from gsapp.flight.events import Event, EventLog
-from gsapp.flight.maneuvers.editing import Assess, Edit, ManeuverBook
-from gsapp.flight.maneuvers.found import FoundManeuver
-from gsapp.flight.maneuvers.locating import located
+from gsapp.flight.maneuvers.detected_maneuver import DetectedManeuver
+from gsapp.flight.maneuvers.edit_localization import localize_edit
+from gsapp.flight.maneuvers.maneuver_list import AssessFunction, EditableManeuverList, ManeuverEdit
 from gsapp.foundation import FlightError, UnknownNameError
 
-EDIT: Final = "maneuver-edit"
-UNDO: Final = "maneuver-undo"
-REDO: Final = "maneuver-redo"
+EDIT_EVENT: Final = "maneuver-edit"
+UNDO_EVENT: Final = "maneuver-undo"
+REDO_EVENT: Final = "maneuver-redo"
 
 
-class ManeuverLog:
+class ManeuverEditLog:
     """The changes of a flight's maneuvers in its events file, for making and following.
 
     Parameters
     ----------
     log : EventLog
         Of ``events.jsonl``.
-    found : sequence of FoundManeuver
+    found : sequence of DetectedManeuver
         What the detection gives for this flight.
 
     Attributes
     ----------
-    book : ManeuverBook
+    book : EditableManeuverList
         As of the last `poll`.
     left_out : int
         Events that could not be applied: damaged, or overtaken by what another window did.
     """
 
-    def __init__(self, log: EventLog, found: Sequence[FoundManeuver] = ()) -> None:
+    def __init__(self, log: EventLog, found: Sequence[DetectedManeuver] = ()) -> None:
         self._log = log
         self._count = 0
-        self.book = ManeuverBook(found=tuple(found))
+        self.book = EditableManeuverList(found=tuple(found))
         self.left_out = 0
         self.poll()
 
@@ -48,11 +48,11 @@ class ManeuverLog:
         said = []
         count = len(self.book.edits)
         if count:
-            said.append(f"the maneuvers stand with {_changes(count)} by hand")
+            said.append(f"the maneuvers stand with {_change_count_text(count)} by hand")
         said += [edit.remark for edit in self.book.edits if edit.remark]
         if self.left_out:
             said.append(
-                f"{_changes(self.left_out)} of maneuvers could not be applied and "
+                f"{_change_count_text(self.left_out)} of maneuvers could not be applied and "
                 f"{'is' if self.left_out == 1 else 'are'} left out"
             )
         return tuple(said)
@@ -65,9 +65,9 @@ class ManeuverLog:
         """Take in events that somebody else polled; return whether the list may have changed."""
         changed = False
         for event in events:
-            if event.kind not in (EDIT, UNDO, REDO):
+            if event.kind not in (EDIT_EVENT, UNDO_EVENT, REDO_EVENT):
                 continue
-            if event.kind == EDIT:
+            if event.kind == EDIT_EVENT:
                 self._count += 1
             try:
                 self.book = self._after(event)
@@ -76,13 +76,13 @@ class ManeuverLog:
                 self.left_out += 1
         return changed
 
-    def _after(self, event: Event) -> ManeuverBook:
+    def _after(self, event: Event) -> EditableManeuverList:
         """Return the book after an event; what is taken back or brought again is told by number."""
         book = self.book
-        if event.kind == EDIT:
-            edit = Edit.from_json(event.text, event.data)
-            return book.apply(located(book, replace(edit, number=self._count)))
-        undoes = event.kind == UNDO
+        if event.kind == EDIT_EVENT:
+            edit = ManeuverEdit.from_json(event.text, event.data)
+            return book.apply(localize_edit(book, replace(edit, number=self._count)))
+        undoes = event.kind == UNDO_EVENT
         stack = book.edits if undoes else book.undone
         number = event.data.get("change")
         if number is not None and (not stack or stack[-1].number != number):
@@ -90,7 +90,7 @@ class ManeuverLog:
             return book
         return book.undo() if undoes else book.redo()
 
-    def record(self, book: ManeuverBook) -> None:
+    def record(self, book: EditableManeuverList) -> None:
         """Write the latest change of a book that was made from the present one.
 
         Raises
@@ -101,21 +101,23 @@ class ManeuverLog:
         now = self.book
         if book.edits[:-1] == now.edits and book.edits != now.edits and not book.undone:
             edit = book.edits[-1]
-            self._log.append(Event(kind=EDIT, text=edit.words, data=edit.to_json()))
+            self._log.append(Event(kind=EDIT_EVENT, text=edit.words, data=edit.to_json()))
         elif now.edits and book == now.undo():
             edit = now.edits[-1]
             text = f"take back: {edit.words}"
-            self._log.append(Event(kind=UNDO, text=text, data={"change": edit.number}))
+            self._log.append(Event(kind=UNDO_EVENT, text=text, data={"change": edit.number}))
         elif now.undone and book == now.redo():
             edit = now.undone[-1]
             text = f"again: {edit.words}"
-            self._log.append(Event(kind=REDO, text=text, data={"change": edit.number}))
+            self._log.append(Event(kind=REDO_EVENT, text=text, data={"change": edit.number}))
         else:
             raise FlightError("another window changed the maneuvers meanwhile; look, and try again")
         self.poll()
 
 
-def standing(log: ManeuverLog, assess: Assess) -> tuple[tuple[FoundManeuver, ...], tuple[str, ...]]:
+def apply_edits(
+    log: ManeuverEditLog, assess: AssessFunction
+) -> tuple[tuple[DetectedManeuver, ...], tuple[str, ...]]:
     """Return what stands with all changes, as the samples show it now, and what is to be said.
 
     The record may have become better since a change was made: the on-board log came, or the
@@ -123,7 +125,7 @@ def standing(log: ManeuverLog, assess: Assess) -> tuple[tuple[FoundManeuver, ...
 
     Returns
     -------
-    maneuvers : tuple of FoundManeuver
+    maneuvers : tuple of DetectedManeuver
         In order of time.
     remarks : tuple of str
     """
@@ -141,5 +143,5 @@ def standing(log: ManeuverLog, assess: Assess) -> tuple[tuple[FoundManeuver, ...
     return tuple(maneuvers), (*log.remarks, *outside)
 
 
-def _changes(count: int) -> str:
+def _change_count_text(count: int) -> str:
     return "1 change" if count == 1 else f"{count} changes"

@@ -12,15 +12,15 @@ from gsapp.quantities import Block, FloatArray
 
 SURFACES: Final = ("de", "da", "dr")
 RATES: Final = ("p", "q", "r")
-ANSWERS: Final = ("alpha", "beta", *RATES, "ax", "ay", "an")
+RESPONSE_SIGNALS: Final = ("alpha", "beta", *RATES, "ax", "ay", "an")
 """What answers to an input, and may clip."""
 
-SIGNALS: Final = (*SURFACES, *ANSWERS, "V", "altitude", "throttle", "rpm")
-"""Columns of what `signals_of` returns."""
+SIGNALS: Final = (*SURFACES, *RESPONSE_SIGNALS, "V", "altitude", "throttle", "rpm")
+"""Columns of what `extract_signals` returns."""
 
-COLUMN: Final = {name: place for place, name in enumerate(SIGNALS)}
+SIGNAL_COLUMNS: Final = {name: place for place, name in enumerate(SIGNALS)}
 
-HALVES: Final = {
+SURFACE_HALVES: Final = {
     "de": ("elevator_left", "elevator_right"),
     "da": ("aileron_left", "aileron_right"),
 }
@@ -29,7 +29,7 @@ _WHOLE: Final = ("rudder", "rudder")
 """One that has no halves, in the place of both."""
 
 
-def signals_of(block: Block) -> FloatArray:
+def extract_signals(block: Block) -> FloatArray:
     """Return the signals of a block, row by row.
 
     Each row depends on its own samples only, so that pieces give what the whole gives.
@@ -47,19 +47,21 @@ def signals_of(block: Block) -> FloatArray:
     """
     taken = np.empty((len(block), len(SIGNALS)))
     for name in SURFACES:
-        taken[:, COLUMN[name]] = _surface(block, name)
-    for name in ANSWERS:
-        taken[:, COLUMN[name]] = _first(block, name)
-    taken[:, COLUMN["V"]] = _airspeed(block)
-    taken[:, COLUMN["altitude"]] = _altitude(block)
-    taken[:, COLUMN["rpm"]] = _first(block, "rpm_left", "rpm_right")
-    taken[:, COLUMN["throttle"]] = _first(block, "throttle", "throttle_left", "throttle_right")
+        taken[:, SIGNAL_COLUMNS[name]] = _surface(block, name)
+    for name in RESPONSE_SIGNALS:
+        taken[:, SIGNAL_COLUMNS[name]] = _first_available(block, name)
+    taken[:, SIGNAL_COLUMNS["V"]] = _airspeed(block)
+    taken[:, SIGNAL_COLUMNS["altitude"]] = _altitude(block)
+    taken[:, SIGNAL_COLUMNS["rpm"]] = _first_available(block, "rpm_left", "rpm_right")
+    taken[:, SIGNAL_COLUMNS["throttle"]] = _first_available(
+        block, "throttle", "throttle_left", "throttle_right"
+    )
     # What no number can be is as good as missing.
     taken[np.isinf(taken)] = np.nan
     return taken
 
 
-def _first(block: Block, *names: str) -> FloatArray:
+def _first_available(block: Block, *names: str) -> FloatArray:
     """Return, sample by sample, the first of these channels that has one."""
     found: FloatArray | None = None
     for name in names:
@@ -73,30 +75,33 @@ def _first(block: Block, *names: str) -> FloatArray:
 
 
 def _surface(block: Block, name: str) -> FloatArray:
-    found = _first(block, name)
+    found = _first_available(block, name)
     if not np.isnan(found).any():
         return found
-    left, right = (_first(block, half) for half in HALVES.get(name, _WHOLE))
-    for stand_in in (0.5 * (left + right), left, right, _first(block, f"{name}_command")):
+    left, right = (_first_available(block, half) for half in SURFACE_HALVES.get(name, _WHOLE))
+    for stand_in in (0.5 * (left + right), left, right, _first_available(block, f"{name}_command")):
         found = np.where(np.isnan(found), stand_in, found)
     return found
 
 
 def _airspeed(block: Block) -> FloatArray:
-    found = _first(block, "V")
+    found = _first_available(block, "V")
     if not np.isnan(found).any():
         return found
-    qbar = _first(block, "qbar", "dynamic_pressure")
-    static, temperature = _first(block, "static_pressure"), _first(block, "temperature")
+    qbar = _first_available(block, "qbar", "dynamic_pressure")
+    static, temperature = (
+        _first_available(block, "static_pressure"),
+        _first_available(block, "temperature"),
+    )
     rho = air_data.density(static, temperature)
     rho = np.where(np.isnan(rho), SEA_LEVEL_DENSITY, rho)
     found = np.where(np.isnan(found), air_data.true_airspeed(qbar, rho), found)
-    return np.where(np.isnan(found), _first(block, "Vc"), found)
+    return np.where(np.isnan(found), _first_available(block, "Vc"), found)
 
 
 def _altitude(block: Block) -> FloatArray:
-    found = _first(block, "altitude", "height")
+    found = _first_available(block, "altitude", "height")
     if not np.isnan(found).any():
         return found
-    from_pressure = air_data.altitude(_first(block, "static_pressure"))
+    from_pressure = air_data.altitude(_first_available(block, "static_pressure"))
     return np.where(np.isnan(found), from_pressure, found)

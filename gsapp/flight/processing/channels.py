@@ -41,7 +41,7 @@ def rename_channels(block: Block, names: Mapping[str, str]) -> Block:
     return Block(channels=renamed, times=block.times, values=block.values)
 
 
-def without_channels(block: Block, names: Sequence[str]) -> Block:
+def drop_channels(block: Block, names: Sequence[str]) -> Block:
     """Leave channels out.
 
     Raises

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from gsapp.flight.uniform import typical_step
+from gsapp.flight.uniform_grid import median_step
 from gsapp.foundation import FileProblem, FileProblemsError, UnitError, UnknownNameError
-from gsapp.foundation.naming import nearest
+from gsapp.foundation.name_suggestions import close_matches
 from gsapp.quantities import (
     CHANNELS,
     Block,
@@ -31,7 +31,7 @@ _QUICKEST = 20_000.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Column:
+class FileColumn:
     """One column as its header names it.
 
     Attributes
@@ -63,18 +63,18 @@ class ColumnFlight:
     ----------
     block : Block
         The samples at the times of the file, which may be uneven.
-    columns : tuple of Column
+    columns : tuple of FileColumn
         As the file names them, in its order, time included.
     remarks : tuple of str
         What was lost, in words.
     """
 
     block: Block
-    columns: tuple[Column, ...]
+    columns: tuple[FileColumn, ...]
     remarks: tuple[str, ...] = ()
 
 
-def parse_header(path: Path, where: str, names: Sequence[str]) -> tuple[Column, ...]:
+def parse_header(path: Path, where: str, names: Sequence[str]) -> tuple[FileColumn, ...]:
     """Return the columns that header cells name.
 
     Raises
@@ -90,7 +90,7 @@ def parse_header(path: Path, where: str, names: Sequence[str]) -> tuple[Column, 
         )
         raise FileProblemsError(path, [problem])
     problems: list[FileProblem] = []
-    columns: list[Column] = []
+    columns: list[FileColumn] = []
     seen: dict[str, int] = {}
     for number, name in enumerate(names, start=1):
         try:
@@ -130,7 +130,7 @@ def parse_header(path: Path, where: str, names: Sequence[str]) -> tuple[Column, 
     return tuple(columns)
 
 
-def is_foreign(names: Sequence[str]) -> bool:
+def is_foreign_header(names: Sequence[str]) -> bool:
     """Return whether header cells are those of another program: none has a unit, none is known."""
     for name in names:
         if "[" in name or _is_number(name):
@@ -144,7 +144,7 @@ def is_foreign(names: Sequence[str]) -> bool:
     return True
 
 
-def parse_name(name: str) -> Column:
+def parse_name(name: str) -> FileColumn:
     """Read ``alpha [deg]``.
 
     Raises
@@ -165,17 +165,17 @@ def parse_name(name: str) -> Column:
             "the column has no name; name it, or take the column (or a last comma) out"
         )
     if channel_id == TIME:
-        return Column(id=TIME, unit=_unit(TIME, unit, TIME))
+        return FileColumn(id=TIME, unit=_unit(TIME, unit, TIME))
     try:
         spec = channel(channel_id)
     except UnknownNameError as error:
-        near = _near(channel_id)
+        near = _nearest_channel(channel_id)
         if near:
             raise UnknownNameError(
                 f"no channel is called '{channel_id}'; did you mean '{near}'?"
             ) from error
         raise
-    return Column(id=channel_id, unit=_unit(channel_id, unit, spec.quantity))
+    return FileColumn(id=channel_id, unit=_unit(channel_id, unit, spec.quantity))
 
 
 def _unit(channel_id: str, unit: str | None, quantity: str) -> str:
@@ -188,7 +188,7 @@ def _unit(channel_id: str, unit: str | None, quantity: str) -> str:
         raise UnitError(f"'{channel_id}' has no unit; {listed}, in brackets") from error
 
 
-def _near(name: str) -> str:
+def _nearest_channel(name: str) -> str:
     """Return the id meant by a name in other capitals or in long form, or nothing."""
     plain = name.casefold().replace(" ", "_")
     for known in (TIME, *CHANNELS):
@@ -200,7 +200,7 @@ def _near(name: str) -> str:
             spec.title.casefold().replace(" ", "_"),
         ):
             return spec.id
-    return next(iter(nearest(plain, (TIME, *CHANNELS), most=1, cutoff=0.7)), "")
+    return next(iter(close_matches(plain, (TIME, *CHANNELS), most=1, cutoff=0.7)), "")
 
 
 def _is_number(text: str) -> bool:
@@ -272,7 +272,7 @@ def check_spacing(path: Path, times: FloatArray, where: str) -> None:
     FileProblemsError
         If they do, as where a program counts time in days.
     """
-    step = typical_step(times)
+    step = median_step(times)
     if step * _QUICKEST < 1.0:
         problem = FileProblem(
             where=where,
@@ -282,7 +282,7 @@ def check_spacing(path: Path, times: FloatArray, where: str) -> None:
         raise FileProblemsError(path, [problem])
 
 
-def flight_of_columns(
+def build_flight_from_columns(
     path: Path, arrays: Mapping[str, FloatArray], units: Mapping[str, str]
 ) -> ColumnFlight:
     """Make a flight of arrays that are named by channel and state their units.

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.flight.events import Event
-from gsapp.flight.readers.log_table import Log, LogTable, clean_clock
+from gsapp.flight.readers.log_table import ForeignLog, LogTable, find_valid_times
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
 
@@ -92,7 +92,7 @@ class _Format:
         return whole if whole.itemsize == self.length else None
 
 
-def read_dataflash(path: Path | str) -> Log:
+def read_dataflash(path: Path | str) -> ForeignLog:
     """Read an ArduPilot ``.bin`` log.
 
     Parameters
@@ -102,7 +102,7 @@ def read_dataflash(path: Path | str) -> Log:
 
     Returns
     -------
-    Log
+    ForeignLog
         All messages that are measured; ``MSG`` becomes events. Values in the units that the log
         states: raw value times the multiplier of FMTU where there is one, else times the factor of
         the format letter.
@@ -124,7 +124,7 @@ def read_dataflash(path: Path | str) -> Log:
     return _read(file, data)
 
 
-def _read(file: Path, data: bytes) -> Log:
+def _read(file: Path, data: bytes) -> ForeignLog:
     positions, formats, lost, torn = _scan(data)
     if len(formats) < 2:
         raise FlightError(
@@ -147,7 +147,9 @@ def _read(file: Path, data: bytes) -> Log:
     for name, (form, rows) in records.items():
         if name not in _NOT_MEASURED and not {"TimeUS", "TimeMS"}.isdisjoint(form.columns):
             tables.update(_tables(form, rows, scales, remarks))
-    return Log(path=file, tables=tables, events=_said(records), remarks=tuple(remarks))
+    return ForeignLog(
+        path=file, tables=tables, events=_message_events(records), remarks=tuple(remarks)
+    )
 
 
 def _scan(
@@ -166,9 +168,9 @@ def _scan(
     positions: dict[int, list[int]] = {}
     size, place, lost = len(data), 0, 0
     while place < size:
-        if not _whole(data, place, lengths):
-            follows = _next_whole(data, place + 1, lengths)
-            if follows == size and _cut_short(data, place, lengths):
+        if not _is_whole_record(data, place, lengths):
+            follows = _next_whole_record(data, place + 1, lengths)
+            if follows == size and _is_cut_short(data, place, lengths):
                 return positions, formats, lost, True
             lost += follows - place
             place = follows
@@ -185,7 +187,7 @@ def _scan(
     return positions, formats, lost, False
 
 
-def _whole(data: bytes, place: int, lengths: list[int]) -> bool:
+def _is_whole_record(data: bytes, place: int, lengths: list[int]) -> bool:
     """Return whether a whole record stands at `place`.
 
     It does if another header, or the end, follows it; with stray bytes behind it, it does if no
@@ -207,15 +209,15 @@ def _whole(data: bytes, place: int, lengths: list[int]) -> bool:
     return True
 
 
-def _next_whole(data: bytes, start: int, lengths: list[int]) -> int:
+def _next_whole_record(data: bytes, start: int, lengths: list[int]) -> int:
     """Return where the next whole record stands, or the end."""
     place = data.find(_HEADER, start)
-    while place >= 0 and not _whole(data, place, lengths):
+    while place >= 0 and not _is_whole_record(data, place, lengths):
         place = data.find(_HEADER, place + 1)
     return place if place >= 0 else len(data)
 
 
-def _cut_short(data: bytes, place: int, lengths: list[int]) -> bool:
+def _is_cut_short(data: bytes, place: int, lengths: list[int]) -> bool:
     """Return whether the end of the file cuts off what begins at `place` as a record does."""
     rest = data[place : place + 3]
     if len(rest) < 3:
@@ -320,7 +322,7 @@ def _tables(
     for selector, members in groups.items():
         stamp, unit = ("TimeUS", 1e-6) if "TimeUS" in form.columns else ("TimeMS", 1e-3)
         times = members[stamp].astype(np.float64) * unit
-        good = clean_clock(times)
+        good = find_valid_times(times)
         dropped = int(good.size - good.sum())
         if dropped:
             label = f"{form.name}[{selector}]" if selector else form.name
@@ -339,7 +341,7 @@ def _tables(
     return tables
 
 
-def _said(records: dict[str, tuple[_Format, npt.NDArray[np.void]]]) -> tuple[Event, ...]:
+def _message_events(records: dict[str, tuple[_Format, npt.NDArray[np.void]]]) -> tuple[Event, ...]:
     """Return the texts of MSG as events."""
     found = records.get("MSG")
     if found is None or not {"TimeUS", "Message"} <= set(found[0].columns):

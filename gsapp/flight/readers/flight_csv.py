@@ -6,10 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-from gsapp.flight.readers.columns import TIME, ColumnFlight, check_times, is_foreign, parse_header
-from gsapp.flight.readers.delimited import read_text_table
+from gsapp.flight.readers.columns import (
+    TIME,
+    ColumnFlight,
+    check_times,
+    is_foreign_header,
+    parse_header,
+)
+from gsapp.flight.readers.delimited_table import read_delimited_table
 from gsapp.foundation import UnmappedError
-from gsapp.foundation.naming import listed
+from gsapp.foundation.name_suggestions import format_names
 from gsapp.quantities import Block
 
 
@@ -28,12 +34,12 @@ def read_flight_csv(path: Path | str) -> ColumnFlight:
     UnmappedError
         If it is a table of another program.
     """
-    table = read_text_table(path)
-    if is_foreign(table.names):
+    table = read_delimited_table(path)
+    if is_foreign_header(table.names):
         raise UnmappedError(
             f"{path} does not say which column is which channel in which unit; give a channel map "
             "of format 'table' with --map, or begin with a header such as "
-            f"'time [s],alpha [deg],q [deg/s]'. Its columns are: {listed(table.names, 12)}"
+            f"'time [s],alpha [deg],q [deg/s]'. Its columns are: {format_names(table.names, 12)}"
         )
     columns = parse_header(table.path, f"line {table.header_line}", table.names)
     values, lines = table.numbers()

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gsapp.flight.events import Event
-from gsapp.flight.uniform import typical_step
+from gsapp.flight.uniform_grid import median_step
 from gsapp.quantities import FloatArray
 
 BoolArray = npt.NDArray[np.bool_]
@@ -47,7 +47,7 @@ class LogTable:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Log:
+class ForeignLog:
     """A foreign log, read.
 
     Attributes
@@ -90,7 +90,7 @@ class Log:
         return None
 
 
-def clean_clock(times: FloatArray) -> BoolArray:
+def find_valid_times(times: FloatArray) -> BoolArray:
     """Return which samples have a time that can be true.
 
     A damaged stamp stands far from those of its neighbors; what then still repeats or goes back
@@ -115,7 +115,7 @@ def clean_clock(times: FloatArray) -> BoolArray:
         padded[-reach:] = times[-reach - 1 : -1]
         windows = np.lib.stride_tricks.sliding_window_view(padded, _NEIGHBORS)
         center = np.median(windows, axis=1)
-        limit = max(_CLOCK_ERROR, 10.0 * abs(typical_step(times)))
+        limit = max(_CLOCK_ERROR, 10.0 * abs(median_step(times)))
         good &= np.abs(times - center) <= limit
     kept = np.where(good, times, -np.inf)
     before = np.concatenate(([-np.inf], np.maximum.accumulate(kept)[:-1]))

@@ -10,12 +10,12 @@ import numpy as np
 
 from gsapp.decoding.channel_map import TABLE, ChannelMap
 from gsapp.flight.readers.columns import check_spacing
-from gsapp.flight.readers.delimited import TextTable, read_text_table
-from gsapp.flight.readers.log_table import Log, LogTable, clean_clock
+from gsapp.flight.readers.delimited_table import DelimitedTable, read_delimited_table
+from gsapp.flight.readers.log_table import ForeignLog, LogTable, find_valid_times
 from gsapp.flight.readers.matlab import read_mat_columns
 from gsapp.flight.readers.parquet import read_parquet_columns
 from gsapp.foundation import FileProblem, FileProblemsError, UnitError
-from gsapp.foundation.naming import did_you_mean, listed
+from gsapp.foundation.name_suggestions import did_you_mean, format_names
 from gsapp.quantities import FloatArray, normalize_unit, to_si
 
 _CLOCKS = ("time", "t", "timestamp", "time_s", "times", "seconds", "sec")
@@ -23,7 +23,7 @@ _WITH_UNIT = re.compile(r"(?P<name>[^\[\]()]+?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]
 _ELEMENT = re.compile(r"(?P<name>.+)\[(?P<index>\d+)\]")
 
 
-def read_table(path: Path | str, channel_map: ChannelMap) -> Log:
+def read_table(path: Path | str, channel_map: ChannelMap) -> ForeignLog:
     """Read the columns that a channel map of format ``table`` names.
 
     Parameters
@@ -35,7 +35,7 @@ def read_table(path: Path | str, channel_map: ChannelMap) -> Log:
 
     Returns
     -------
-    Log
+    ForeignLog
         One table for each clock: ``("table", "")`` for that of the map, ``("table", name)`` for
         a channel whose entry names its own.
 
@@ -47,8 +47,8 @@ def read_table(path: Path | str, channel_map: ChannelMap) -> Log:
         If the file cannot be read.
     """
     file = Path(path)
-    names, fetch, remarks = _opened(file)
-    wanted = _wanted(channel_map)
+    names, fetch, remarks = _open_table(file)
+    wanted = _requested_columns(channel_map)
     clocks: dict[str, tuple[str, str]] = {}
     mistakes: list[FileProblem] = []
     for key, fields in wanted.items():
@@ -70,10 +70,10 @@ def read_table(path: Path | str, channel_map: ChannelMap) -> Log:
         stamps = _element(arrays, names, clock)
         if stamps is None:
             shape = arrays[_column(names, clock)].shape
-            problems.append(_misfit(clock, shape, "one column of it is to be the time", 0))
+            problems.append(_size_problem(clock, shape, "one column of it is to be the time", 0))
             continue
         times = to_si(stamps.reshape(-1), unit, "time")
-        good = clean_clock(times)
+        good = find_valid_times(times)
         check_spacing(file, times[good], clock)
         if not good.all():
             remarks.append(
@@ -86,16 +86,16 @@ def read_table(path: Path | str, channel_map: ChannelMap) -> Log:
             if values is None or values.shape != times.shape:
                 shape = arrays[_column(names, name)].shape
                 expected = f"'{clock}' has {times.size} times"
-                problems.append(_misfit(name, shape, expected, times.size))
+                problems.append(_size_problem(name, shape, expected, times.size))
             else:
                 columns[name] = values[good]
         tables[TABLE, key] = LogTable(times=times[good], fields=columns)
     if problems:
         raise FileProblemsError(file, problems)
-    return Log(path=file, tables=tables, remarks=tuple(remarks))
+    return ForeignLog(path=file, tables=tables, remarks=tuple(remarks))
 
 
-def _misfit(name: str, shape: tuple[int, ...], expected: str, size: int) -> FileProblem:
+def _size_problem(name: str, shape: tuple[int, ...], expected: str, size: int) -> FileProblem:
     """Return the problem of an array that does not have one number for each of `size` times."""
     remedy = "name one column of it, as in 'rates[0]', or its own clock"
     if len(shape) == 2 and shape[1] == size:
@@ -106,23 +106,23 @@ def _misfit(name: str, shape: tuple[int, ...], expected: str, size: int) -> File
 Fetch = Callable[[Sequence[str]], Mapping[str, FloatArray]]
 
 
-def _opened(file: Path) -> tuple[tuple[str, ...], Fetch, list[str]]:
+def _open_table(file: Path) -> tuple[tuple[str, ...], Fetch, list[str]]:
     """Return the names of the columns, and what reads some of them."""
     ending = file.suffix.casefold()
     if ending in (".mat", ".parquet"):
         columns, _ = read_mat_columns(file) if ending == ".mat" else read_parquet_columns(file)
         return tuple(columns), lambda names: {name: columns[name] for name in names}, []
-    table = read_text_table(file)
+    table = read_delimited_table(file)
     return table.names, lambda names: _numbers(table, names), list(table.remarks)
 
 
-def _numbers(table: TextTable, names: Sequence[str]) -> dict[str, FloatArray]:
+def _numbers(table: DelimitedTable, names: Sequence[str]) -> dict[str, FloatArray]:
     unique = list(dict.fromkeys(names))
     values, _ = table.numbers([table.names.index(name) for name in unique])
     return {name: values[:, place] for place, name in enumerate(unique)}
 
 
-def _wanted(channel_map: ChannelMap) -> dict[str, list[str]]:
+def _requested_columns(channel_map: ChannelMap) -> dict[str, list[str]]:
     """Return the columns wanted, by the clock that their entries name."""
     wanted: dict[str, list[str]] = {}
     for entry in channel_map.entries:
@@ -160,7 +160,7 @@ def _missing(names: Sequence[str], wanted: Sequence[str]) -> list[FileProblem]:
                 where=name,
                 what="is no column of this file",
                 remedy=did_you_mean(
-                    name, names, f"it has: {listed(names, 20) or 'no numbers at all'}", most=1
+                    name, names, f"it has: {format_names(names, 20) or 'no numbers at all'}", most=1
                 ),
             )
         )

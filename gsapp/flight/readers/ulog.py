@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from gsapp.flight.events import Event
-from gsapp.flight.readers.log_table import BoolArray, Log, LogTable, clean_clock
+from gsapp.flight.readers.log_table import BoolArray, ForeignLog, LogTable, find_valid_times
 from gsapp.foundation import FlightError
 from gsapp.quantities import FloatArray
 
@@ -22,7 +22,7 @@ _HEADER = 16
 _ELEMENT = re.compile(r"(?P<name>.+)\[(?P<index>\d+)\]")
 
 
-def read_ulog(path: Path | str, wanted: Collection[str] | None = None) -> Log:
+def read_ulog(path: Path | str, wanted: Collection[str] | None = None) -> ForeignLog:
     """Read a PX4 ``.ulg`` log.
 
     Parameters
@@ -34,7 +34,7 @@ def read_ulog(path: Path | str, wanted: Collection[str] | None = None) -> Log:
 
     Returns
     -------
-    Log
+    ForeignLog
         One table for each topic and instance.
 
     Raises
@@ -75,7 +75,7 @@ def read_ulog(path: Path | str, wanted: Collection[str] | None = None) -> Log:
             continue
         times = stamps.astype(np.float64) * 1e-6
         # PX4 stamps 0 on a topic that was never published; its clock may count from 1970.
-        good = clean_clock(times) & (stamps > 0)
+        good = find_valid_times(times) & (stamps > 0)
         dropped = int(good.size - good.sum())
         if dropped:
             counted = "1 sample" if dropped == 1 else f"{dropped} samples"
@@ -90,7 +90,7 @@ def read_ulog(path: Path | str, wanted: Collection[str] | None = None) -> Log:
         for message in parsed.logged_messages
         if message.timestamp > 0
     )
-    return Log(path=file, tables=tables, events=events, remarks=tuple(remarks))
+    return ForeignLog(path=file, tables=tables, events=events, remarks=tuple(remarks))
 
 
 def _fields(data: Mapping[str, Any], good: BoolArray) -> dict[str, FloatArray]:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from gsapp.flight.writers.column_units import ColumnUnits, ProgressCallback, UnitSystem
 from gsapp.flight.writers.flight_csv import write_flight_csv
-from gsapp.flight.writers.layout import Layout, Told, UnitSystem
 from gsapp.flight.writers.matlab import write_mat
 from gsapp.flight.writers.parquet import write_parquet
 from gsapp.foundation import UnknownNameError
 from gsapp.quantities import Block
 
-WRITERS: Mapping[str, Callable[[Path | str, Block, str, Told | None], Path]] = {
+WRITERS: Mapping[str, Callable[[Path | str, Block, str, ProgressCallback | None], Path]] = {
     "csv": write_flight_csv,
     "mat": write_mat,
     "parquet": write_parquet,
@@ -21,7 +21,7 @@ WRITERS: Mapping[str, Callable[[Path | str, Block, str, Told | None], Path]] = {
 
 
 def write_block(
-    path: Path | str, block: Block, to: str, units: str = "us", told: Told | None = None
+    path: Path | str, block: Block, to: str, units: str = "us", told: ProgressCallback | None = None
 ) -> Path:
     """Write a block in a format, atomically.
 
@@ -60,8 +60,8 @@ def check_format(to: str) -> None:
 
 __all__ = [
     "WRITERS",
-    "Layout",
-    "Told",
+    "ColumnUnits",
+    "ProgressCallback",
     "UnitSystem",
     "check_format",
     "write_block",

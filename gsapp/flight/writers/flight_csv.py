@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gsapp.flight.replacing import replacing
-from gsapp.flight.writers.layout import Layout, Told
+from gsapp.flight.atomic_files import atomic_flight_file
+from gsapp.flight.writers.column_units import ColumnUnits, ProgressCallback
 from gsapp.quantities import Block, FloatArray
 
 _ROWS_AT_ONCE = 4096
@@ -17,7 +17,7 @@ _CONVERTED_DIGITS = 15
 
 
 def write_flight_csv(
-    path: Path | str, block: Block, system: str = "us", told: Told | None = None
+    path: Path | str, block: Block, system: str = "us", told: ProgressCallback | None = None
 ) -> Path:
     """Write a block as Flight CSV, atomically.
 
@@ -41,12 +41,12 @@ def write_flight_csv(
     FlightError
         If the file cannot be written.
     """
-    layout = Layout.of(block.channels, system)
+    layout = ColumnUnits.of(block.channels, system)
     header = ["time [s]"] + [
         f"{name} [{unit}]" for name, unit in zip(layout.channels, layout.units, strict=True)
     ]
     with (
-        replacing(path) as temporary,
+        atomic_flight_file(path) as temporary,
         temporary.open("w", encoding="utf-8", newline="\n") as stream,
     ):
         stream.write(",".join(header) + "\n")

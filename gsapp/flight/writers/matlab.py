@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from gsapp.flight.atomic_files import atomic_flight_file
 from gsapp.flight.certificates import uncalibrated_columns
-from gsapp.flight.replacing import replacing
-from gsapp.flight.writers.layout import Layout, Told
+from gsapp.flight.writers.column_units import ColumnUnits, ProgressCallback
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block
 
@@ -21,7 +21,9 @@ def variable_name(channel_id: str) -> str:
     return channel_id.replace(".", "_")
 
 
-def write_mat(path: Path | str, block: Block, system: str = "us", told: Told | None = None) -> Path:
+def write_mat(
+    path: Path | str, block: Block, system: str = "us", told: ProgressCallback | None = None
+) -> Path:
     """Write a block as a ``.mat`` file, atomically.
 
     Variables are columns, ``time`` in s among them; ``units.alpha`` holds ``'deg'``. Where an
@@ -50,7 +52,7 @@ def write_mat(path: Path | str, block: Block, system: str = "us", told: Told | N
             f"{len(block)} samples do not fit a .mat file of version 5 (2 GB a variable); cut "
             "the flight, or export it as Parquet"
         )
-    layout = Layout.of(block.channels, system)
+    layout = ColumnUnits.of(block.channels, system)
     content: dict[str, Any] = {"time": block.times[:, np.newaxis]}
     units: dict[str, str] = {"time": "s"}
     for place, (name, unit) in enumerate(zip(layout.channels, layout.units, strict=True)):
@@ -62,7 +64,7 @@ def write_mat(path: Path | str, block: Block, system: str = "us", told: Told | N
     lacking = uncalibrated_columns(layout.channels)
     if lacking:
         content["uncalibrated"] = ", ".join(lacking.values())
-    with replacing(path) as temporary, temporary.open("wb") as stream:
+    with atomic_flight_file(path) as temporary, temporary.open("wb") as stream:
         for count, (name, value) in enumerate(content.items(), start=1):
             # To a stream that holds variables already it adds one.
             savemat(stream, {name: value}, long_field_names=True, do_compression=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from gsapp.flight.atomic_files import atomic_flight_file
 from gsapp.flight.certificates import uncalibrated_columns
-from gsapp.flight.replacing import replacing
-from gsapp.flight.writers.layout import Layout, Told
+from gsapp.flight.writers.column_units import ColumnUnits, ProgressCallback
 from gsapp.foundation import FlightError
 from gsapp.quantities import Block, channel
 
@@ -15,7 +15,7 @@ _ROWS_AT_ONCE = 2**17
 
 
 def write_parquet(
-    path: Path | str, block: Block, system: str = "us", told: Told | None = None
+    path: Path | str, block: Block, system: str = "us", told: ProgressCallback | None = None
 ) -> Path:
     """Write a block as Parquet, atomically. Missing samples are null.
 
@@ -44,7 +44,7 @@ def write_parquet(
             "writing Parquet needs pyarrow, which is not installed; install it with "
             "'pip install gsapp-ground-station[parquet]', or export to csv or mat"
         ) from error
-    layout = Layout.of(block.channels, system)
+    layout = ColumnUnits.of(block.channels, system)
     fields = [pyarrow.field("time", pyarrow.float64(), metadata={"unit": "s"})]
     columns = [pyarrow.array(block.times)]
     lacking = uncalibrated_columns(layout.channels)
@@ -57,7 +57,7 @@ def write_parquet(
         columns.append(pyarrow.array(values, from_pandas=True))
     table = pyarrow.Table.from_arrays(columns, schema=pyarrow.schema(fields))
     with (
-        replacing(path) as temporary,
+        atomic_flight_file(path) as temporary,
         # Through a stream: what Arrow says of a disk that refuses tells no program why.
         temporary.open("wb") as stream,
         parquet.ParquetWriter(stream, table.schema, compression="zstd") as writer,

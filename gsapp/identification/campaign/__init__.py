@@ -8,26 +8,30 @@ airspeed or angle of attack come after the others of their kind and start from t
 
 from __future__ import annotations
 
-from gsapp.identification.campaign.fitting import moved_beside
+from gsapp.identification.campaign.maneuver_fit import secondary_input_derivatives
 from gsapp.identification.campaign.results import (
     CampaignResult,
     CampaignValue,
     ManeuverResult,
     campaign_values,
-    mean_of,
+    weighted_mean,
 )
-from gsapp.identification.campaign.running import CanceledError, Step, run_campaign
+from gsapp.identification.campaign.runner import (
+    CampaignProgressCallback,
+    CanceledError,
+    run_campaign,
+)
 from gsapp.identification.campaign.settings import CampaignSettings
 
 __all__ = [
+    "CampaignProgressCallback",
     "CampaignResult",
     "CampaignSettings",
     "CampaignValue",
     "CanceledError",
     "ManeuverResult",
-    "Step",
     "campaign_values",
-    "mean_of",
-    "moved_beside",
     "run_campaign",
+    "secondary_input_derivatives",
+    "weighted_mean",
 ]

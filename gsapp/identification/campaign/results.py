@@ -14,7 +14,7 @@ from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.results import Estimate
 from gsapp.quantities import FloatArray
 
-_LEAST_OWN: Final = 1e-8
+_MIN_INDEPENDENT_SHARE: Final = 1e-8
 """Share of a variance that is a value's own at least: two squares are subtracted."""
 
 
@@ -95,10 +95,10 @@ def campaign_values(estimates: Sequence[Estimate | None]) -> dict[str, CampaignV
         for name, one in estimate.derivatives.items():
             if one.status == "estimated" and one.value is not None and one.std:
                 collected.setdefault(name, []).append((one.value, one.std, one.offset))
-    return {name: mean_of(*np.array(found).T) for name, found in collected.items()}
+    return {name: weighted_mean(*np.array(found).T) for name, found in collected.items()}
 
 
-def mean_of(values: FloatArray, stds: FloatArray, offsets: FloatArray) -> CampaignValue:
+def weighted_mean(values: FloatArray, stds: FloatArray, offsets: FloatArray) -> CampaignValue:
     """Return the weighted mean of values.
 
     Parameters
@@ -106,7 +106,7 @@ def mean_of(values: FloatArray, stds: FloatArray, offsets: FloatArray) -> Campai
     values, stds, offsets : ndarray, shape (n,)
         With their bounds, and the part of each bound that all have in common.
     """
-    own = np.maximum(stds**2 - offsets**2, _LEAST_OWN * stds**2)
+    own = np.maximum(stds**2 - offsets**2, _MIN_INDEPENDENT_SHARE * stds**2)
     weights = 1.0 / own
     weights /= weights.sum()
     return CampaignValue(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from gsapp.dynamics.model import Model
 from gsapp.identification import maximum_likelihood as ml
 from gsapp.identification.axes import Axis
-from gsapp.identification.results import Method
+from gsapp.identification.results import EstimationMethod
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,7 +34,7 @@ class CampaignSettings:
         Whether to fit all maneuvers of an axis together, too.
     """
 
-    method: Method = "ml"
+    method: EstimationMethod = "ml"
     axis: Axis = "both"
     six_degrees: bool = False
     free: tuple[str, ...] | None = None

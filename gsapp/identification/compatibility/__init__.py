@@ -1,9 +1,12 @@
 """Data compatibility: are the instruments consistent with one another? Kinematics, no aerodynamics.
 
-`check` tells a bad vane from a bad model before any model is fitted.
+`check_compatibility` tells a bad vane from a bad model before any model is fitted.
 """
 
-from gsapp.identification.compatibility.check import MOTION, check
+from gsapp.identification.compatibility.compatibility_check import (
+    RECONSTRUCTED_CHANNELS,
+    check_compatibility,
+)
 from gsapp.identification.compatibility.results import (
     CompatibilityResult,
     InstrumentParameter,
@@ -11,21 +14,21 @@ from gsapp.identification.compatibility.results import (
     SensorComparison,
 )
 from gsapp.identification.compatibility.settings import (
-    DEFAULT_FREE,
-    PLAUSIBLE,
-    TOLERABLE,
+    DEFAULT_FREE_ERRORS,
+    PLAUSIBLE_ERRORS,
+    TOLERABLE_ERRORS,
     CompatibilitySettings,
 )
 
 __all__ = [
-    "DEFAULT_FREE",
-    "MOTION",
-    "PLAUSIBLE",
-    "TOLERABLE",
+    "DEFAULT_FREE_ERRORS",
+    "PLAUSIBLE_ERRORS",
+    "RECONSTRUCTED_CHANNELS",
+    "TOLERABLE_ERRORS",
     "CompatibilityResult",
     "CompatibilitySettings",
     "InstrumentParameter",
     "InstrumentVerdict",
     "SensorComparison",
-    "check",
+    "check_compatibility",
 ]

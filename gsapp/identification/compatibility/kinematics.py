@@ -27,7 +27,7 @@ from gsapp.quantities.constants import GRAVITY
 IndexArray = npt.NDArray[np.intp]
 
 
-def running_integral(values: FloatArray, dt: float) -> FloatArray:
+def cumulative_integral(values: FloatArray, dt: float) -> FloatArray:
     """Return the integral from the first sample on, cubic between samples, shape as given."""
     steps = 0.5 * (values[1:] + values[:-1])
     if len(values) > 3:
@@ -39,7 +39,7 @@ def running_integral(values: FloatArray, dt: float) -> FloatArray:
     return total
 
 
-def rotations(rates: FloatArray, dt: float) -> FloatArray:
+def integrate_rotation_matrices(rates: FloatArray, dt: float) -> FloatArray:
     """Return C, from the body's axes to those of the first sample, shape (n, 3, 3).
 
     Parameters
@@ -49,7 +49,7 @@ def rotations(rates: FloatArray, dt: float) -> FloatArray:
     dt : float
         Sample time, s.
     """
-    turns = np.diff(running_integral(rates, dt), axis=0)
+    turns = np.diff(cumulative_integral(rates, dt), axis=0)
     angle = np.sqrt((turns * turns).sum(axis=1))
     half = np.sinc(angle / (2.0 * np.pi)) * 0.5
     q = np.empty((4, len(rates)))
@@ -82,18 +82,18 @@ def rotations(rates: FloatArray, dt: float) -> FloatArray:
     return C
 
 
-def turned(C: FloatArray, vectors: FloatArray) -> FloatArray:
+def rotate_to_initial_axes(C: FloatArray, vectors: FloatArray) -> FloatArray:
     """Return C v along the first axes, shape (n, 3)."""
     return np.asarray(np.einsum("nij,nj->ni", C, vectors), dtype=np.float64)
 
 
-def turned_back(C: FloatArray, vectors: FloatArray) -> FloatArray:
+def rotate_to_body_axes(C: FloatArray, vectors: FloatArray) -> FloatArray:
     """Return C' v along the body's axes, shape (n, 3, ...)."""
     return np.asarray(np.einsum("nji,nj...->ni...", C, vectors), dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Path:
+class ReconstructedPath:
     """The motion of one stretch.
 
     Attributes
@@ -131,15 +131,15 @@ class Path:
         return np.arctan2(gy, gz), -np.arcsin(np.clip(gx / GRAVITY, -1.0, 1.0))
 
 
-def fly_path(
+def reconstruct_path(
     rates: FloatArray, force: FloatArray, dt: float, first: FloatArray, gravity_first: FloatArray
-) -> Path:
+) -> ReconstructedPath:
     """Integrate a stretch.
 
     Parameters
     ----------
     rates, force : ndarray, shape (n, 3)
-        As in `Path`.
+        As in `ReconstructedPath`.
     dt : float
         s.
     first : ndarray, shape (3,)
@@ -148,24 +148,24 @@ def fly_path(
         m/s^2, along the body's axes at the first sample.
     """
     times = dt * np.arange(len(rates), dtype=np.float64)
-    C = rotations(rates, dt)
-    pushed = turned(C, force)
-    flown = first + running_integral(pushed, dt) + times[:, None] * gravity_first
-    return Path(
+    C = integrate_rotation_matrices(rates, dt)
+    pushed = rotate_to_initial_axes(C, force)
+    flown = first + cumulative_integral(pushed, dt) + times[:, None] * gravity_first
+    return ReconstructedPath(
         times=times,
         rates=rates,
         force=force,
         C=C,
         pushed=pushed,
         flown=flown,
-        velocity=turned_back(C, flown),
-        gravity=turned_back(C, np.broadcast_to(gravity_first, flown.shape)),
+        velocity=rotate_to_body_axes(C, flown),
+        gravity=rotate_to_body_axes(C, np.broadcast_to(gravity_first, flown.shape)),
         gravity_first=gravity_first,
     )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Slopes:
+class PathSensitivities:
     """Derivatives of a path, each of shape (n, 3, m): one column for each cause.
 
     Attributes
@@ -179,44 +179,52 @@ class Slopes:
     rates: FloatArray
 
 
-def slopes_by_rates(path: Path, dt: float, axes: IndexArray, changes: FloatArray) -> Slopes:
+def sensitivities_to_rates(
+    path: ReconstructedPath, dt: float, axes: IndexArray, changes: FloatArray
+) -> PathSensitivities:
     """Return what changes of the rates do.
 
     Parameters
     ----------
-    path : Path
+    path : ReconstructedPath
     dt : float
     axes : ndarray of int, shape (m,)
         About which axis each change is.
     changes : ndarray, shape (n, m)
     """
     # psi, shape (n, m, 3): vectors last, for cross products.
-    psi = running_integral(path.C[:, :, axes].transpose(0, 2, 1) * changes[:, :, None], dt)
-    n = running_integral(np.cross(psi, path.pushed[:, None, :]), dt)
+    psi = cumulative_integral(path.C[:, :, axes].transpose(0, 2, 1) * changes[:, :, None], dt)
+    n = cumulative_integral(np.cross(psi, path.pushed[:, None, :]), dt)
     n -= np.cross(psi, path.flown[:, None, :])
     g = -np.cross(psi, path.gravity_first)
     rates = np.zeros((len(changes), 3, axes.size))
     rates[:, axes, np.arange(axes.size)] = changes
-    return Slopes(
-        velocity=turned_back(path.C, n.transpose(0, 2, 1)),
-        gravity=turned_back(path.C, g.transpose(0, 2, 1)),
+    return PathSensitivities(
+        velocity=rotate_to_body_axes(path.C, n.transpose(0, 2, 1)),
+        gravity=rotate_to_body_axes(path.C, g.transpose(0, 2, 1)),
         rates=rates,
     )
 
 
-def slopes_by_force(path: Path, dt: float, axes: IndexArray, changes: FloatArray) -> Slopes:
-    """Return what changes of the specific force do; arguments as in `slopes_by_rates`."""
-    n = running_integral(path.C[:, :, axes] * changes[:, None, :], dt)
+def sensitivities_to_force(
+    path: ReconstructedPath, dt: float, axes: IndexArray, changes: FloatArray
+) -> PathSensitivities:
+    """Return what changes of the specific force do; arguments as in `sensitivities_to_rates`."""
+    n = cumulative_integral(path.C[:, :, axes] * changes[:, None, :], dt)
     nothing = np.zeros_like(n)
-    return Slopes(velocity=turned_back(path.C, n), gravity=nothing, rates=nothing)
+    return PathSensitivities(
+        velocity=rotate_to_body_axes(path.C, n), gravity=nothing, rates=nothing
+    )
 
 
-def slopes_by_start(path: Path, tangents: FloatArray) -> Slopes:
+def sensitivities_to_initial_state(
+    path: ReconstructedPath, tangents: FloatArray
+) -> PathSensitivities:
     """Return what the first velocity (3 columns) and the first attitude (2 columns) do.
 
     Parameters
     ----------
-    path : Path
+    path : ReconstructedPath
     tangents : ndarray, shape (2, 3)
         Changes of the first gravity, m/s^2 per rad.
     """
@@ -225,14 +233,14 @@ def slopes_by_start(path: Path, tangents: FloatArray) -> Slopes:
     nothing = np.zeros((len(back), 3, 5))
     gravity = nothing.copy()
     gravity[:, :, 3:] = tilt
-    return Slopes(
+    return PathSensitivities(
         velocity=np.concatenate((back, path.times[:, None, None] * tilt), axis=2),
         gravity=gravity,
         rates=nothing,
     )
 
 
-def tangents_of(gravity_first: FloatArray) -> FloatArray:
+def gravity_tangents(gravity_first: FloatArray) -> FloatArray:
     """Return two changes of gravity that turn it without stretching it, shape (2, 3)."""
     down = gravity_first / GRAVITY
     across = np.cross(down, (1.0, 0.0, 0.0))

@@ -13,9 +13,13 @@ from itertools import combinations
 import numpy as np
 
 from gsapp.decoding.air_data import true_airspeed
+from gsapp.identification.compatibility.instrument_text import (
+    channel_title,
+    format_quantity,
+    join_names,
+)
 from gsapp.identification.compatibility.results import InstrumentVerdict, SensorComparison
 from gsapp.identification.compatibility.settings import CompatibilitySettings
-from gsapp.identification.compatibility.wording import listed, quantity, title
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import measured_motion
 from gsapp.quantities import FloatArray, channel
@@ -28,18 +32,18 @@ _PAIRS = (
     ("rudder", "dr"),
 )
 _SURFACE = {"bias": 1.0 * DEGREE, "scale": 0.1, "delay": 0.02}
-_STEPS = 10.0
-"""Of what a sensor earns: how far others than those of `TOLERABLE` may be apart."""
+_PRECISION_STEPS = 10.0
+"""Of what a sensor earns: how far others than those of `TOLERABLE_ERRORS` may be apart."""
 _AIRSPEED = "airspeed from dynamic pressure"
-_MOVING = 10.0
+_MIN_MOTION_RATIO = 10.0
 """Variance of the motion over that of the difference, for slope and delay to mean something."""
-_LATEST = 0.1
+_MAX_DELAY = 0.1
 """Delays are looked for up to this, s."""
-_FEWEST = 40
-_CERTAIN = 4.0
+_MIN_SAMPLES = 40
+_SIGNIFICANT_SIGMAS = 4.0
 
 
-def compare_redundant(
+def compare_redundant_sensors(
     maneuvers: Sequence[Maneuver], settings: CompatibilitySettings
 ) -> tuple[tuple[SensorComparison, ...], tuple[InstrumentVerdict, ...]]:
     """Compare all instruments that measure one quantity.
@@ -53,19 +57,19 @@ def compare_redundant(
     """
     comparisons: list[SensorComparison] = []
     verdicts: list[InstrumentVerdict] = []
-    for signals in _families(maneuvers):
+    for signals in _redundant_groups(maneuvers):
         names = tuple(signals)
-        noise = _noise_of_three(signals)
+        noise = _noise_from_triplet(signals)
         found = [
             _compare(one, other, signals, maneuvers, settings, noise)
             for one, other in combinations(names, 2)
         ]
         comparisons += [one for one in found if one is not None]
-        verdicts += _judge(names, [one for one in found if one is not None])
+        verdicts += _disagreement_verdicts(names, [one for one in found if one is not None])
     return tuple(comparisons), tuple(verdicts)
 
 
-def _families(maneuvers: Sequence[Maneuver]) -> list[dict[str, FloatArray]]:
+def _redundant_groups(maneuvers: Sequence[Maneuver]) -> list[dict[str, FloatArray]]:
     """Return the groups of channels for one quantity, each over all maneuvers in a row."""
     channels = dict.fromkeys(
         name for one in maneuvers for name in one.block.channels if one.has(name)
@@ -96,11 +100,11 @@ def _families(maneuvers: Sequence[Maneuver]) -> list[dict[str, FloatArray]]:
     return [
         signals
         for signals in found
-        if np.isfinite(np.sum([*signals.values()], axis=0)).sum() >= _FEWEST
+        if np.isfinite(np.sum([*signals.values()], axis=0)).sum() >= _MIN_SAMPLES
     ]
 
 
-def _noise_of_three(signals: Mapping[str, FloatArray]) -> dict[str, float]:
+def _noise_from_triplet(signals: Mapping[str, FloatArray]) -> dict[str, float]:
     """Return the noise of each of three instruments from their three differences."""
     if len(signals) < 3:
         return {}
@@ -125,24 +129,26 @@ def _compare(
 ) -> SensorComparison | None:
     x, y = signals[reference], signals[other]
     good = np.isfinite(x) & np.isfinite(y)
-    if good.sum() < _FEWEST:
+    if good.sum() < _MIN_SAMPLES:
         return None
     a, b = x[good], y[good]
     bias = float(b.mean() - a.mean())
     spread = float(np.std(b - a))
-    moving = max(np.var(a), np.var(b)) > _MOVING * max(_white(b - a) ** 2, 1e-18)
+    moving = max(np.var(a), np.var(b)) > _MIN_MOTION_RATIO * max(
+        _difference_noise(b - a) ** 2, 1e-18
+    )
     scale = delay = None
     left = spread
     if moving:
-        scale = _slope(a, b)
-        delay = _lateness(x, y, maneuvers[0].dt)
+        scale = _total_least_squares_slope(a, b)
+        delay = _estimate_delay(x, y, maneuvers[0].dt)
         left = float(np.std(b - b.mean() - scale * (a - a.mean())))
     limits = _limits(reference, settings)
     wrong = []
-    uncertain = _CERTAIN * left / np.sqrt(max(good.sum() / 25.0, 1.0))
-    name = title(other)
+    uncertain = _SIGNIFICANT_SIGMAS * left / np.sqrt(max(good.sum() / 25.0, 1.0))
+    name = channel_title(other)
     if abs(bias) > limits["bias"] + uncertain:
-        wrong.append(f"is {quantity(_unit_of(reference), bias)} off")
+        wrong.append(f"is {format_quantity(_unit_of(reference), bias)} off")
     if scale is not None and not np.std(a) < uncertain:
         doubt = uncertain / float(np.std(a))
         if scale < 0.0:
@@ -152,7 +158,7 @@ def _compare(
     if delay is not None and abs(delay) > limits["delay"]:
         wrong.append(f"comes {1e3 * abs(delay):.0f} ms {'later' if delay > 0.0 else 'earlier'}")
     if not wrong and spread > 3.0 * limits["bias"]:
-        wrong.append(f"differs by {quantity(_unit_of(reference), spread)} (rms)")
+        wrong.append(f"differs by {format_quantity(_unit_of(reference), spread)} (rms)")
     return SensorComparison(
         reference=reference,
         other=other,
@@ -162,7 +168,9 @@ def _compare(
         noise=(noise[reference], noise[other]) if noise else None,
         difference=float(np.sqrt(np.mean((b - a) ** 2))),
         agree=not wrong,
-        sentence=f"against {title(reference)}, {name} {' and '.join(wrong)}" if wrong else "",
+        sentence=f"against {channel_title(reference)}, {name} {' and '.join(wrong)}"
+        if wrong
+        else "",
     )
 
 
@@ -175,10 +183,10 @@ def _limits(name: str, settings: CompatibilitySettings) -> Mapping[str, float]:
     try:
         return {kind: settings.tolerable_size(f"{base}.{kind}") for kind in _SURFACE}
     except KeyError:
-        return {**_SURFACE, "bias": _STEPS * channel(base).precision}
+        return {**_SURFACE, "bias": _PRECISION_STEPS * channel(base).precision}
 
 
-def _slope(a: FloatArray, b: FloatArray) -> float:
+def _total_least_squares_slope(a: FloatArray, b: FloatArray) -> float:
     """Return the slope of b over a where both are noisy alike (the long axis of the cloud)."""
     (xx, xy), (_, yy) = np.cov(a, b)
     if xy == 0.0:
@@ -186,14 +194,14 @@ def _slope(a: FloatArray, b: FloatArray) -> float:
     return float((yy - xx + np.hypot(yy - xx, 2.0 * xy)) / (2.0 * xy))
 
 
-def _white(samples: FloatArray) -> float:
+def _difference_noise(samples: FloatArray) -> float:
     """Return the noise of a signal from its successive differences."""
     return float(np.std(np.diff(samples)) / np.sqrt(2.0))
 
 
-def _lateness(x: FloatArray, y: FloatArray, dt: float) -> float:
+def _estimate_delay(x: FloatArray, y: FloatArray, dt: float) -> float:
     """Return how late y is against x, s: where the two are the most alike, a parabola between."""
-    reach = max(1, round(_LATEST / dt))
+    reach = max(1, round(_MAX_DELAY / dt))
     middle = slice(reach, x.size - reach)
     if x.size < 4 * reach:
         return 0.0
@@ -218,7 +226,9 @@ def _correlation(a: FloatArray, b: FloatArray) -> float:
     return abs(float(np.corrcoef(a, b)[0, 1]))
 
 
-def _judge(names: Sequence[str], found: Sequence[SensorComparison]) -> list[InstrumentVerdict]:
+def _disagreement_verdicts(
+    names: Sequence[str], found: Sequence[SensorComparison]
+) -> list[InstrumentVerdict]:
     wrong = [one for one in found if not one.agree]
     if not wrong:
         return []
@@ -230,9 +240,9 @@ def _judge(names: Sequence[str], found: Sequence[SensorComparison]) -> list[Inst
         and all(one.agree != (name in (one.reference, one.other)) for one in found)
     ]
     if len(outvoted) == 1:
-        others = listed([title(name) for name in names if name != outvoted[0]])
+        others = join_names([channel_title(name) for name in names if name != outvoted[0]])
         said = next(one.sentence for one in wrong)
-        sentence = f"{title(outvoted[0])} is outvoted: {others} agree; {said}"
+        sentence = f"{channel_title(outvoted[0])} is outvoted: {others} agree; {said}"
         channels: tuple[str, ...] = (outvoted[0],)
     else:
         sentence = f"{worst.sentence}; one of the two is wrong"

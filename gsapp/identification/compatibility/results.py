@@ -8,11 +8,11 @@ from typing import Literal
 
 from gsapp.identification.results import ResponseFit, ResponseHistory
 
-ParameterStatus = Literal["estimated", "not-observable"]
-VerdictKind = Literal[
+InstrumentParameterStatus = Literal["estimated", "not-observable"]
+InstrumentVerdictKind = Literal[
     "reversed", "exchanged", "bias", "scale", "delay", "stuck", "disagreement", "unexplained"
 ]
-Sign = Literal["right", "reversed", "not-observable"]
+SignStatus = Literal["right", "reversed", "not-observable"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,7 +36,7 @@ class InstrumentParameter:
     value: float | None
     std: float | None = None
     nominal: float = 0.0
-    status: ParameterStatus = "estimated"
+    status: InstrumentParameterStatus = "estimated"
     why: str = ""
 
 
@@ -58,7 +58,7 @@ class InstrumentVerdict:
     seen_in : str
     """
 
-    kind: VerdictKind
+    kind: InstrumentVerdictKind
     channels: tuple[str, ...]
     sentence: str
     value: float | None = None
@@ -145,7 +145,7 @@ class CompatibilityResult:
 
     maneuvers: tuple[str, ...]
     parameters: Mapping[str, InstrumentParameter] = field(default_factory=dict)
-    signs: Mapping[str, Sign] = field(default_factory=dict)
+    signs: Mapping[str, SignStatus] = field(default_factory=dict)
     fit: Mapping[str, ResponseFit] = field(default_factory=dict)
     histories: tuple[ResponseHistory, ...] = ()
     reconstructed: tuple[ResponseHistory, ...] = ()

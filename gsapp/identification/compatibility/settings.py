@@ -7,16 +7,16 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from gsapp.foundation import UnknownNameError
-from gsapp.foundation.naming import did_you_mean
+from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.quantities.constants import DEGREE, GRAVITY
 
-RATES = ("p", "q", "r")
-ACCELERATIONS = ("ax", "ay", "an")
-DRIVING = (*RATES, *ACCELERATIONS)
+RATE_CHANNELS = ("p", "q", "r")
+ACCELERATION_CHANNELS = ("ax", "ay", "an")
+KINEMATIC_INPUTS = (*RATE_CHANNELS, *ACCELERATION_CHANNELS)
 """Instruments whose readings are integrated."""
-SHOWN = ("V", "alpha", "beta", "phi", "theta")
+KINEMATIC_OUTPUTS = ("V", "alpha", "beta", "phi", "theta")
 """Instruments whose readings the integrated motion must show."""
-KINDS = ("bias", "scale", "delay")
+ERROR_KINDS = ("bias", "scale", "delay")
 
 _GYRO = {"bias": 2.0 * DEGREE, "scale": 0.2, "delay": 0.05}
 _ACCELEROMETER = {"bias": 0.1 * GRAVITY, "scale": 0.2, "delay": 0.05}
@@ -31,10 +31,10 @@ def _by_name(groups: Mapping[str, Mapping[str, float]]) -> Mapping[str, float]:
     )
 
 
-PLAUSIBLE: Mapping[str, float] = _by_name(
+PLAUSIBLE_ERRORS: Mapping[str, float] = _by_name(
     {
-        **dict.fromkeys(RATES, _GYRO),
-        **dict.fromkeys(ACCELERATIONS, _ACCELEROMETER),
+        **dict.fromkeys(RATE_CHANNELS, _GYRO),
+        **dict.fromkeys(ACCELERATION_CHANNELS, _ACCELEROMETER),
         "V": _PITOT,
         "alpha": _VANE,
         "beta": _VANE,
@@ -47,24 +47,24 @@ PLAUSIBLE: Mapping[str, float] = _by_name(
 It enters the fit with this weight. What the data do not narrow down is not reported.
 """
 
-_EVERYDAY_GYRO = {"bias": 1.0 * DEGREE, "scale": 0.05, "delay": 0.02}
-_EVERYDAY_ACCELEROMETER = {"bias": 0.05 * GRAVITY, "scale": 0.05, "delay": 0.02}
-_EVERYDAY_VANE = {"bias": 1.0 * DEGREE, "scale": 0.1, "delay": 0.02}
-_EVERYDAY_ATTITUDE = {"bias": 2.0 * DEGREE, "scale": 0.1, "delay": 0.1}
+_TOLERABLE_GYRO = {"bias": 1.0 * DEGREE, "scale": 0.05, "delay": 0.02}
+_TOLERABLE_ACCELEROMETER = {"bias": 0.05 * GRAVITY, "scale": 0.05, "delay": 0.02}
+_TOLERABLE_VANE = {"bias": 1.0 * DEGREE, "scale": 0.1, "delay": 0.02}
+_TOLERABLE_ATTITUDE = {"bias": 2.0 * DEGREE, "scale": 0.1, "delay": 0.1}
 
-TOLERABLE: Mapping[str, float] = _by_name(
+TOLERABLE_ERRORS: Mapping[str, float] = _by_name(
     {
-        **dict.fromkeys(RATES, _EVERYDAY_GYRO),
-        **dict.fromkeys(ACCELERATIONS, _EVERYDAY_ACCELEROMETER),
+        **dict.fromkeys(RATE_CHANNELS, _TOLERABLE_GYRO),
+        **dict.fromkeys(ACCELERATION_CHANNELS, _TOLERABLE_ACCELEROMETER),
         "V": {"bias": 1.0, "scale": 0.05, "delay": 0.1},
-        **dict.fromkeys(("alpha", "beta"), _EVERYDAY_VANE),
-        **dict.fromkeys(("phi", "theta"), _EVERYDAY_ATTITUDE),
+        **dict.fromkeys(("alpha", "beta"), _TOLERABLE_VANE),
+        **dict.fromkeys(("phi", "theta"), _TOLERABLE_ATTITUDE),
     }
 )
 """Errors up to these are everyday; beyond them a verdict says so. SI, scale as a share, s."""
 
-DEFAULT_FREE = (
-    *(f"{name}.bias" for name in DRIVING),
+DEFAULT_FREE_ERRORS = (
+    *(f"{name}.bias" for name in KINEMATIC_INPUTS),
     "V.scale", "V.delay",
     "alpha.bias", "alpha.scale", "alpha.delay",
     "beta.bias", "beta.scale", "beta.delay",
@@ -72,8 +72,8 @@ DEFAULT_FREE = (
 )  # fmt: skip
 """Gyros and accelerometers set the scale and the time for the others: theirs are held."""
 
-OBSERVED = 0.3
-"""A parameter counts as seen where its bound is at most this share of `PLAUSIBLE`."""
+OBSERVABLE_SHARE = 0.3
+"""A parameter counts as seen where its bound is at most this share of `PLAUSIBLE_ERRORS`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,12 +83,12 @@ class CompatibilitySettings:
     Attributes
     ----------
     free : tuple of str
-        Errors to be estimated, ``<channel>.<kind>``, kind of `KINDS`; those of channels that no
-        maneuver has are left out.
+        Errors to be estimated, ``<channel>.<kind>``, kind of `ERROR_KINDS`; those of channels that
+        no maneuver has are left out.
     plausible : mapping of str to float
-        In place of `PLAUSIBLE` for some of them.
+        In place of `PLAUSIBLE_ERRORS` for some of them.
     tolerable : mapping of str to float
-        In place of `TOLERABLE` for some of them.
+        In place of `TOLERABLE_ERRORS` for some of them.
     try_signs : bool
         Whether reversed and exchanged axes are looked for.
     iterations : int
@@ -102,7 +102,7 @@ class CompatibilitySettings:
         If an error is called otherwise.
     """
 
-    free: tuple[str, ...] = DEFAULT_FREE
+    free: tuple[str, ...] = DEFAULT_FREE_ERRORS
     plausible: Mapping[str, float] = field(default_factory=dict)
     tolerable: Mapping[str, float] = field(default_factory=dict)
     try_signs: bool = True
@@ -111,19 +111,19 @@ class CompatibilitySettings:
 
     def __post_init__(self) -> None:
         for name in (*self.free, *self.plausible, *self.tolerable):
-            if name not in PLAUSIBLE:
-                known = ", ".join((*DRIVING, *SHOWN))
+            if name not in PLAUSIBLE_ERRORS:
+                known = ", ".join((*KINEMATIC_INPUTS, *KINEMATIC_OUTPUTS))
                 hint = did_you_mean(
                     name,
-                    PLAUSIBLE,
+                    PLAUSIBLE_ERRORS,
                     f"write one of {known}, then .bias, .scale or .delay, as alpha.scale",
                 )
                 raise UnknownNameError(f"'{name}' is not an error of an instrument; {hint}")
 
     def plausible_size(self, name: str) -> float:
         """Return the standard deviation of an error before anything was measured."""
-        return self.plausible.get(name, PLAUSIBLE[name])
+        return self.plausible.get(name, PLAUSIBLE_ERRORS[name])
 
     def tolerable_size(self, name: str) -> float:
         """Return up to which size an error is everyday."""
-        return self.tolerable.get(name, TOLERABLE[name])
+        return self.tolerable.get(name, TOLERABLE_ERRORS[name])

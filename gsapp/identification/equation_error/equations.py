@@ -8,22 +8,22 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import block_diag
 
-from gsapp.dynamics.buildup import LONGITUDINAL_READS, reads_of
+from gsapp.dynamics.buildup import LONGITUDINAL_VARIABLES, linear_variables
 from gsapp.identification.coefficients import Coefficients
-from gsapp.identification.equation_error.instruments import simulated
+from gsapp.identification.equation_error.instrumental_variables import simulate_instruments
 from gsapp.identification.equation_error.regression import (
     Equation,
+    ManeuverRows,
     Regression,
-    Stretch,
     collinear_columns,
 )
 from gsapp.identification.results import DerivativeEstimate, ResponseFit
-from gsapp.identification.smoothing import runs
+from gsapp.identification.smoothing import contiguous_slices
 from gsapp.identification.statistics import response_fit
 from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import DEGREE
 
-WORDS = {
+VARIABLE_TEXT = {
     "alpha": "angle of attack",
     "beta": "sideslip",
     "p": "roll rate",
@@ -33,24 +33,24 @@ WORDS = {
     "da": "aileron",
     "dr": "rudder",
 }
-DRIFT = "drift."
+DRIFT_PREFIX = "drift."
 """Columns for offset and drift of instruments begin so."""
 DRIFT_DEGREE = 2
 """Of the polynomial in time that takes up what an integrated flow angle drifts."""
-FORCES = ("CN", "CA", "CY")
+FORCE_COEFFICIENTS = ("CN", "CA", "CY")
 """Coefficients that the bias of an accelerometer shifts, by another amount each day."""
 _SURFACES = ("de", "da", "dr")
 _LEAST_ANGLE = 0.1 * DEGREE
 _LEAST_RATE = 0.3 * DEGREE
 """Standard deviations below which nothing has moved, rad and rad/s."""
-_OVER_NOISE = 2.0
+_MIN_SIGNAL_TO_NOISE = 2.0
 """Standard deviation over that of the noise, below which nothing has moved."""
-_SHORTEST = 1.0
+_MIN_DURATION = 1.0
 """s of usable record below which nothing is estimated."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Cache:
+class CoefficientCache:
     """What the coefficients of a motion share.
 
     Attributes
@@ -66,7 +66,7 @@ class Cache:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Formed:
+class EquationResult:
     """An equation, or why there is none.
 
     Attributes
@@ -82,13 +82,13 @@ class Formed:
     remarks: tuple[str, ...] = ()
 
 
-def form(
+def build_equation(
     coefficient: str,
     names: Sequence[str],
     fixed: Mapping[str, float],
     found: Sequence[Coefficients],
-    cache: Cache,
-) -> Formed:
+    cache: CoefficientCache,
+) -> EquationResult:
     """Stack the maneuvers into one equation for a coefficient.
 
     Parameters
@@ -100,47 +100,53 @@ def form(
         Derivatives held.
     found : sequence of Coefficients
         Smoothed alike.
-    cache : Cache
+    cache : CoefficientCache
         To be handed on from coefficient to coefficient.
     """
     suffixes = [name.partition("_")[2] for name in names]
     needed = [suffix for suffix in suffixes if suffix != "0"]
     lacking = {
-        index: why for index, one in enumerate(found) if (why := _lacking(coefficient, needed, one))
+        index: why
+        for index, one in enumerate(found)
+        if (why := _missing_channels_text(coefficient, needed, one))
     }
     remarks = tuple(
         f"maneuver {found[index].maneuver} does not count for {coefficient}: {why}"
         for index, why in lacking.items()
     )
     if len(lacking) == len(found):
-        return Formed(equation=None, unearned=_without(names, found, lacking[0]))
+        return EquationResult(
+            equation=None, unearned=_estimates_without_value(names, found, lacking[0])
+        )
     used = [one for index, one in enumerate(found) if index not in lacking]
-    stacked = _stack(coefficient, names, fixed, used, cache)
+    stacked = _stack_maneuvers(coefficient, names, fixed, used, cache)
     length = stacked.y.size * stacked.dt
-    if length < _SHORTEST or stacked.y.size < 3 * len(names):
+    if length < _MIN_DURATION or stacked.y.size < 3 * len(names):
         why = (
             f"only {length:.1f} s of the record can be used"
             if length
             else "no stretch of the record is long enough between missing and clipped samples"
         )
-        return Formed(equation=None, unearned=_all_unknown(names, why), remarks=remarks)
+        return EquationResult(
+            equation=None, unearned=_unknown_estimates(names, why), remarks=remarks
+        )
     unearned = _unexcited(stacked, used)
     angles = {suffix for suffix in needed for one in used if suffix in one.integrated}
     bias = f"{coefficient}_0"
     if angles and bias in names:
-        why = f"the offset of the integrated {WORDS[angles.pop()]} is not known"
+        why = f"the offset of the integrated {VARIABLE_TEXT[angles.pop()]} is not known"
         unearned[bias] = DerivativeEstimate(value=None, status="unknown", why=why)
     keep = [
         index for index, name in enumerate(stacked.names) if name not in unearned or name == bias
     ]
     if all(name == bias for name in names if name not in unearned) and unearned:
         why = "nothing moved"
-        return Formed(
-            equation=None, unearned={**_all_unknown(names, why), **unearned}, remarks=remarks
+        return EquationResult(
+            equation=None, unearned={**_unknown_estimates(names, why), **unearned}, remarks=remarks
         )
     reduced = stacked.of(keep)
     twins = {
-        name: tuple(other for other in partners if not other.startswith(DRIFT))
+        name: tuple(other for other in partners if not other.startswith(DRIFT_PREFIX))
         for name, partners in collinear_columns(reduced).items()
         if name != bias or name not in unearned
     }
@@ -152,28 +158,30 @@ def form(
             confounded_with=partners,
             why=f"it cannot be told apart from {others} in this motion",
         )
-    dropped = _dropped(twins)
+    dropped = _redundant_columns(twins)
     keep = [index for index, name in enumerate(reduced.names) if name not in dropped]
-    return Formed(equation=reduced.of(keep), unearned=unearned, remarks=remarks)
+    return EquationResult(equation=reduced.of(keep), unearned=unearned, remarks=remarks)
 
 
-def explain(equation: Equation, solution: Regression) -> ResponseFit:
+def response_fit_of_equation(equation: Equation, solution: Regression) -> ResponseFit:
     """Return how well the solution follows the smoothed coefficient."""
     return response_fit(equation.y, equation.y - solution.residuals)
 
 
-def _lacking(coefficient: str, needed: Sequence[str], one: Coefficients) -> str:
+def _missing_channels_text(coefficient: str, needed: Sequence[str], one: Coefficients) -> str:
     if coefficient in one.missing:
         return one.missing[coefficient]
     absent = [
-        WORDS[name] for name in needed if name not in one.measured and name not in one.integrated
+        VARIABLE_TEXT[name]
+        for name in needed
+        if name not in one.measured and name not in one.integrated
     ]
     if not absent:
         return ""
     return f"{' and '.join(absent)} {'was' if len(absent) == 1 else 'were'} not measured"
 
 
-def _without(
+def _estimates_without_value(
     names: Sequence[str], found: Sequence[Coefficients], why: str
 ) -> dict[str, DerivativeEstimate]:
     """Say of every derivative whether its own variable is lacking or another one's."""
@@ -181,24 +189,26 @@ def _without(
     for name in names:
         suffix = name.partition("_")[2]
         own = suffix != "0" and not any(suffix in one.measured for one in found)
-        reason = f"{WORDS[suffix]} was not measured" if own else f"it cannot stand alone: {why}"
+        reason = (
+            f"{VARIABLE_TEXT[suffix]} was not measured" if own else f"it cannot stand alone: {why}"
+        )
         unearned[name] = DerivativeEstimate(value=None, status="unknown", why=reason)
     return unearned
 
 
-def _all_unknown(names: Sequence[str], why: str) -> dict[str, DerivativeEstimate]:
+def _unknown_estimates(names: Sequence[str], why: str) -> dict[str, DerivativeEstimate]:
     return {name: DerivativeEstimate(value=None, status="unknown", why=why) for name in names}
 
 
-def _stack(
+def _stack_maneuvers(
     coefficient: str,
     names: Sequence[str],
     fixed: Mapping[str, float],
     used: Sequence[Coefficients],
-    cache: Cache,
+    cache: CoefficientCache,
 ) -> Equation:
-    reads = reads_of(coefficient)
-    longitudinal = reads is LONGITUDINAL_READS
+    reads = linear_variables(coefficient)
+    longitudinal = reads is LONGITUDINAL_VARIABLES
     order = ("0", *reads)
     suffixes = [name.partition("_")[2] for name in names]
     smoothing = used[0].smoother
@@ -208,7 +218,7 @@ def _stack(
     ys: list[FloatArray] = []
     Xs: list[FloatArray] = []
     Zs: list[FloatArray] = []
-    stretches: list[Stretch] = []
+    stretches: list[ManeuverRows] = []
     noise = np.zeros((len(names), len(names)))
     drifts: list[FloatArray] = []
     drifting = any(suffix in one.integrated for suffix in suffixes for one in used)
@@ -228,23 +238,23 @@ def _stack(
         rows = 0
         segments = []
         parts_taken = []
-        for part in runs(good):
+        for part in contiguous_slices(good):
             taken = slice(part.start, part.stop, stride)
             Xs.append(np.column_stack([columns[suffix][taken] for suffix in suffixes]))
             ys.append(y[taken])
             parts_taken.append(taken)
             where = (number, part.start, part.stop, longitudinal)
             if where not in cache.instruments:
-                cache.instruments[where] = simulated(
+                cache.instruments[where] = simulate_instruments(
                     np.column_stack([columns[suffix][taken] for suffix in moving]),
                     np.column_stack([columns[suffix][taken] for suffix in surfaces]),
                 )
-            Zs.append(_instruments(Xs[-1], suffixes, moving, cache.instruments[where]))
+            Zs.append(_instrument_columns(Xs[-1], suffixes, moving, cache.instruments[where]))
             segments.append(slice(rows, rows + ys[-1].size))
             rows += ys[-1].size
-        drifts.append(_drift(one.times, parts_taken, needs_drift=drifting))
+        drifts.append(_drift_columns(one.times, parts_taken, needs_drift=drifting))
         if rows:
-            stretches.append(Stretch(rows=slice(at, at + rows), segments=tuple(segments)))
+            stretches.append(ManeuverRows(rows=slice(at, at + rows), segments=tuple(segments)))
         at += rows
         key = (number, longitudinal)
         if key not in cache.noise:
@@ -255,14 +265,14 @@ def _stack(
     drift = block_diag(*drifts)
     # The bias of the first maneuver is the common one.
     drift = drift[:, 1:] if drifting and "0" in suffixes else drift
-    if not drifting and coefficient in FORCES and "0" in suffixes:
-        drift = offsets(stretches)
+    if not drifting and coefficient in FORCE_COEFFICIENTS and "0" in suffixes:
+        drift = maneuver_offset_columns(stretches)
     spare = drift.shape[1]
     return Equation(
         y=np.concatenate(ys) if ys else np.empty(0),
         X=np.column_stack((np.concatenate(Xs), drift)) if Xs else empty,
         Z=np.column_stack((np.concatenate(Zs), drift)) if Zs else empty,
-        names=(*names, *(f"{DRIFT}{index}" for index in range(spare))),
+        names=(*names, *(f"{DRIFT_PREFIX}{index}" for index in range(spare))),
         stretches=tuple(stretches),
         dt=stride * smoothing.dt,
         stride=stride,
@@ -270,7 +280,7 @@ def _stack(
     )
 
 
-def offsets(stretches: Sequence[Stretch]) -> FloatArray:
+def maneuver_offset_columns(stretches: Sequence[ManeuverRows]) -> FloatArray:
     """Return the columns that give each maneuver an offset of its own, n_maneuvers - 1 of them.
 
     The offsets add up to zero, so that the bias beside them is their mean.
@@ -281,7 +291,7 @@ def offsets(stretches: Sequence[Stretch]) -> FloatArray:
     return np.asarray(columns[:, :-1] - columns[:, -1:], dtype=np.float64)
 
 
-def _drift(times: FloatArray, parts: Sequence[slice], *, needs_drift: bool) -> FloatArray:
+def _drift_columns(times: FloatArray, parts: Sequence[slice], *, needs_drift: bool) -> FloatArray:
     """Return offset, ramp and parabola over the rows of a maneuver, or no column."""
     rows = np.concatenate([times[part] for part in parts]) if parts else np.empty(0)
     if not needs_drift or not rows.size:
@@ -290,7 +300,7 @@ def _drift(times: FloatArray, parts: Sequence[slice], *, needs_drift: bool) -> F
     return np.vander(ramp, DRIFT_DEGREE + 1, increasing=True)
 
 
-def _instruments(
+def _instrument_columns(
     X: FloatArray, suffixes: Sequence[str], moving: Sequence[str], found: FloatArray | None
 ) -> FloatArray:
     """Return the regressors with their states replaced by what the surfaces make of them."""
@@ -308,24 +318,24 @@ def _unexcited(stacked: Equation, used: Sequence[Coefficients]) -> dict[str, Der
     found = {}
     for index, name in enumerate(stacked.names):
         suffix = name.partition("_")[2]
-        if suffix == "0" or name.startswith(DRIFT):
+        if suffix == "0" or name.startswith(DRIFT_PREFIX):
             continue
         spread = float(np.std(stacked.X[:, index]))
         noise = float(np.sqrt(stacked.noise[index, index]))
-        least = least_motion(suffix, used[0])
-        if spread < max(least, _OVER_NOISE * noise):
+        least = excitation_threshold(suffix, used[0])
+        if spread < max(least, _MIN_SIGNAL_TO_NOISE * noise):
             found[name] = DerivativeEstimate(
                 value=None,
                 status="unknown",
-                why=f"the {WORDS[suffix]} hardly moved: {spread / least:.2g} times the least "
+                why=f"the {VARIABLE_TEXT[suffix]} hardly moved: {spread / least:.2g} times the least "
                 "that is needed"
                 if spread < least
-                else f"the {WORDS[suffix]} did not stand out of its noise",
+                else f"the {VARIABLE_TEXT[suffix]} did not stand out of its noise",
             )
     return found
 
 
-def least_motion(suffix: str, one: Coefficients) -> float:
+def excitation_threshold(suffix: str, one: Coefficients) -> float:
     """Return the standard deviation of a regressor below which nothing has moved."""
     if suffix not in ("p", "q", "r"):
         return _LEAST_ANGLE
@@ -334,7 +344,7 @@ def least_motion(suffix: str, one: Coefficients) -> float:
     return _LEAST_RATE * float(np.linalg.norm(hat)) / max(float(np.linalg.norm(rate)), 1e-12)
 
 
-def _dropped(twins: Mapping[str, tuple[str, ...]]) -> set[str]:
+def _redundant_columns(twins: Mapping[str, tuple[str, ...]]) -> set[str]:
     """Return one less than every group of twins, so that the rest can be solved."""
     dropped: set[str] = set()
     for name, partners in twins.items():

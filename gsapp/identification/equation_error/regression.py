@@ -17,19 +17,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gsapp.identification.statistics import Part, joint_covariance
+from gsapp.identification.statistics import ManeuverFitData, joint_covariance
 from gsapp.quantities import FloatArray
 
 _LONGEST_CORRELATION = 2.0
 """Of the residuals, s: how far their autocovariance is followed."""
-_LEAST_OVER_NOISE = 3.0
+_MIN_SIGNAL_TO_NOISE = 3.0
 """What the other regressors leave of one, over the noise in it: below, it is noise."""
 _LARGEST_INFLATION = 1e7
 """Of a variance by collinearity, where there is no noise to compare with."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Stretch:
+class ManeuverRows:
     """The rows of one maneuver in an equation.
 
     Attributes
@@ -56,7 +56,7 @@ class Equation:
         Instruments; X itself for least squares.
     names : tuple of str
         Of the columns.
-    stretches : tuple of Stretch
+    stretches : tuple of ManeuverRows
         One for each maneuver.
     dt : float
         Between rows, s.
@@ -70,7 +70,7 @@ class Equation:
     X: FloatArray
     Z: FloatArray
     names: tuple[str, ...]
-    stretches: tuple[Stretch, ...]
+    stretches: tuple[ManeuverRows, ...]
     dt: float
     stride: int
     noise: FloatArray
@@ -120,7 +120,7 @@ class Regression:
         return found
 
 
-def values_of(
+def solve_parameters(
     equation: Equation, weights: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Return the parameters, shape (k,), and P, shape (n, k), of the equation.
@@ -146,12 +146,12 @@ def values_of(
     return np.asarray(found, dtype=np.float64), np.asarray(basis @ mixed, dtype=np.float64)
 
 
-def growth_by_instruments(equation: Equation) -> float:
+def instrument_inflation(equation: Equation) -> float:
     """Return by what factor instruments widen the bounds, the median over the parameters.
 
     Infinite where the instruments leave the equation without a solution.
     """
-    _, projected = values_of(equation)
+    _, projected = solve_parameters(equation)
     wide, narrow = (
         np.diag(np.linalg.pinv(columns.T @ columns, rcond=1e-14, hermitian=True))
         for columns in (projected, equation.X)
@@ -161,11 +161,11 @@ def growth_by_instruments(equation: Equation) -> float:
     return float(np.median(np.sqrt(wide / narrow)))
 
 
-def solve(equation: Equation) -> Regression:
+def solve_equation(equation: Equation) -> Regression:
     """Solve an equation; maneuvers count by the size of their own residuals."""
-    theta, projected = values_of(equation)
+    theta, projected = solve_parameters(equation)
     residuals = equation.y - equation.X @ theta
-    sizes = _sizes(residuals, equation.stretches)
+    sizes = _residual_rms(residuals, equation.stretches)
     if len(sizes) > 1 and sizes.min() > 0.0:
         weights = np.concatenate(
             [
@@ -173,10 +173,10 @@ def solve(equation: Equation) -> Regression:
                 for stretch, size in zip(equation.stretches, sizes, strict=True)
             ]
         )
-        theta, projected = values_of(equation, weights)
+        theta, projected = solve_parameters(equation, weights)
         projected = projected / weights[:, None]
         residuals = equation.y - equation.X @ theta
-        sizes = _sizes(residuals, equation.stretches)
+        sizes = _residual_rms(residuals, equation.stretches)
     width = theta.size
     scale = np.maximum(np.linalg.norm(projected, axis=0), 1e-300)
     floor = max(float(sizes.max()), 1e-300) * 1e-9
@@ -185,9 +185,11 @@ def solve(equation: Equation) -> Regression:
     for stretch, size in zip(equation.stretches, sizes, strict=True):
         S = projected[stretch.rows, None, :] / scale
         W = np.array([[1.0 / max(float(size), floor) ** 2]])
-        parts.append(Part(S=S, v=residuals[stretch.rows, None], W=W, segments=stretch.segments))
+        parts.append(
+            ManeuverFitData(S=S, v=residuals[stretch.rows, None], W=W, segments=stretch.segments)
+        )
         information += W[0, 0] * S[:, 0].T @ S[:, 0]
-    covariance = joint_covariance(parts, width, lags=_lags(equation))
+    covariance = joint_covariance(parts, width, lags=_correlation_lags(equation))
     white = np.linalg.pinv(information, hermitian=True) / equation.stride
     unscale = 1.0 / scale[:, None] / scale
     return Regression(
@@ -199,11 +201,11 @@ def solve(equation: Equation) -> Regression:
     )
 
 
-def _sizes(residuals: FloatArray, stretches: Sequence[Stretch]) -> FloatArray:
+def _residual_rms(residuals: FloatArray, stretches: Sequence[ManeuverRows]) -> FloatArray:
     return np.array([np.sqrt(np.mean(residuals[one.rows] ** 2)) for one in stretches])
 
 
-def _lags(equation: Equation) -> int:
+def _correlation_lags(equation: Equation) -> int:
     longest = max(
         (part.stop - part.start for one in equation.stretches for part in one.segments), default=1
     )
@@ -227,7 +229,7 @@ def collinear_columns(equation: Equation) -> dict[str, tuple[str, ...]]:
         alone = 1.0 / np.maximum(np.diag(inverse), 1e-300)
         weights = inverse / np.diag(inverse)
         own = np.einsum("ij,ik,kj->j", weights, noise[np.ix_(left, left)], weights)
-        ratio = alone / np.maximum(_LEAST_OVER_NOISE * own, 1.0 / _LARGEST_INFLATION)
+        ratio = alone / np.maximum(_MIN_SIGNAL_TO_NOISE * own, 1.0 / _LARGEST_INFLATION)
         worst = int(np.argmin(ratio))
         if ratio[worst] >= 1.0:
             break

@@ -1,8 +1,8 @@
 """Fourier transform regression: derivatives with bounds in flight, and from maneuvers after it."""
 
 from gsapp.identification.ftr.estimates import EstimateHistory, LiveEstimate
-from gsapp.identification.ftr.maneuvers import estimate
-from gsapp.identification.ftr.online import FTR
-from gsapp.identification.ftr.settings import Band, FTRSettings
+from gsapp.identification.ftr.maneuver_estimator import estimate
+from gsapp.identification.ftr.online_regression import FTR
+from gsapp.identification.ftr.settings import FrequencyBand, FTRSettings
 
-__all__ = ["FTR", "Band", "EstimateHistory", "FTRSettings", "LiveEstimate", "estimate"]
+__all__ = ["FTR", "EstimateHistory", "FTRSettings", "FrequencyBand", "LiveEstimate", "estimate"]

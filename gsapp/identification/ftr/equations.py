@@ -31,32 +31,32 @@ import numpy.typing as npt
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
 from gsapp.dynamics.sensors import accelerations_at_cg, flow_at_cg
-from gsapp.identification.alignment import advanced, lateness
-from gsapp.identification.axes import COEFFICIENTS
-from gsapp.identification.ftr.air import AirAndGround
-from gsapp.identification.ftr.axis_rows import AxisRows
-from gsapp.identification.ftr.body import AxisBody, axis_body
+from gsapp.identification.axes import AXIS_COEFFICIENTS
+from gsapp.identification.delay_compensation import advance_samples, channel_delays
+from gsapp.identification.ftr.air_data_computer import AirDataComputer
+from gsapp.identification.ftr.axis_dynamics import AxisDynamics, build_axis_dynamics
+from gsapp.identification.ftr.channel_availability import ChannelAvailability
 from gsapp.identification.ftr.channels import (
-    NEEDED_CHANNELS,
-    OPTIONAL,
-    OWN,
-    PITOT,
-    PLACE,
-    REQUIRED,
+    AIRSPEED_CHANNELS,
+    CHANNEL_INDEX,
+    FORCE_ACCELEROMETER,
+    FTR_CHANNELS,
+    OPTIONAL_CHANNELS,
+    REQUIRED_CHANNELS,
     FTRAxis,
 )
-from gsapp.identification.ftr.engines import Engines
-from gsapp.identification.ftr.hearing import Hearing
+from gsapp.identification.ftr.regression_rows import RegressionRows
 from gsapp.identification.ftr.settings import FTRSettings
+from gsapp.identification.ftr.thrust_and_mass import ThrustAndMassModel
 from gsapp.quantities import BoolArray, FloatArray
 
-RUNWAY = 1.25
+MIN_SPEED_OVER_STALL = 1.25
 """Speed over the stall speed below which wheels may touch the ground."""
-STANDING = 0.5
+GROUND_SPEED_SHARE = 0.5
 """Share of the lowest speed that counts, below which the aircraft stands or rolls."""
 
 
-class Equations:
+class RegressionEquations:
     """Turns rows of channels into rows of the regressions; keeps what must be remembered.
 
     Parameters
@@ -96,23 +96,23 @@ class Equations:
         self.aircraft, self.settings = aircraft, settings
         self.axes = tuple(axes)
         self._mass = aircraft.mass.mass if mass is None else mass
-        self._hearing = Hearing(settings, dt, measured)
-        self._air = AirAndGround(settings.speed, dt)
-        self._engines = Engines(aircraft, dt, mass=self._mass, burning=burning)
+        self._hearing = ChannelAvailability(settings, dt, measured)
+        self._air = AirDataComputer(settings.speed, dt)
+        self._engines = ThrustAndMassModel(aircraft, dt, mass=self._mass, burning=burning)
         stall = aircraft.limits.stall_speed
         slow = settings.minimum_speed
-        self._slowest = RUNWAY * stall if slow is None else slow
+        self._slowest = MIN_SPEED_OVER_STALL * stall if slow is None else slow
         positions = aircraft.propulsion.position
         count = max(len(positions), 1)
         self._height = sum(z for _, _, z in positions) / count
         self._sideways = sum(abs(y) for _, y, _ in positions) / count
         self._limits = _instrument_limits(aircraft)
-        late = {} if aligned else lateness(aircraft)
-        self._late = {name: late[name] / dt for name in NEEDED_CHANNELS if name in late}
+        late = {} if aligned else channel_delays(aircraft)
+        self._late = {name: late[name] / dt for name in FTR_CHANNELS if name in late}
         # Channels that are equally late go together.
         self._later: dict[float, list[int]] = {}
         for name, steps in self._late.items():
-            self._later.setdefault(steps, []).append(PLACE[name])
+            self._later.setdefault(steps, []).append(CHANNEL_INDEX[name])
         # The interpolation reaches two samples beyond the time asked for.
         self.ahead = int(max(self._later, default=-2.0)) + 2
 
@@ -123,7 +123,7 @@ class Equations:
 
     # --- rows -----------------------------------------------------------------------------------
 
-    def rows(self, values: FloatArray) -> dict[FTRAxis, AxisRows]:
+    def rows(self, values: FloatArray) -> dict[FTRAxis, RegressionRows]:
         """Return the regressions' rows of consecutive samples.
 
         Parameters
@@ -138,7 +138,7 @@ class Equations:
         known = np.where(finite.T, values.T, 0.0)
 
         def signal(name: str) -> FloatArray:
-            return np.asarray(known[PLACE[name]], dtype=np.float64)
+            return np.asarray(known[CHANNEL_INDEX[name]], dtype=np.float64)
 
         rho, V, qbar = self._air.air(values, held)
         flying = np.isfinite(V) & np.isfinite(qbar)
@@ -146,8 +146,10 @@ class Equations:
         qbar = np.where(flying, qbar, 1.0)
         calibrated = V * np.sqrt(rho / SEA_LEVEL_DENSITY)
         if self._slowest > 0.0:
-            standing = flying & (calibrated < STANDING * self._slowest)
-            flying &= self._air.clear_of_ground(values[:, PLACE["static_pressure"]], rho, standing)
+            standing = flying & (calibrated < GROUND_SPEED_SHARE * self._slowest)
+            flying &= self._air.clear_of_ground(
+                values[:, CHANNEL_INDEX["static_pressure"]], rho, standing
+            )
         flying &= calibrated >= max(self._slowest, 1.0)
         V = np.where(flying, V, 30.0)
         p, q, r = rates = signal("p"), signal("q"), signal("r")
@@ -167,7 +169,7 @@ class Equations:
         ax, ay, an = accelerations_at_cg(place, measured, rates, still)
         ax_spun, ay_spun, an_spun = accelerations_at_cg(place, still, still, rates)
         weight = mass / geometry.wing_area
-        out: dict[FTRAxis, AxisRows] = {}
+        out: dict[FTRAxis, RegressionRows] = {}
         if "lon" in self.axes:
             moment = 1.0 / (geometry.wing_area * geometry.chord)
             pitch = (body.ixx - body.izz) * p * r + body.ixz * (p * p - r * r)
@@ -217,27 +219,27 @@ class Equations:
         finite: BoolArray,
         alive: BoolArray,
         flying: BoolArray,
-    ) -> AxisRows:
+    ) -> RegressionRows:
         valid, ever = flying.copy(), self._hearing.ever
         speaks = np.full(valid.size, self.settings.speed is not None)
-        for name in PITOT:
-            speaks |= alive[:, PLACE[name]]
-        for name in REQUIRED[axis]:
-            place = PLACE[name]
+        for name in AIRSPEED_CHANNELS:
+            speaks |= alive[:, CHANNEL_INDEX[name]]
+        for name in REQUIRED_CHANNELS[axis]:
+            place = CHANNEL_INDEX[name]
             # A surface that stands still may do without an instrument.
             spared = ~ever[:, place] if name in self.settings.still else False
             valid &= finite[:, place] | spared
             speaks &= alive[:, place] | spared
         # What may be missing altogether still interrupts while it only pauses.
-        own = [OWN.get(name) for name in COEFFICIENTS[axis]]
-        for name in (*OPTIONAL[axis], *(one for one in own if one is not None)):
-            valid &= finite[:, PLACE[name]] | ~alive[:, PLACE[name]]
+        own = [FORCE_ACCELEROMETER.get(name) for name in AXIS_COEFFICIENTS[axis]]
+        for name in (*OPTIONAL_CHANNELS[axis], *(one for one in own if one is not None)):
+            valid &= finite[:, CHANNEL_INDEX[name]] | ~alive[:, CHANNEL_INDEX[name]]
         running = np.empty((valid.size, 3), dtype=bool)
         for index, one in enumerate(own):
-            running[:, index] = speaks if one is None else speaks & alive[:, PLACE[one]]
+            running[:, index] = speaks if one is None else speaks & alive[:, CHANNEL_INDEX[one]]
         stacked = np.stack(columns, axis=1)
         stacked[~valid] = 0.0
-        return AxisRows(valid=valid, columns=stacked, running=running)
+        return RegressionRows(valid=valid, columns=stacked, running=running)
 
     def _unclipped(self, values: FloatArray) -> FloatArray:
         """Return the values with samples at the end of an instrument's range missing."""
@@ -249,12 +251,12 @@ class Equations:
         """Return the n rows with late channels as they were at each row's time."""
         own = values[1 : len(values) - self.ahead].copy()
         for steps, places in self._later.items():
-            own[:, places] = advanced(values[:, places], steps)[1 : 1 + len(own)]
+            own[:, places] = advance_samples(values[:, places], steps)[1 : 1 + len(own)]
         return own
 
-    def body(self, axis: FTRAxis) -> AxisBody:
+    def body(self, axis: FTRAxis) -> AxisDynamics:
         """Return how the rates of an axis answer to its moments."""
-        return axis_body(
+        return build_axis_dynamics(
             self.aircraft,
             axis,
             mass=self._mass,
@@ -289,9 +291,9 @@ def _instrument_limits(aircraft: Aircraft) -> tuple[FloatArray, FloatArray]:
         **dict.fromkeys(("p", "q", "r"), sensors.gyro.range),
         **dict.fromkeys(("ax", "ay", "an"), sensors.accelerometer.range),
     }
-    low = np.full(len(NEEDED_CHANNELS), -np.inf)
-    high = np.full(len(NEEDED_CHANNELS), np.inf)
+    low = np.full(len(FTR_CHANNELS), -np.inf)
+    high = np.full(len(FTR_CHANNELS), np.inf)
     for name, (bottom, top) in ranges.items():
         margin = 0.01 * (top - bottom)
-        low[PLACE[name]], high[PLACE[name]] = bottom + margin, top - margin
+        low[CHANNEL_INDEX[name]], high[CHANNEL_INDEX[name]] = bottom + margin, top - margin
     return low, high

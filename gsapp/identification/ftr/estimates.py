@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsapp.identification.axes import derivatives_of
-from gsapp.identification.ftr.judgment import Verdict, words
-from gsapp.identification.ftr.memory import EstimateLog
+from gsapp.identification.ftr.estimate_evaluation import EstimateVerdict, estimate_verdict_text
+from gsapp.identification.ftr.estimate_log import EstimateLog
 from gsapp.identification.ftr.settings import FTRSettings
 from gsapp.identification.results import DerivativeEstimate
 from gsapp.quantities import FloatArray
@@ -61,7 +61,7 @@ class EstimateHistory:
     signal_to_noise: FloatArray
 
 
-def estimate_in(
+def live_estimate_at(
     log: EstimateLog, name: str, row: int, settings: FTRSettings, missing: Mapping[str, str]
 ) -> LiveEstimate:
     """Return one derivative as it stood at one row of the log.
@@ -76,13 +76,13 @@ def estimate_in(
         Coefficients whose equation cannot run now, with the reason in words.
     """
     place = log.names.index(name)
-    verdict = Verdict(int(log.verdicts[row, place]))
+    verdict = EstimateVerdict(int(log.verdicts[row, place]))
     coefficient = name.partition("_")[0]
     companion = int(log.companions[row, place])
     others = derivatives_of(coefficient)[1:]
     partner = others[companion] if companion >= 0 else None
     noise, amplitude, uncertain, listened = (float(x) for x in log.qualities[row, place])
-    earned = verdict is Verdict.EARNED
+    earned = verdict is EstimateVerdict.EARNED
     reach = min(noise / settings.signal_to_noise, 1.0) if not name.endswith("_0") else 1.0
     sure = min(settings.uncertain_share / uncertain, 1.0) if uncertain > 0.0 else 0.0
     return LiveEstimate(
@@ -92,8 +92,8 @@ def estimate_in(
         std=float(log.stds[row, place]) if earned else None,
         cramer_rao=float(log.plains[row, place]) if earned else None,
         status=verdict.status,
-        confounded_with=(partner,) if verdict is Verdict.TOGETHER and partner else (),
-        why=words(
+        confounded_with=(partner,) if verdict is EstimateVerdict.TOGETHER and partner else (),
+        why=estimate_verdict_text(
             verdict,
             name=name,
             companion=None if partner is None else partner.partition("_")[2],
@@ -109,10 +109,10 @@ def estimate_in(
     )
 
 
-def history_in(log: EstimateLog, name: str) -> EstimateHistory:
+def estimate_history(log: EstimateLog, name: str) -> EstimateHistory:
     """Return all estimates of one derivative."""
     place = log.names.index(name)
-    earned = log.verdicts[:, place] == Verdict.EARNED
+    earned = log.verdicts[:, place] == EstimateVerdict.EARNED
     return EstimateHistory(
         name=name,
         times=log.times.copy(),

@@ -13,7 +13,7 @@ from gsapp.quantities import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Information:
+class RecordInformation:
     """What closed records say about the three equations of one axis; sums over records.
 
     All of it lies in one table, so that records add up in one step.
@@ -57,53 +57,53 @@ class Information:
     p: int
 
     @staticmethod
-    def none(p: int) -> Information:
+    def none(p: int) -> RecordInformation:
         """Return the information of no record at all."""
-        return Information(np.zeros((3, _layout(p).size)), p)
+        return RecordInformation(np.zeros((3, _layout(p).size)), p)
 
     @staticmethod
-    def unset(moments: int, p: int) -> Information:
+    def unset(moments: int, p: int) -> RecordInformation:
         """Return a table for some moments, to be filled in."""
-        return Information(np.empty((moments, 3, _layout(p).size)), p)
+        return RecordInformation(np.empty((moments, 3, _layout(p).size)), p)
 
     @staticmethod
-    def stacked(several: Sequence[Information]) -> Information:
+    def stacked(several: Sequence[RecordInformation]) -> RecordInformation:
         """Return information at several moments, arrays of shape (U, 3, ...)."""
         first = several[0]
         if all(each is first for each in several):
             table = np.broadcast_to(first.table, (len(several), *first.table.shape))
         else:
             table = np.stack([each.table for each in several])
-        return Information(table, first.p)
+        return RecordInformation(table, first.p)
 
-    def plus(self, other: Information) -> Information:
+    def plus(self, other: RecordInformation) -> RecordInformation:
         """Return the information of both together."""
         # In the order of C whatever is broadcast: bits of sums must not depend on the chunking.
-        return Information(np.add(self.table, other.table, order="C"), self.p)
+        return RecordInformation(np.add(self.table, other.table, order="C"), self.p)
 
-    def faded(self, share: float) -> Information:
+    def faded(self, share: float) -> RecordInformation:
         """Return the information with the signals behind it faded to a share."""
-        return Information(self.table * _fading(self.p, share), self.p)
+        return RecordInformation(self.table * _fading(self.p, share), self.p)
 
-    def at(self, moments: slice | int) -> Information:
+    def at(self, moments: slice | int) -> RecordInformation:
         """Return some of several moments."""
-        return Information(self.table[moments], self.p)
+        return RecordInformation(self.table[moments], self.p)
 
-    def of(self, equations: BoolArray) -> Information:
+    def of(self, equations: BoolArray) -> RecordInformation:
         """Return what some of the equations say, shape (3,) of bool; nothing for the others."""
-        return Information(np.where(equations[:, np.newaxis], self.table, 0.0), self.p)
+        return RecordInformation(np.where(equations[:, np.newaxis], self.table, 0.0), self.p)
 
     def state(self) -> dict[str, npt.NDArray[np.generic]]:
         """Return the table by name."""
         return {"table": self.table}
 
     @staticmethod
-    def from_state(state: Mapping[str, npt.NDArray[np.generic]], p: int) -> Information:
+    def from_state(state: Mapping[str, npt.NDArray[np.generic]], p: int) -> RecordInformation:
         """Return what `state` was made from."""
         table = np.array(state["table"], dtype=np.float64)
         if table.shape != (3, _layout(p).size):
             raise ValueError(f"information has the shape {table.shape}")
-        return Information(table, p)
+        return RecordInformation(table, p)
 
     @property
     def G(self) -> FloatArray:  # noqa: N802 - its name in the equations

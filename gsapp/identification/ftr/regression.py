@@ -28,7 +28,7 @@ damping derivatives), whether e is noise of the gyros, e = F^-1 n, or a gust's m
 rates answer to. So Re sum conj(L F e) e', L being what an error of the rates makes of the
 regressors and e' the residuals of any equation, is what X'Y holds too much; it is taken out of b
 before the last solution, and |L F e|^2 is noise that excitation is measured against. In the
-force equations half of it is taken out (`AxisBody.trust`).
+force equations half of it is taken out (`AxisDynamics.trust`).
 """
 
 from __future__ import annotations
@@ -37,70 +37,82 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gsapp.identification.ftr.algebra import TINY, cleaned, energy, inverse, orthonormal, paired
-from gsapp.identification.ftr.body import AxisBody
+from gsapp.identification.ftr.axis_dynamics import AxisDynamics
+from gsapp.identification.ftr.batched_linalg import (
+    ZERO_COLUMN_TOLERANCE,
+    combine_real_imag,
+    invert_normal_matrices,
+    orthonormal_basis,
+    subtract_white_noise,
+    sum_of_squares,
+)
 from gsapp.identification.ftr.frequencies import (
     IndexArray,
-    alike,
-    around,
-    chosen_frequencies,
-    kept,
+    frequency_mask,
+    group_by_step,
+    resolved_frequencies,
+    sum_over_neighbors,
 )
-from gsapp.identification.ftr.information import Information
-from gsapp.identification.ftr.residuals import Scratch, answer, coupling, meat
-from gsapp.identification.ftr.settings import Band
-from gsapp.identification.ftr.solution import Evidence
+from gsapp.identification.ftr.information import RecordInformation
+from gsapp.identification.ftr.residual_covariance import (
+    ScratchBuffer,
+    frequency_coupling,
+    rate_response,
+    sandwich_meat,
+)
+from gsapp.identification.ftr.settings import FrequencyBand
+from gsapp.identification.ftr.solution import SolvableInformation
 from gsapp.identification.ftr.transform import Transforms
 from gsapp.quantities import FloatArray
 
-_FIRM = 8.0
+_ROUGHNESS_PRIOR_WEIGHT = 8.0
 """Real equations that the roughness of earlier records counts for in the weight of a record."""
-_LEAST = 1e-120
+_MIN_ROUGHNESS = 1e-120
 """Roughness of targets that hold nothing but rounding; the square of its inverse is a number."""
 
 
-def weigh(
+def solve_records(
     transforms: Transforms,
-    band: Band,
+    band: FrequencyBand,
     spacing: float,
-    past: Information,
-    body: AxisBody,
-    scratch: Scratch,
-) -> tuple[list[Evidence], Information]:
+    past: RecordInformation,
+    body: AxisDynamics,
+    scratch: ScratchBuffer,
+) -> tuple[list[SolvableInformation], RecordInformation]:
     """Return what there is to conclude from at U moments, and what the last of them adds.
 
     Parameters
     ----------
     transforms : Transforms
         Of the record that is open.
-    band : Band
+    band : FrequencyBand
     spacing : float
         Of the frequencies transformed, Hz.
-    past : Information
+    past : RecordInformation
         Of the records before it, at each moment: arrays of shape (U, 3, ...).
-    body : AxisBody
-    scratch : Scratch
+    body : AxisDynamics
+    scratch : ScratchBuffer
     """
     p = transforms.signals.shape[-1] - 7
     count = len(transforms.frequencies)
-    steps, firsts = chosen_frequencies(transforms.listened, band, spacing, count, p)
-    parts: list[Evidence] = []
-    latest = Information.none(p)
-    for moments, step in alike(steps, firsts):
+    steps, firsts = resolved_frequencies(transforms.listened, band, spacing, count, p)
+    parts: list[SolvableInformation] = []
+    latest = RecordInformation.none(p)
+    for moments, step in group_by_step(steps, firsts):
         before = past.at(moments)
         if firsts[moments].any():
-            record = _Record.of(transforms.part(moments, step), firsts[moments], body)
-            own, inverses = _weighed(record, before, body, scratch)
-            parts.append(Evidence(information=own.plus(before), inverse=inverses))
+            record = _RecordEquations.of(transforms.part(moments, step), firsts[moments], body)
+            own, inverses = _solve_record(record, before, body, scratch)
+            parts.append(SolvableInformation(information=own.plus(before), inverse=inverses))
             latest = own.at(-1)
         else:
-            parts.append(Evidence.of_past(before))
-            latest = Information.none(p)
+            parts.append(SolvableInformation.of_past(before))
+            latest = RecordInformation.none(p)
     return parts, latest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Record:
+class _RecordEquations:
     """Normal equations of the open record at U moments, from m frequencies; r = 2 m rows.
 
     Attributes
@@ -142,11 +154,11 @@ class _Record:
     white: FloatArray
 
     @staticmethod
-    def of(transforms: Transforms, firsts: IndexArray, body: AxisBody) -> _Record:
+    def of(transforms: Transforms, firsts: IndexArray, body: AxisDynamics) -> _RecordEquations:
         """Return the equations from all frequencies not below the first of each moment."""
         moments, _, count, columns = transforms.signals.shape
         p = columns - 7
-        keep = kept(firsts, count)
+        keep = frequency_mask(firsts, count)
         number = keep.sum(axis=1)
         signals = transforms.signals[:, :, 1:]
         if keep.all():
@@ -158,7 +170,7 @@ class _Record:
         sizes = np.ones((moments, 4))
         sizes[:, 0] = pressure * listened
         sizes[:, 1] = sizes[:, 0] * listened
-        basis, used = orthonormal(signals[:, :, p + 3 :], sizes)
+        basis, used = orthonormal_basis(signals[:, :, p + 3 :], sizes)
         moved = signals[:, :, : p + 3]
         moved = moved - basis @ (np.swapaxes(basis, 1, 2) @ moved)
         products = np.swapaxes(moved, 1, 2) @ moved
@@ -166,7 +178,7 @@ class _Record:
         # White noise of variance v in a sample gives v times the squared weights at any frequency.
         sample = transforms.noise * body.sharpness
         times = (transforms.squared * number)[:, np.newaxis]
-        return _Record(
+        return _RecordEquations(
             transforms=transforms,
             keep=keep,
             number=number,
@@ -186,9 +198,9 @@ class _Record:
         )
 
 
-def _weighed(
-    record: _Record, past: Information, body: AxisBody, scratch: Scratch
-) -> tuple[Information, FloatArray]:
+def _solve_record(
+    record: _RecordEquations, past: RecordInformation, body: AxisDynamics, scratch: ScratchBuffer
+) -> tuple[RecordInformation, FloatArray]:
     """Return what the record says at U moments, and the inverse of G of all records together."""
     X, Y, counts = record.X, record.Y, record.counts
     transforms = record.transforms
@@ -197,27 +209,27 @@ def _weighed(
     # Before its residuals are known, a record is taken to be as rough as those before it.
     known = past.freedom > 0.0
     usual = squared * past.rss / np.where(known, past.freedom, 1.0)
-    least = TINY * record.energy / np.maximum(number, 1.0) + _LEAST
+    least = ZERO_COLUMN_TOLERANCE * record.energy / np.maximum(number, 1.0) + _MIN_ROUGHNESS
     weight = counts / np.where(known, np.maximum(usual, least), 1.0)
     b = np.add(past.b, weight[:, :, np.newaxis] * record.b, order="C")
     alone = not known.any()
     G = record.G[:, np.newaxis]
     weighted = weight[:, :, np.newaxis, np.newaxis] * G
-    inverses = inverse(G if alone else np.add(past.G, weighted, order="C"))
+    inverses = invert_normal_matrices(G if alone else np.add(past.G, weighted, order="C"))
     theta = np.matvec(inverses, b)
     residual = Y - X @ np.swapaxes(theta, 1, 2)
     # How many of the unknowns this record had to pay for, and where.
     squares = X[:, :, :, np.newaxis] * X[:, :, np.newaxis, :]
-    pairs = paired(squares).reshape(moments, -1, p * p)
+    pairs = combine_real_imag(squares).reshape(moments, -1, p * p)
     each_way = (weight[:, :, np.newaxis, np.newaxis] * inverses).reshape(-1, 3, p * p)
     lever = pairs @ np.swapaxes(each_way, 1, 2)
     freedom = 2.0 * number - record.used[:, np.newaxis] - lever.sum(axis=1)
     scale = 2.0 * number / np.maximum(freedom, 1.0)
-    some = _FIRM * known
-    rough = (energy(residual) + some * usual) / np.maximum(freedom + some, 1.0)
+    some = _ROUGHNESS_PRIOR_WEIGHT * known
+    rough = (sum_of_squares(residual) + some * usual) / np.maximum(freedom + some, 1.0)
     weight = counts / np.maximum(rough, least)
 
-    own = Information.unset(moments, p)
+    own = RecordInformation.unset(moments, p)
     each = weight[:, :, np.newaxis]
     np.multiply(each[..., np.newaxis], G, out=own.G)
     np.multiply(each, record.white[:, np.newaxis], out=own.white)
@@ -225,37 +237,43 @@ def _weighed(
         there = each > 0.0
         inverses = inverses * np.where(there, 1.0 / np.where(there, each, 1.0), 0.0)[..., None]
     else:
-        inverses = inverse(np.add(past.G, own.G, order="C"))
-    inverses = cleaned(inverses, past.white + own.white)
+        inverses = invert_normal_matrices(np.add(past.G, own.G, order="C"))
+    inverses = subtract_white_noise(inverses, past.white + own.white)
 
     # What of the regressors goes with the residuals: rates, and flow angles moved to the CG.
     omega = 2.0 * np.pi * transforms.frequencies[1:]
     reach = body.reach * transforms.turning[:, np.newaxis, np.newaxis]
-    moving = answer(residual, theta, body, transforms.turning, omega) @ np.swapaxes(reach, 1, 2)
+    moving = rate_response(residual, theta, body, transforms.turning, omega) @ np.swapaxes(
+        reach, 1, 2
+    )
     excess = np.swapaxes(residual, 1, 2) @ moving * (scale * body.trust)[:, :, np.newaxis]
     np.multiply(each, record.b - excess, out=own.b)
     theta = np.matvec(inverses, np.add(past.b, own.b, order="C"))
     residual = Y - X @ np.swapaxes(theta, 1, 2)
 
     # The fit takes most of what there is at the lowest frequencies, where trim and motion lie.
-    taken = lever + paired(np.vecdot(record.basis, record.basis)[:, :, np.newaxis])
+    taken = lever + combine_real_imag(np.vecdot(record.basis, record.basis)[:, :, np.newaxis])
     keep = record.keep[:, :, np.newaxis]
-    neighbors = np.maximum(around(keep), 1.0)
-    left = np.maximum(around((2.0 - taken) * keep) / neighbors, 0.1)
-    level = np.sqrt(2.0 * keep * around(paired(residual**2)) / (neighbors * left))
-    spun = meat(X, level, coupling(transforms.correlation, len(omega), scratch))
+    neighbors = np.maximum(sum_over_neighbors(keep), 1.0)
+    left = np.maximum(sum_over_neighbors((2.0 - taken) * keep) / neighbors, 0.1)
+    level = np.sqrt(
+        2.0 * keep * sum_over_neighbors(combine_real_imag(residual**2)) / (neighbors * left)
+    )
+    spun = sandwich_meat(X, level, frequency_coupling(transforms.correlation, len(omega), scratch))
     np.multiply((each**2)[..., np.newaxis], spun, out=own.meat)
-    shaken = energy(moving) * scale[:, list(body.equations)].max(axis=1)[:, np.newaxis]
+    shaken = sum_of_squares(moving) * scale[:, list(body.equations)].max(axis=1)[:, np.newaxis]
     still = record.still
     noise = np.where(body.turns, np.maximum(still, shaken), still + shaken)
     np.multiply(each, noise[:, np.newaxis], out=own.noise)
-    own.rss[:] = counts * energy(residual) / np.where(squared > 0.0, squared, 1.0)
+    own.rss[:] = counts * sum_of_squares(residual) / np.where(squared > 0.0, squared, 1.0)
     own.freedom[:] = counts * freedom
-    _describe(own, record, level, each)
+    _fill_summary_terms(own, record, level, each)
     return own, inverses
 
 
-def _describe(own: Information, record: _Record, level: FloatArray, each: FloatArray) -> None:
+def _fill_summary_terms(
+    own: RecordInformation, record: _RecordEquations, level: FloatArray, each: FloatArray
+) -> None:
     """Fill in what does not depend on the solution itself: sizes, and what is at zero frequency."""
     transforms, counts = record.transforms, record.counts
     p = own.p

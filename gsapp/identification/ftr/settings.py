@@ -7,14 +7,14 @@ from dataclasses import asdict, dataclass, field
 from typing import Literal
 
 from gsapp.foundation import FlightError
-from gsapp.identification.zeros import ACCELEROMETER_OFFSET
+from gsapp.identification.zero_offsets import ACCELEROMETER_OFFSET
 
 Gate = Literal["always", "maneuvers"]
 """Listen all the time, or only within the windows that are opened with `FTR.begin`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Band:
+class FrequencyBand:
     """Frequencies of the regressions of one axis, Hz.
 
     Attributes
@@ -33,7 +33,7 @@ class FTRSettings:
 
     Attributes
     ----------
-    longitudinal, lateral : Band
+    longitudinal, lateral : FrequencyBand
         The roll mode of the B777 lies at 2 Hz, its short period at 0.8 Hz.
     spacing : float
         Of the frequencies, Hz. While less than ``1/spacing`` seconds were listened to, only every
@@ -73,8 +73,10 @@ class FTRSettings:
         A derivative is unknown until there are so many more real equations than unknowns.
     """
 
-    longitudinal: Band = field(default_factory=lambda: Band(lowest=0.1, highest=2.0))
-    lateral: Band = field(default_factory=lambda: Band(lowest=0.1, highest=3.0))
+    longitudinal: FrequencyBand = field(
+        default_factory=lambda: FrequencyBand(lowest=0.1, highest=2.0)
+    )
+    lateral: FrequencyBand = field(default_factory=lambda: FrequencyBand(lowest=0.1, highest=3.0))
     spacing: float = 0.1
     forgetting: float | None = None
     gate: Gate = "always"

@@ -8,15 +8,15 @@ from dataclasses import dataclass, fields
 import numpy as np
 import numpy.typing as npt
 
-from gsapp.identification.ftr.algebra import cleaned
-from gsapp.identification.ftr.algebra import inverse as inverse_of
-from gsapp.identification.ftr.body import AxisBody
-from gsapp.identification.ftr.information import Information
+from gsapp.identification.ftr.axis_dynamics import AxisDynamics
+from gsapp.identification.ftr.batched_linalg import invert_normal_matrices as inverse_of
+from gsapp.identification.ftr.batched_linalg import subtract_white_noise
+from gsapp.identification.ftr.information import RecordInformation
 from gsapp.quantities import FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Solution:
+class FTRSolution:
     """Estimates at U moments, from one axis's three equations.
 
     Attributes
@@ -75,10 +75,10 @@ class Solution:
         out[0, 0] = self.bias_std[-1, equation] ** 2
         return out
 
-    def at(self, moment: int) -> Solution:
+    def at(self, moment: int) -> FTRSolution:
         """Return one moment (U = 1)."""
         place = moment % len(self.theta)
-        return Solution(
+        return FTRSolution(
             **{one.name: getattr(self, one.name)[place : place + 1].copy() for one in fields(self)}
         )
 
@@ -87,52 +87,54 @@ class Solution:
         return {one.name: getattr(self, one.name) for one in fields(self)}
 
     @staticmethod
-    def from_state(state: Mapping[str, npt.NDArray[np.generic]]) -> Solution:
+    def from_state(state: Mapping[str, npt.NDArray[np.generic]]) -> FTRSolution:
         """Return what `state` was made from."""
-        names = (one.name for one in fields(Solution))
-        return Solution(**{name: np.array(state[name], dtype=np.float64) for name in names})
+        names = (one.name for one in fields(FTRSolution))
+        return FTRSolution(**{name: np.array(state[name], dtype=np.float64) for name in names})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Evidence:
+class SolvableInformation:
     """What there is to conclude from at U moments.
 
     Attributes
     ----------
-    information : Information
+    information : RecordInformation
         Of all records, arrays of shape (U, 3, ...).
     inverse : ndarray, shape (U, 3, p, p)
         Of its G, white noise of the regressors taken off.
     """
 
-    information: Information
+    information: RecordInformation
     inverse: FloatArray
 
     @staticmethod
-    def of_past(past: Information) -> Evidence:
+    def of_past(past: RecordInformation) -> SolvableInformation:
         """Return what closed records alone say, at U moments."""
-        return Evidence(information=past, inverse=cleaned(inverse_of(past.G), past.white))
+        return SolvableInformation(
+            information=past, inverse=subtract_white_noise(inverse_of(past.G), past.white)
+        )
 
     @staticmethod
-    def joined(parts: Sequence[Evidence]) -> Evidence:
+    def joined(parts: Sequence[SolvableInformation]) -> SolvableInformation:
         """Return moments one after the other."""
         if len(parts) == 1:
             return parts[0]
         tables = np.concatenate([part.information.table for part in parts])
-        return Evidence(
-            information=Information(tables, parts[0].information.p),
+        return SolvableInformation(
+            information=RecordInformation(tables, parts[0].information.p),
             inverse=np.concatenate([part.inverse for part in parts]),
         )
 
 
-def conclude(evidence: Evidence, body: AxisBody) -> Solution:
+def solve_estimates(evidence: SolvableInformation, body: AxisDynamics) -> FTRSolution:
     """Return estimates and their qualities."""
     information, inverse = evidence.information, evidence.inverse
     G = information.G
     p = G.shape[-1]
     theta = np.matvec(inverse, information.b)
     diagonal: FloatArray = np.diagonal(G, axis1=2, axis2=3)
-    wide = _wider(diagonal**2 / np.maximum(information.weighty, 1e-300))
+    wide = _bound_inflation(diagonal**2 / np.maximum(information.weighty, 1e-300))
     covariance = inverse @ information.meat @ inverse
     covariance *= wide[..., np.newaxis] * wide[..., np.newaxis, :]
     there = diagonal > 0.0
@@ -161,7 +163,7 @@ def conclude(evidence: Evidence, body: AxisBody) -> Solution:
     # What white noise made of G is taken off already.
     left = information.noise - information.white
     scale = np.sqrt(natural)
-    return Solution(
+    return FTRSolution(
         theta=theta,
         covariance=covariance,
         std=std,
@@ -182,7 +184,7 @@ def conclude(evidence: Evidence, body: AxisBody) -> Solution:
     )
 
 
-def _wider(freedom: FloatArray) -> FloatArray:
+def _bound_inflation(freedom: FloatArray) -> FloatArray:
     """Return what widens bounds so that three of them hold as much as of a normal distribution.
 
     The level of the residuals is itself estimated, around each frequency from its neighbors: as

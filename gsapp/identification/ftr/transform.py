@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from gsapp.identification.ftr.settings import Band
+from gsapp.identification.ftr.settings import FrequencyBand
 from gsapp.quantities import BoolArray, FloatArray
 
 ComplexArray = npt.NDArray[np.complex128]
@@ -95,7 +95,7 @@ class RunningTransform:
     ----------
     regressors : int
         p.
-    band : Band
+    band : FrequencyBand
     spacing : float
         Hz.
     forgetting : float or None
@@ -109,7 +109,7 @@ class RunningTransform:
     def __init__(
         self,
         regressors: int,
-        band: Band,
+        band: FrequencyBand,
         spacing: float,
         forgetting: float | None,
         dt: float,
@@ -153,7 +153,7 @@ class RunningTransform:
         Parameters
         ----------
         columns : ndarray, shape (U, N + 1, p + 9)
-            As `AxisRows.columns`, each block headed by the last row of the block before.
+            As `RegressionRows.columns`, each block headed by the last row of the block before.
         valid : ndarray of bool, shape (U, N + 1)
         running : ndarray of bool, shape (U, N + 1, 3)
         """

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gsapp.identification.ftr.axis_rows import AxisRows
+from gsapp.identification.ftr.regression_rows import RegressionRows
 
 
 @dataclass(slots=True, kw_only=True)
-class Window:
+class EstimationWindow:
     """A stretch of flight that is listened to.
 
     Attributes
@@ -41,7 +41,7 @@ class Window:
             return first, 2**62
         return first, -(-math.floor(self.stop * rate + 1e-6) // block)
 
-    def masked(self, first: int, rows: AxisRows, rate: float, block: int) -> AxisRows:
+    def masked(self, first: int, rows: RegressionRows, rate: float, block: int) -> RegressionRows:
         """Return rows of whole blocks, from a number on, with what lies outside not valid."""
         count, length = rows.valid.shape
         places = (first + np.arange(count))[:, np.newaxis] * block + np.arange(length)
@@ -49,4 +49,4 @@ class Window:
         inside = times >= self.start - 1e-9
         if self.stop is not None:
             inside &= times <= self.stop + 1e-9
-        return AxisRows(valid=rows.valid & inside, columns=rows.columns, running=rows.running)
+        return RegressionRows(valid=rows.valid & inside, columns=rows.columns, running=rows.running)

@@ -14,13 +14,13 @@ from scipy import linalg
 
 from gsapp.dynamics.linearization import LinearModel
 from gsapp.foundation import FlightError
-from gsapp.identification.linear_models.signals import Signals
-from gsapp.identification.smoothing import choose_cutoff, smoother
+from gsapp.identification.linear_models.signals import LinearModelSignals
+from gsapp.identification.smoothing import build_smoother, select_cutoff
 from gsapp.quantities import FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class BatchLeastSquares:
+class BatchLeastSquaresResult:
     """A model with the uncertainty of its entries.
 
     Attributes
@@ -39,12 +39,12 @@ class BatchLeastSquares:
     D_std: FloatArray
 
 
-def batch_least_squares(stretches: Sequence[Signals]) -> BatchLeastSquares:
+def batch_least_squares(stretches: Sequence[LinearModelSignals]) -> BatchLeastSquaresResult:
     """Fit a model to measured states, inputs and outputs.
 
     Parameters
     ----------
-    stretches : sequence of Signals
+    stretches : sequence of LinearModelSignals
         Each without a gap; states, inputs and outputs alike in all.
 
     Raises
@@ -54,8 +54,8 @@ def batch_least_squares(stretches: Sequence[Signals]) -> BatchLeastSquares:
     """
     first = stretches[0]
     dt = first.dt
-    cutoff = max(choose_cutoff(one.states, dt) for one in stretches)
-    filtering = smoother(dt, cutoff)
+    cutoff = max(select_cutoff(one.states, dt) for one in stretches)
+    filtering = build_smoother(dt, cutoff)
     n, m = first.states.shape[1], first.inputs.shape[1]
     left, right = [], []
     for one in stretches:
@@ -95,7 +95,7 @@ def batch_least_squares(stretches: Sequence[Signals]) -> BatchLeastSquares:
     mse = np.sum(errors**2, axis=0) / (len(X) * (1.0 - (n + m) / effective))
     inverse = np.linalg.inv(X.T @ X).diagonal() * len(X) / effective
     table, std = solution.T, np.sqrt(np.outer(mse, inverse))
-    return BatchLeastSquares(
+    return BatchLeastSquaresResult(
         model=LinearModel(
             states=first.state_names,
             inputs=first.input_names,

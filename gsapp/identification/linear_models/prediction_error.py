@@ -15,13 +15,13 @@ import numpy as np
 import numpy.typing as npt
 from scipy import linalg
 
-from gsapp.identification.linear_models.records import DiscreteModel, Record
+from gsapp.identification.linear_models.discrete_model import DiscreteModel, InputOutputRecord
 from gsapp.quantities import FloatArray
 
 IndexArray = npt.NDArray[np.int64]
 
-MOST_ROUNDS = 40
-SETTLED = 1e-5
+MAX_ITERATIONS = 40
+COST_TOLERANCE = 1e-5
 """Relative fall of the cost below which it counts as converged."""
 
 
@@ -47,8 +47,8 @@ class PredictionErrorResult:
     converged: bool
 
 
-def prediction_error(
-    records: Sequence[Record],
+def refine_by_prediction_error(
+    records: Sequence[InputOutputRecord],
     model: DiscreteModel,
     starts: Sequence[FloatArray],
     *,
@@ -58,9 +58,10 @@ def prediction_error(
 
     Parameters
     ----------
-    records : sequence of Record
+    records : sequence of InputOutputRecord
     model : DiscreteModel
-        Where to start from, such as `gsapp.identification.linear_models.subspace.subspace` gives.
+        Where to start from, such as
+        `gsapp.identification.linear_models.subspace.identify_subspace_model` gives.
     starts : sequence of ndarray
         State at the first sample of each record.
     innovations : bool
@@ -76,7 +77,7 @@ def prediction_error(
     current, own_starts = model, [np.array(one) for one in starts]
     cost = before = _cost(records, current, own_starts, weight)
     damping, rounds, converged = 1e-3, 0, False
-    while rounds < MOST_ROUNDS and not converged:
+    while rounds < MAX_ITERATIONS and not converged:
         rounds += 1
         normal, gradient = _normal_equations(records, current, own_starts, weight, innovations)
         scale = np.sqrt(np.maximum(normal.diagonal(), 1e-12 * normal.diagonal().max()))
@@ -86,10 +87,10 @@ def prediction_error(
             step = linalg.solve(
                 scaled + damping * np.eye(len(scaled)), slope, assume_a="pos"
             ) / scale  # fmt: skip
-            trial, trial_starts = _moved(current, own_starts, step, innovations)
+            trial, trial_starts = _apply_step(current, own_starts, step, innovations)
             value = _cost(records, trial, trial_starts, weight)
             if value < cost:
-                converged = cost - value < SETTLED * cost
+                converged = cost - value < COST_TOLERANCE * cost
                 current, own_starts, cost = trial, trial_starts, value
                 damping, improved = max(damping / 5.0, 1e-9), True
                 break
@@ -102,13 +103,13 @@ def prediction_error(
     )  # fmt: skip
 
 
-def _output_scale(records: Sequence[Record]) -> FloatArray:
+def _output_scale(records: Sequence[InputOutputRecord]) -> FloatArray:
     outputs = np.vstack([record.outputs for record in records])
     return np.asarray(outputs.std(axis=0), dtype=np.float64)
 
 
 def _cost(
-    records: Sequence[Record],
+    records: Sequence[InputOutputRecord],
     model: DiscreteModel,
     starts: Sequence[FloatArray],
     weight: FloatArray,
@@ -125,15 +126,15 @@ def _cost(
     return total / count
 
 
-def _sizes(model: DiscreteModel, innovations: bool) -> tuple[int, ...]:
+def _block_sizes(model: DiscreteModel, innovations: bool) -> tuple[int, ...]:
     n, m, p = model.order, model.B.shape[1], model.C.shape[0]
     return n * n, n * m, p * n, p * m, n * p if innovations else 0
 
 
-def _moved(
+def _apply_step(
     model: DiscreteModel, starts: Sequence[FloatArray], step: FloatArray, innovations: bool
 ) -> tuple[DiscreteModel, list[FloatArray]]:
-    parts = np.split(step, np.cumsum(_sizes(model, innovations)))
+    parts = np.split(step, np.cumsum(_block_sizes(model, innovations)))
     A, B, C, D, K = (part.reshape(-1) for part in parts[:5])
     moved = replace(
         model,
@@ -147,7 +148,7 @@ def _moved(
     return moved, [start + shift for start, shift in zip(starts, shifts, strict=True)]
 
 
-class _Places(NamedTuple):
+class _EntryIndices(NamedTuple):
     """Where the entries of each matrix stand: rows and columns of a table of slopes.
 
     An entry (i, j) of A, B or K moves state i as x, u or e number j does; one of C or D moves
@@ -161,9 +162,9 @@ class _Places(NamedTuple):
     K: tuple[IndexArray, IndexArray]
 
     @classmethod
-    def of(cls, model: DiscreteModel, innovations: bool) -> _Places:
+    def of(cls, model: DiscreteModel, innovations: bool) -> _EntryIndices:
         n, m, p = model.order, model.B.shape[1], model.C.shape[0]
-        sizes = _sizes(model, innovations)
+        sizes = _block_sizes(model, innovations)
         first = np.concatenate(([0], np.cumsum(sizes)))
         shapes = ((n, n), (n, m), (p, n), (p, m), (n if innovations else 0, p))
         return cls(
@@ -175,7 +176,7 @@ class _Places(NamedTuple):
 
 
 def _normal_equations(
-    records: Sequence[Record],
+    records: Sequence[InputOutputRecord],
     model: DiscreteModel,
     starts: Sequence[FloatArray],
     weight: FloatArray,
@@ -183,8 +184,8 @@ def _normal_equations(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the Gauss-Newton matrix and right side over all free entries."""
     n, p = model.order, model.C.shape[0]
-    shared = sum(_sizes(model, innovations))
-    places = _Places.of(model, innovations)
+    shared = sum(_block_sizes(model, innovations))
+    places = _EntryIndices.of(model, innovations)
     closed = model.A - model.K @ model.C
     feedback = bool(model.K.any())
     normal = np.zeros((shared + n * len(records),) * 2)

@@ -11,25 +11,28 @@ import numpy as np
 from gsapp.foundation import FlightError
 from gsapp.identification.maneuver import Maneuver
 from gsapp.identification.motion import measured_motion
-from gsapp.identification.smoothing import runs
+from gsapp.identification.smoothing import contiguous_slices
 from gsapp.quantities import BoolArray, FloatArray
 
 LinearAxis = Literal["lon", "lat"]
 
-STATES: Mapping[LinearAxis, tuple[str, ...]] = {"lon": ("alpha", "q"), "lat": ("beta", "p", "r")}
-INPUTS: Mapping[LinearAxis, tuple[str, ...]] = {"lon": ("de",), "lat": ("da", "dr")}
-OUTPUTS: Mapping[LinearAxis, tuple[str, ...]] = {
+LINEAR_STATES: Mapping[LinearAxis, tuple[str, ...]] = {
+    "lon": ("alpha", "q"),
+    "lat": ("beta", "p", "r"),
+}
+LINEAR_INPUTS: Mapping[LinearAxis, tuple[str, ...]] = {"lon": ("de",), "lat": ("da", "dr")}
+LINEAR_OUTPUTS: Mapping[LinearAxis, tuple[str, ...]] = {
     "lon": ("an", "alpha", "q"),
     "lat": ("ay", "beta", "p", "r"),
 }
 """As in (7.2.12)-(7.2.15)."""
 
-SHORTEST = 1.0
+MIN_SIGNAL_DURATION = 1.0
 """Stretches shorter than this (s) are left out."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Signals:
+class LinearModelSignals:
     """One stretch without a missing sample.
 
     Attributes
@@ -61,7 +64,7 @@ class Signals:
         return float(self.times[1] - self.times[0])
 
 
-def signals_of(maneuver: Maneuver, axis: LinearAxis) -> tuple[Signals, ...]:
+def linear_model_signals(maneuver: Maneuver, axis: LinearAxis) -> tuple[LinearModelSignals, ...]:
     """Return the stretches of a maneuver in which everything was measured.
 
     Raises
@@ -70,53 +73,57 @@ def signals_of(maneuver: Maneuver, axis: LinearAxis) -> tuple[Signals, ...]:
         If a state, input or output of the axis was not measured at all, or stood still.
     """
     known = measured_motion(maneuver)
-    absent = [name for name in (*STATES[axis], *INPUTS[axis]) if name not in known.measured]
+    absent = [
+        name for name in (*LINEAR_STATES[axis], *LINEAR_INPUTS[axis]) if name not in known.measured
+    ]
     absent += [
         name
-        for name in OUTPUTS[axis]
-        if name not in absent and (not maneuver.has(name) or _stands_still(maneuver.samples(name)))
+        for name in LINEAR_OUTPUTS[axis]
+        if name not in absent and (not maneuver.has(name) or _is_constant(maneuver.samples(name)))
     ]
     if absent:
         raise FlightError(
             f"maneuver {maneuver.id} of '{maneuver.flight}' has no {', '.join(absent)}, which a "
             f"{'longitudinal' if axis == 'lon' else 'lateral-directional'} linear model needs"
         )
-    states = np.column_stack([known.state(name) for name in STATES[axis]])
-    inputs = np.column_stack([known.input(name) for name in INPUTS[axis]])
+    states = np.column_stack([known.state(name) for name in LINEAR_STATES[axis]])
+    inputs = np.column_stack([known.input(name) for name in LINEAR_INPUTS[axis]])
     outputs = np.column_stack(
         [
-            known.state(name) if name in STATES[axis] else maneuver.samples(name)
-            for name in OUTPUTS[axis]
+            known.state(name) if name in LINEAR_STATES[axis] else maneuver.samples(name)
+            for name in LINEAR_OUTPUTS[axis]
         ]
     )
     good: BoolArray = np.asarray(np.isfinite(outputs).all(axis=1), dtype=np.bool_)
-    for name in (*STATES[axis], *INPUTS[axis]):
+    for name in (*LINEAR_STATES[axis], *LINEAR_INPUTS[axis]):
         if name in known.filled:
             good &= np.logical_not(known.filled[name])
-    least = SHORTEST / maneuver.dt
+    least = MIN_SIGNAL_DURATION / maneuver.dt
     return tuple(
-        Signals(
+        LinearModelSignals(
             maneuver=maneuver.id,
             times=known.times[rows],
             states=states[rows],
             inputs=inputs[rows],
             outputs=outputs[rows],
-            state_names=STATES[axis],
-            input_names=INPUTS[axis],
-            output_names=OUTPUTS[axis],
+            state_names=LINEAR_STATES[axis],
+            input_names=LINEAR_INPUTS[axis],
+            output_names=LINEAR_OUTPUTS[axis],
         )
-        for rows in runs(good)
+        for rows in contiguous_slices(good)
         if rows.stop - rows.start >= least
     )
 
 
-def _stands_still(samples: FloatArray) -> bool:
+def _is_constant(samples: FloatArray) -> bool:
     """Return whether a channel shows the same all the time: its instrument is dead."""
     known = samples[np.isfinite(samples)]
     return bool(known.size) and float(np.ptp(known)) == 0.0
 
 
-def all_signals(maneuvers: Sequence[Maneuver], axis: LinearAxis) -> tuple[Signals, ...]:
+def all_linear_model_signals(
+    maneuvers: Sequence[Maneuver], axis: LinearAxis
+) -> tuple[LinearModelSignals, ...]:
     """Return the stretches of several maneuvers.
 
     Raises
@@ -124,9 +131,9 @@ def all_signals(maneuvers: Sequence[Maneuver], axis: LinearAxis) -> tuple[Signal
     FlightError
         If there is none.
     """
-    found = tuple(one for maneuver in maneuvers for one in signals_of(maneuver, axis))
+    found = tuple(one for maneuver in maneuvers for one in linear_model_signals(maneuver, axis))
     if not found:
         raise FlightError(
-            f"no maneuver holds {SHORTEST:g} s without a missing sample; there is nothing to fit"
+            f"no maneuver holds {MIN_SIGNAL_DURATION:g} s without a missing sample; there is nothing to fit"
         )
     return found

@@ -16,11 +16,11 @@ import numpy as np
 from scipy import linalg
 
 from gsapp.foundation import FlightError
-from gsapp.identification.linear_models.records import DiscreteModel, Record
+from gsapp.identification.linear_models.discrete_model import DiscreteModel, InputOutputRecord
 from gsapp.quantities import FloatArray
 
-HIGHEST_ORDER = 40
-MOST_TRIED = 12
+MAX_ORDER = 40
+MAX_TRIED_ORDER = 12
 """Orders tried where none is given."""
 _RIDGE = 1e-9
 
@@ -45,19 +45,23 @@ class SubspaceResult:
     starts: tuple[FloatArray, ...]
 
 
-def subspace(
-    records: Sequence[Record], dt: float, *, order: int | None = None, horizon: int | None = None
+def identify_subspace_model(
+    records: Sequence[InputOutputRecord],
+    dt: float,
+    *,
+    order: int | None = None,
+    horizon: int | None = None,
 ) -> SubspaceResult:
     """Identify a discrete model.
 
     Parameters
     ----------
-    records : sequence of Record
+    records : sequence of InputOutputRecord
         Stretches of one aircraft; columns of the block Hankel matrices never span two.
     dt : float
         Sample time, s.
     order : int, optional
-        Number of states; otherwise `choose_order`.
+        Number of states; otherwise `select_order`.
     horizon : int, optional
         Samples of past, and of future; by default 0.4 s worth of samples, less where the records
         are short, and at least what the order needs.
@@ -69,22 +73,22 @@ def subspace(
     """
     p = records[0].outputs.shape[1]
     block = horizon or _horizon(records, dt, -(-(order or 4) // p) + 2)
-    chosen = choose_order(records, dt, block) if order is None else order
-    highest = min(p * (block - 1), HIGHEST_ORDER)
+    chosen = select_order(records, dt, block) if order is None else order
+    highest = min(p * (block - 1), MAX_ORDER)
     if not 1 <= chosen <= highest:
         raise FlightError(
             f"order {chosen} does not suit a horizon of {block} samples; ask for 1 to {highest}"
         )
     projection = _Projection.of(records, block)
     A, C = projection.system(chosen)
-    B, D, starts = inputs_and_starts(records, A, C)
+    B, D, starts = fit_inputs_and_initial_states(records, A, C)
     model = DiscreteModel(A=A, B=B, C=C, D=D, K=np.zeros((chosen, p)), dt=dt)
     return SubspaceResult(
         model=model, singular_values=projection.singular_values, order=chosen, starts=starts
     )
 
 
-def _horizon(records: Sequence[Record], dt: float, least: int) -> int:
+def _horizon(records: Sequence[InputOutputRecord], dt: float, least: int) -> int:
     """Return the longest horizon up to 0.4 s that leaves two columns for each row."""
     width = records[0].inputs.shape[1] + records[0].outputs.shape[1]
     for block in range(max(round(0.4 / dt), least), least, -1):
@@ -94,21 +98,21 @@ def _horizon(records: Sequence[Record], dt: float, least: int) -> int:
     return least
 
 
-def choose_order(records: Sequence[Record], dt: float, horizon: int) -> int:
+def select_order(records: Sequence[InputOutputRecord], dt: float, horizon: int) -> int:
     """Return the least order that simulates maneuvers it was not made from as well as any.
 
     Each half of the records is simulated, from rest, by models of the other half; an order counts
     as good as the best if its mean square error is within a twentieth of it. A single record is
     halved in time.
     """
-    halves = _halves(records)
-    costs = np.zeros(MOST_TRIED)
+    halves = _split_in_halves(records)
+    costs = np.zeros(MAX_TRIED_ORDER)
     for one, other in (halves, halves[::-1]):
         projection = _Projection.of(one, horizon)
         spread = np.vstack([record.outputs for record in other]).std(axis=0)
-        for order in range(1, MOST_TRIED + 1):
+        for order in range(1, MAX_TRIED_ORDER + 1):
             A, C = projection.system(order)
-            B, D, _ = inputs_and_starts(one, A, C)
+            B, D, _ = fit_inputs_and_initial_states(one, A, C)
             gain = np.zeros((order, C.shape[0]))
             model = DiscreteModel(A=A, B=B, C=C, D=D, K=gain, dt=dt)
             for record in other:
@@ -117,12 +121,14 @@ def choose_order(records: Sequence[Record], dt: float, horizon: int) -> int:
     return int(np.flatnonzero(costs <= 1.05 * costs.min())[0]) + 1
 
 
-def _halves(records: Sequence[Record]) -> tuple[Sequence[Record], Sequence[Record]]:
+def _split_in_halves(
+    records: Sequence[InputOutputRecord],
+) -> tuple[Sequence[InputOutputRecord], Sequence[InputOutputRecord]]:
     if len(records) > 1:
         return records[::2], records[1::2]
     only, middle = records[0], len(records[0]) // 2
     return tuple(
-        (Record(inputs=only.inputs[rows], outputs=only.outputs[rows]),)
+        (InputOutputRecord(inputs=only.inputs[rows], outputs=only.outputs[rows]),)
         for rows in (slice(0, middle), slice(middle, None))
     )  # type: ignore[return-value]
 
@@ -145,7 +151,7 @@ class _Projection:
     width: int
 
     @classmethod
-    def of(cls, records: Sequence[Record], block: int) -> _Projection:
+    def of(cls, records: Sequence[InputOutputRecord], block: int) -> _Projection:
         m, p = records[0].inputs.shape[1], records[0].outputs.shape[1]
         usable = [one for one in records if len(one) >= 4 * block]
         columns = sum(len(one) - 2 * block + 1 for one in usable)
@@ -178,11 +184,11 @@ class _Projection:
         observability = self.left[:, :order] * np.sqrt(self.singular_values[:order])
         p = self.width
         A = linalg.lstsq(observability[:-p], observability[p:])[0]
-        return _stable(A), observability[:p]
+        return _stabilize(A), observability[:p]
 
 
-def inputs_and_starts(
-    records: Sequence[Record], A: FloatArray, C: FloatArray
+def fit_inputs_and_initial_states(
+    records: Sequence[InputOutputRecord], A: FloatArray, C: FloatArray
 ) -> tuple[FloatArray, FloatArray, tuple[FloatArray, ...]]:
     """Return B, D and the start of each record that fit the outputs best, given A and C.
 
@@ -227,7 +233,7 @@ def _hankel(samples: FloatArray, rows: int) -> FloatArray:
     return np.ascontiguousarray(windows.transpose(2, 1, 0)).reshape(-1, windows.shape[0])
 
 
-def _stable(A: FloatArray) -> FloatArray:
+def _stabilize(A: FloatArray) -> FloatArray:
     """Pull poles on or outside the unit circle just inside."""
     values, vectors = np.linalg.eig(A)
     outside = np.abs(values) >= 1.0

@@ -1,7 +1,7 @@
 """Derivatives from maneuvers by maximum likelihood: output error on the nonlinear equations.
 
 `estimate` gives what every method gives; `fit` also keeps residuals, sensitivities and
-covariances (`Solution`); `simulate` computes responses with given parameters.
+covariances (`MLSolution`); `simulate` computes responses with given parameters.
 """
 
 from __future__ import annotations
@@ -10,23 +10,23 @@ from collections.abc import Sequence
 
 from gsapp.identification.axes import DEFAULT_BIASES
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.maximum_likelihood.fitting import fit, simulate
-from gsapp.identification.maximum_likelihood.residuals import Part
+from gsapp.identification.maximum_likelihood.output_error_fit import fit, simulate
+from gsapp.identification.maximum_likelihood.residuals import ManeuverResiduals
 from gsapp.identification.maximum_likelihood.settings import (
-    Callback,
+    FitProgress,
+    FitProgressCallback,
     MLSettings,
-    Progress,
 )
-from gsapp.identification.maximum_likelihood.solution import Solution
+from gsapp.identification.maximum_likelihood.solution import MLSolution
 from gsapp.identification.results import Estimate
 
 __all__ = [
     "DEFAULT_BIASES",
-    "Callback",
+    "FitProgress",
+    "FitProgressCallback",
     "MLSettings",
-    "Part",
-    "Progress",
-    "Solution",
+    "MLSolution",
+    "ManeuverResiduals",
     "estimate",
     "fit",
     "simulate",
@@ -34,7 +34,10 @@ __all__ = [
 
 
 def estimate(
-    maneuvers: Sequence[Maneuver], settings: MLSettings, *, progress: Callback | None = None
+    maneuvers: Sequence[Maneuver],
+    settings: MLSettings,
+    *,
+    progress: FitProgressCallback | None = None,
 ) -> Estimate:
     """Estimate derivatives from one maneuver, or from several in one joint fit.
 

@@ -2,8 +2,8 @@
 
 A *kernel* gives rates and responses with their derivatives by the active states and the free
 parameters. `GeneralKernel` runs on `FlightModel` and knows every effect; those of
-`gsapp.identification.maximum_likelihood.lean` are written out for the linear build-up and several
-times faster. Time is the last axis here, so that every operation runs along the samples.
+`gsapp.identification.maximum_likelihood.axis_kernels` are written out for the linear build-up and
+several times faster. Time is the last axis here, so that every operation runs along the samples.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gsapp.dynamics.equations import POLAR_STATES
-from gsapp.dynamics.flight_model import INPUTS, FlightModel
+from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
 from gsapp.dynamics.sensors import OutputModel
 from gsapp.quantities import FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Drive:
+class Forcing:
     """What drives the equations at a row of instants.
 
     Attributes
@@ -41,9 +41,9 @@ class Drive:
     by_path: FloatArray | None
     table: FloatArray
 
-    def part(self, which: slice) -> Drive:
+    def part(self, which: slice) -> Forcing:
         """Return a row of these instants."""
-        return Drive(
+        return Forcing(
             states=self.states[:, which],
             inputs=self.inputs[:, which],
             by_path=None if self.by_path is None else self.by_path[:, :, which],
@@ -51,7 +51,7 @@ class Drive:
         )
 
 
-class Share(NamedTuple):
+class GradientFactor(NamedTuple):
     """A share of the derivatives of the rates by the free parameters, in factors.
 
     The rate of state `row` has the derivatives ``factor * basis`` by the parameters of `columns`,
@@ -71,7 +71,7 @@ class Share(NamedTuple):
     basis: FloatArray
 
 
-Gradient = FloatArray | list[Share]
+Gradient = FloatArray | list[GradientFactor]
 """Derivatives of the rates by the free parameters: (n_states, n_free, n), or a sum of shares."""
 
 
@@ -97,11 +97,11 @@ class Kernel(ABC):
     @abstractmethod
     def drive(
         self, states: FloatArray, inputs: FloatArray, by_path: FloatArray | None, values: FloatArray
-    ) -> Drive:
+    ) -> Forcing:
         """Return the drive for measured states (9, n) and inputs (8, n)."""
 
     @abstractmethod
-    def rates(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
+    def rates(self, drive: Forcing, x: FloatArray, values: FloatArray) -> FloatArray:
         """Return the rates of the active states x, shape (n_states, n).
 
         `values` are all parameters of the flight model, in its order.
@@ -109,23 +109,23 @@ class Kernel(ABC):
 
     @abstractmethod
     def slopes(
-        self, drive: Drive, x: FloatArray, values: FloatArray
+        self, drive: Forcing, x: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return rates and their derivatives by the states, shape (n_states, n_states, n)."""
 
     @abstractmethod
     def gradients(
-        self, drive: Drive, x: FloatArray, values: FloatArray
+        self, drive: Forcing, x: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray, Gradient]:
         """Return rates and their derivatives by the states, as `slopes`, and by `free`."""
 
     @abstractmethod
-    def outputs(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
+    def outputs(self, drive: Forcing, x: FloatArray, values: FloatArray) -> FloatArray:
         """Return the responses, shape (n_responses, n)."""
 
     @abstractmethod
     def output_sensitivities(
-        self, drive: Drive, x: FloatArray, values: FloatArray, S: FloatArray
+        self, drive: Forcing, x: FloatArray, values: FloatArray, S: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return the responses and their total derivatives.
 
@@ -173,25 +173,25 @@ class GeneralKernel(Kernel):
         self.state_names = (*states, *model.state_names[len(POLAR_STATES) :])
         self._active = [model.state_names.index(name) for name in self.state_names]
         self._surfaces = len(model.state_names) + np.array(
-            [INPUTS.index(name) for name in ("de", "da", "dr")]
+            [MODEL_INPUTS.index(name) for name in ("de", "da", "dr")]
         )
         self._outputs = OutputModel(model, self.responses)
 
     def drive(
         self, states: FloatArray, inputs: FloatArray, by_path: FloatArray | None, values: FloatArray
-    ) -> Drive:
+    ) -> Forcing:
         """Return the drive; nothing is worked out beforehand."""
         del values
         table = np.empty((0, states.shape[1]))
-        return Drive(states=states, inputs=inputs, by_path=by_path, table=table)
+        return Forcing(states=states, inputs=inputs, by_path=by_path, table=table)
 
-    def _state(self, drive: Drive, x: FloatArray) -> list[Any]:
+    def _state(self, drive: Forcing, x: FloatArray) -> list[Any]:
         state: list[Any] = [*drive.states, *([None] * (len(self.model.state_names) - 9))]
         for place, row in zip(self._active, x, strict=True):
             state[place] = row
         return state
 
-    def rates(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
+    def rates(self, drive: Forcing, x: FloatArray, values: FloatArray) -> FloatArray:
         """Return the rates of the active states."""
         found = self.model.rates(self._state(drive, x), tuple(drive.inputs), tuple(values))
         out = np.empty_like(x)
@@ -200,7 +200,7 @@ class GeneralKernel(Kernel):
         return out
 
     def slopes(
-        self, drive: Drive, x: FloatArray, values: FloatArray
+        self, drive: Forcing, x: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return rates and their derivatives by the active states."""
         found = self._differentiate(drive, x, values, ())
@@ -208,14 +208,14 @@ class GeneralKernel(Kernel):
         return self.rates(drive, x, values), np.ascontiguousarray(f_x)
 
     def gradients(
-        self, drive: Drive, x: FloatArray, values: FloatArray
+        self, drive: Forcing, x: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return rates with derivatives by states and free parameters."""
         rows = self._differentiate(drive, x, values, self._own)
         f_x = np.ascontiguousarray(rows[:, :, self._active].transpose(1, 2, 0))
         own = len(self._own)
         f_p = np.empty((len(self.state_names), len(self.free), x.shape[1]))
-        first = len(self.model.state_names) + len(INPUTS)
+        first = len(self.model.state_names) + len(MODEL_INPUTS)
         f_p[:, :own] = rows[:, :, first:].transpose(1, 2, 0)
         if drive.by_path is not None:
             by_surface = rows[:, :, self._surfaces]
@@ -223,7 +223,7 @@ class GeneralKernel(Kernel):
         return self.rates(drive, x, values), f_x, f_p
 
     def _differentiate(
-        self, drive: Drive, x: FloatArray, values: FloatArray, free: tuple[str, ...]
+        self, drive: Forcing, x: FloatArray, values: FloatArray, free: tuple[str, ...]
     ) -> FloatArray:
         """Return the derivatives of the active rates, shape (n, n_active, n_all)."""
         found = self.model.differentiate(
@@ -232,7 +232,7 @@ class GeneralKernel(Kernel):
         rows: FloatArray = found.rates[:, self._active]
         return rows
 
-    def outputs(self, drive: Drive, x: FloatArray, values: FloatArray) -> FloatArray:
+    def outputs(self, drive: Forcing, x: FloatArray, values: FloatArray) -> FloatArray:
         """Return the responses."""
         found = self._outputs.values(self._state(drive, x), tuple(drive.inputs), tuple(values))
         out = np.empty((len(self.responses), x.shape[1]))
@@ -241,7 +241,7 @@ class GeneralKernel(Kernel):
         return out
 
     def output_sensitivities(
-        self, drive: Drive, x: FloatArray, values: FloatArray, S: FloatArray
+        self, drive: Forcing, x: FloatArray, values: FloatArray, S: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return the responses and their total derivatives."""
         y, slopes, _ = self._outputs.jacobian(
@@ -251,7 +251,7 @@ class GeneralKernel(Kernel):
         # Batches of small matrices, contiguous: (n, r, i) @ (n, i, m).
         total = np.ascontiguousarray(by_state) @ np.ascontiguousarray(S.transpose(2, 0, 1))
         own = len(self._own)
-        first = len(self.model.state_names) + len(INPUTS)
+        first = len(self.model.state_names) + len(MODEL_INPUTS)
         total[:, :, :own] += slopes[:, :, first:]
         dy = np.ascontiguousarray(total.transpose(1, 2, 0))
         if drive.by_path is not None:

@@ -13,24 +13,28 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gsapp.dynamics.equations import POLAR_STATES
-from gsapp.dynamics.flight_model import INPUTS, FlightModel
-from gsapp.dynamics.recorded_controls import drive
-from gsapp.dynamics.signals import SURFACES as SURFACE_NAMES
-from gsapp.dynamics.signals import Path, respond
+from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
+from gsapp.dynamics.recorded_controls import reconstruct_deflection
+from gsapp.dynamics.signal_terms import SURFACE_CHANNELS as SURFACE_NAMES
+from gsapp.dynamics.signal_terms import PathTerms, path_response
 from gsapp.dynamics.terms import Term
 from gsapp.identification.maneuver import Maneuver
-from gsapp.identification.maximum_likelihood.engine import Drives, Engine, drives_of
-from gsapp.identification.maximum_likelihood.responses import shifted
+from gsapp.identification.maximum_likelihood.responses import shift_samples
+from gsapp.identification.maximum_likelihood.trajectory_solver import (
+    SegmentForcing,
+    TrajectorySolver,
+    build_segment_forcing,
+)
 from gsapp.identification.motion import MeasuredMotion
 from gsapp.quantities import BoolArray, FloatArray
 
 _PATH_SURFACES = ("de", "da", "dr")
-_LIMITS = {"V": 1e3, "alpha": 1.5, "beta": 1.5, "theta": 1.56}
+_DIVERGENCE_LIMITS = {"V": 1e3, "alpha": 1.5, "beta": 1.5, "theta": 1.56}
 """Beyond these (m/s, rad) a computed motion says nothing about the measured one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Names:
+class GlobalParameters:
     """Global parameters of a fit.
 
     Attributes
@@ -51,7 +55,7 @@ class Names:
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
-class Segment:
+class ManeuverSegment:
     """A stretch of contiguous samples with its own initial states, and its latest trajectory.
 
     Attributes
@@ -63,7 +67,7 @@ class Segment:
     counted : ndarray of bool, same shape
     complete : bool
         Whether all samples count.
-    drives : Drives
+    drives : SegmentForcing
     x, y, S, Phi : ndarray or None
         States, responses, sensitivities and derivatives of the steps at the last accepted point.
     trial : tuple of ndarray or None
@@ -76,7 +80,7 @@ class Segment:
     measured: FloatArray
     counted: BoolArray
     complete: bool
-    drives: Drives
+    drives: SegmentForcing
     x: FloatArray
     y: FloatArray | None = None
     S: FloatArray | None = None
@@ -93,13 +97,13 @@ class ManeuverProblem:
     dt: float
     motion: MeasuredMotion
     model: FlightModel
-    engine: Engine
-    names: Names
+    engine: TrajectorySolver
+    names: GlobalParameters
     base: FloatArray
     places: list[int]
     """Of the free parameters of the equations in `base`."""
     responses: tuple[str, ...]
-    segments: list[Segment]
+    segments: list[ManeuverSegment]
     weights: Mapping[str, float] | None
     local_names: tuple[str, ...]
     local_start: FloatArray
@@ -110,8 +114,8 @@ class ManeuverProblem:
     scales: tuple[int, ...]
     shifts: tuple[int, ...]
     remarks: tuple[str, ...] = ()
-    control_paths: dict[str, Path] = field(default_factory=dict)
-    sensor_paths: dict[str, Path] = field(default_factory=dict)
+    control_paths: dict[str, PathTerms] = field(default_factory=dict)
+    sensor_paths: dict[str, PathTerms] = field(default_factory=dict)
 
     # --- unknowns -------------------------------------------------------------------------------
 
@@ -126,7 +130,7 @@ class ManeuverProblem:
         values[self.places] = shared[: len(self.places)]
         return values
 
-    def _path_values(self, path: Path, shared: FloatArray) -> Path:
+    def _path_values(self, path: PathTerms, shared: FloatArray) -> PathTerms:
         given = dict(zip(self.names.all, shared, strict=True))
         return tuple(
             (
@@ -154,7 +158,7 @@ class ManeuverProblem:
         inputs, by_path = self.driven_inputs(shared)
         values = self.values(shared)
         for segment in self.segments:
-            segment.drives = drives_of(
+            segment.drives = build_segment_forcing(
                 self.engine.kernel,
                 self.motion.states.T[:, segment.part],
                 inputs[:, segment.part],
@@ -173,8 +177,8 @@ class ManeuverProblem:
             shown, moved = self.sensor_paths.get(channel, ()), self.control_paths.get(surface, ())
             if not shown and not moved:
                 continue
-            row = INPUTS.index(channel)
-            found = drive(
+            row = MODEL_INPUTS.index(channel)
+            found = reconstruct_deflection(
                 self._path_values(shown, shared),
                 self._path_values(moved, shared),
                 inputs[row],
@@ -184,7 +188,9 @@ class ManeuverProblem:
             if channel not in _PATH_SURFACES:
                 continue
             place = _PATH_SURFACES.index(channel)
-            for column, name in enumerate((*path_names(shown), *path_names(moved))):
+            for column, name in enumerate(
+                (*path_parameter_names(shown), *path_parameter_names(moved))
+            ):
                 if name in self.names.paths:
                     by_path[place, self.names.paths.index(name)] = found.parameters[:, column]
         return inputs, by_path
@@ -234,13 +240,16 @@ class ManeuverProblem:
         if not np.isfinite(x).all():
             return False
         for row, name in enumerate(self.engine.kernel.state_names):
-            if name in _LIMITS and float(np.abs(x[row]).max()) > _LIMITS[name]:
+            if (
+                name in _DIVERGENCE_LIMITS
+                and float(np.abs(x[row]).max()) > _DIVERGENCE_LIMITS[name]
+            ):
                 return False
             if name == "V" and float(x[row].min()) <= 0.5:
                 return False
         return True
 
-    def _start(self, index: int, segment: Segment, local: FloatArray) -> FloatArray:
+    def _start(self, index: int, segment: ManeuverSegment, local: FloatArray) -> FloatArray:
         start = self._initial(index, local)
         own = len(self.engine.kernel.state_names) - len(start)
         if not own:
@@ -248,7 +257,7 @@ class ManeuverProblem:
         rest, segment.by_rest = self._rest(segment, start)
         return np.concatenate((start, rest))
 
-    def _rest(self, segment: Segment, start: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _rest(self, segment: ManeuverSegment, start: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the settled states of terms, and their derivatives by the polar ones."""
         names = self.engine.kernel.state_names[: len(start)]
         state = [float(x) for x in segment.drives.samples.states[:, 0]]
@@ -331,8 +340,8 @@ class ManeuverProblem:
         for row, column in zip(self.shifts, shifts, strict=True):
             samples = float(local[column]) / self.dt
             if total is not None:
-                total[row], _ = shifted(total[row], samples)
-            y[row], change = shifted(y[row], samples)
+                total[row], _ = shift_samples(total[row], samples)
+            y[row], change = shift_samples(y[row], samples)
             if total is not None:
                 total[row, first + column] = change / self.dt
         for row, column in zip(self.scales, scales, strict=True):
@@ -354,31 +363,31 @@ class ManeuverProblem:
             path = self.sensor_paths.get(name)
             if path is None:
                 continue
-            found = respond(self._path_values(path, shared), y[row], self.dt)
+            found = path_response(self._path_values(path, shared), y[row], self.dt)
             y[row] = found.values
             if total is None:
                 continue
             total[row] = found.tangent(np.ascontiguousarray(total[row].T)).T
-            for column, parameter in enumerate(path_names(path)):
+            for column, parameter in enumerate(path_parameter_names(path)):
                 if parameter in self.names.sensors:
                     at = first + self.names.sensors.index(parameter)
                     total[row, at] = found.parameters[:, column]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Problem:
+class EstimationProblem:
     """All maneuvers of a fit.
 
     Attributes
     ----------
-    names : Names
+    names : GlobalParameters
     parts : tuple of ManeuverProblem
     unmoved : mapping of str to str
         Derivatives taken out of the free set, each with why.
     remarks : tuple of str
     """
 
-    names: Names
+    names: GlobalParameters
     parts: tuple[ManeuverProblem, ...]
     unmoved: Mapping[str, str]
     remarks: tuple[str, ...]
@@ -395,6 +404,6 @@ class Problem:
         return slice(first, first + len(self.parts[index].local_names))
 
 
-def path_names(path: Sequence[tuple[Term, tuple[float, ...]]]) -> list[str]:
+def path_parameter_names(path: Sequence[tuple[Term, tuple[float, ...]]]) -> list[str]:
     """Return the names of the parameters on a signal's path."""
     return [f"{term.id}.{item.name}" for term, _ in path for item in term.parameters]

@@ -9,21 +9,26 @@ import numpy as np
 
 from gsapp.identification.maximum_likelihood.problem import ManeuverProblem
 from gsapp.identification.maximum_likelihood.settings import MLSettings
-from gsapp.identification.statistics import Turbulence, Whiteness, response_fit, turbulence
-from gsapp.identification.stuck import unseen_surfaces, unseen_words
+from gsapp.identification.statistics import (
+    TurbulenceDetection,
+    Whiteness,
+    detect_turbulence,
+    response_fit,
+)
+from gsapp.identification.stuck_channels import unmeasured_surfaces, unmeasured_surfaces_text
 from gsapp.quantities import FloatArray
 
-COLORED: Final = 4.0
+COLORED_POWER_RATIO: Final = 4.0
 """Power at low frequency over that of white noise from which on the crew is told."""
 
-MISSED: Final = 0.5
+MIN_RESPONSE_R2: Final = 0.5
 """R2 of a response below which the crew is told not to believe the values of a maneuver."""
-AVERAGED: Final = 0.1
+R2_AVERAGING_TIME: Final = 0.1
 """Seconds of which samples are averaged for that: so noise alone does not lower R2."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Part:
+class ManeuverResiduals:
     """One maneuver of a solution.
 
     Attributes
@@ -63,10 +68,10 @@ class Part:
         return self.measured - self.computed
 
 
-def gusts_in(one: ManeuverProblem, part: Part) -> list[Turbulence]:
+def detect_gusts(one: ManeuverProblem, part: ManeuverResiduals) -> list[TurbulenceDetection]:
     """Return the gusts that the residuals of a maneuver show."""
     sensors = one.maneuver.aircraft.sensors
-    found = turbulence(
+    found = detect_turbulence(
         dict(zip(part.responses, part.residuals.T, strict=True)),
         dt=one.dt,
         V=float(one.motion.state("V").mean()),
@@ -77,9 +82,9 @@ def gusts_in(one: ManeuverProblem, part: Part) -> list[Turbulence]:
     return [gust for gust in found if gust.detected]
 
 
-def color_warnings(part: Part) -> list[str]:
+def color_warnings(part: ManeuverResiduals) -> list[str]:
     """Return which residuals of a maneuver are far from white, in a sentence."""
-    colored = _colored(part)
+    colored = _colored_responses(part)
     if not colored:
         return []
     told = ", ".join(f"{name} ({inflation:.0f} times)" for name, inflation in colored.items())
@@ -87,8 +92,10 @@ def color_warnings(part: Part) -> list[str]:
         f"the residuals of {told} in maneuver {part.maneuver} are colored: "
         "their power at low frequency exceeds that of white noise; the bounds allow for it"
     ]
-    followed = {name: _followed(part, part.responses.index(name)) for name in colored}
-    missed = [f"{name} (R2 {share:.2f})" for name, share in followed.items() if share < MISSED]
+    followed = {name: _averaged_r2(part, part.responses.index(name)) for name in colored}
+    missed = [
+        f"{name} (R2 {share:.2f})" for name, share in followed.items() if share < MIN_RESPONSE_R2
+    ]
     if missed:
         found.append(
             f"what the model computes does not follow {', '.join(missed)} in maneuver "
@@ -99,9 +106,9 @@ def color_warnings(part: Part) -> list[str]:
     return found
 
 
-def _followed(part: Part, column: int) -> float:
+def _averaged_r2(part: ManeuverResiduals, column: int) -> float:
     """Return R2 of a response, measured and computed averaged against their noise."""
-    rows = max(1, round(AVERAGED * (len(part.times) - 1) / float(np.ptp(part.times))))
+    rows = max(1, round(R2_AVERAGING_TIME * (len(part.times) - 1) / float(np.ptp(part.times))))
     starts = np.arange(0, len(part.times), rows)
     counted = np.isfinite(part.measured[:, column])
     counts = np.maximum(np.add.reduceat(counted.astype(np.float64), starts), 1.0)
@@ -113,25 +120,27 @@ def _followed(part: Part, column: int) -> float:
     return response_fit(measured[known], computed[known]).r2
 
 
-def moved_unseen(one: ManeuverProblem, part: Part, settings: MLSettings) -> str:
+def unmeasured_input_warning(
+    one: ManeuverProblem, part: ManeuverResiduals, settings: MLSettings
+) -> str:
     """Return that a surface moved which nobody saw, or nothing.
 
     A surface without a record, or with a stuck one, is taken as still. Where it was not, its
     share goes into the derivatives of all others, with bounds that know nothing of it.
     """
-    colored = _colored(part)
-    unseen = dict(unseen_surfaces(one.maneuver, settings.axis, settings.stand_ins))
+    colored = _colored_responses(part)
+    unseen = dict(unmeasured_surfaces(one.maneuver, settings.axis, settings.stand_ins))
     if not colored or not unseen:
         return ""
-    return unseen_words(
+    return unmeasured_surfaces_text(
         unseen, f"and the residuals of {', '.join(colored)} hold motion that no record explains"
     )
 
 
-def _colored(part: Part) -> dict[str, float]:
+def _colored_responses(part: ManeuverResiduals) -> dict[str, float]:
     """Return the responses with residuals far from white, with the inflation of each."""
     return {
         name: test.inflation
         for name, test in zip(part.responses, part.whiteness, strict=True)
-        if not test.white and test.inflation > COLORED
+        if not test.white and test.inflation > COLORED_POWER_RATIO
     }

@@ -11,7 +11,7 @@ import numpy as np
 from gsapp.quantities import FloatArray
 
 
-def shifted(rows: FloatArray, samples: float) -> tuple[FloatArray, FloatArray]:
+def shift_samples(rows: FloatArray, samples: float) -> tuple[FloatArray, FloatArray]:
     """Return rows as they were `samples` samples ago, and the derivative by `samples`.
 
     Cubic convolution (Catmull-Rom): smooth in the shift, so that Gauss-Newton can find it. Beyond

@@ -10,7 +10,7 @@ from gsapp.dynamics.equations import POLAR_STATES
 from gsapp.dynamics.model import Model
 from gsapp.dynamics.sensors import OUTPUTS
 from gsapp.foundation import FlightError
-from gsapp.foundation.naming import did_you_mean
+from gsapp.foundation.name_suggestions import did_you_mean
 from gsapp.identification.axes import Axis
 
 
@@ -125,7 +125,7 @@ def _check_names(what: str, names: tuple[str, ...] | None, known: tuple[str, ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Progress:
+class FitProgress:
     """How far a fit has come.
 
     Attributes
@@ -142,5 +142,5 @@ class Progress:
     change: float
 
 
-Callback = Callable[[Progress], bool | None]
+FitProgressCallback = Callable[[FitProgress], bool | None]
 """Called after every iteration; returning False stops the fit where it is."""

@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gsapp.identification.axes import axis_derivatives
-from gsapp.identification.maximum_likelihood.problem import Problem
+from gsapp.identification.maximum_likelihood.problem import EstimationProblem
 from gsapp.identification.maximum_likelihood.residuals import (
-    Part,
+    ManeuverResiduals,
     color_warnings,
-    gusts_in,
-    moved_unseen,
+    detect_gusts,
+    unmeasured_input_warning,
 )
 from gsapp.identification.maximum_likelihood.settings import MLSettings
-from gsapp.identification.maximum_likelihood.solver import Solved, Solver, prior_warnings
+from gsapp.identification.maximum_likelihood.solver import Solver, SolverResult, prior_warnings
 from gsapp.identification.results import (
     DerivativeEstimate,
     Estimate,
@@ -25,24 +25,24 @@ from gsapp.identification.results import (
 )
 from gsapp.identification.statistics import (
     Identifiability,
-    Verdict,
+    ParameterVerdict,
+    assess_identifiability,
     correlation_warning,
-    identifiability,
+    evaluate_whiteness,
     joint_covariance,
     response_fit,
-    whiteness,
 )
-from gsapp.identification.statistics import Part as BoundsPart
-from gsapp.identification.statistics.bounds import inverse
-from gsapp.identification.stuck import withheld
+from gsapp.identification.statistics import ManeuverFitData as BoundsPart
+from gsapp.identification.statistics.bounds import invert_information
+from gsapp.identification.stuck_channels import withhold_values
 from gsapp.quantities import FloatArray
 
-BADLY_COLORED = 20.0
+BAD_FIT_POWER_RATIO = 20.0
 """Power of residuals at low frequency over that of white noise from which on a fit is bad."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Solution:
+class MLSolution:
     """A finished fit with all that bounds, tests and predictions need.
 
     Attributes
@@ -56,7 +56,7 @@ class Solution:
         sum S'WS, plus W2.
     covariance, cramer_rao : ndarray, shape (n_names, n_names)
         Honest, and uncorrected. Infinite variances where the data do not see a parameter.
-    parts : tuple of Part
+    parts : tuple of ManeuverResiduals
     estimate : Estimate
     """
 
@@ -66,14 +66,14 @@ class Solution:
     information: FloatArray
     covariance: FloatArray
     cramer_rao: FloatArray
-    parts: tuple[Part, ...]
+    parts: tuple[ManeuverResiduals, ...]
     estimate: Estimate
 
     @property
     def fits_badly(self) -> bool:
         """Return whether the residuals of some response are far from noise."""
         return any(
-            not test.white and test.inflation > BADLY_COLORED
+            not test.white and test.inflation > BAD_FIT_POWER_RATIO
             for part in self.parts
             for test in part.whiteness
         )
@@ -83,15 +83,18 @@ class Solution:
         return float(self.values[self.names.index(name)])
 
 
-def conclude(problem: Problem, solver: Solver, solved: Solved, settings: MLSettings) -> Solution:
+def build_solution(
+    problem: EstimationProblem, solver: Solver, solved: SolverResult, settings: MLSettings
+) -> MLSolution:
     """Make the solution of a solved problem."""
     weights = solver.weights(solved.point)
     parts = tuple(
-        _part(problem, index, solved, weights[index]) for index in range(len(problem.parts))
+        _maneuver_residuals(problem, index, solved, weights[index])
+        for index in range(len(problem.parts))
     )
     names = problem.unknowns
     H = solved.information
-    plain = inverse(H)
+    plain = invert_information(H)
     if settings.bound_factor is not None:
         honest = settings.bound_factor**2 * plain
     else:
@@ -115,7 +118,7 @@ def conclude(problem: Problem, solver: Solver, solved: Solved, settings: MLSetti
             prior=prior if settings.priors else None,
         )
     estimate = _estimate(problem, solved, parts, H, honest, plain, settings)
-    return Solution(
+    return MLSolution(
         settings=settings,
         names=names,
         values=solved.point.unknowns,
@@ -127,7 +130,9 @@ def conclude(problem: Problem, solver: Solver, solved: Solved, settings: MLSetti
     )
 
 
-def _part(problem: Problem, index: int, solved: Solved, weights: FloatArray) -> Part:
+def _maneuver_residuals(
+    problem: EstimationProblem, index: int, solved: SolverResult, weights: FloatArray
+) -> ManeuverResiduals:
     one = problem.parts[index]
     measured, computed, segments = [], [], []
     start = 0
@@ -137,7 +142,7 @@ def _part(problem: Problem, index: int, solved: Solved, weights: FloatArray) -> 
         segments.append(slice(start, start + segment.measured.shape[1]))
         start = segments[-1].stop
     shown, expected = np.concatenate(measured, axis=1).T, np.concatenate(computed, axis=1).T
-    return Part(
+    return ManeuverResiduals(
         maneuver=one.id,
         times=np.concatenate([one.motion.times[segment.part] for segment in one.segments]),
         responses=one.responses,
@@ -149,7 +154,9 @@ def _part(problem: Problem, index: int, solved: Solved, weights: FloatArray) -> 
             np.concatenate(solved.sensitivities[index], axis=2).transpose(2, 0, 1)
         ),
         columns=np.r_[0 : len(problem.names.all), problem.columns(index)],
-        whiteness=whiteness(shown - expected, None if len(segments) == 1 else segments, dt=one.dt),
+        whiteness=evaluate_whiteness(
+            shown - expected, None if len(segments) == 1 else segments, dt=one.dt
+        ),
     )
 
 
@@ -157,9 +164,9 @@ def _part(problem: Problem, index: int, solved: Solved, weights: FloatArray) -> 
 
 
 def _estimate(
-    problem: Problem,
-    solved: Solved,
-    parts: Sequence[Part],
+    problem: EstimationProblem,
+    solved: SolverResult,
+    parts: Sequence[ManeuverResiduals],
     H: FloatArray,
     honest: FloatArray,
     plain: FloatArray,
@@ -167,7 +174,7 @@ def _estimate(
 ) -> Estimate:
     names = problem.unknowns
     shared = problem.names.all
-    verdicts = identifiability(H, names, covariance=honest, inverted=plain)
+    verdicts = assess_identifiability(H, names, covariance=honest, inverted=plain)
     derivatives: dict[str, DerivativeEstimate] = {}
     first = problem.parts[0]
     held = dict(zip(first.model.parameter_names, first.base, strict=True))
@@ -179,7 +186,7 @@ def _estimate(
         elif name not in shared:
             derivatives[name] = DerivativeEstimate(value=float(held[name]), status="held")
         else:
-            derivatives[name] = _judged(
+            derivatives[name] = _derivative_estimate(
                 name, shared.index(name), solved, honest, plain, verdicts[name]
             )
     free = tuple(name for name in shared if derivatives[name].status == "estimated")
@@ -217,14 +224,14 @@ def _estimate(
     gusty = []
     unseen = ""
     for one, part in zip(problem.parts, parts, strict=True):
-        gusts = gusts_in(one, part)
+        gusts = detect_gusts(one, part)
         warnings += [f"maneuver {part.maneuver}: {gust.warning}" for gust in gusts]
         warnings += color_warnings(part)
         if gusts:
             gusty.append(part.maneuver)
-        unseen = unseen or moved_unseen(one, part, settings)
+        unseen = unseen or unmeasured_input_warning(one, part, settings)
     found = replace(found, warnings=tuple(dict.fromkeys(warnings)), gusty=tuple(gusty))
-    return withheld(found, unseen) if unseen else found
+    return withhold_values(found, unseen) if unseen else found
 
 
 def _correlation_warnings(verdicts: Identifiability, shared: Sequence[str]) -> list[str]:
@@ -237,13 +244,13 @@ def _correlation_warnings(verdicts: Identifiability, shared: Sequence[str]) -> l
     return [correlation_warning(pairs)] if pairs else []
 
 
-def _judged(
+def _derivative_estimate(
     name: str,
     place: int,
-    solved: Solved,
+    solved: SolverResult,
     honest: FloatArray,
     plain: FloatArray,
-    verdict: Verdict,
+    verdict: ParameterVerdict,
 ) -> DerivativeEstimate:
     if not solved.converged:
         return DerivativeEstimate(
@@ -264,7 +271,7 @@ def _judged(
     return DerivativeEstimate(value=float(solved.point.unknowns[place]), std=std, cramer_rao=bound)
 
 
-def _fits(parts: Sequence[Part]) -> dict[str, ResponseFit]:
+def _fits(parts: Sequence[ManeuverResiduals]) -> dict[str, ResponseFit]:
     found = {}
     for name in dict.fromkeys(name for part in parts for name in part.responses):
         with_it = [part for part in parts if name in part.responses]

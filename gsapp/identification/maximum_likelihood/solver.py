@@ -15,20 +15,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsapp.foundation import FlightError
-from gsapp.identification.maximum_likelihood.problem import ManeuverProblem, Problem
-from gsapp.identification.maximum_likelihood.settings import Callback, MLSettings, Progress
+from gsapp.identification.maximum_likelihood.problem import EstimationProblem, ManeuverProblem
+from gsapp.identification.maximum_likelihood.settings import (
+    FitProgress,
+    FitProgressCallback,
+    MLSettings,
+)
 from gsapp.quantities import FloatArray
 
-_FLAT = 1e-11
+_EIGENVALUE_TOLERANCE = 1e-11
 """Eigenvalues of the scaled Hessian below this share of the largest count as zero."""
-_GOOD_ENOUGH = 1e-4
+_ACCEPTABLE_TOLERANCE = 1e-4
 """The source's |dJ/J|: a fit that cannot get further, but this far, has converged."""
-_UNSEEN = 1e-8
+_COST_ROUNDING = 1e-8
 """Changes of the cost below this share drown in its rounding; steps are then taken unseen."""
 _HALVINGS = 4
 _DAMPINGS = (1e-3, 1e-2, 1e-1, 1.0, 10.0)
-_ONE_THREAD = 2e5
-_FLOOR = 1e-7
+_SINGLE_THREAD_SIZE = 2e5
+_NOISE_FLOOR = 1e-7
 """Residuals below this share of the measured signal are rounding, not noise."""
 
 
@@ -37,7 +41,7 @@ class DivergedError(FlightError):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Point:
+class FitPoint:
     """Where a fit stands.
 
     Attributes
@@ -59,12 +63,12 @@ class Point:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Solved:
+class SolverResult:
     """Where a fit ended.
 
     Attributes
     ----------
-    point : Point
+    point : FitPoint
     information : ndarray, shape (n_unknowns, n_unknowns)
         sum S'WS + W2 of the last linearization.
     sensitivities : list of list of ndarray
@@ -75,7 +79,7 @@ class Solved:
         Why it ended, in words.
     """
 
-    point: Point
+    point: FitPoint
     information: FloatArray
     sensitivities: list[list[FloatArray]]
     iterations: int
@@ -88,13 +92,16 @@ class Solver:
 
     Parameters
     ----------
-    problem : Problem
+    problem : EstimationProblem
     settings : MLSettings
     progress : callable, optional
     """
 
     def __init__(
-        self, problem: Problem, settings: MLSettings, progress: Callback | None = None
+        self,
+        problem: EstimationProblem,
+        settings: MLSettings,
+        progress: FitProgressCallback | None = None,
     ) -> None:
         self.problem = problem
         self._settings = settings
@@ -104,7 +111,7 @@ class Solver:
             sum((segment.counted.sum(axis=1) for segment in part.segments), np.zeros(1))
             for part in problem.parts
         ]
-        self._floors = [_floors(part) for part in problem.parts]
+        self._floors = [_noise_floors(part) for part in problem.parts]
         names = problem.unknowns
         self._prior_places = [names.index(name) for name in settings.priors if name in names]
         chosen = [settings.priors[names[place]] for place in self._prior_places]
@@ -118,7 +125,7 @@ class Solver:
 
     # --- cost -----------------------------------------------------------------------------------
 
-    def evaluate(self, unknowns: FloatArray, before: FloatArray | None = None) -> Point | None:
+    def evaluate(self, unknowns: FloatArray, before: FloatArray | None = None) -> FitPoint | None:
         """Return the point at these unknowns; None where the model diverges.
 
         Parameters
@@ -140,7 +147,7 @@ class Solver:
                 return None
             residuals.append(found)
         noise = [self._noise(index, found) for index, found in enumerate(residuals)]
-        return Point(
+        return FitPoint(
             unknowns=unknowns,
             residuals=residuals,
             noise=noise,
@@ -159,7 +166,7 @@ class Solver:
             found = products / np.sqrt(count * count[:, None]) + np.diag(floor)
         return found
 
-    def weights(self, point: Point) -> list[FloatArray]:
+    def weights(self, point: FitPoint) -> list[FloatArray]:
         """Return W of each maneuver, shape (n_responses, n_responses).
 
         Weights given by the user are scaled so that the weighted residuals have a mean square of
@@ -179,7 +186,7 @@ class Solver:
         assert part.weights is not None  # noqa: S101 - for the type checker
         return np.array([part.weights[name] for name in part.responses])
 
-    def _scale(self, point: Point) -> float:
+    def _scale(self, point: FitPoint) -> float:
         """Return the mean square of the residuals times the weights given."""
         total, count = 0.0, 0.0
         for index, part in enumerate(self.problem.parts):
@@ -213,7 +220,7 @@ class Solver:
 
     # --- equations ------------------------------------------------------------------------------
 
-    def linearize(self, point: Point) -> tuple[FloatArray, FloatArray, list[list[FloatArray]]]:
+    def linearize(self, point: FitPoint) -> tuple[FloatArray, FloatArray, list[list[FloatArray]]]:
         """Return Hessian, gradient (of minus the cost), and the sensitivities at a point."""
         size = point.unknowns.size
         H, g = np.zeros((size, size)), np.zeros(size)
@@ -224,7 +231,7 @@ class Solver:
             own = self.problem.columns(index)
             parts = part.sensitivities(shared, point.unknowns[own])
             everything.append(parts)
-            block, side = _normal(parts, point.residuals[index], weights[index])
+            block, side = _normal_equations(parts, point.residuals[index], weights[index])
             place = np.r_[0 : self._shared, own]
             H[np.ix_(place, place)] += block
             g[place] += side
@@ -234,7 +241,7 @@ class Solver:
             g[self._prior_places] -= self._prior_weights * away
         return H, g, everything
 
-    def solve(self, start: FloatArray) -> Solved:
+    def solve(self, start: FloatArray) -> SolverResult:
         """Minimize the cost from a start.
 
         Raises
@@ -245,7 +252,7 @@ class Solver:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             return self._solve(start)
 
-    def _solve(self, start: FloatArray) -> Solved:
+    def _solve(self, start: FloatArray) -> SolverResult:
         point = self.evaluate(start)
         if point is None:
             raise DivergedError("the model diverges with its start values")
@@ -259,7 +266,9 @@ class Solver:
             H, g, sensitivities = self.linearize(point)
             step, promise = _step(H, g, 0.0)
             change = 2.0 * promise / total
-            if change < self._settings.tolerance or (change < _UNSEEN and change > 0.5 * last):
+            if change < self._settings.tolerance or (
+                change < _COST_ROUNDING and change > 0.5 * last
+            ):
                 after = self.evaluate(point.unknowns + step, point.unknowns)
                 if after is not None:
                     point = after
@@ -268,13 +277,13 @@ class Solver:
                 break
             last = change
             if iteration > self._settings.max_iterations:
-                if change < _GOOD_ENOUGH:
+                if change < _ACCEPTABLE_TOLERANCE:
                     converged, message = True, f"converged slowly, {iteration - 1} iterations"
                 break
-            after = self._descend(point, H, g, step, blindly=change < _UNSEEN)
+            after = self._descend(point, H, g, step, blindly=change < _COST_ROUNDING)
             if after is None:
                 # No direction lowers the cost: a minimum, as far as rounding lets one see.
-                converged = change < _GOOD_ENOUGH
+                converged = change < _ACCEPTABLE_TOLERANCE
                 message = (
                     f"converged in {iteration} iterations, as far as rounding allows"
                     if converged
@@ -285,11 +294,11 @@ class Solver:
             self._accept()
             cost = math.exp(min(2.0 * (point.cost - first) / total, 0.0))
             if self._progress is not None:
-                report = Progress(iteration=iteration, cost=cost, change=change)
+                report = FitProgress(iteration=iteration, cost=cost, change=change)
                 if self._progress(report) is False:
                     message = f"interrupted after {iteration} iterations"
                     break
-        return Solved(
+        return SolverResult(
             point=point,
             information=H,
             sensitivities=sensitivities,
@@ -303,8 +312,8 @@ class Solver:
             part.accept()
 
     def _descend(
-        self, point: Point, H: FloatArray, g: FloatArray, step: FloatArray, *, blindly: bool
-    ) -> Point | None:
+        self, point: FitPoint, H: FloatArray, g: FloatArray, step: FloatArray, *, blindly: bool
+    ) -> FitPoint | None:
         """Return a point of lower cost: halved Gauss-Newton steps, then damped ones."""
         if blindly:
             return self.evaluate(point.unknowns + step, point.unknowns)
@@ -328,14 +337,14 @@ def _step(H: FloatArray, g: FloatArray, damping: float) -> tuple[FloatArray, flo
     diagonal = H.diagonal()
     scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     values, vectors = np.linalg.eigh(H * scale * scale[:, None])
-    good = values > _FLAT * max(float(values[-1]), 1e-300)
+    good = values > _EIGENVALUE_TOLERANCE * max(float(values[-1]), 1e-300)
     along = vectors.T @ (g * scale)
     taken = np.where(good, along / np.where(good, values + damping, 1.0), 0.0)
     step: FloatArray = scale * (vectors @ taken)
     return step, 0.5 * float(along @ taken)
 
 
-def _normal(
+def _normal_equations(
     sensitivities: Sequence[FloatArray], residuals: Sequence[FloatArray], weights: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return sum S'WS and sum S'Wv of one maneuver."""
@@ -347,7 +356,7 @@ def _normal(
         sides = weights @ v
         whitened = S if diagonal else np.tensordot(root.T, S, axes=1)
         # Products small enough for BLAS to stay on one thread: starting others takes longer.
-        length = max(1, int(_ONE_THREAD / max(width, 1) ** 2))
+        length = max(1, int(_SINGLE_THREAD_SIZE / max(width, 1) ** 2))
         for row in range(len(S)):
             g += S[row] @ sides[row]
             scale = weights[row, row] if diagonal else 1.0
@@ -357,13 +366,15 @@ def _normal(
     return H, g
 
 
-def _floors(part: ManeuverProblem) -> FloatArray:
+def _noise_floors(part: ManeuverProblem) -> FloatArray:
     measured = np.concatenate([segment.measured for segment in part.segments], axis=1)
-    floors: FloatArray = np.maximum((_FLOOR * np.abs(measured).max(axis=1)) ** 2, 1e-300)
+    floors: FloatArray = np.maximum((_NOISE_FLOOR * np.abs(measured).max(axis=1)) ** 2, 1e-300)
     return floors
 
 
-def prior_warnings(problem: Problem, priors: Mapping[str, tuple[float, float]]) -> tuple[str, ...]:
+def prior_warnings(
+    problem: EstimationProblem, priors: Mapping[str, tuple[float, float]]
+) -> tuple[str, ...]:
     """Return a sentence for each a-priori value of something that is not free."""
     names = problem.unknowns
     return tuple(

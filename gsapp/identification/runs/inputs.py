@@ -7,25 +7,25 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from calibration import certificate_files
-from gsapp.aircraft.reading import SHIPPED as AIRCRAFT_FILES
-from gsapp.decoding.channel_map import SHIPPED as MAPS
-from gsapp.dynamics.model import SHIPPED as MODELS
+from calibration import certificate_paths
+from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT as AIRCRAFT_FILES
+from gsapp.decoding.channel_map import SHIPPED_CHANNEL_MAPS as MAPS
+from gsapp.dynamics.model import SHIPPED_MODELS as MODELS
 from gsapp.flight.folder import FlightFolder
 from gsapp.flight.info import current_versions
-from gsapp.flight.provenance import InputFile, input_file
-from gsapp.flight.setting import USUAL_AIRCRAFT
+from gsapp.flight.provenance import InputFile, hash_input_file
+from gsapp.flight.read_settings import DEFAULT_AIRCRAFT
 from gsapp.foundation import FlightError
+from gsapp.identification.runs.flight_cache import CachedFlight, FlightOpenRequest
 from gsapp.identification.runs.request import RunRequest
-from gsapp.identification.runs.shelf import Opening, Shelved
-from gsapp.identification.weights import SHIPPED as WEIGHTS
+from gsapp.identification.weights import SHIPPED_WEIGHTS as WEIGHTS
 from gsapp.identification.weights import Weights, load_weights
 
 
-def openings_of(request: RunRequest) -> tuple[Opening, ...]:
+def flight_open_requests(request: RunRequest) -> tuple[FlightOpenRequest, ...]:
     """Return what the flights of a run are opened with, in their order."""
     return tuple(
-        Opening(
+        FlightOpenRequest(
             path=path,
             aircraft=request.aircraft,
             channel_map=request.channel_map,
@@ -40,7 +40,7 @@ def run_versions() -> dict[str, str]:
     return {**current_versions(), "machine": f"{platform.system()} {platform.machine()}"}
 
 
-def with_whole_paths(request: RunRequest) -> RunRequest:
+def with_absolute_paths(request: RunRequest) -> RunRequest:
     """Return a request that means the same wherever the program is started.
 
     Raises
@@ -54,15 +54,15 @@ def with_whole_paths(request: RunRequest) -> RunRequest:
         request,
         flights=tuple(path.absolute() for path in request.flights),
         maneuvers=tuple(replace(one, flight=one.flight.absolute()) for one in request.maneuvers),
-        aircraft=_whole(request.aircraft),
-        channel_map=_whole(request.channel_map),
-        calibration=_whole(request.calibration),
-        weights=_whole(request.weights),
-        model=_whole(request.model),
+        aircraft=_absolute_path(request.aircraft),
+        channel_map=_absolute_path(request.channel_map),
+        calibration=_absolute_path(request.calibration),
+        weights=_absolute_path(request.weights),
+        model=_absolute_path(request.model),
     )
 
 
-def _whole(name: str) -> str:
+def _absolute_path(name: str) -> str:
     """Return the whole path of what is a file or folder, else the name as it is."""
     return str(Path(name).absolute()) if name and Path(name).exists() else name
 
@@ -74,7 +74,7 @@ def weights_file(request: RunRequest) -> Weights | None:
     return load_weights(request.weights)
 
 
-def inputs_of(request: RunRequest, shelved: Sequence[Shelved]) -> tuple[InputFile, ...]:
+def input_files(request: RunRequest, shelved: Sequence[CachedFlight]) -> tuple[InputFile, ...]:
     """Return the files of a run with their sums when they were read.
 
     Files of a model or of weights are among them only if the settings did not hold these already.
@@ -83,7 +83,7 @@ def inputs_of(request: RunRequest, shelved: Sequence[Shelved]) -> tuple[InputFil
     ----------
     request : RunRequest
         As it was asked, with whole paths.
-    shelved : sequence of Shelved
+    shelved : sequence of CachedFlight
         Its flights.
 
     Raises
@@ -93,7 +93,7 @@ def inputs_of(request: RunRequest, shelved: Sequence[Shelved]) -> tuple[InputFil
     """
     aircraft = request.aircraft
     if not aircraft and not all(_has_aircraft(path) for path in request.flights):
-        aircraft = USUAL_AIRCRAFT
+        aircraft = DEFAULT_AIRCRAFT
     held = request.settings
     named = (
         ("aircraft", aircraft, AIRCRAFT_FILES),
@@ -101,16 +101,16 @@ def inputs_of(request: RunRequest, shelved: Sequence[Shelved]) -> tuple[InputFil
         ("weights", request.weights if held.weights is None else "", WEIGHTS),
         ("channel map", request.channel_map, MAPS),
     )
-    certificates = certificate_files(request.calibration) if request.calibration else ()
+    certificates = certificate_paths(request.calibration) if request.calibration else ()
     try:
         return (
             *(one.file for one in shelved),
             *(
-                input_file(role, shipped.find(name), name=name)
+                hash_input_file(role, shipped.find(name), name=name)
                 for role, name, shipped in named
                 if name
             ),
-            *(input_file("certificate", path) for path in certificates),
+            *(hash_input_file("certificate", path) for path in certificates),
         )
     except OSError as error:
         raise FlightError(f"a file of the run cannot be read ({error}); check it") from error

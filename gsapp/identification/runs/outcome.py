@@ -14,12 +14,12 @@ from gsapp.identification.linear_models.signals import LinearAxis
 from gsapp.identification.runs.request import RunRequest
 from gsapp.identification.summary import CampaignSummary
 
-SAME_SAMPLES: Final = "the same samples stand in"
+SAME_SAMPLES_TEXT: Final = "the same samples stand in"
 """Begins a remark on flights that are one and the same."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Outcome:
+class RunOutcome:
     """One estimation, done.
 
     Attributes

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from gsapp.flight.maneuvers.found import FoundManeuver
+from gsapp.flight.maneuvers.detected_maneuver import DetectedManeuver
 from gsapp.identification.campaign import CampaignSettings
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ChosenManeuver:
+class SelectedManeuver:
     """A maneuver to estimate from, with its edges as they are now.
 
     Attributes
@@ -25,7 +25,7 @@ class ChosenManeuver:
         Surfaces moved, of ``de``, ``da``, ``dr``.
     kind : str
         ``doublet`` ...
-    found : FoundManeuver or None
+    found : DetectedManeuver or None
         All that is known of it, where it is at hand: for the catalog, which wants its grade. It
         changes no number, and is not kept with a run.
     """
@@ -36,7 +36,7 @@ class ChosenManeuver:
     t_end: float
     inputs: tuple[str, ...]
     kind: str = ""
-    found: FoundManeuver | None = field(default=None, compare=False, repr=False)
+    found: DetectedManeuver | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,7 +47,7 @@ class RunRequest:
     ----------
     flights : tuple of Path
         Flight folders or files, in the order in which they are numbered.
-    maneuvers : tuple of ChosenManeuver
+    maneuvers : tuple of SelectedManeuver
         Those to be used, in order. Empty: all that stand in the flights and are not unfit.
     settings : CampaignSettings
         Its weights are by name of the flight.
@@ -73,7 +73,7 @@ class RunRequest:
     """
 
     flights: tuple[Path, ...]
-    maneuvers: tuple[ChosenManeuver, ...] = ()
+    maneuvers: tuple[SelectedManeuver, ...] = ()
     settings: CampaignSettings = field(default_factory=CampaignSettings)
     aircraft: str = ""
     calibration: str = ""

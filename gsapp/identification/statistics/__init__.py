@@ -7,43 +7,43 @@ sample does not count, W the weight matrix of the responses, shape (n_responses,
 """
 
 from gsapp.identification.statistics.bounds import (
-    Part,
+    ManeuverFitData,
     colored_covariance,
-    covariance_under,
+    covariance_for_known_noise,
     cramer_rao,
-    information,
+    information_matrix,
     joint_covariance,
     noise_autocovariance,
     noise_covariance,
 )
-from gsapp.identification.statistics.fit import response_fit
+from gsapp.identification.statistics.goodness_of_fit import response_fit
 from gsapp.identification.statistics.identifiability import (
-    STRONGLY_CORRELATED,
+    CORRELATION_WARNING_PREFIX,
     Identifiability,
-    Verdict,
+    ParameterVerdict,
+    assess_identifiability,
     correlation_warning,
-    identifiability,
 )
-from gsapp.identification.statistics.turbulence import Turbulence, turbulence
-from gsapp.identification.statistics.whiteness import Whiteness, whiteness
+from gsapp.identification.statistics.turbulence import TurbulenceDetection, detect_turbulence
+from gsapp.identification.statistics.whiteness import Whiteness, evaluate_whiteness
 
 __all__ = [
-    "STRONGLY_CORRELATED",
+    "CORRELATION_WARNING_PREFIX",
     "Identifiability",
-    "Part",
-    "Turbulence",
-    "Verdict",
+    "ManeuverFitData",
+    "ParameterVerdict",
+    "TurbulenceDetection",
     "Whiteness",
+    "assess_identifiability",
     "colored_covariance",
     "correlation_warning",
-    "covariance_under",
+    "covariance_for_known_noise",
     "cramer_rao",
-    "identifiability",
-    "information",
+    "detect_turbulence",
+    "evaluate_whiteness",
+    "information_matrix",
     "joint_covariance",
     "noise_autocovariance",
     "noise_covariance",
     "response_fit",
-    "turbulence",
-    "whiteness",
 ]

@@ -27,18 +27,20 @@ from scipy.linalg.blas import zgemm
 
 from gsapp.identification.statistics.correlation import (
     ComplexArray,
-    Layout,
-    autocovariance,
+    LagLayout,
     bartlett,
-    usual_lags,
+    default_lags,
+    residual_autocovariance,
 )
 from gsapp.quantities import FloatArray
 
-SINGULAR = 1e-11
+SINGULAR_TOLERANCE = 1e-11
 """Eigenvalues of the scaled information below this share of the largest are rounding."""
 
 
-def information(S: FloatArray, W: FloatArray, *, counted: FloatArray | None = None) -> FloatArray:
+def information_matrix(
+    S: FloatArray, W: FloatArray, *, counted: FloatArray | None = None
+) -> FloatArray:
     """Return H = sum_k S_k' W S_k, shape (n_parameters, n_parameters).
 
     Parameters
@@ -48,7 +50,7 @@ def information(S: FloatArray, W: FloatArray, *, counted: FloatArray | None = No
     counted : ndarray, shape (n, n_responses), optional
         Residuals, or anything else that is NaN where a sample does not count.
     """
-    kept = S if counted is None else _counted(S, counted)
+    kept = S if counted is None else _mask_sensitivities(S, counted)
     flat = kept.reshape(-1, kept.shape[2])
     diagonal = W.diagonal()
     if (diagonal >= 0.0).all() and not (W - np.diag(diagonal)).any():
@@ -63,13 +65,13 @@ def information(S: FloatArray, W: FloatArray, *, counted: FloatArray | None = No
 def cramer_rao(S: FloatArray, W: FloatArray, *, counted: FloatArray | None = None) -> FloatArray:
     """Return the Cramer-Rao covariance (sum S'WS)^-1, W = R^-1.
 
-    Parameters as in `information`. A parameter that the responses do not see, or that lies in a
-    combination of which they see nothing, has an infinite variance.
+    Parameters as in `information_matrix`. A parameter that the responses do not see, or that lies
+    in a combination of which they see nothing, has an infinite variance.
     """
-    return inverse(information(S, W, counted=counted))
+    return invert_information(information_matrix(S, W, counted=counted))
 
 
-def inverse(H: FloatArray) -> FloatArray:
+def invert_information(H: FloatArray) -> FloatArray:
     """Return the inverse of an information matrix; infinite variances where it has none."""
     inverted, lost = _inverse(H)
     inverted[lost, lost] = np.inf
@@ -77,7 +79,7 @@ def inverse(H: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Part:
+class ManeuverFitData:
     """One maneuver of a fit.
 
     Attributes
@@ -101,7 +103,7 @@ class Part:
 
 
 def joint_covariance(
-    parts: Sequence[Part],
+    parts: Sequence[ManeuverFitData],
     size: int,
     *,
     lags: int | None = None,
@@ -112,12 +114,12 @@ def joint_covariance(
 
     Parameters
     ----------
-    parts : sequence of Part
+    parts : sequence of ManeuverFitData
         The noise of each maneuver has an autocovariance of its own.
     size : int
         Number of parameters.
     lags : int, optional
-        Lg. By default `gsapp.identification.statistics.correlation.usual_lags`.
+        Lg. By default `gsapp.identification.statistics.correlation.default_lags`.
     prior : ndarray, shape (size, size), optional
         W2, the inverse covariance of a-priori values, which the cost holds beside the residuals.
     passes : int
@@ -128,10 +130,10 @@ def joint_covariance(
     ndarray, shape (size, size)
         Infinite variances where the information has no inverse.
     """
-    works = [_Work(part, lags) for part in parts]
+    works = [_SpectralWorkspace(part, lags) for part in parts]
     H = np.zeros((size, size)) if prior is None else prior.copy()
     for work in works:
-        H[work.place] += information(work.part.S, work.part.W, counted=work.part.v)
+        H[work.place] += information_matrix(work.part.S, work.part.W, counted=work.part.v)
     inverted, lost = _inverse(H)
     covariance = np.zeros((size, size))
     for number in range(passes + 1):
@@ -161,13 +163,13 @@ def colored_covariance(
     """Return the covariance of estimates made with any W under colored residuals.
 
     Notes, section 7: "Any W, colored", with what the fit took away added back. Parameters as in
-    `Part` and `joint_covariance`, of which this is the case of one maneuver.
+    `ManeuverFitData` and `joint_covariance`, of which this is the case of one maneuver.
     """
-    part = Part(S=S, v=v, W=W, segments=segments)
+    part = ManeuverFitData(S=S, v=v, W=W, segments=segments)
     return joint_covariance([part], S.shape[2], lags=lags, prior=prior, passes=passes)
 
 
-def covariance_under(
+def covariance_for_known_noise(
     S: FloatArray, W: FloatArray, lagged: FloatArray, *, segments: Sequence[slice] | None = None
 ) -> FloatArray:
     """Return the honest covariance that estimates will have under noise that is known.
@@ -188,9 +190,9 @@ def covariance_under(
     ndarray, shape (n_parameters, n_parameters)
         Infinite variances where the information has no inverse.
     """
-    part = Part(S=S, v=np.zeros(S.shape[:2]), W=W, segments=segments)
-    inverted, lost = _inverse(information(S, W))
-    work = _Work(part, len(lagged) // 2, lagged)
+    part = ManeuverFitData(S=S, v=np.zeros(S.shape[:2]), W=W, segments=segments)
+    inverted, lost = _inverse(information_matrix(S, W))
+    work = _SpectralWorkspace(part, len(lagged) // 2, lagged)
     # What was put together from several stretches need not be a covariance.
     work.lift()
     covariance: FloatArray = inverted @ work.gradient_covariance() @ inverted
@@ -198,53 +200,57 @@ def covariance_under(
     return covariance
 
 
-def noise_autocovariance(part: Part, *, lags: int | None = None) -> FloatArray:
+def noise_autocovariance(part: ManeuverFitData, *, lags: int | None = None) -> FloatArray:
     """Return the autocovariance of the noise behind the residuals of a fit of one maneuver.
 
     What the fit took away is added back.
 
     Parameters
     ----------
-    part : Part
+    part : ManeuverFitData
         With all parameters that the fit had.
     lags : int, optional
-        Lg. By default `gsapp.identification.statistics.correlation.usual_lags`.
+        Lg. By default `gsapp.identification.statistics.correlation.default_lags`.
 
     Returns
     -------
     ndarray, shape (2 Lg + 1, n_responses, n_responses)
         The middle one is that of lag 0.
     """
-    work = _Work(part, lags)
-    inverted, _ = _inverse(information(part.S, part.W, counted=part.v))
+    work = _SpectralWorkspace(part, lags)
+    inverted, _ = _inverse(information_matrix(part.S, part.W, counted=part.v))
     covariance = inverted @ work.gradient_covariance() @ inverted
     work.add_back(inverted, covariance)
     return work.lagged
 
 
-class _Work:
+class _SpectralWorkspace:
     """The spectra of one maneuver.
 
     All is done in four arrays: fresh memory costs more here than the arithmetic.
     """
 
-    def __init__(self, part: Part, lags: int | None, lagged: FloatArray | None = None) -> None:
+    def __init__(
+        self, part: ManeuverFitData, lags: int | None, lagged: FloatArray | None = None
+    ) -> None:
         self.part = part
         count, responses, width = part.S.shape
         columns = np.arange(width) if part.columns is None else part.columns
         self.place = np.ix_(columns, columns)
-        self._layout = Layout(count, part.segments, usual_lags(count) if lags is None else lags)
+        self._layout = LagLayout(
+            count, part.segments, default_lags(count) if lags is None else lags
+        )
         self._taper = bartlett(self._layout.lags)[:, None, None]
         self._shares = self._layout.shares[:, None, None]
         counted = np.isfinite(part.v)
         self._lost = None if counted.all() else ~counted
         self._per_pair = self._layout.per_pair(counted)
-        self._C = autocovariance(part.v, self._layout) if lagged is None else lagged
+        self._C = residual_autocovariance(part.v, self._layout) if lagged is None else lagged
         self.lagged = self._C
         self._density = self._layout.spectrum_of_lags(self._C * self._taper)
         rows = (self._layout.length, responses, width)
         self._row, self._other = np.zeros(rows), np.empty(rows)
-        self._layout.lay(_counted(part.S, part.v), self._row)
+        self._layout.lay(_mask_sensitivities(part.S, part.v), self._row)
         self._S: ComplexArray = np.fft.rfft(self._row, axis=0)
         self._scratch = np.empty_like(self._S)
 
@@ -259,7 +265,7 @@ class _Work:
 
     def lift(self) -> None:
         """Lift the density of the noise to what a density can be."""
-        self._density = _positive(self._density)
+        self._density = _clip_negative_eigenvalues(self._density)
 
     def _integrated(self) -> FloatArray:
         W, width = self.part.W, self._S.shape[2]
@@ -321,7 +327,7 @@ def noise_covariance(v: FloatArray, *, diagonal: bool = False) -> FloatArray:
     return R
 
 
-def _counted(S: FloatArray, v: FloatArray) -> FloatArray:
+def _mask_sensitivities(S: FloatArray, v: FloatArray) -> FloatArray:
     counted = np.isfinite(v)
     return S if counted.all() else S * counted[:, :, None]
 
@@ -332,7 +338,7 @@ def _inverse(H: FloatArray) -> tuple[FloatArray, npt.NDArray[np.intp]]:
     seen = diagonal > 0.0
     scale = 1.0 / np.sqrt(np.where(seen, diagonal, 1.0))
     values, vectors = np.linalg.eigh(H * scale * scale[:, None])
-    good = values > SINGULAR * max(float(values[-1]), 1e-300)
+    good = values > SINGULAR_TOLERANCE * max(float(values[-1]), 1e-300)
     reciprocal = np.where(good, 1.0 / np.where(good, values, 1.0), 0.0)
     inverted: FloatArray = (vectors * reciprocal) @ vectors.T * scale * scale[:, None]
     # Taking part in a combination that is not seen: beyond the rounding of the eigenvectors.
@@ -340,7 +346,7 @@ def _inverse(H: FloatArray) -> tuple[FloatArray, npt.NDArray[np.intp]]:
     return inverted, np.flatnonzero(lost)
 
 
-def _positive(density: ComplexArray) -> ComplexArray:
+def _clip_negative_eigenvalues(density: ComplexArray) -> ComplexArray:
     """Return Hermitian matrices with their negative eigenvalues lifted to zero."""
     values, vectors = np.linalg.eigh(0.5 * (density + density.conj().swapaxes(1, 2)))
     lifted: ComplexArray = (

@@ -13,16 +13,16 @@ from gsapp.quantities import FloatArray
 BoolArray = npt.NDArray[np.bool_]
 ComplexArray = npt.NDArray[np.complex128]
 
-MOST_LAGS = 100
+MAX_LAGS = 100
 """Notes, section 7: with 50 to 100 lags the corrected bound is right within 10 %."""
 
 
-def usual_lags(samples: int) -> int:
+def default_lags(samples: int) -> int:
     """Return how many lags to take for so many samples: 100, or a quarter of a short record."""
-    return max(1, min(MOST_LAGS, samples // 4))
+    return max(1, min(MAX_LAGS, samples // 4))
 
 
-class Layout:
+class LagLayout:
     """Where samples stand in one long row in which lags cannot cross from segment to segment.
 
     Parameters
@@ -129,7 +129,7 @@ class Layout:
         return found
 
 
-def autocovariance(v: FloatArray, layout: Layout) -> FloatArray:
+def residual_autocovariance(v: FloatArray, layout: LagLayout) -> FloatArray:
     """Return C_j of residuals for j = -lags ... lags, shape (2 lags + 1, m, m).
 
     C_j = (1/nt) sum_k v_k v_(k+j)' where all samples count. Where some do not, the mean over the

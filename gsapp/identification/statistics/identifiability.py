@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gsapp.identification.results import Status
-from gsapp.identification.statistics.bounds import SINGULAR, inverse
+from gsapp.identification.results import DerivativeStatus
+from gsapp.identification.statistics.bounds import SINGULAR_TOLERANCE, invert_information
 from gsapp.quantities import FloatArray
 
-PLAUSIBLE: Mapping[str, Mapping[str, float]] = {
+PLAUSIBLE_DERIVATIVES: Mapping[str, Mapping[str, float]] = {
     "CN": {"0": 1.0, "alpha": 7.0, "q": 20.0, "de": 1.5},
     "CA": {"0": 0.2, "alpha": 1.0, "q": 5.0, "de": 0.3},
     "Cm": {"0": 0.3, "alpha": 2.0, "q": 30.0, "de": 2.5},
@@ -30,10 +30,10 @@ STRONG_CORRELATION = 0.95
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Verdict:
+class ParameterVerdict:
     """On one parameter: as in `gsapp.identification.results.DerivativeEstimate`."""
 
-    status: Status = "estimated"
+    status: DerivativeStatus = "estimated"
     confounded_with: tuple[str, ...] = ()
     why: str = ""
 
@@ -44,7 +44,7 @@ class Identifiability:
 
     Attributes
     ----------
-    verdicts : mapping of str to Verdict
+    verdicts : mapping of str to ParameterVerdict
         By name.
     condition : float
         Largest over smallest eigenvalue of the scaled information; inf where it is singular.
@@ -52,34 +52,34 @@ class Identifiability:
         Pairs of estimates correlated by more than 0.95, the strongest first.
     """
 
-    verdicts: Mapping[str, Verdict]
+    verdicts: Mapping[str, ParameterVerdict]
     condition: float
     correlated: tuple[tuple[str, str, float], ...]
 
-    def __getitem__(self, name: str) -> Verdict:
+    def __getitem__(self, name: str) -> ParameterVerdict:
         """Return the verdict on one parameter."""
         return self.verdicts[name]
 
 
-STRONGLY_CORRELATED = "strong correlation between "
+CORRELATION_WARNING_PREFIX = "strong correlation between "
 """Begins the sentence of `correlation_warning`."""
-_MOST_PAIRS = 6
+_MAX_PAIRS = 6
 
 
 def correlation_warning(pairs: Sequence[tuple[str, str, float]]) -> str:
     """Return one sentence on the pairs of a fit that are correlated, the strongest first."""
-    listed = [f"{one} and {other} ({value:+.3f})" for one, other, value in pairs[:_MOST_PAIRS]]
+    listed = [f"{one} and {other} ({value:+.3f})" for one, other, value in pairs[:_MAX_PAIRS]]
     more = len(pairs) - len(listed)
-    return STRONGLY_CORRELATED + ", ".join(listed) + (f" and {more} more" if more else "")
+    return CORRELATION_WARNING_PREFIX + ", ".join(listed) + (f" and {more} more" if more else "")
 
 
 def plausible_size(name: str) -> float | None:
     """Return the largest plausible size of a linear derivative; None for any other parameter."""
     coefficient, _, variable = name.partition("_")
-    return PLAUSIBLE.get(coefficient, {}).get(variable)
+    return PLAUSIBLE_DERIVATIVES.get(coefficient, {}).get(variable)
 
 
-def identifiability(
+def assess_identifiability(
     information: FloatArray,
     names: Sequence[str],
     *,
@@ -98,8 +98,9 @@ def identifiability(
     covariance : ndarray, same shape, optional
         Honest one (colored residuals); the inverse of the information by default.
     plausible : mapping of str to float, optional
-        Largest plausible sizes for parameters of which `PLAUSIBLE` knows none, or other ones.
-        A parameter without such a size is judged by whether the information is singular alone.
+        Largest plausible sizes for parameters of which `PLAUSIBLE_DERIVATIVES` knows none, or
+        other ones. A parameter without such a size is judged by whether the information is
+        singular alone.
     inverted : ndarray, same shape, optional
         `gsapp.identification.statistics.inverse` of the information, where it is known already.
     """
@@ -108,7 +109,7 @@ def identifiability(
     diagonal = np.maximum(information.diagonal(), 0.0)
     scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     values, vectors = np.linalg.eigh(information * scale * scale[:, None])
-    raw = inverse(information) if inverted is None else inverted
+    raw = invert_information(information) if inverted is None else inverted
     spread = np.sqrt(np.maximum((raw if covariance is None else covariance).diagonal(), 0.0))
     # What the bound would be were all other parameters known, widened alike for colored noise.
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -120,7 +121,9 @@ def identifiability(
         for index, name in enumerate(names)
     }  # fmt: skip
     largest, smallest = float(values[-1]), float(values[0])
-    singular = smallest <= SINGULAR * max(largest, 1e-300) or not bool((diagonal > 0.0).all())
+    singular = smallest <= SINGULAR_TOLERANCE * max(largest, 1e-300) or not bool(
+        (diagonal > 0.0).all()
+    )
     estimated = [index for index, name in enumerate(names) if verdicts[name].status == "estimated"]
     return Identifiability(
         verdicts=verdicts,
@@ -137,29 +140,29 @@ def _verdict(
     alone: float,
     values: FloatArray,
     vectors: FloatArray,
-) -> Verdict:
+) -> ParameterVerdict:
     name = names[index]
     if not np.isfinite(alone):
-        return Verdict(
+        return ParameterVerdict(
             status="unknown", why=f"no response moves with {name}: the maneuver does not excite it"
         )
     if np.isfinite(spread) and (size is None or spread <= size):
-        return Verdict()
+        return ParameterVerdict()
     if size is not None and alone > size:
-        return Verdict(
+        return ParameterVerdict(
             status="unknown",
             why=f"too little excitation: the bound of {name}, {alone:.2g} even with all else "
             f"known, exceeds any plausible value ({size:.2g})",
         )
     others = _confounded(index, names, values, vectors)
     if not others:
-        return Verdict(
+        return ParameterVerdict(
             status="unknown",
             why=f"too little excitation: the bound of {name}, {spread:.2g}, exceeds any "
             f"plausible value ({size or 0.0:.2g})",
         )
     listed = others[0] if len(others) == 1 else f"{', '.join(others[:-1])} and {others[-1]}"
-    return Verdict(
+    return ParameterVerdict(
         status="not-identifiable",
         confounded_with=others,
         why=f"{name} cannot be told apart from {listed} in this maneuver: they move the responses "
@@ -171,7 +174,7 @@ def _confounded(
     index: int, names: Sequence[str], values: FloatArray, vectors: FloatArray
 ) -> tuple[str, ...]:
     """Return the parameters that share the badly seen combinations of one, the nearest first."""
-    floor = SINGULAR * max(float(values[-1]), 1e-300)
+    floor = SINGULAR_TOLERANCE * max(float(values[-1]), 1e-300)
     # Shares of the variance by combination (Belsley's variance decomposition).
     shares = vectors[index] ** 2 / np.maximum(values, floor)
     shares /= shares.sum()

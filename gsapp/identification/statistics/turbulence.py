@@ -33,20 +33,20 @@ from gsapp.quantities import FloatArray
 from gsapp.quantities.constants import GRAVITY
 
 BAND_HZ = (0.5, 4.0)
-TOGETHER = 0.6
-AGAINST_KINEMATICS = 0.25
-ABOVE_NOISE = 3.0
+MIN_FORCE_COHERENCE = 0.6
+MIN_KINEMATIC_COHERENCE = 0.25
+MIN_NOISE_RATIO = 3.0
 """Density in the band over that above it, from `NOISE_HZ` on."""
 NOISE_HZ = 8.0
-TAPERED = 0.3
+TAPER_SHARE = 0.3
 """Share of a segment over which its ends fade in and out."""
-SHORTEST = 3.0
+MIN_SEGMENT_LENGTH = 3.0
 """Segments shorter than this (s) have too few frequencies in the band."""
-FEWEST_FREQUENCIES = 10
+MIN_FREQUENCIES = 10
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Turbulence:
+class TurbulenceDetection:
     """What the residuals tell of gusts in one direction.
 
     Attributes
@@ -79,7 +79,7 @@ class Turbulence:
         )
 
 
-def turbulence(
+def detect_turbulence(
     residuals: Mapping[str, FloatArray],
     *,
     dt: float,
@@ -87,7 +87,7 @@ def turbulence(
     alpha: float = 0.0,
     arms: tuple[float, float] = (0.0, 0.0),
     segments: Sequence[slice] | None = None,
-) -> tuple[Turbulence, ...]:
+) -> tuple[TurbulenceDetection, ...]:
     """Look for gusts in the residuals of one maneuver.
 
     Parameters
@@ -105,21 +105,21 @@ def turbulence(
     segments : sequence of slice, optional
         Stretches of contiguous samples.
     """
-    found: list[Turbulence] = []
+    found: list[TurbulenceDetection] = []
     count = next((len(values) for values in residuals.values()), 0)
     parts = [
         part
         for part in ([slice(0, count)] if segments is None else segments)
-        if len(range(count)[part]) * dt >= SHORTEST
+        if len(range(count)[part]) * dt >= MIN_SEGMENT_LENGTH
     ]
     if {"alpha", "q", "an"} <= residuals.keys():
-        sums = _Sums()
+        sums = _BandPowers()
         for part in parts:
             flow, q, an = (_centered(residuals[name][part]) for name in ("alpha", "q", "an"))
             sums.add(flow + arms[0] / V * q, q - an / V, an / V, dt)
         found += sums.judge("vertical", V)
     if {"beta", "p", "r", "ay"} <= residuals.keys():
-        sums = _Sums()
+        sums = _BandPowers()
         for part in parts:
             flow, p, r, ay = (_centered(residuals[name][part]) for name in ("beta", "p", "r", "ay"))
             phi = dt * (np.cumsum(p) - 0.5 * p)
@@ -130,7 +130,7 @@ def turbulence(
     return tuple(found)
 
 
-class _Sums:
+class _BandPowers:
     """Powers and cross powers in the band, over the segments."""
 
     def __init__(self) -> None:
@@ -143,7 +143,7 @@ class _Sums:
         from scipy.signal.windows import tukey  # a third of a second
 
         count = len(flow)
-        window = tukey(count, TAPERED)
+        window = tukey(count, TAPER_SHARE)
         frequency = rfftfreq(count, dt)
         kept = frequency >= BAND_HZ[0]
         frequency = frequency[kept]
@@ -160,37 +160,39 @@ class _Sums:
         free = seen - explained / (2j * np.pi * frequency)
         pushed = spectrum(window * force)
         inside, quiet = frequency <= BAND_HZ[1], frequency >= NOISE_HZ
-        self._flow += _product(seen[inside], seen[inside])
-        self._free += _product(free[inside], free[inside])
-        self._force += _product(pushed[inside], pushed[inside])
-        self._together += _product(seen[inside], pushed[inside])
-        self._against += _product(free[inside], pushed[inside])
-        self._noise += _product(seen[quiet], seen[quiet])
+        self._flow += _cross_power(seen[inside], seen[inside])
+        self._free += _cross_power(free[inside], free[inside])
+        self._force += _cross_power(pushed[inside], pushed[inside])
+        self._together += _cross_power(seen[inside], pushed[inside])
+        self._against += _cross_power(free[inside], pushed[inside])
+        self._noise += _cross_power(seen[quiet], seen[quiet])
         self._parts += 1
         self._frequencies += int(inside.sum())
         self._quiet_frequencies += int(quiet.sum())
 
-    def judge(self, direction: Literal["vertical", "lateral"], V: float) -> list[Turbulence]:
-        if self._frequencies < FEWEST_FREQUENCIES or not min(self._flow, self._free, self._force):
+    def judge(
+        self, direction: Literal["vertical", "lateral"], V: float
+    ) -> list[TurbulenceDetection]:
+        if self._frequencies < MIN_FREQUENCIES or not min(self._flow, self._free, self._force):
             return []
         together = self._together / (self._flow * self._force) ** 0.5
         against = self._against / (self._free * self._force) ** 0.5
         noise = 0.0
-        if self._quiet_frequencies >= FEWEST_FREQUENCIES:
+        if self._quiet_frequencies >= MIN_FREQUENCIES:
             noise = self._noise / self._quiet_frequencies * self._frequencies
         return [
-            Turbulence(
+            TurbulenceDetection(
                 direction=direction,
-                detected=together > TOGETHER
-                and against > AGAINST_KINEMATICS
-                and self._free > ABOVE_NOISE * noise,
+                detected=together > MIN_FORCE_COHERENCE
+                and against > MIN_KINEMATIC_COHERENCE
+                and self._free > MIN_NOISE_RATIO * noise,
                 together=together,
                 gust=V * (self._free / self._parts) ** 0.5,
             )
         ]
 
 
-def _product(one: ComplexArray, other: ComplexArray) -> float:
+def _cross_power(one: ComplexArray, other: ComplexArray) -> float:
     return float(np.sum((one.conj() * other).real))
 
 

@@ -10,16 +10,16 @@ from scipy.special import chdtrc
 
 from gsapp.identification.statistics.correlation import (
     BoolArray,
-    Layout,
+    LagLayout,
     bartlett,
-    usual_lags,
+    default_lags,
 )
 from gsapp.quantities import FloatArray
 
 PORTMANTEAU_LAGS = 20
 LOW_FREQUENCY_HZ = 2.0
-SIGNIFICANT = 0.001
-FEWEST_SAMPLES = 20
+SIGNIFICANCE_LEVEL = 0.001
+MIN_WHITENESS_SAMPLES = 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,7 +49,7 @@ class Whiteness:
     white: bool
 
 
-def whiteness(
+def evaluate_whiteness(
     v: FloatArray, segments: Sequence[slice] | None = None, *, dt: float = 0.01
 ) -> tuple[Whiteness, ...]:
     """Test the residuals of each response.
@@ -67,22 +67,25 @@ def whiteness(
     tuple of Whiteness
         One for each response. Residuals of zero or fewer than 20 samples say nothing: p = 1.
     """
-    lags = usual_lags(len(v))
-    layout = Layout(len(v), segments, lags)
+    lags = default_lags(len(v))
+    layout = LagLayout(len(v), segments, lags)
     counted = np.isfinite(v)
     sums = layout.own_sums(np.where(counted, v, 0.0))
     return tuple(
-        _judge(sums[:, index], counted[:, [index]], layout, dt) for index in range(v.shape[1])
+        _evaluate_response(sums[:, index], counted[:, [index]], layout, dt)
+        for index in range(v.shape[1])
     )
 
 
-def _judge(sums: FloatArray, counted: BoolArray, layout: Layout, dt: float) -> Whiteness:
+def _evaluate_response(
+    sums: FloatArray, counted: BoolArray, layout: LagLayout, dt: float
+) -> Whiteness:
     """Test one response by its lagged sums; which samples count has the shape (n, 1)."""
     count, lags = len(counted), layout.lags
     samples = int(counted.sum())
     edge = min(2.0 * LOW_FREQUENCY_HZ * dt, 1.0)
     own = sums * layout.per_pair(counted)[:, 0, 0]
-    if samples < FEWEST_SAMPLES or not own[lags] > 0.0:
+    if samples < MIN_WHITENESS_SAMPLES or not own[lags] > 0.0:
         return Whiteness(
             p_value=1.0, low_frequency_share=np.nan, white_share=edge, inflation=np.nan, white=True
         )
@@ -102,5 +105,5 @@ def _judge(sums: FloatArray, counted: BoolArray, layout: Layout, dt: float) -> W
         low_frequency_share=min(max(share, 0.0), 1.0),
         white_share=edge,
         inflation=max(float(tapered.sum()), 0.0),
-        white=p_value >= SIGNIFICANT,
+        white=p_value >= SIGNIFICANCE_LEVEL,
     )

@@ -5,20 +5,20 @@ from __future__ import annotations
 from gsapp.identification.summary.campaign_summary import (
     CampaignSummary,
     DerivativeSummary,
-    WildManeuver,
+    OutlyingManeuver,
     summarize_campaign,
 )
-from gsapp.identification.summary.dependence import Dependence
+from gsapp.identification.summary.condition_trends import ConditionTrend
+from gsapp.identification.summary.derivative_points import CONDITIONS, DerivativePoint
 from gsapp.identification.summary.outliers import Outlier
-from gsapp.identification.summary.points import CONDITIONS, Point
 
 __all__ = [
     "CONDITIONS",
     "CampaignSummary",
-    "Dependence",
+    "ConditionTrend",
+    "DerivativePoint",
     "DerivativeSummary",
     "Outlier",
-    "Point",
-    "WildManeuver",
+    "OutlyingManeuver",
     "summarize_campaign",
 ]

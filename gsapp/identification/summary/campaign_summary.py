@@ -10,15 +10,31 @@ from typing import Final
 import numpy as np
 
 from gsapp.dynamics.buildup import derivative_names
-from gsapp.identification.campaign import CampaignResult, CampaignValue, ManeuverResult, mean_of
-from gsapp.identification.summary.dependence import Dependence, proven, trends
-from gsapp.identification.summary.outliers import Outlier, far_off, reasons_for
-from gsapp.identification.summary.points import Point, points_of, values_of
-from gsapp.identification.summary.spread import Honesty, honesty
+from gsapp.identification.campaign import (
+    CampaignResult,
+    CampaignValue,
+    ManeuverResult,
+    weighted_mean,
+)
+from gsapp.identification.summary.bound_consistency import (
+    BoundConsistency,
+    assess_bound_consistency,
+)
+from gsapp.identification.summary.condition_trends import (
+    ConditionTrend,
+    fit_condition_trends,
+    holm_significant,
+)
+from gsapp.identification.summary.derivative_points import (
+    DerivativePoint,
+    collect_points,
+    values_and_stds,
+)
+from gsapp.identification.summary.outliers import Outlier, detect_outliers, outlier_reasons
 
-_WILD_VALUES: Final = 2
+_MIN_OUTLIERS: Final = 2
 """Derivatives of one maneuver that must lie far off ..."""
-_WILD_SHARE: Final = 0.3
+_MIN_OUTLIER_SHARE: Final = 0.3
 """... and their share among those it gave, for the maneuver itself to be called wild."""
 _GOOD_FIT: Final = 0.95
 """R2 of every response from which a fit is good."""
@@ -31,43 +47,43 @@ class DerivativeSummary:
     Attributes
     ----------
     name : str
-    points : tuple of Point
+    points : tuple of DerivativePoint
         All of them, in order of maneuvers.
     outliers : tuple of Outlier
         Those left out of `value`.
     value : CampaignValue
         Mean of the points that stand, each weighted by its own bound and what they scatter beyond
-        bounds from maneuver to maneuver (`Honesty.between`) together; so is its bound.
-    honesty : Honesty or None
+        bounds from maneuver to maneuver (`BoundConsistency.between`) together; so is its bound.
+    honesty : BoundConsistency or None
         Their scatter against their bounds; None for fewer than three, and for constants whose
         bounds hold the zero of an instrument.
-    trends : tuple of Dependence
-    excluded : tuple of Point
+    trends : tuple of ConditionTrend
+    excluded : tuple of DerivativePoint
         Those left out by hand.
-    unfit : tuple of Point
+    unfit : tuple of DerivativePoint
         Where fits that did not converge stood when they stopped; not among `points`.
     """
 
     name: str
-    points: tuple[Point, ...]
+    points: tuple[DerivativePoint, ...]
     outliers: tuple[Outlier, ...]
     value: CampaignValue
-    honesty: Honesty | None
-    trends: tuple[Dependence, ...]
-    excluded: tuple[Point, ...] = ()
-    unfit: tuple[Point, ...] = ()
+    honesty: BoundConsistency | None
+    trends: tuple[ConditionTrend, ...]
+    excluded: tuple[DerivativePoint, ...] = ()
+    unfit: tuple[DerivativePoint, ...] = ()
 
     @property
     def between(self) -> float:
         """Return the standard deviation from maneuver to maneuver beyond the bounds, per radian."""
         return 0.0 if self.honesty is None else self.honesty.between
 
-    def bound(self, point: Point) -> float:
+    def bound(self, point: DerivativePoint) -> float:
         """Return the bound of a point with what differs between maneuvers in it, per radian."""
         return math.hypot(point.std, self.between)
 
     @property
-    def kept(self) -> tuple[Point, ...]:
+    def kept(self) -> tuple[DerivativePoint, ...]:
         """Return the points that stand."""
         out = {one.point.maneuver for one in self.outliers}
         out.update(one.maneuver for one in self.excluded)
@@ -75,7 +91,7 @@ class DerivativeSummary:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class WildManeuver:
+class OutlyingManeuver:
     """A maneuver whose values lie far off in several derivatives.
 
     Attributes
@@ -104,7 +120,7 @@ class CampaignSummary:
     ----------
     derivatives : mapping of str to DerivativeSummary
         In the order of the build-up.
-    wild : tuple of WildManeuver
+    wild : tuple of OutlyingManeuver
         The worst first.
     bounds_ratio : float or None
         Scatter over bounds of all derivatives together: the median of their ratios. 1 if the
@@ -114,7 +130,7 @@ class CampaignSummary:
     """
 
     derivatives: Mapping[str, DerivativeSummary]
-    wild: tuple[WildManeuver, ...]
+    wild: tuple[OutlyingManeuver, ...]
     bounds_ratio: float | None
     without: frozenset[str] = frozenset()
 
@@ -129,7 +145,7 @@ def summarize_campaign(result: CampaignResult, *, without: Collection[str] = ())
         Maneuvers left out by hand: their points are kept in sight and count for nothing. A
         derivative that no other maneuver gave is left out with them.
     """
-    points = points_of(result)
+    points = collect_points(result)
     order = {name: place for place, name in enumerate(derivative_names())}
     names = sorted(points, key=lambda name: order.get(name, len(order)))
     by_id = {one.maneuver.id: one for one in result.results}
@@ -140,22 +156,26 @@ def summarize_campaign(result: CampaignResult, *, without: Collection[str] = ())
         for name in names
         if any(one.maneuver not in out for one in points[name])
     }
-    unfit = points_of(result, converged=False)
+    unfit = collect_points(result, converged=False)
     found = {name: replace(one, unfit=unfit.get(name, ())) for name, one in found.items()}
-    found = _with_proofs(found)
+    found = _with_significant_trends(found)
     ratios = [one.honesty.ratio for one in found.values() if one.honesty is not None]
     return CampaignSummary(
         derivatives=found,
-        wild=_wild(found, by_id),
+        wild=_outlying_maneuvers(found, by_id),
         bounds_ratio=float(np.median(ratios)) if ratios else None,
         without=out.intersection(by_id),
     )
 
 
-def _with_proofs(found: Mapping[str, DerivativeSummary]) -> dict[str, DerivativeSummary]:
+def _with_significant_trends(
+    found: Mapping[str, DerivativeSummary],
+) -> dict[str, DerivativeSummary]:
     """Return the summaries with each trend judged beside all others."""
     stand = iter(
-        proven(np.array([trend.p_value for one in found.values() for trend in one.trends])).tolist()
+        holm_significant(
+            np.array([trend.p_value for one in found.values() for trend in one.trends])
+        ).tolist()
     )
     return {
         name: replace(one, trends=tuple(replace(trend, proven=next(stand)) for trend in one.trends))
@@ -165,18 +185,18 @@ def _with_proofs(found: Mapping[str, DerivativeSummary]) -> dict[str, Derivative
 
 def _summarize(
     name: str,
-    every: tuple[Point, ...],
+    every: tuple[DerivativePoint, ...],
     count: int,
     results: Mapping[str, ManeuverResult],
     without: frozenset[str],
 ) -> DerivativeSummary:
     points = tuple(one for one in every if one.maneuver not in without)
-    off = far_off(points, count)
+    off = detect_outliers(points, count)
     kept = tuple(one for place, one in enumerate(points) if place not in off)
-    values, stds = values_of(kept)
+    values, stds = values_and_stds(kept)
     offsets = np.array([one.offset for one in kept])
     # What all have in common does not scatter, and an instrument's zero may be another tomorrow.
-    told = None if offsets.any() else honesty(values, stds)
+    told = None if offsets.any() else assess_bound_consistency(values, stds)
     between = 0.0 if told is None else told.between
     return DerivativeSummary(
         name=name,
@@ -185,20 +205,20 @@ def _summarize(
             Outlier(
                 point=points[place],
                 sigmas=sigmas,
-                reasons=reasons_for(points[place], kept, results.get(points[place].maneuver)),
+                reasons=outlier_reasons(points[place], kept, results.get(points[place].maneuver)),
             )
             for place, sigmas in off.items()
         ),
-        value=mean_of(values, np.hypot(stds, between), offsets),
+        value=weighted_mean(values, np.hypot(stds, between), offsets),
         honesty=told,
-        trends=trends(kept),
+        trends=fit_condition_trends(kept),
         excluded=tuple(one for one in every if one.maneuver in without),
     )
 
 
-def _wild(
+def _outlying_maneuvers(
     derivatives: Mapping[str, DerivativeSummary], results: Mapping[str, ManeuverResult]
-) -> tuple[WildManeuver, ...]:
+) -> tuple[OutlyingManeuver, ...]:
     off: dict[str, dict[str, Outlier]] = {}
     given: dict[str, int] = {}
     for name, one in derivatives.items():
@@ -209,12 +229,12 @@ def _wild(
     found = []
     for maneuver, outliers in off.items():
         of = given[maneuver]
-        if len(outliers) < _WILD_VALUES or len(outliers) < _WILD_SHARE * of:
+        if len(outliers) < _MIN_OUTLIERS or len(outliers) < _MIN_OUTLIER_SHARE * of:
             continue
         estimate = results[maneuver].estimate
         fits = () if estimate is None else tuple(estimate.fit.values())
         found.append(
-            WildManeuver(
+            OutlyingManeuver(
                 maneuver=maneuver,
                 derivatives=tuple(outliers),
                 of=of,

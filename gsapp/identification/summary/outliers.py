@@ -10,24 +10,28 @@ import numpy as np
 from scipy.stats import norm
 
 from gsapp.identification.campaign import ManeuverResult
-from gsapp.identification.statistics import STRONGLY_CORRELATED
-from gsapp.identification.summary.points import CONDITIONS, Point, values_of
-from gsapp.identification.summary.spread import robust_center
+from gsapp.identification.statistics import CORRELATION_WARNING_PREFIX
+from gsapp.identification.summary.bound_consistency import robust_center
+from gsapp.identification.summary.derivative_points import (
+    CONDITIONS,
+    DerivativePoint,
+    values_and_stds,
+)
 from gsapp.quantities.constants import DEGREE
 
-FEWEST: Final = 4
+MIN_POINTS: Final = 4
 """Values that it takes to call one of them an outlier."""
 
-_CHANCE: Final = 0.01
+_SIGNIFICANCE_LEVEL: Final = 0.01
 """Of calling any value of a campaign an outlier that is none."""
 _LEAST_SIGMAS: Final = 3.5
 _POOR_FIT: Final = 0.8
 """R2 of a response below which the fit itself is poor."""
-_WIDE: Final = 3.0
+_WIDE_BOUND_RATIO: Final = 3.0
 """A bound so many times the usual one says little by itself."""
-_APART: Final = {"V": 3.0, "alpha": 2.0 * DEGREE, "beta": 4.0 * DEGREE}
+_MIN_CONDITION_DISTANCE: Final = {"V": 3.0, "alpha": 2.0 * DEGREE, "beta": 4.0 * DEGREE}
 """How far from all others a maneuver's conditions must lie to be named (SI)."""
-_CONDITION_WORDS: Final = {"V": "speed", "alpha": "angle of attack", "beta": "sideslip"}
+_CONDITION_TEXT: Final = {"V": "speed", "alpha": "angle of attack", "beta": "sideslip"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,7 +40,7 @@ class Outlier:
 
     Attributes
     ----------
-    point : Point
+    point : DerivativePoint
     sigmas : float
         How far it lies from the others, signed: in standard deviations of its own bound and the
         spread between maneuvers together.
@@ -44,17 +48,17 @@ class Outlier:
         What may have done it, in words; never empty.
     """
 
-    point: Point
+    point: DerivativePoint
     sigmas: float
     reasons: tuple[str, ...]
 
 
-def far_off(points: tuple[Point, ...], count: int) -> dict[int, float]:
+def detect_outliers(points: tuple[DerivativePoint, ...], count: int) -> dict[int, float]:
     """Return which of the points lie too far off.
 
     Parameters
     ----------
-    points : tuple of Point
+    points : tuple of DerivativePoint
         Of one derivative.
     count : int
         Points of all derivatives of the campaign: the more, the farther one strays by chance.
@@ -64,47 +68,47 @@ def far_off(points: tuple[Point, ...], count: int) -> dict[int, float]:
     dict of int to float
         Place among the points to signed distance in standard deviations.
     """
-    if len(points) < FEWEST:
+    if len(points) < MIN_POINTS:
         return {}
-    values, stds = values_of(points)
+    values, stds = values_and_stds(points)
     center, between = robust_center(values, stds)
     distance = (values - center) / np.hypot(stds, between)
-    limit = max(_LEAST_SIGMAS, float(norm.isf(0.5 * _CHANCE / max(count, 1))))
+    limit = max(_LEAST_SIGMAS, float(norm.isf(0.5 * _SIGNIFICANCE_LEVEL / max(count, 1))))
     return {int(k): float(distance[k]) for k in np.flatnonzero(np.abs(distance) > limit)}
 
 
-def reasons_for(
-    point: Point, others: Sequence[Point], result: ManeuverResult | None
+def outlier_reasons(
+    point: DerivativePoint, others: Sequence[DerivativePoint], result: ManeuverResult | None
 ) -> tuple[str, ...]:
     """Return what may have made a value wild, in words."""
-    found = [*_conditions(point, others), *_bound(point, others)]
+    found = [*_condition_reasons(point, others), *_bound_reasons(point, others)]
     if result is not None:
-        found += _fit(result)
+        found += _fit_reasons(result)
     return tuple(found) or ("nothing in its fit or its conditions says why; look at the maneuver",)
 
 
-def _conditions(point: Point, others: Sequence[Point]) -> list[str]:
+def _condition_reasons(point: DerivativePoint, others: Sequence[DerivativePoint]) -> list[str]:
     found = []
     for name in CONDITIONS:
         known = [one.conditions[name] for one in others if name in one.conditions]
         own = point.conditions.get(name)
         if own is None or not known:
             continue
-        if own > max(known) + _APART[name]:
-            found.append(f"flown at a higher {_CONDITION_WORDS[name]} than all others")
-        elif own < min(known) - _APART[name]:
-            found.append(f"flown at a lower {_CONDITION_WORDS[name]} than all others")
+        if own > max(known) + _MIN_CONDITION_DISTANCE[name]:
+            found.append(f"flown at a higher {_CONDITION_TEXT[name]} than all others")
+        elif own < min(known) - _MIN_CONDITION_DISTANCE[name]:
+            found.append(f"flown at a lower {_CONDITION_TEXT[name]} than all others")
     return found
 
 
-def _bound(point: Point, others: Sequence[Point]) -> list[str]:
+def _bound_reasons(point: DerivativePoint, others: Sequence[DerivativePoint]) -> list[str]:
     usual = float(np.median([one.std for one in others])) if others else 0.0
-    if usual and point.std > _WIDE * usual:
+    if usual and point.std > _WIDE_BOUND_RATIO * usual:
         return [f"its bound is {point.std / usual:.0f} times the usual one: weakly excited"]
     return []
 
 
-def _fit(result: ManeuverResult) -> list[str]:
+def _fit_reasons(result: ManeuverResult) -> list[str]:
     estimate, maneuver = result.estimate, result.maneuver
     found = []
     clipped = [name for name, flags in maneuver.clipped.items() if flags.any()]
@@ -116,5 +120,5 @@ def _fit(result: ManeuverResult) -> list[str]:
     if poor:
         found.append(f"the fit does not follow {', '.join(poor)}")
     found += [text for text in estimate.warnings if "gust" in text or "turbulence" in text]
-    found += [text for text in estimate.warnings if text.startswith(STRONGLY_CORRELATED)]
+    found += [text for text in estimate.warnings if text.startswith(CORRELATION_WARNING_PREFIX)]
     return found

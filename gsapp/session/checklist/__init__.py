@@ -1,26 +1,31 @@
 """The checklist before a flight: a file of items, and how they stand by hand and telemetry."""
 
+from gsapp.session.checklist.checklist_state import Checklist
+from gsapp.session.checklist.evaluation import (
+    ChecklistContext,
+    EvaluatedItem,
+    ItemStatus,
+    RuleResult,
+)
 from gsapp.session.checklist.items import (
-    SHIPPED,
+    SHIPPED_CHECKLISTS,
     ChecklistFile,
     ChecklistItem,
     load_checklist,
     shipped_checklists,
 )
-from gsapp.session.checklist.judgment import Facts, ItemState, Judgment, State
-from gsapp.session.checklist.live import SessionChecklist
-from gsapp.session.checklist.running import Checklist
+from gsapp.session.checklist.session_checklist import SessionChecklist
 
 __all__ = [
-    "SHIPPED",
+    "SHIPPED_CHECKLISTS",
     "Checklist",
+    "ChecklistContext",
     "ChecklistFile",
     "ChecklistItem",
-    "Facts",
-    "ItemState",
-    "Judgment",
+    "EvaluatedItem",
+    "ItemStatus",
+    "RuleResult",
     "SessionChecklist",
-    "State",
     "load_checklist",
     "shipped_checklists",
 ]

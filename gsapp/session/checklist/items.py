@@ -26,17 +26,17 @@ from typing import Annotated, Final, Literal
 from pydantic import Discriminator, Field, field_validator, model_validator
 
 from gsapp.foundation import StrictModel, UnknownNameError, read_toml
-from gsapp.foundation.shipped import Shipped
-from gsapp.quantities import channel, parse
+from gsapp.foundation.shipped_files import ShippedFiles
+from gsapp.quantities import channel, parse_quantity
 from gsapp.quantities.fields import Angle, Ratio, RotationSpeed, Time
 
-SHIPPED: Final = Shipped(folder=Path(__file__).parent / "files", kind="checklist")
+SHIPPED_CHECKLISTS: Final = ShippedFiles(folder=Path(__file__).parent / "files", kind="checklist")
 
-Limit = str | float
+QuantityText = str | float
 """A value with the unit of its channel: ``"11.6 V"``."""
 
 
-def _known(name: str) -> str:
+def _validate_channel(name: str) -> str:
     try:
         channel(name)
     except UnknownNameError as error:
@@ -45,7 +45,7 @@ def _known(name: str) -> str:
     return name
 
 
-def _not_negative(value: float) -> float:
+def _validate_not_negative(value: float) -> float:
     if value < 0.0:
         raise ValueError('a duration is not negative; write for example "2 s"')
     return value
@@ -57,7 +57,7 @@ class _Rule(StrictModel):
     @field_validator("channel", "stick", "surface", "throttle_channel", check_fields=False)
     @classmethod
     def _must_be_a_channel(cls, value: str) -> str:
-        return _known(value)
+        return _validate_channel(value)
 
     @field_validator("channels", check_fields=False)
     @classmethod
@@ -65,13 +65,13 @@ class _Rule(StrictModel):
         if not value:
             raise ValueError("names no channel; write at least one")
         for name in value:
-            _known(name)
+            _validate_channel(name)
         return value
 
     @field_validator("duration", "time", "time_red", "age", "patience", check_fields=False)
     @classmethod
     def _must_not_be_negative(cls, value: float | None) -> float | None:
-        return None if value is None else _not_negative(value)
+        return None if value is None else _validate_not_negative(value)
 
     @property
     def watched(self) -> tuple[str, ...]:
@@ -79,7 +79,7 @@ class _Rule(StrictModel):
         return ()
 
 
-class Within(_Rule):
+class RangeRule(_Rule):
     """A channel between two values, as now and for the last `duration`.
 
     Attributes
@@ -95,14 +95,14 @@ class Within(_Rule):
 
     kind: Literal["within"]
     channel: str
-    low: Limit | None = None
-    high: Limit | None = None
-    low_red: Limit | None = None
-    high_red: Limit | None = None
+    low: QuantityText | None = None
+    high: QuantityText | None = None
+    low_red: QuantityText | None = None
+    high_red: QuantityText | None = None
     duration: Time = 1.0
 
     @model_validator(mode="after")
-    def _must_be_in_order(self) -> Within:
+    def _must_be_in_order(self) -> RangeRule:
         if self.low is None and self.high is None:
             raise ValueError('no end is given; write low = "11.6 V", high, or both')
         low_red, low, high, high_red = self.bounds
@@ -118,10 +118,10 @@ class Within(_Rule):
         high_red = high if self.high_red is None else self._si(self.high_red, +1)
         return low_red, low, high, high_red
 
-    def _si(self, value: Limit | None, side: int) -> float:
+    def _si(self, value: QuantityText | None, side: int) -> float:
         if value is None:
             return side * float("inf")
-        return parse(value, channel(self.channel).quantity)
+        return parse_quantity(value, channel(self.channel).quantity)
 
     @property
     def watched(self) -> tuple[str, ...]:
@@ -129,7 +129,7 @@ class Within(_Rule):
         return (self.channel,)
 
 
-class Link(_Rule):
+class LinkRule(_Rule):
     """The telemetry comes in; `age` in s, `loss` and `loss_red` shares of frames lost of late."""
 
     kind: Literal["link"]
@@ -138,13 +138,13 @@ class Link(_Rule):
     loss_red: Ratio = 0.10
 
 
-class Recorder(_Rule):
+class RecorderRule(_Rule):
     """The recorder runs, and its file grows."""
 
     kind: Literal["recorder"]
 
 
-class Space(_Rule):
+class DiskSpaceRule(_Rule):
     """Room on the disk: `time` and `time_red` of recording, s, and `gigabytes`."""
 
     kind: Literal["space"]
@@ -153,7 +153,7 @@ class Space(_Rule):
     gigabytes: float = 0.5
 
 
-class Alive(_Rule):
+class SensorActivityRule(_Rule):
     """Sensors are fresh and plausible.
 
     Attributes
@@ -177,7 +177,7 @@ class Alive(_Rule):
         return self.channels
 
 
-class Calibrated(_Rule):
+class CalibrationRule(_Rule):
     """Every channel has a certificate in force; one older than `age`, s, is amber."""
 
     kind: Literal["calibrated"]
@@ -185,7 +185,7 @@ class Calibrated(_Rule):
     age: Time | None = None
 
 
-class Follows(_Rule):
+class SurfaceResponseRule(_Rule):
     """A surface goes with its stick.
 
     Attributes
@@ -215,7 +215,7 @@ class Follows(_Rule):
         return (self.stick, self.surface)
 
 
-class Engines(_Rule):
+class EngineSpeedRule(_Rule):
     """Engine speeds within bounds for a while, all at the same time.
 
     Attributes
@@ -242,7 +242,7 @@ class Engines(_Rule):
     throttle: tuple[Ratio, Ratio] | None = None
 
     @model_validator(mode="after")
-    def _must_be_in_order(self) -> Engines:
+    def _must_be_in_order(self) -> EngineSpeedRule:
         if not 0.0 <= self.low < self.high:
             raise ValueError("low must lie below high, and neither below zero; swap them")
         if self.throttle is not None and not self.throttle[0] < self.throttle[1]:
@@ -255,7 +255,7 @@ class Engines(_Rule):
         return (*self.channels, "throttle")
 
 
-class Pulses(_Rule):
+class SurfacePulseRule(_Rule):
     """Large pulses on surfaces: the pilot's range check of the radio.
 
     Attributes
@@ -282,20 +282,29 @@ class Pulses(_Rule):
         return self.channels
 
 
-class Card(_Rule):
+class FlightCardRule(_Rule):
     """The flight card: `fields` that must be filled in, such as ``takeoff_weight``."""
 
     kind: Literal["card"]
     fields: tuple[str, ...] = ()
 
 
-Rule = Annotated[
-    Within | Link | Recorder | Space | Alive | Calibrated | Follows | Engines | Pulses | Card,
+ChecklistRule = Annotated[
+    RangeRule
+    | LinkRule
+    | RecorderRule
+    | DiskSpaceRule
+    | SensorActivityRule
+    | CalibrationRule
+    | SurfaceResponseRule
+    | EngineSpeedRule
+    | SurfacePulseRule
+    | FlightCardRule,
     Discriminator("kind"),
 ]
 
-RULES: Final[tuple[type[_Rule], ...]] = (
-    Within, Link, Recorder, Space, Alive, Calibrated, Follows, Engines, Pulses, Card,
+CHECKLIST_RULES: Final[tuple[type[_Rule], ...]] = (
+    RangeRule, LinkRule, RecorderRule, DiskSpaceRule, SensorActivityRule, CalibrationRule, SurfaceResponseRule, EngineSpeedRule, SurfacePulseRule, FlightCardRule,
 )  # fmt: skip
 """Every kind of rule."""
 
@@ -309,13 +318,13 @@ class ChecklistItem(StrictModel):
         Names it in the flight's events.
     words : str
         What is to be true, as read aloud.
-    rule : Rule or None
+    rule : ChecklistRule or None
         Judges it from telemetry; without one it is ticked by hand.
     """
 
     id: str
     words: str
-    rule: Rule | None = None
+    rule: ChecklistRule | None = None
 
     @property
     def by(self) -> Literal["hand", "telemetry"]:
@@ -342,7 +351,7 @@ class ChecklistFile(StrictModel):
 
 def shipped_checklists() -> tuple[str, ...]:
     """Return the names of the checklists that come with the program."""
-    return SHIPPED.names()
+    return SHIPPED_CHECKLISTS.names()
 
 
 def load_checklist(name_or_path: str | Path) -> ChecklistFile:
@@ -360,4 +369,4 @@ def load_checklist(name_or_path: str | Path) -> ChecklistFile:
     UnknownNameError
         If there is neither such a file nor such a shipped list.
     """
-    return read_toml(SHIPPED.find(name_or_path), ChecklistFile, distinct="items")
+    return read_toml(SHIPPED_CHECKLISTS.find(name_or_path), ChecklistFile, distinct="items")

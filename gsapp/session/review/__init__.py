@@ -1,13 +1,13 @@
 """The review after landing: flights with their maneuvers, corrected by hand, chosen for runs."""
 
-from gsapp.session.review.flight import ReviewedFlight, open_reviewed
-from gsapp.session.review.keeping import keep_maneuvers
+from gsapp.session.review.catalog_storage import save_maneuvers_to_catalog
 from gsapp.session.review.review import ManeuverRow, Review
+from gsapp.session.review.reviewed_flight import ReviewedFlight, open_reviewed_flight
 
 __all__ = [
     "ManeuverRow",
     "Review",
     "ReviewedFlight",
-    "keep_maneuvers",
-    "open_reviewed",
+    "open_reviewed_flight",
+    "save_maneuvers_to_catalog",
 ]

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsapp.flight.catalog import StoredVerdict
-from gsapp.flight.maneuvers import FoundManeuver
-from gsapp.session.review.flight import ReviewedFlight
+from gsapp.flight.maneuvers import DetectedManeuver
+from gsapp.session.review.reviewed_flight import ReviewedFlight
 
 if TYPE_CHECKING:
     # The window starts without the numerics behind an estimation.
-    from gsapp.identification.runs.request import ChosenManeuver
+    from gsapp.identification.runs.request import SelectedManeuver
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,7 +28,7 @@ class ManeuverRow:
         Name of the flight, as `Review.title` gives it.
     number : int
         Of the flight, from 1.
-    maneuver : FoundManeuver
+    maneuver : DetectedManeuver
     in_use : bool
         Whether it takes part in estimates.
     by_hand : bool
@@ -42,7 +42,7 @@ class ManeuverRow:
     id: str
     flight: str
     number: int
-    maneuver: FoundManeuver
+    maneuver: DetectedManeuver
     in_use: bool
     by_hand: bool
     verdict: StoredVerdict | None
@@ -99,7 +99,7 @@ class Review:
             return name
         return f"{self.flights.index(flight) + 1}:{name}"
 
-    def located(self, campaign_id: str) -> tuple[ReviewedFlight, FoundManeuver] | None:
+    def located(self, campaign_id: str) -> tuple[ReviewedFlight, DetectedManeuver] | None:
         """Return flight and maneuver of an id in the campaign; None if there is none."""
         for flight in self.flights:
             for maneuver in flight.maneuvers:
@@ -124,7 +124,7 @@ class Review:
             for maneuver in flight.maneuvers
         )
 
-    def chosen(self, ids: Collection[str] | None = None) -> tuple[ChosenManeuver, ...]:
+    def chosen(self, ids: Collection[str] | None = None) -> tuple[SelectedManeuver, ...]:
         """Return maneuvers for a run, with their edges as they stand.
 
         Parameters
@@ -132,10 +132,10 @@ class Review:
         ids : collection of str, optional
             In the campaign; by default those in use.
         """
-        from gsapp.identification.runs.request import ChosenManeuver
+        from gsapp.identification.runs.request import SelectedManeuver
 
         return tuple(
-            ChosenManeuver(
+            SelectedManeuver(
                 flight=flight.path,
                 id=maneuver.id,
                 t_start=maneuver.t_start,

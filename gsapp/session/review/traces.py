@@ -8,10 +8,10 @@ from typing import Final
 import numpy as np
 
 from gsapp.flight.flight import Flight
-from gsapp.flight.maneuvers.signals import SIGNALS, signals_of
+from gsapp.flight.maneuvers.signals import SIGNALS, extract_signals
 from gsapp.quantities import FloatArray
 
-_FINE: Final = 3
+_SAMPLES_PER_COLUMN: Final = 3
 """Samples to a column up to which each is drawn by itself."""
 
 
@@ -30,7 +30,7 @@ class Traces:
 
     def __init__(self, flight: Flight) -> None:
         self.times = flight.block.times
-        rows = signals_of(flight.block)
+        rows = extract_signals(flight.block)
         self._series: Mapping[str, FloatArray] = {
             name: np.ascontiguousarray(rows[:, place])
             for place, name in enumerate(SIGNALS)
@@ -72,7 +72,7 @@ class Traces:
         values = self._series[name]
         low, high = np.searchsorted(self.times, (start, stop))
         low, high = max(int(low) - 1, 0), min(int(high) + 1, values.size)
-        if high - low <= _FINE * max(columns, 1):
+        if high - low <= _SAMPLES_PER_COLUMN * max(columns, 1):
             return self.times[low:high], values[low:high]
         size = -(-(high - low) // max(columns, 1))
         first = low // size * size

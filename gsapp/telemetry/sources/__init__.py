@@ -5,11 +5,11 @@ from __future__ import annotations
 import importlib
 from typing import Any, Final
 
-from gsapp.telemetry.address import LinkAddress, parse_link
 from gsapp.telemetry.clock import Clock, HostClock
-from gsapp.telemetry.sources.base import Chunk, LinkAwaitedError, Source
+from gsapp.telemetry.link_address import LinkAddress, parse_link
+from gsapp.telemetry.sources.link_source import Chunk, LinkSource, LinkUnavailableError
 
-__all__ = ["SOURCES", "Chunk", "LinkAwaitedError", "Source", "open_source", "source_class"]
+__all__ = ["SOURCES", "Chunk", "LinkSource", "LinkUnavailableError", "open_source", "source_class"]
 
 SOURCES: Final[dict[str, tuple[str, str]]] = {
     "udpin": ("gsapp.telemetry.sources.udp", "UdpInSource"),
@@ -18,21 +18,21 @@ SOURCES: Final[dict[str, tuple[str, str]]] = {
     "tcpin": ("gsapp.telemetry.sources.tcp", "TcpInSource"),
     "serial": ("gsapp.telemetry.sources.serial_port", "SerialSource"),
     "text": ("gsapp.telemetry.sources.serial_port", "TextSerialSource"),
-    "flight": ("gsapp.telemetry.sources.recorded", "RecordedSource"),
-    "virtual": ("gsapp.telemetry.virtual.source", "VirtualSource"),
+    "flight": ("gsapp.telemetry.sources.recorded_flight", "RecordedSource"),
+    "virtual": ("gsapp.telemetry.virtual_aircraft.virtual_source", "VirtualSource"),
 }
 
 
-def source_class(kind: str) -> type[Source]:
+def source_class(kind: str) -> type[LinkSource]:
     """Return the class of a kind of link, importing its module."""
     module, name = SOURCES[kind]
-    found: type[Source] = getattr(importlib.import_module(module), name)
+    found: type[LinkSource] = getattr(importlib.import_module(module), name)
     return found
 
 
 def open_source(
     address: LinkAddress | str, *, clock: Clock | None = None, **options: Any
-) -> Source:
+) -> LinkSource:
     """Make the source of a link. It connects with its first `read`, or with `open`.
 
     Parameters

@@ -10,9 +10,9 @@ from os.path import normcase
 from typing import Any, Protocol
 
 from gsapp.foundation import LinkError
-from gsapp.telemetry.address import LinkAddress
 from gsapp.telemetry.clock import Clock
-from gsapp.telemetry.sources.base import Chunk, LinkAwaitedError, ReconnectingSource
+from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.sources.link_source import Chunk, LinkUnavailableError, ReconnectingSource
 
 
 class PortInfo(Protocol):
@@ -25,7 +25,7 @@ class PortInfo(Protocol):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Identity:
+class UsbIdentity:
     """By what a USB serial port is known, whatever its name."""
 
     vid: int
@@ -41,7 +41,7 @@ class Identity:
         )
 
 
-def same_port(one: str, other: str) -> bool:
+def is_same_port(one: str, other: str) -> bool:
     """Return whether two names are those of one serial port.
 
     Windows calls it COM5 however the user wrote it; macOS has two devices for each, of which it
@@ -51,7 +51,7 @@ def same_port(one: str, other: str) -> bool:
     return first == second
 
 
-def plugged_in() -> Iterable[PortInfo]:
+def list_serial_ports() -> Iterable[PortInfo]:
     """Return the serial ports of this computer."""
     from serial.tools import list_ports
 
@@ -59,7 +59,7 @@ def plugged_in() -> Iterable[PortInfo]:
     return ports
 
 
-def port_words(port: object) -> str:
+def describe_port(port: object) -> str:
     """Return a port's name and what its USB device says of itself: product, maker, serial number.
 
     Parameters
@@ -121,13 +121,13 @@ class SerialSource(ReconnectingSource):
         address: LinkAddress,
         *,
         clock: Clock,
-        ports: Callable[[], Iterable[PortInfo]] = plugged_in,
+        ports: Callable[[], Iterable[PortInfo]] = list_serial_ports,
         opener: Callable[[str, int], Any] = open_port,
     ) -> None:
         super().__init__(address, clock=clock)
         self._ports = ports
         self._opener = opener
-        self._identity: Identity | None = None
+        self._identity: UsbIdentity | None = None
         self._path = address.path
         self._port: Any = None
 
@@ -138,9 +138,9 @@ class SerialSource(ReconnectingSource):
         # Where they cannot be listed it is found again by its name only.
         with contextlib.suppress(OSError):
             for port in self._listed():
-                same = same_port(port.device, self._path)
+                same = is_same_port(port.device, self._path)
                 if same and port.vid is not None and port.pid is not None:
-                    self._identity = Identity(
+                    self._identity = UsbIdentity(
                         vid=port.vid, pid=port.pid, serial_number=port.serial_number
                     )
         renamed = "" if self._path == self.address.path else f", now called {self._path}"
@@ -156,11 +156,11 @@ class SerialSource(ReconnectingSource):
             return self.address.path
         found = [port.device for port in self._listed() if self._identity.matches(port)]
         if not found:
-            raise LinkAwaitedError(
+            raise LinkUnavailableError(
                 f"{self.address}: the device is unplugged; plug it in again and it goes on"
             )
         # Several alike without serial number: rather the one that has the old name.
-        old = any(same_port(device, self._path) for device in found)
+        old = any(is_same_port(device, self._path) for device in found)
         return self._path if old else sorted(found)[0]
 
     def _receive(self, timeout: float) -> list[Chunk]:
@@ -215,7 +215,7 @@ class SerialSource(ReconnectingSource):
                 "that the radio is set to, usually 57600"
             )
         try:
-            there = "; ".join(sorted(map(port_words, self._listed()))) or "none"
+            there = "; ".join(sorted(map(describe_port, self._listed()))) or "none"
         except OSError:
             there = "unknown"
         odd = "inappropriate ioctl" in text or "not supported by device" in text  # Linux, macOS
@@ -224,11 +224,13 @@ class SerialSource(ReconnectingSource):
                 f"{self.address}: {path} is not a serial port; choose one (plugged in: {there})"
             )
         if number == errno.ENOENT or "filenotfounderror" in text or "could not open" in text:
-            return LinkAwaitedError(
+            return LinkUnavailableError(
                 f"{self.address}: there is no serial port {path}; plug it in or choose another "
                 f"(plugged in: {there})"
             )
-        return LinkAwaitedError(f"{self.address}: {path} has gone; plug it in again and it goes on")
+        return LinkUnavailableError(
+            f"{self.address}: {path} has gone; plug it in again and it goes on"
+        )
 
 
 class TextSerialSource(SerialSource):

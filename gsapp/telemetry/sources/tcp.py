@@ -7,14 +7,14 @@ import selectors
 import socket
 from functools import partial
 
-from gsapp.telemetry.address import LinkAddress
 from gsapp.telemetry.clock import Clock
-from gsapp.telemetry.sources.base import (
+from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.sources.link_source import (
     Chunk,
-    LinkAwaitedError,
+    LinkUnavailableError,
     ReconnectingSource,
-    keep_port_alone,
     send_to_each,
+    set_exclusive_port,
 )
 
 _CONNECT_SECONDS = 2.0
@@ -59,7 +59,7 @@ class TcpSource(ReconnectingSource):
         except (TimeoutError, BlockingIOError):
             return []
         if not data:
-            raise LinkAwaitedError(
+            raise LinkUnavailableError(
                 f"{self.address}: the other side ended the connection; calling it again"
             )
         return [Chunk(self.clock.now_us(), data)]
@@ -89,7 +89,7 @@ class TcpInSource(ReconnectingSource):
         family, _, _, _, target = min(found, key=lambda entry: entry[0] != socket.AF_INET)
         made = socket.socket(family, socket.SOCK_STREAM)
         try:
-            keep_port_alone(made)
+            set_exclusive_port(made)
             made.bind(target)
             made.listen(_MOST_CLIENTS)
             made.setblocking(False)

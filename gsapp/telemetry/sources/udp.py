@@ -8,13 +8,13 @@ from collections.abc import Iterable
 from functools import partial
 from typing import Any
 
-from gsapp.telemetry.address import LinkAddress
 from gsapp.telemetry.clock import Clock
-from gsapp.telemetry.sources.base import (
+from gsapp.telemetry.link_address import LinkAddress
+from gsapp.telemetry.sources.link_source import (
     Chunk,
     ReconnectingSource,
-    keep_port_alone,
     send_to_each,
+    set_exclusive_port,
 )
 
 _RECEIVE_BUFFER = 4 << 20
@@ -91,7 +91,7 @@ class UdpInSource(_UdpSource):
         family, target = self._resolve()
         made = self._make(family)
         try:
-            keep_port_alone(made)
+            set_exclusive_port(made)
             made.bind(target)
         except OSError:
             made.close()

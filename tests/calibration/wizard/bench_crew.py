@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from calibration.plan import CalibrationPlan
-from calibration.wizard import Action, Wizard, WizardView
-from gsapp.dynamics.pilot.bench import VirtualBench
+from calibration.wizard import CalibrationWizard, WizardAction, WizardView
+from gsapp.dynamics.virtual_aircraft.bench import VirtualBench
 from tests.calibration.wizard.wizard_kit import Field
 
 
@@ -26,7 +26,7 @@ class BenchCrew:
     def __init__(self, folder: Path, plan: CalibrationPlan, bench: VirtualBench) -> None:
         self.field = Field(folder, plan)
         self.bench = bench
-        self.wizard: Wizard = self.field.begin().wizard
+        self.wizard: CalibrationWizard = self.field.begin().wizard
         self.keys = 0
         self.named: list[tuple[str, str, str]] = []
 
@@ -38,7 +38,7 @@ class BenchCrew:
     def press(self, kind: str, **details: object) -> WizardView:
         """Press a key."""
         self.keys += 1
-        self.wizard.act(Action(kind=kind, **details))  # type: ignore[arg-type]
+        self.wizard.act(WizardAction(kind=kind, **details))  # type: ignore[arg-type]
         return self.view
 
     def wait(self, seconds: float) -> None:
@@ -111,7 +111,7 @@ class BenchCrew:
 
     def try_out(self, channel: str) -> None:
         """Prove the sign of an instrument, then go to both ends, until a fault is named."""
-        self.wizard.act(Action(kind="open", channel=channel))
+        self.wizard.act(WizardAction(kind="open", channel=channel))
         self.wait(0.6)
         self.set(channel, 15.0)
         if not self.named and self.wizard.phase == "sign":

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from calibration import Certificate
-from gsapp.dynamics.pilot.bench import Potentiometer
+from gsapp.dynamics.virtual_aircraft.bench import Potentiometer
 from gsapp.quantities.constants import DEGREE
 
 SUPPLY = 4.9

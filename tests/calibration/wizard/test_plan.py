@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from calibration.plan import load_plan
+from calibration.plan import load_calibration_plan
 from gsapp.aircraft import load_aircraft
 from gsapp.foundation import FileProblemsError, UnknownNameError
 from gsapp.quantities import channel
@@ -30,7 +30,7 @@ negative = "trailing edge right"
 
 def test_the_shipped_plan_fits_the_shipped_aircraft() -> None:
     """Seven by hand with five settings each, travel as in the aircraft file, then the others."""
-    plan = load_plan("b777")
+    plan = load_calibration_plan("b777")
     hand = [one for one in plan.instruments if one.by_hand]
     assert [len(one.settings) for one in hand] == [5] * 7
     assert plan.channels[7:] == (
@@ -53,20 +53,20 @@ def test_the_shipped_plan_fits_the_shipped_aircraft() -> None:
 @pytest.mark.parametrize("name", ["elevator_left", "aileron_left", "aileron_right", "rudder"])
 def test_positive_means_what_the_vocabulary_says(name: str) -> None:
     """Equations (6.1.1)-(6.1.3) count on these signs."""
-    assert channel(name).description == f"Positive {load_plan('b777')[name].positive}"
+    assert channel(name).description == f"Positive {load_calibration_plan('b777')[name].positive}"
 
 
 def test_settings_are_told_as_they_are_read_off(tmp_path: Path) -> None:
     """Units are converted, and -0.2 rad is so many degrees to the other side."""
     path = tmp_path / "plan.toml"
     path.write_text(GOOD, encoding="utf-8")
-    rudder = load_plan(path)["rudder"]
+    rudder = load_calibration_plan(path)["rudder"]
     assert rudder.settings == pytest.approx((-11.4591559026, 0.0, 10.0))
     assert rudder.setting_words(-12.0) == "12 deg trailing edge right"
     assert rudder.setting_words(0.0) == "0 deg"
     assert rudder.positive_words == "Move the rudder trailing edge left"
     with pytest.raises(UnknownNameError, match="has no 'beta'; it has rudder"):
-        load_plan(path)["beta"]
+        load_calibration_plan(path)["beta"]
 
 
 def test_all_mistakes_are_told_at_once(tmp_path: Path) -> None:
@@ -107,7 +107,7 @@ unit = "g"
         encoding="utf-8",
     )
     with pytest.raises(FileProblemsError) as raised:
-        load_plan(path)
+        load_calibration_plan(path)
     told = [(problem.where, problem.what, problem.remedy) for problem in raised.value.problems]
     assert all(remedy for _, _, remedy in told)
     wheres = {where for where, _, _ in told}
@@ -132,7 +132,7 @@ unit = "g"
 def test_an_unknown_plan_names_those_that_there_are() -> None:
     """A typing slip."""
     with pytest.raises(UnknownNameError, match="did you mean 'b777'"):
-        load_plan("b77")
+        load_calibration_plan("b77")
 
 
 def test_the_example_in_the_documentation_loads(tmp_path: Path) -> None:
@@ -142,7 +142,7 @@ def test_the_example_in_the_documentation_loads(tmp_path: Path) -> None:
     lines = [line for line in section.splitlines() if line.startswith("    ") or not line]
     path = tmp_path / "plan.toml"
     path.write_text("\n".join(line.removeprefix("    ") for line in lines), encoding="utf-8")
-    plan = load_plan(path)
+    plan = load_calibration_plan(path)
     assert plan.channels == ("rudder", "r")
     assert plan["rudder"].setting_error == pytest.approx(0.15)
     assert plan["r"].turn == pytest.approx(360.0)

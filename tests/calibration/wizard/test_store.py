@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-import calibration.store
+import calibration.certificate_store
 from calibration import CalibrationError, CalibrationPoint, Certificate, load_certificates
-from calibration.checked import Checked
-from calibration.comparing import CheckResult
-from calibration.store import CertificateStore
+from calibration.certificate_store import CertificateStore
+from calibration.check_record import CheckRecord
+from calibration.drift import CheckResult
 from gsapp.foundation import UnknownNameError
 
 DAY = dt.datetime(2026, 5, 12, 8, 0)  # noqa: DTZ001 - a field's local time
@@ -25,13 +25,13 @@ def certificate(day: int, channel: str = "rudder") -> Certificate:
     )
 
 
-def check_of(in_force: Certificate, stamp: dt.datetime, *, passed: bool = True) -> Checked:
+def check_of(in_force: Certificate, stamp: dt.datetime, *, passed: bool = True) -> CheckRecord:
     """Return a check of a certificate."""
     found = CheckResult(
         zero=0.0, zero_uncertainty=0.1, slope=0.0, slope_uncertainty=0.01, largest=0.0,
         off=(0.0, 0.0, 0.0), passed=passed, sentence="",
     )  # fmt: skip
-    return Checked(
+    return CheckRecord(
         channel="rudder", who="crew", stamp=stamp, certificate=in_force.stamp, unit="deg",
         result=found,
     )  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from calibration import load_certificates
-from calibration.plan import CalibrationPlan, load_plan
+from calibration.plan import CalibrationPlan, load_calibration_plan
 from tests.calibration.wizard.wizard_kit import SMALL, Field
 
 DEG = np.pi / 180.0
@@ -16,7 +16,7 @@ DEG = np.pi / 180.0
 
 def test_a_whole_aircraft_costs_no_key(tmp_path: Path) -> None:
     """Seven channels, five points up and down each: no key at all, and the angles are right."""
-    plan = load_plan("b777").only(("surface", "vane"))
+    plan = load_calibration_plan("b777").only(("surface", "vane"))
     field = Field(tmp_path, plan, seed=3)
     crew = field.begin(temperature=290.0)
     view = crew.until(lambda now: now.phase == "done")
@@ -162,7 +162,7 @@ def test_repeat_delete_add_and_choose(tmp_path: Path) -> None:
 
 def test_an_outlier_is_pointed_out_and_not_accepted_by_itself(tmp_path: Path) -> None:
     """A protractor misread by three degrees: the point is named, and waits for the crew."""
-    plan = load_plan("b777").only(("vane",)).of(["alpha"])
+    plan = load_calibration_plan("b777").only(("vane",)).of(["alpha"])
     crew = Field(tmp_path, plan).begin()
     crew.until(lambda now: len(now.points) == 6)
     crew.see(crew.bench.move("alpha", 15.0))

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from calibration import Certificate
-from calibration.choosing import calibrate, certify
-from calibration.plan import InstrumentPlan, load_plan
+from calibration.curve_selection import create_certificate, fit_calibration
+from calibration.plan import InstrumentPlan, load_calibration_plan
 from calibration.points import CalibrationPoint, Direction
-from gsapp.dynamics.pilot.bench import Potentiometer, VirtualBench
-from gsapp.dynamics.pilot.bench.hand import SETTING_ERROR
+from gsapp.dynamics.virtual_aircraft.bench import Potentiometer, VirtualBench
+from gsapp.dynamics.virtual_aircraft.bench.operator_motion import ANGLE_SETTING_ERROR
 from tests.calibration.wizard.bench_crew import BenchCrew
 from tests.calibration.wizard.wizard_kit import SMALL, Field, Operator
 
@@ -30,11 +30,11 @@ def certified(
     ways: tuple[tuple[Direction, float], ...] = (("up", -0.5), ("down", 0.5))
     for way, side in ways:
         for value in instrument.settings:
-            shaft = value + random.normal(0.0, SETTING_ERROR) + side * truth.play
+            shaft = value + random.normal(0.0, ANGLE_SETTING_ERROR) + side * truth.play
             volts = float(truth.volts(shaft, SUPPLY))
             points.append(CalibrationPoint(volts=volts, value=value, direction=way))
-    made = calibrate(points, travel=instrument.travel, setting_error=instrument.setting_error)
-    return certify(
+    made = fit_calibration(points, travel=instrument.travel, setting_error=instrument.setting_error)
+    return create_certificate(
         made, points, channel_id=instrument.channel, unit="deg", who="crew", stamp=MORNING,
         excitation_voltage=SUPPLY, ratiometric=True,
     )  # fmt: skip
@@ -48,7 +48,7 @@ def test_a_whole_aircraft_is_checked_in_a_minute(tmp_path: Path, moved: float) -
     for that is not accepted by itself. (One certificate in a hundred is doubted by chance: those
     are counted by the bench, over many aircraft. In this one there is none.)
     """
-    plan = load_plan("b777").only(("surface", "vane"))
+    plan = load_calibration_plan("b777").only(("surface", "vane"))
     bench = VirtualBench(8)
     crew = BenchCrew(tmp_path, plan, bench)
     random = np.random.default_rng(8)

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from calibration.plan import load_plan
-from calibration.wizard import Action
-from gsapp.dynamics.pilot.bench import BenchFault, VirtualBench
+from calibration.plan import load_calibration_plan
+from calibration.wizard import WizardAction
+from gsapp.dynamics.virtual_aircraft.bench import BenchFault, VirtualBench
 from tests.calibration.wizard.bench_crew import BenchCrew
 
-PLAN = load_plan("b777").only(("surface", "vane"))
+PLAN = load_calibration_plan("b777").only(("surface", "vane"))
 
 
 @pytest.mark.parametrize(
@@ -44,18 +44,18 @@ def test_a_reversed_instrument_is_calibrated_on_the_crews_word(tmp_path: Path) -
     """It asks, and takes yes for an answer: somebody may have turned the potentiometer round."""
     fault = BenchFault(channel="rudder", kind="reversed")
     crew = BenchCrew(tmp_path, PLAN, VirtualBench(2, faults=[fault]))
-    crew.wizard.act(Action(kind="open", channel="rudder"))
+    crew.wizard.act(WizardAction(kind="open", channel="rudder"))
     crew.wait(0.6)
     crew.set("rudder", 15.0)
     assert "other way than expected" in crew.view.prompt
-    crew.wizard.act(Action(kind="confirm_sign", yes=False))
+    crew.wizard.act(WizardAction(kind="confirm_sign", yes=False))
     assert "Move the rudder trailing edge left" in crew.view.prompt
     assert crew.view.phase == "sign"
     # On the way back the volts go as they should on the way there: no proof of anything.
     crew.set("rudder", 0.0)
     assert crew.view.phase == "sign"
     crew.set("rudder", 15.0)
-    crew.wizard.act(Action(kind="confirm_sign", yes=True))
+    crew.wizard.act(WizardAction(kind="confirm_sign", yes=True))
     view = crew.view
     assert view.phase == "points"
     assert "volts fall with trailing edge left" in view.message
@@ -64,7 +64,7 @@ def test_a_reversed_instrument_is_calibrated_on_the_crews_word(tmp_path: Path) -
 def test_without_any_volts_it_waits_and_says_so(tmp_path: Path) -> None:
     """A channel that the link does not carry: no sign, no point, one sentence."""
     crew = BenchCrew(tmp_path, PLAN, VirtualBench(2))
-    crew.wizard.act(Action(kind="open", channel="rudder"))
+    crew.wizard.act(WizardAction(kind="open", channel="rudder"))
     block = crew.bench.step(3.0)
     kept = [name for name in block.channels if name != "rudder_volts"]
     crew.wizard.feed(block.select(kept))
@@ -72,6 +72,6 @@ def test_without_any_volts_it_waits_and_says_so(tmp_path: Path) -> None:
     assert view.reading is not None
     assert view.reading.state == "absent"
     assert view.sentences == ("Rudder: no volts come; look at its plug and at the channel map",)
-    crew.wizard.act(Action(kind="take"))
+    crew.wizard.act(WizardAction(kind="take"))
     assert crew.view.tone == "error"
     assert crew.view.phase == "sign"

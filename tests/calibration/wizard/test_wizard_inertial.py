@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from calibration.inertial import POSITIONS
-from calibration.plan import CalibrationPlan, load_plan
-from gsapp.dynamics.pilot.bench import BenchFault, VirtualBench
+from calibration.plan import CalibrationPlan, load_calibration_plan
+from gsapp.dynamics.virtual_aircraft.bench import BenchFault, VirtualBench
 from tests.calibration.wizard.bench_crew import BenchCrew
 from tests.calibration.wizard.wizard_kit import Field
 
-PLAN = load_plan("b777")
+PLAN = load_calibration_plan("b777")
 
 
 def crew_of(folder: Path, channels: list[str], *faults: BenchFault) -> BenchCrew:

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-import calibration.store
+import calibration.certificate_store
 from calibration import CalibrationError, load_certificates
-from calibration.store import CertificateStore
-from calibration.wizard import Wizard, unfinished
+from calibration.certificate_store import CertificateStore
+from calibration.wizard import CalibrationWizard, has_unfinished_calibration
 from calibration.wizard.journal import Journal
 from tests.calibration.wizard.wizard_kit import SMALL, Field, Operator
 
@@ -36,7 +36,7 @@ def run(crew: Operator) -> None:
     crew.press("accept")
 
 
-def told(wizard: Wizard) -> object:
+def told(wizard: CalibrationWizard) -> object:
     """Return all that must survive."""
     view = wizard.view
     return (
@@ -119,7 +119,7 @@ def test_killed_at_any_place_it_goes_on_there(
     assert len(places) > 2 * steps
     for place, done in places:
         killed = Field(place)
-        open_ended = unfinished(killed.journal)
+        open_ended = has_unfinished_calibration(killed.journal)
         wizard = killed.resume().wizard
         assert open_ended == (wizard.phase != "done")
         assert (told(wizard), in_force(killed)) == expected[done], (place, done)
@@ -189,7 +189,7 @@ def test_a_journal_cut_at_every_byte_keeps_every_whole_step(
             Journal(path).append(steps[-1])
             assert Journal(path).read() == (*steps[:whole], steps[-1])
         if not torn:
-            assert unfinished(path) == (whole > 0)
+            assert has_unfinished_calibration(path) == (whole > 0)
 
 
 def test_damage_within_a_journal_ends_it_there_and_is_kept(tmp_path: Path) -> None:
@@ -227,9 +227,11 @@ def test_what_is_no_journal_says_so(tmp_path: Path, lines: list[object], words: 
     """One sentence, no trace."""
     path = tmp_path / "other.jsonl"
     path.write_text("".join(json.dumps(line) + "\n" for line in lines), encoding="utf-8")
-    assert not unfinished(path)
+    assert not has_unfinished_calibration(path)
     with pytest.raises(CalibrationError, match=words):
-        Wizard.resume(path, CertificateStore(tmp_path, "small"), now=Field(tmp_path).clock)
+        CalibrationWizard.resume(
+            path, CertificateStore(tmp_path, "small"), now=Field(tmp_path).clock
+        )
 
 
 def test_a_full_disk_makes_no_step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

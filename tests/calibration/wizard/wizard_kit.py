@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from calibration.certificate_store import CertificateStore
 from calibration.plan import CalibrationPlan, InstrumentPlan
-from calibration.store import CertificateStore
-from calibration.wizard import Action, Wizard, WizardView
+from calibration.wizard import CalibrationWizard, WizardAction, WizardView
 from gsapp.quantities import Block
 
 RATE = 50.0
@@ -137,7 +137,7 @@ class Operator:
 
     Parameters
     ----------
-    wizard : Wizard
+    wizard : CalibrationWizard
         Gives the orders.
     bench : Bench
         What is moved.
@@ -145,7 +145,7 @@ class Operator:
         Whether each point is taken by a key.
     """
 
-    def __init__(self, wizard: Wizard, bench: Bench, *, by_key: bool = False) -> None:
+    def __init__(self, wizard: CalibrationWizard, bench: Bench, *, by_key: bool = False) -> None:
         self.wizard = wizard
         self.bench = bench
         self.by_key = by_key
@@ -155,7 +155,7 @@ class Operator:
     def press(self, kind: str, **details: object) -> WizardView:
         """Press a key."""
         self.keys += 1
-        self.wizard.act(Action(kind=kind, **details))  # type: ignore[arg-type]
+        self.wizard.act(WizardAction(kind=kind, **details))  # type: ignore[arg-type]
         return self.wizard.view
 
     def see(
@@ -239,9 +239,13 @@ class Field:
 
     def begin(self, *, by_key: bool = False, **options: object) -> Operator:
         """Begin a calibration."""
-        wizard = Wizard(self.plan, self.store, self.journal, who="crew", now=self.clock, **options)  # type: ignore[arg-type]
+        wizard = CalibrationWizard(
+            self.plan, self.store, self.journal, who="crew", now=self.clock, **options
+        )  # type: ignore[arg-type]
         return Operator(wizard, self.bench, by_key=by_key)
 
     def resume(self) -> Operator:
         """Go on with it in another process, as it were."""
-        return Operator(Wizard.resume(self.journal, self.store, now=self.clock), self.bench)
+        return Operator(
+            CalibrationWizard.resume(self.journal, self.store, now=self.clock), self.bench
+        )

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 import gsapp
+from gsapp.discrepancy.investigation import Investigation
 from gsapp.discrepancy.settings import DiscrepancySettings
-from gsapp.discrepancy.workflow import Investigation
 from gsapp.foundation import GroundStationError
 from tests.discrepancy.blind.cases import Case
 from tests.discrepancy.blind.closing import closed_gap

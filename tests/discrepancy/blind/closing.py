@@ -10,16 +10,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from gsapp.discrepancy.baseline import settle
-from gsapp.discrepancy.showing import HeldOut
-from gsapp.dynamics.terms import make_term
+from gsapp.discrepancy.baseline import fit_to_convergence
+from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers
+from gsapp.dynamics.terms import create_term
 from tests.discrepancy.blind.cases import WHOLE
 from tests.discrepancy.blind.flying import FlownCase
 
 if TYPE_CHECKING:
-    from gsapp.discrepancy.filtering.fitting import Fit
-    from gsapp.discrepancy.results import Discrepancy
-    from gsapp.discrepancy.workflow import Investigation
+    from gsapp.discrepancy.filter_error.filter_error_fit import FilterErrorFit
+    from gsapp.discrepancy.investigation import Investigation
+    from gsapp.discrepancy.results import DiscrepancyResult
     from gsapp.dynamics.model import Model
 
 VISIBLE = 10.0
@@ -27,7 +27,7 @@ VISIBLE = 10.0
 _PASSES = 4
 
 
-def closed_gap(search: Investigation, flown: FlownCase, found: Discrepancy) -> float | None:
+def closed_gap(search: Investigation, flown: FlownCase, found: DiscrepancyResult) -> float | None:
     """Return the share of the reducible gap that an answer closes on maneuvers kept out.
 
     None where nothing is hidden that the catalog can express, or where even the perfect model
@@ -45,7 +45,7 @@ def closed_gap(search: Investigation, flown: FlownCase, found: Discrepancy) -> f
         _fitted(baseline, found.steps[-1].model, free) if found.effects else baseline,
         _fitted(baseline, perfect, set()),
     ]
-    held = HeldOut(search.records, found.gap.on, fits)
+    held = HeldOutManeuvers(search.records, found.gap.on, fits)
     reducible = 2.0 * held.gain(0, 2)
     return 2.0 * held.gain(0, 1) / reducible if reducible > VISIBLE else None
 
@@ -54,12 +54,12 @@ def _parameters(search: Investigation, effect: str, size: float) -> dict[str, fl
     """Return what an effect of the catalog is given to be of a size."""
     if effect.endswith(WHOLE):
         return {}
-    term = make_term(effect, search.aircraft)
+    term = create_term(effect, search.aircraft)
     own = next(item.name for item in term.parameters if item.free)
     return {**term.defaults, own: size}
 
 
-def _fitted(baseline: Fit, model: Model, more: set[str]) -> Fit:
+def _fitted(baseline: FilterErrorFit, model: Model, more: set[str]) -> FilterErrorFit:
     fit = baseline.with_model(model, (*baseline.free, *sorted(more)))
-    settle(fit, _PASSES, lambda _: None, "", fresh=True)
+    fit_to_convergence(fit, _PASSES, lambda _: None, "", fresh=True)
     return fit

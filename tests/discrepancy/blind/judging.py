@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from gsapp.discrepancy.catalog import catalog
+from gsapp.discrepancy.effect_catalog import all_effects
 from tests.discrepancy.blind.cases import WHOLE, Case
 from tests.discrepancy.blind.sensitivity import (
     distances,
@@ -13,7 +13,7 @@ from tests.discrepancy.blind.sensitivity import (
 )
 
 if TYPE_CHECKING:
-    from gsapp.discrepancy.results import Discrepancy
+    from gsapp.discrepancy.results import DiscrepancyResult
 
 APART = 4.0
 """Effects nearer to each other than this, in sigmas, may be said not to be told apart."""
@@ -76,7 +76,9 @@ class Outcome:
     error: str = ""
 
 
-def outcome_of(case: Case, answer: Discrepancy, *, closed: float | None, cpu: float) -> Outcome:
+def outcome_of(
+    case: Case, answer: DiscrepancyResult, *, closed: float | None, cpu: float
+) -> Outcome:
     """Return what is judged of an answer; see `closing.closed_gap`."""
     worst = answer.disagreements[0] if answer.disagreements else None
     named = []
@@ -106,7 +108,7 @@ def outcome_of(case: Case, answer: Discrepancy, *, closed: float | None, cpu: fl
     )
 
 
-def _open(answer: Discrepancy) -> tuple[tuple[str, ...], ...]:
+def _open(answer: DiscrepancyResult) -> tuple[tuple[str, ...], ...]:
     sets = tuple(one.one_of for one in answer.effects if one.one_of)
     if answer.verdict == "ambiguous" and not sets:
         sets = (tuple(name for one in answer.alternatives for name in one.effects),)
@@ -166,7 +168,7 @@ class Marks:
 
 def is_named(effect: str) -> bool:
     """Return whether an id is a name of the catalog (decoys and unnamed structure are not)."""
-    return any(one.id == effect and not one.decoy for one in catalog())
+    return any(one.id == effect and not one.decoy for one in all_effects())
 
 
 def judge(case: Case, outcome: Outcome) -> Marks:

@@ -12,7 +12,7 @@ import numpy as np
 from gsapp.aircraft import Aircraft
 from gsapp.dynamics.flight_model import FlightModel
 from gsapp.dynamics.model import Model
-from gsapp.dynamics.terms import make_term
+from gsapp.dynamics.terms import create_term
 from gsapp.quantities import FloatArray
 from tests.discrepancy.blind.engine import (
     CONTROLS,
@@ -30,7 +30,7 @@ def flight_model(
     """Return the program's equations with these derivatives and effects."""
     model = Model(derivatives=dict(derivatives))
     for effect, size in sizes.items():
-        free = next(one.name for one in make_term(effect, aircraft).parameters if one.free)
+        free = next(one.name for one in create_term(effect, aircraft).parameters if one.free)
         model = model.with_effect(effect, {free: size})
     return FlightModel(aircraft, model)
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from gsapp.identification.runs.outcome import Outcome
+from gsapp.identification.runs.outcome import RunOutcome
 from gsapp.identification.runs.request import RunRequest
-from gsapp.identification.runs.running import run
+from gsapp.identification.runs.run_execution import execute_run
 from tests.identification.runs_kit import WINDOWS, write_flights
 
 
@@ -19,6 +19,6 @@ def flight_files(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 
 @pytest.fixture(scope="session")
-def outcome(flight_files: tuple[Path, Path]) -> Outcome:
+def outcome(flight_files: tuple[Path, Path]) -> RunOutcome:
     """Return the run of all four maneuvers."""
-    return run(RunRequest(flights=flight_files, given=WINDOWS, label="both", model="b777"))
+    return execute_run(RunRequest(flights=flight_files, given=WINDOWS, label="both", model="b777"))

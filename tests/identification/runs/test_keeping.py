@@ -23,22 +23,30 @@ from gsapp.flight.catalog import Catalog, schema, search_maneuvers, search_runs
 from gsapp.foundation import FlightError, UnknownNameError
 from gsapp.identification.campaign import CampaignSettings
 from gsapp.identification.maximum_likelihood import MLSettings
-from gsapp.identification.runs.excluding import excluding
-from gsapp.identification.runs.keeping import forget, keep, kept, kept_runs, recall, rename, renew
-from gsapp.identification.runs.outcome import Outcome
-from gsapp.identification.runs.repeating import repeat
-from gsapp.identification.runs.request import ChosenManeuver, RunRequest
-from gsapp.identification.runs.running import run
-from gsapp.identification.runs.saving import request_from_json, request_json
+from gsapp.identification.runs.exclusion import exclude_maneuvers
+from gsapp.identification.runs.outcome import RunOutcome
+from gsapp.identification.runs.request import RunRequest, SelectedManeuver
+from gsapp.identification.runs.request_json import request_from_json, request_json
+from gsapp.identification.runs.run_execution import execute_run
+from gsapp.identification.runs.run_repetition import repeat_run
+from gsapp.identification.runs.run_store import (
+    forget_run,
+    load_run,
+    recall_run,
+    rename_run,
+    save_run,
+    stored_runs,
+    update_run_means,
+)
 
 forks = pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot fork")
 
 
-def test_a_kept_run_says_all_of_itself(outcome: Outcome, tmp_path: Path) -> None:
+def test_a_kept_run_says_all_of_itself(outcome: RunOutcome, tmp_path: Path) -> None:
     """Request, values, files and versions come back exactly; its fits stand where they did."""
     with Catalog(tmp_path / "c.sqlite") as catalog:
-        number = keep(catalog, outcome)
-        (back,) = kept_runs(catalog)
+        number = save_run(catalog, outcome)
+        (back,) = stored_runs(catalog)
         fits = search_runs(catalog, kept=number)
         stored = search_maneuvers(catalog, flight="a")
     assert (back.number, back.name, back.label) == (number, "both", "both")
@@ -58,54 +66,58 @@ def test_a_kept_run_says_all_of_itself(outcome: Outcome, tmp_path: Path) -> None
     assert [one.runs for one in stored] == [(1,), (2,)]
 
 
-def test_a_run_is_renamed_forgotten_and_called_back(outcome: Outcome, tmp_path: Path) -> None:
+def test_a_run_is_renamed_forgotten_and_called_back(outcome: RunOutcome, tmp_path: Path) -> None:
     """Forgotten, neither it nor its fits are found anywhere; called back, all is there."""
     with Catalog(tmp_path / "c.sqlite") as catalog:
-        first, second = keep(catalog, outcome), keep(catalog, replace(outcome, inputs=()))
-        rename(catalog, second, "  without files ")
-        assert [one.name for one in kept_runs(catalog)] == ["both", "without files"]
-        assert kept(catalog, second).request.label == "without files"
-        forget(catalog, first)
-        assert [one.number for one in kept_runs(catalog)] == [second]
+        first, second = save_run(catalog, outcome), save_run(catalog, replace(outcome, inputs=()))
+        rename_run(catalog, second, "  without files ")
+        assert [one.name for one in stored_runs(catalog)] == ["both", "without files"]
+        assert load_run(catalog, second).request.label == "without files"
+        forget_run(catalog, first)
+        assert [one.number for one in stored_runs(catalog)] == [second]
         assert len(search_runs(catalog)) == 4
         assert all(len(one.runs) == 1 for one in search_maneuvers(catalog))
-        for gone in (kept, forget):
+        for gone in (load_run, forget_run):
             with pytest.raises(UnknownNameError, match="no run 1; it has 2"):
                 gone(catalog, first)
-        recall(catalog, first)
-        assert [one.number for one in kept_runs(catalog)] == [first, second]
+        recall_run(catalog, first)
+        assert [one.number for one in stored_runs(catalog)] == [first, second]
         assert len(search_runs(catalog)) == 8
 
 
-def test_maneuvers_left_out_by_hand_are_kept_with_the_run(outcome: Outcome, tmp_path: Path) -> None:
+def test_maneuvers_left_out_by_hand_are_kept_with_the_run(
+    outcome: RunOutcome, tmp_path: Path
+) -> None:
     """Its means follow, are told in words, and come back when it is repeated; its fits stay."""
     with Catalog(tmp_path / "c.sqlite") as catalog:
-        number = keep(catalog, outcome)
-        rename(catalog, number, "mine")
-        before = kept(catalog, number)
-        renew(catalog, replace(excluding(outcome, ["2:1"]), number=number))
-        after = kept(catalog, number)
+        number = save_run(catalog, outcome)
+        rename_run(catalog, number, "mine")
+        before = load_run(catalog, number)
+        update_run_means(catalog, replace(exclude_maneuvers(outcome, ["2:1"]), number=number))
+        after = load_run(catalog, number)
         assert (after.label, after.when) == ("mine", before.when)
         assert after.values["Cm_q"].n == before.values["Cm_q"].n - 1
         assert after.values["Cl_p"] == before.values["Cl_p"]
         assert after.settings["left out of the means"] == "2:1"
-        found = repeat(catalog, number)
+        found = repeat_run(catalog, number)
         assert (found.same, found.differences) == (True, ())
         assert found.outcome.summary.without == {"2:1"}
-        renew(catalog, replace(excluding(outcome, []), number=number))
-        assert kept(catalog, number).values == before.values
+        update_run_means(catalog, replace(exclude_maneuvers(outcome, []), number=number))
+        assert load_run(catalog, number).values == before.values
     with pytest.raises(UnknownNameError, match="no maneuver '3:1' to exclude"):
-        run(replace(outcome.request, without=("3:1",)))
+        execute_run(replace(outcome.request, without=("3:1",)))
 
 
-def test_maneuvers_that_the_catalog_has_stay_as_they_are(outcome: Outcome, tmp_path: Path) -> None:
+def test_maneuvers_that_the_catalog_has_stay_as_they_are(
+    outcome: RunOutcome, tmp_path: Path
+) -> None:
     """A run of windows named by hand adds to a flight's maneuvers, and overrules none."""
     entry = outcome.flights[0]
     moved = replace(entry.maneuvers[0], t_start=20.0, t_end=30.0, note="another")
     standing = replace(entry, maneuvers=(moved, entry.maneuvers[1]), complete=True)
     with Catalog(tmp_path / "c.sqlite") as catalog:
-        keep(catalog, replace(outcome, flights=(standing, outcome.flights[1])))
-        keep(catalog, outcome)
+        save_run(catalog, replace(outcome, flights=(standing, outcome.flights[1])))
+        save_run(catalog, outcome)
         found = search_maneuvers(catalog, flight="a")
         told = [(one.maneuver.id, one.maneuver.note) for one in found]
         assert told == [("2", ""), ("1", "another")]
@@ -114,27 +126,27 @@ def test_maneuvers_that_the_catalog_has_stay_as_they_are(outcome: Outcome, tmp_p
         assert names == [("a", "0:6"), ("a", "2"), ("b", "1"), ("b", "2")]
 
 
-def test_other_certificates_and_damage_are_told(outcome: Outcome, tmp_path: Path) -> None:
+def test_other_certificates_and_damage_are_told(outcome: RunOutcome, tmp_path: Path) -> None:
     """Nothing is kept of a run with borrowed certificates; a later program's settings are named."""
     borrowed = replace(outcome, request=replace(outcome.request, calibration="b777"))
     with Catalog(tmp_path / "c.sqlite") as catalog:
         with pytest.raises(FlightError, match="own certificates"):
-            keep(catalog, borrowed)
-        assert kept_runs(catalog) == ()
-        number = keep(catalog, outcome)
+            save_run(catalog, borrowed)
+        assert stored_runs(catalog) == ()
+        number = save_run(catalog, outcome)
         ((text,),) = catalog.query("SELECT request FROM kept_runs")
         content = json.loads(text)
         content["settings"]["likelihood"]["gusts"] = True
         with catalog.writing() as connection:
             connection.execute("UPDATE kept_runs SET request = ?", (json.dumps(content),))
         # The list still shows it.
-        (found,) = kept_runs(catalog)
+        (found,) = stored_runs(catalog)
         with pytest.raises(FlightError, match=r"with 'settings\.likelihood\.gusts'"):
             _ = found.request
         with catalog.writing() as connection:
             connection.execute("UPDATE kept_runs SET request = '{}'")
         with pytest.raises(FlightError, match="cannot be read"):
-            _ = kept(catalog, number).request
+            _ = load_run(catalog, number).request
 
 
 # --- settings through JSON ----------------------------------------------------------------------
@@ -171,7 +183,7 @@ SETTINGS = st.builds(
 FLIGHT = Path("/flights/campaign/a.csv").absolute()
 MANEUVERS = st.lists(
     st.builds(
-        ChosenManeuver, flight=st.just(FLIGHT), id=st.text(), t_start=NUMBERS, t_end=NUMBERS,
+        SelectedManeuver, flight=st.just(FLIGHT), id=st.text(), t_start=NUMBERS, t_end=NUMBERS,
         inputs=NAMES,
     ),
     max_size=3,
@@ -181,7 +193,7 @@ MANEUVERS = st.lists(
 @settings(max_examples=60, deadline=None)
 @given(SETTINGS, MANEUVERS, st.text(max_size=5))
 def test_every_setting_goes_through_json_exactly(
-    chosen: CampaignSettings, maneuvers: tuple[ChosenManeuver, ...], label: str
+    chosen: CampaignSettings, maneuvers: tuple[SelectedManeuver, ...], label: str
 ) -> None:
     """Every float to the last bit, the model by its content, tuples as tuples, in their order."""
     asked = RunRequest(flights=(FLIGHT,), maneuvers=maneuvers, settings=chosen, label=label)
@@ -195,7 +207,7 @@ def test_every_setting_goes_through_json_exactly(
         assert type(one) is type(getattr(chosen.likelihood, field.name)), field.name
 
 
-def test_flights_beside_the_catalog_move_with_it(outcome: Outcome) -> None:
+def test_flights_beside_the_catalog_move_with_it(outcome: RunOutcome) -> None:
     """Paths within the catalog's folder are found in another place; others stay where they are."""
     asked = replace(outcome.request, aircraft="b777")
     here = asked.flights[0].parent
@@ -213,7 +225,7 @@ def test_flights_beside_the_catalog_move_with_it(outcome: Outcome) -> None:
 # --- who is killed, who writes beside -----------------------------------------------------------
 
 
-def whole(path: Path, outcome: Outcome) -> int:
+def whole(path: Path, outcome: RunOutcome) -> int:
     """Return how many runs a catalog holds, having seen that each is whole and nothing else."""
     fitted = [one.estimate for one in outcome.result.results if one.estimate is not None]
     wanted = (len(fitted), sum(len(one.derivatives) for one in fitted))
@@ -253,7 +265,7 @@ def forked(work: Callable[[], object]) -> int:
 
 @forks
 def test_a_process_killed_while_it_keeps_leaves_whole_runs(
-    outcome: Outcome, tmp_path: Path
+    outcome: RunOutcome, tmp_path: Path
 ) -> None:
     """Killed at 30 moments, the catalog opens each time with every run whole or not there."""
     path = tmp_path / "c.sqlite"
@@ -267,7 +279,7 @@ def test_a_process_killed_while_it_keeps_leaves_whole_runs(
             with Catalog(path) as catalog:
                 while True:
                     os.write(writing, b"(")
-                    keep(catalog, outcome)
+                    save_run(catalog, outcome)
                     os.write(writing, b")")
 
         child = forked(work)
@@ -285,13 +297,13 @@ def test_a_process_killed_while_it_keeps_leaves_whole_runs(
         before = now
     assert amidst > 15
     with Catalog(path) as catalog:
-        assert len(kept_runs(catalog)) == before
+        assert len(stored_runs(catalog)) == before
         assert catalog.version == len(schema.MIGRATIONS)
 
 
 @forks
 def test_a_run_that_is_interrupted_leaves_nothing_half_done(
-    outcome: Outcome, tmp_path: Path
+    outcome: RunOutcome, tmp_path: Path
 ) -> None:
     """Control C at 12 moments of reading, fitting and keeping: a whole run or none, no more."""
     folder = tmp_path / "flights"
@@ -303,9 +315,9 @@ def test_a_run_that_is_interrupted_leaves_nothing_half_done(
     ended = 0
 
     def work() -> None:
-        made = run(asked)
+        made = execute_run(asked)
         with Catalog(path) as catalog:
-            keep(catalog, made)
+            save_run(catalog, made)
 
     for _ in range(12):
         child = forked(work)
@@ -315,20 +327,20 @@ def test_a_run_that_is_interrupted_leaves_nothing_half_done(
         assert sorted(one.name for one in folder.iterdir()) == ["a.csv", "b.csv"]
         if path.exists():
             with Catalog(path) as catalog:
-                assert len(kept_runs(catalog)) in (ended, ended + 1)
+                assert len(stored_runs(catalog)) in (ended, ended + 1)
             ended = whole(path, outcome)
     assert ended < 12
 
 
 @forks
-def test_two_processes_keep_at_once(outcome: Outcome, tmp_path: Path) -> None:
+def test_two_processes_keep_at_once(outcome: RunOutcome, tmp_path: Path) -> None:
     """Both make the file, both keep: all is there, and whole."""
     path = tmp_path / "c.sqlite"
 
     def work() -> None:
         with Catalog(path) as catalog:
             for _ in range(6):
-                keep(catalog, outcome)
+                save_run(catalog, outcome)
 
     for child in [forked(work), forked(work)]:
         assert os.waitpid(child, 0)[1] == 0

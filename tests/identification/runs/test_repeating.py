@@ -14,13 +14,13 @@ from gsapp.flight.catalog import Catalog
 from gsapp.foundation import GroundStationError
 from gsapp.identification.campaign import CampaignSettings
 from gsapp.identification.maximum_likelihood import MLSettings
-from gsapp.identification.runs.comparing import DifferingSetting, compare
-from gsapp.identification.runs.keeping import keep, kept
-from gsapp.identification.runs.outcome import Outcome
-from gsapp.identification.runs.repeating import repeat
+from gsapp.identification.runs.outcome import RunOutcome
 from gsapp.identification.runs.request import RunRequest
-from gsapp.identification.runs.running import run
-from gsapp.identification.runs.words import differing_settings, settings_words
+from gsapp.identification.runs.run_comparison import SettingDifference, compare_runs
+from gsapp.identification.runs.run_execution import execute_run
+from gsapp.identification.runs.run_repetition import repeat_run
+from gsapp.identification.runs.run_store import load_run, save_run
+from gsapp.identification.runs.settings_text import describe_settings, setting_differences
 
 
 @pytest.fixture
@@ -31,7 +31,9 @@ def campaign(tmp_path: Path, flight_files: tuple[Path, Path]) -> Path:
     path = Path(shutil.copy(flight_files[0], folder))
     with Catalog(folder / "c.sqlite") as catalog:
         settings = CampaignSettings(joint=True)
-        keep(catalog, run(RunRequest(flights=(path,), given=("0:6",), settings=settings)))
+        save_run(
+            catalog, execute_run(RunRequest(flights=(path,), given=("0:6",), settings=settings))
+        )
     return folder
 
 
@@ -40,11 +42,11 @@ def test_a_repeat_is_the_same_to_the_last_bit_in_another_place_too(
 ) -> None:
     """Repeated where it was made, and after the folder was moved."""
     with Catalog(campaign / "c.sqlite") as catalog:
-        found = repeat(catalog, 1)
+        found = repeat_run(catalog, 1)
     assert (found.same, found.differences) == (True, ())
     moved = campaign.rename(tmp_path / "elsewhere")
     with Catalog(moved / "c.sqlite") as catalog:
-        found = repeat(catalog, 1)
+        found = repeat_run(catalog, 1)
     assert found.same
     assert found.outcome.request.flights == (moved / "a.csv",)
     assert found.differences == ()
@@ -59,7 +61,7 @@ def test_one_bit_is_a_difference(campaign: Path) -> None:
                 "UPDATE estimates SET std = ? WHERE run = 1 AND name = 'Cm_q'",
                 (math.nextafter(row["std"], 1e9),),
             )
-        found = repeat(catalog, 1)
+        found = repeat_run(catalog, 1)
     assert not found.same
     assert found.differences == (
         "maneuver 1: the bound of Cm_q differs",
@@ -82,7 +84,7 @@ def test_what_changed_since_is_named(campaign: Path) -> None:
             connection.execute(
                 "UPDATE kept_runs SET versions = json_set(versions, '$.numpy', '1.0')"
             )
-        found = repeat(catalog, 1)
+        found = repeat_run(catalog, 1)
     assert not found.same
     assert found.differences[0] == f"{path} has changed"
     assert found.differences[1].startswith("numpy was 1.0, and is 2.")
@@ -91,14 +93,14 @@ def test_what_changed_since_is_named(campaign: Path) -> None:
     path.unlink()
     gone = pytest.raises(GroundStationError, match=r"there is no flight .*a\.csv")
     with Catalog(campaign / "c.sqlite") as catalog, gone:
-        repeat(catalog, 1)
+        repeat_run(catalog, 1)
 
 
 def test_marks_and_notes_change_no_run(campaign: Path) -> None:
     """What is written beside a flight is no part of its record."""
     (campaign / "a.csv.events.jsonl").write_text('{"kind": "mark"}\n', encoding="utf-8")
     with Catalog(campaign / "c.sqlite") as catalog:
-        assert repeat(catalog, 1).differences == ()
+        assert repeat_run(catalog, 1).differences == ()
 
 
 def test_a_model_that_is_gone_is_remembered(campaign: Path) -> None:
@@ -109,20 +111,20 @@ def test_a_model_that_is_gone_is_remembered(campaign: Path) -> None:
         flights=(campaign / "a.csv",), given=("0:6",), settings=settings, model=str(file)
     )
     with Catalog(campaign / "c.sqlite") as catalog:
-        made = run(asked)
+        made = execute_run(asked)
         assert [one.role for one in made.inputs] == ["flight", "aircraft", "model"]
-        number = keep(catalog, made)
+        number = save_run(catalog, made)
         file.unlink()
-        found = repeat(catalog, number)
+        found = repeat_run(catalog, number)
     assert (found.same, found.differences) == (True, ())
     model = found.outcome.result.settings.model
     assert model is not None
     assert model.derivative("CN_q") == 4.0
 
 
-def test_two_runs_beside_each_other(campaign: Path, outcome: Outcome) -> None:
+def test_two_runs_beside_each_other(campaign: Path, outcome: RunOutcome) -> None:
     """Settings that differ in words, maneuvers of one only, values in joint bounds."""
-    other = run(
+    other = execute_run(
         replace(
             outcome.request,
             label="held",
@@ -130,10 +132,10 @@ def test_two_runs_beside_each_other(campaign: Path, outcome: Outcome) -> None:
         )
     )
     with Catalog(campaign / "c.sqlite") as catalog:
-        one, two = (kept(catalog, keep(catalog, made)) for made in (outcome, other))
-        found = compare(one, two)
+        one, two = (load_run(catalog, save_run(catalog, made)) for made in (outcome, other))
+        found = compare_runs(one, two)
         assert (found.one, found.other) == ("both", "held")
-        assert found.settings == (DifferingSetting(name="held", one="none", other="CN_q 5"),)
+        assert found.settings == (SettingDifference(name="held", one="none", other="CN_q 5"),)
         values = {row.name: row for row in found.values}
         assert values["CN_q"].other is None
         assert values["CN_q"].differs
@@ -143,15 +145,15 @@ def test_two_runs_beside_each_other(campaign: Path, outcome: Outcome) -> None:
         assert row.difference == row.other.mean - row.one.mean
         joint = math.sqrt(row.one.std**2 + row.other.std**2)
         assert row.in_bounds == pytest.approx((row.other.mean - row.one.mean) / joint)
-        assert compare(one, one).settings == ()
+        assert compare_runs(one, one).settings == ()
         # Another part of the flight.
-        settings = {row.name: row for row in compare(kept(catalog, 1), one).settings}
+        settings = {row.name: row for row in compare_runs(load_run(catalog, 1), one).settings}
         assert settings["flights"].other == "a, b"
         assert settings["maneuver 1 of b.csv"].one == "not used"
         assert settings["all maneuvers together"].one == "fitted too"
 
 
-def test_settings_that_look_alike_are_told_apart(outcome: Outcome) -> None:
+def test_settings_that_look_alike_are_told_apart(outcome: RunOutcome) -> None:
     """Two weights equal in six digits are written out where they are compared."""
 
     def asked(value: float) -> RunRequest:
@@ -160,7 +162,7 @@ def test_settings_that_look_alike_are_told_apart(outcome: Outcome) -> None:
         return replace(outcome.request, settings=chosen)
 
     one, other = asked(-20.0), asked(math.nextafter(-20.0, 0.0))
-    assert settings_words(one) == settings_words(other)
-    ((name, first, second),) = differing_settings(one, other)
+    assert describe_settings(one) == describe_settings(other)
+    ((name, first, second),) = setting_differences(one, other)
     assert name == "start values"
     assert (first, second) == ("Cm_q -20", "Cm_q -19.999999999999996")

@@ -11,22 +11,22 @@ import numpy as np
 import pytest
 
 from gsapp.flight.events import EventLog, events_path
-from gsapp.flight.maneuvers import ManeuverLog, survey
+from gsapp.flight.maneuvers import ManeuverEditLog, collect_maneuvers
 from gsapp.foundation import FlightError
 from gsapp.identification.campaign import CanceledError
-from gsapp.identification.runs.inputs import openings_of
-from gsapp.identification.runs.outcome import SAME_SAMPLES, Outcome
+from gsapp.identification.runs.flight_cache import FlightCache
+from gsapp.identification.runs.inputs import flight_open_requests
+from gsapp.identification.runs.outcome import SAME_SAMPLES_TEXT, RunOutcome
 from gsapp.identification.runs.request import RunRequest
-from gsapp.identification.runs.running import run
-from gsapp.identification.runs.shelf import FlightShelf
+from gsapp.identification.runs.run_execution import execute_run
 
 
-def test_the_outcome_asks_for_the_same_again(outcome: Outcome) -> None:
+def test_the_outcome_asks_for_the_same_again(outcome: RunOutcome) -> None:
     """Its request names every maneuver; run once more it gives the same numbers to the last bit."""
     assert [one.id for one in outcome.request.maneuvers] == ["1", "2", "1", "2"]
     assert [one.maneuver.id for one in outcome.result.results] == ["1:1", "1:2", "2:1", "2:2"]
     assert outcome.request.settings.model is not None
-    again = run(outcome.request)
+    again = execute_run(outcome.request)
     assert again.request == outcome.request
     assert again.result.values == outcome.result.values
     for one, other in zip(outcome.result.results, again.result.results, strict=True):
@@ -36,11 +36,11 @@ def test_the_outcome_asks_for_the_same_again(outcome: Outcome) -> None:
         assert np.array_equal(one.estimate.covariance, other.estimate.covariance)
 
 
-def test_edges_inputs_and_order_are_those_asked_for(outcome: Outcome) -> None:
+def test_edges_inputs_and_order_are_those_asked_for(outcome: RunOutcome) -> None:
     """A maneuver whose edges were moved is cut there, and comes where it was put."""
     first, second, *_ = outcome.request.maneuvers
     moved = replace(first, t_start=0.5, t_end=5.5, kind="by hand")
-    found = run(replace(outcome.request, maneuvers=(second, moved)))
+    found = execute_run(replace(outcome.request, maneuvers=(second, moved)))
     ids = [one.maneuver.id for one in found.result.results]
     assert ids == ["1:2", "1:1"]
     cut = found.result.results[1].maneuver
@@ -55,80 +55,80 @@ def test_edges_inputs_and_order_are_those_asked_for(outcome: Outcome) -> None:
     assert [len(one.maneuvers) for one in found.flights] == [2, 0]
 
 
-def test_flights_stay_open_until_their_files_change(outcome: Outcome, tmp_path: Path) -> None:
+def test_flights_stay_open_until_their_files_change(outcome: RunOutcome, tmp_path: Path) -> None:
     """A second run reads nothing; notes are nothing; another byte is read again."""
     path = Path(shutil.copy(outcome.request.flights[0], tmp_path))
     request = RunRequest(flights=(path,), given=("0:6", "8:14"))
-    shelf, said = FlightShelf(), []
-    run(request, flights=shelf, doing=said.append)
+    shelf, said = FlightCache(), []
+    execute_run(request, flights=shelf, doing=said.append)
     assert said == ["reading a.csv", "looking for maneuvers in a.csv"]
-    (opening,) = openings_of(request)
+    (opening,) = flight_open_requests(request)
     opened = shelf.open(opening).opened
-    run(request, flights=shelf, doing=said.append)
+    execute_run(request, flights=shelf, doing=said.append)
     assert len(said) == 2
     log = EventLog(events_path(path))
-    book = ManeuverLog(log, survey(opened.flight, opened.aircraft).maneuvers)
+    book = ManeuverEditLog(log, collect_maneuvers(opened.flight, opened.aircraft).maneuvers)
     book.record(book.book.annotate("1", "bumpy"))
-    run(replace(request, given=()), flights=shelf, doing=said.append)
+    execute_run(replace(request, given=()), flights=shelf, doing=said.append)
     assert said[2:] == ["looking for maneuvers in a.csv"]
     assert shelf.open(opening).opened is opened
     os.utime(path, ns=(1, 1))
-    run(request, flights=shelf, doing=said.append)
+    execute_run(request, flights=shelf, doing=said.append)
     assert said[3:] == ["reading a.csv", "looking for maneuvers in a.csv"]
 
 
-def test_changes_by_hand_count_in_the_next_run(outcome: Outcome, tmp_path: Path) -> None:
+def test_changes_by_hand_count_in_the_next_run(outcome: RunOutcome, tmp_path: Path) -> None:
     """A maneuver moved in the review is used so when a run takes all that stands; or as found."""
     path = Path(shutil.copy(outcome.request.flights[0], tmp_path))
-    shelf = FlightShelf()
+    shelf = FlightCache()
     request = RunRequest(flights=(path,))
-    (opening,) = openings_of(request)
+    (opening,) = flight_open_requests(request)
     opened = shelf.open(opening).opened
     found = shelf.surveyed(opening).maneuvers
-    log = ManeuverLog(EventLog(events_path(path)), found)
+    log = ManeuverEditLog(EventLog(events_path(path)), found)
     name = found[0].id
 
     def assess(name: str, start: float, stop: float) -> object:
         return replace(found[0], id=name, t_start=start, t_end=stop)
 
     log.record(log.book.move(name, assess, t_end=found[0].t_end - 1.0))
-    used = run(request, flights=shelf).request.maneuvers
+    used = execute_run(request, flights=shelf).request.maneuvers
     assert used[0].t_end == pytest.approx(found[0].t_end - 1.0)
-    used = run(replace(request, as_found=True), flights=shelf).request.maneuvers
+    used = execute_run(replace(request, as_found=True), flights=shelf).request.maneuvers
     assert used[0].t_end == found[0].t_end
     assert shelf.open(opening).opened is opened
 
 
-def test_a_stop_leaves_nothing(outcome: Outcome, tmp_path: Path) -> None:
+def test_a_stop_leaves_nothing(outcome: RunOutcome, tmp_path: Path) -> None:
     """Stopped at any fit, the run raises, and no file was made or touched."""
     path = Path(shutil.copy(outcome.request.flights[0], tmp_path))
     request = RunRequest(flights=(path,), given=("0:6", "8:14"), model="b777")
     before = {file: file.stat().st_mtime_ns for file in tmp_path.rglob("*")}
-    shelf = FlightShelf()
+    shelf = FlightCache()
     for stop_at in range(3):
         with pytest.raises(CanceledError):
-            run(request, flights=shelf, progress=lambda done, *_, last=stop_at: done < last)
+            execute_run(request, flights=shelf, progress=lambda done, *_, last=stop_at: done < last)
     assert {file: file.stat().st_mtime_ns for file in tmp_path.rglob("*")} == before
 
 
-def test_what_cannot_be_is_told_in_a_sentence(outcome: Outcome, tmp_path: Path) -> None:
+def test_what_cannot_be_is_told_in_a_sentence(outcome: RunOutcome, tmp_path: Path) -> None:
     """No flight, a maneuver of another flight, no such weights: told before anything is fitted."""
     with pytest.raises(FlightError, match="no flight to estimate from"):
-        run(RunRequest(flights=()))
+        execute_run(RunRequest(flights=()))
     strange = replace(outcome.request.maneuvers[0], flight=tmp_path / "c.csv")
     with pytest.raises(FlightError, match=r"c\.csv cannot be used: it is not among"):
-        run(replace(outcome.request, maneuvers=(strange,)))
+        execute_run(replace(outcome.request, maneuvers=(strange,)))
 
 
 def test_a_copy_of_a_flight_is_told_not_to_count_as_another(
-    outcome: Outcome, tmp_path: Path
+    outcome: RunOutcome, tmp_path: Path
 ) -> None:
     """Its scatter is nothing new; the bounds of the means would shrink all the same."""
-    assert not [one for one in outcome.remarks if one.startswith(SAME_SAMPLES)]
+    assert not [one for one in outcome.remarks if one.startswith(SAME_SAMPLES_TEXT)]
     first, second = outcome.request.flights
     copy = Path(shutil.copy(first, tmp_path / "copy.csv"))
-    found = run(
+    found = execute_run(
         RunRequest(flights=(first, second, copy), given=("1:0:6", "2:0:6", "3:0:6"), model="b777")
     )
-    (told,) = [one for one in found.remarks if one.startswith(SAME_SAMPLES)]
+    (told,) = [one for one in found.remarks if one.startswith(SAME_SAMPLES_TEXT)]
     assert told.startswith("the same samples stand in flights 1 and 3: ")

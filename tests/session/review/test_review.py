@@ -10,11 +10,16 @@ import pytest
 
 from gsapp.cli.maneuvers import run
 from gsapp.flight.catalog import Catalog, StoredVerdict, search_maneuvers, store_debrief
-from gsapp.flight.importing import import_flight
+from gsapp.flight.flight_import import import_flight
 from gsapp.flight.writers import write_block
 from gsapp.foundation import FlightError, UnknownNameError
-from gsapp.identification.flights import flown_flights
-from gsapp.session.review import Review, ReviewedFlight, keep_maneuvers, open_reviewed
+from gsapp.identification.maneuver_extraction import open_flights_with_maneuvers
+from gsapp.session.review import (
+    Review,
+    ReviewedFlight,
+    open_reviewed_flight,
+    save_maneuvers_to_catalog,
+)
 from tests.flight.maneuver_kit import EVERYTHING, make_flight
 
 
@@ -27,13 +32,13 @@ def record(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def flight(record: Path, tmp_path: Path) -> ReviewedFlight:
-    return open_reviewed(Path(shutil.copy(record, tmp_path / "a.csv")))
+    return open_reviewed_flight(Path(shutil.copy(record, tmp_path / "a.csv")))
 
 
 @pytest.fixture(scope="module")
 def unchanged(record: Path) -> ReviewedFlight:
     """Return a flight for tests that change nothing of it."""
-    return open_reviewed(record)
+    return open_reviewed_flight(record)
 
 
 def printed(path: Path, out: Path, **options: bool) -> list[dict[str, object]]:
@@ -57,7 +62,7 @@ def test_a_correction_stands_for_every_command(flight, tmp_path):
     assert found[0]["t_start"] == pytest.approx(first.t_start + 0.5)
     assert (found[2]["grade"], found[2]["reasons"]) == ("D", ["a gust"])
     assert (found[3]["t_start"], found[3]["inputs"]) == (third.t_start, ["da", "dr"])
-    (flown,) = flown_flights([flight.path], aircraft=None)
+    (flown,) = open_flights_with_maneuvers([flight.path], aircraft=None)
     # What a person graded unfit stays out of a fit, as does what shows no input.
     assert [one.id for one in flown.maneuvers] == [
         one.id for one in flight.maneuvers if one.grade != "D"
@@ -70,18 +75,18 @@ def test_corrections_come_along_into_a_flight_folder(flight, tmp_path):
     flight.remove("2")
     flight.annotate("3", "calm")
     import_flight(flight.path, tmp_path / "folder")
-    again = open_reviewed(tmp_path / "folder")
+    again = open_reviewed_flight(tmp_path / "folder")
     assert [(one.id, one.note) for one in again.maneuvers] == [
         ("1", ""), ("3", "calm"), ("4", ""), ("5", ""),
     ]  # fmt: skip
     again.undo()
     # From here on each goes its own way.
     assert again["3"].note == ""
-    assert open_reviewed(flight.path)["3"].note == "calm"
+    assert open_reviewed_flight(flight.path)["3"].note == "calm"
 
 
 def test_changes_are_taken_back_in_their_order_by_whoever_looks(flight):
-    other = open_reviewed(flight.path)
+    other = open_reviewed_flight(flight.path)
     before = flight.maneuvers
     flight.annotate("1", "calm")
     flight.remove("2", "3")
@@ -134,7 +139,7 @@ def test_a_campaign_numbers_its_flights_and_chooses_its_maneuvers(flight, tmp_pa
     review = Review()
     review.add(flight)
     assert [row.id for row in review.rows()] == ["1", "2", "3", "4", "5"]
-    second = open_reviewed(Path(shutil.copy(flight.path, tmp_path / "b.csv")))
+    second = open_reviewed_flight(Path(shutil.copy(flight.path, tmp_path / "b.csv")))
     review.add(second)
     second.regrade("2", "D")
     second.use("3", False)
@@ -151,11 +156,11 @@ def test_a_campaign_numbers_its_flights_and_chooses_its_maneuvers(flight, tmp_pa
     assert (one.inputs, one.t_start) == (("da", "dr"), second["4"].t_start)
     # A decision stays with its maneuver under another name, and counts for every command.
     second.rename("3", "wild")
-    again = open_reviewed(second.path)
+    again = open_reviewed_flight(second.path)
     review.add(again)
     assert len(review.flights) == 2
     assert not again.in_use(again["wild"])
-    flown = flown_flights([second.path], aircraft=None)[0]
+    flown = open_flights_with_maneuvers([second.path], aircraft=None)[0]
     assert [one.id for one in flown.maneuvers] == ["1", "2", "4", "5"]
     assert "maneuver wild is left out: by hand" in flown.remarks
     again.use("wild", True)
@@ -172,7 +177,7 @@ def test_the_catalog_follows_and_knows_what_the_pilot_was_told(flight, tmp_path)
     catalog = tmp_path / "made" / "campaign.sqlite"
 
     def kept() -> dict[str, tuple[str, str]]:
-        keep_maneuvers(catalog, flight.flight, flight.maneuvers, "B777")
+        save_maneuvers_to_catalog(catalog, flight.flight, flight.maneuvers, "B777")
         with Catalog(catalog) as opened:
             return {
                 one.maneuver.id: (one.maneuver.grade, one.graded_by)
@@ -195,7 +200,7 @@ def test_the_catalog_follows_and_knows_what_the_pilot_was_told(flight, tmp_path)
     )  # fmt: skip
     with Catalog(catalog) as opened:
         store_debrief(opened, flight.flight, [told])
-    again = open_reviewed(flight.path, catalog=catalog)
+    again = open_reviewed_flight(flight.path, catalog=catalog)
     verdict = again.verdict(again["1"])
     assert verdict is not None
     assert verdict.advice == "half again"
@@ -209,7 +214,7 @@ def test_flights_of_one_name_are_told_apart_by_their_folders(record, tmp_path):
         folder = tmp_path / place
         folder.mkdir(parents=True)
         paths.append(Path(shutil.copy(record, folder / "a.csv")))
-    first, second, third = (open_reviewed(path) for path in paths)
+    first, second, third = (open_reviewed_flight(path) for path in paths)
     review.add(first)
     assert [review.title(first), review.rows()[0].flight] == ["a", "a"]
     review.add(second)

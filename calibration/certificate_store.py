@@ -1,0 +1,325 @@
+"""The certificates of one aircraft: which are in force, which were, what is uncalibrated.
+
+::
+
+    <folder>/<aircraft>/
+        history/elevator_left/0001-2026-05-12T083100.toml             a certificate
+        history/elevator_left/0002-skipped.toml                       "uncalibrated" from here on
+        history/elevator_left/0003-2026-05-13T090210.toml.withdrawn   taken back
+        in_force/elevator_left.toml                                   what flights are made with
+        checks/elevator_left/2026-05-12T113000.toml                   three-point checks
+
+The history is the truth: each change adds or renames one file of it, so that a change is made
+whole or not at all, whenever the power fails. The newest entry that was not withdrawn is in
+force. `in_force` follows from the history, and is put right whenever a store is opened.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from urllib.parse import quote
+
+from calibration.certificate import Certificate
+from calibration.certificate_toml import certificate_content, load_certificate, write_certificate
+from calibration.check_record import CheckRecord, read_check_record, write_check_record
+from calibration.polynomial_fit import CalibrationError
+from gsapp.foundation import (
+    FileProblemsError,
+    StrictModel,
+    read_toml,
+    toml_text,
+    write_atomically,
+    write_toml,
+)
+from gsapp.foundation.file_lock import FileLock
+from gsapp.foundation.files import list_files
+from gsapp.quantities import channel
+
+log = logging.getLogger(__name__)
+
+_ENTRY = re.compile(r"(?P<number>\d{4,})-(?P<rest>.+)\.toml")
+_SKIPPED = "skipped"
+_WITHDRAWN = ".withdrawn"
+_STAMP = "%Y-%m-%dT%H%M%S"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SkippedChannel:
+    """Why a channel is uncalibrated.
+
+    Attributes
+    ----------
+    channel : str
+        Channel id.
+    reason, who : str
+        In words.
+    stamp : datetime
+        When, to the second.
+    """
+
+    channel: str
+    reason: str
+    who: str
+    stamp: datetime
+
+
+class _SkippedFile(StrictModel):
+    channel: str
+    reason: str
+    who: str
+    stamp: datetime
+
+
+class CertificateStore:
+    """Certificates of an aircraft on disk.
+
+    Parameters
+    ----------
+    folder : Path
+        Of all aircraft; made when needed.
+    aircraft : str
+        Name of the aircraft.
+
+    Attributes
+    ----------
+    aircraft : str
+        As given.
+    """
+
+    def __init__(self, folder: Path, aircraft: str) -> None:
+        if not aircraft.strip():
+            raise CalibrationError(
+                "certificates are kept by aircraft, and this one has no name; name it"
+            )
+        self.aircraft = aircraft
+        # Quoted, so that no name leaves the folder and no two names share one.
+        self._root = Path(folder) / quote(aircraft, safe=" ").replace(".", "%2E")
+        self._lock = FileLock(self._root / ".lock")
+        self._loaded: dict[Path, Certificate] = {}
+        if self._root.is_dir():
+            with self._alone():
+                for name in self._known():
+                    self._put_right(name)
+
+    @property
+    def in_force_folder(self) -> Path:
+        """Return the folder with one certificate for each calibrated channel, perhaps none."""
+        return self._root / "in_force"
+
+    def in_force(self) -> dict[str, Certificate]:
+        """Return the certificates in force by channel."""
+        entries = ((name, self._newest(name)) for name in self._known())
+        return {
+            name: self._load(entry)
+            for name, entry in entries
+            if entry is not None and not _is_skip(entry)
+        }
+
+    def history(self, channel_id: str) -> tuple[Certificate, ...]:
+        """Return the certificates that a channel has and had, newest last, withdrawn ones not."""
+        return tuple(
+            self._load(entry) for entry in self._entries(channel_id) if not _is_skip(entry)
+        )
+
+    def dated(self, channel_id: str, stamp: datetime) -> Certificate | None:
+        """Return the certificate of a channel that carries a stamp, unless it was withdrawn."""
+        wanted = stamp.strftime(_STAMP)
+        for entry in reversed(self._entries(channel_id)):
+            match = _ENTRY.fullmatch(entry.name)
+            if match is not None and match["rest"] == wanted:
+                return self._load(entry)
+        return None
+
+    def skipped(self) -> dict[str, SkippedChannel]:
+        """Return the channels that were left uncalibrated on purpose."""
+        found: dict[str, SkippedChannel] = {}
+        for name in self._known():
+            entry = self._newest(name)
+            if entry is not None and _is_skip(entry):
+                found[name] = _read_skip(entry)
+        return found
+
+    def put(self, certificate: Certificate) -> None:
+        """Put a certificate in force. Doing so again changes nothing."""
+        name = certificate.channel
+        with self._alone():
+            newest = self._newest(name)
+            content = toml_text(certificate_content(certificate))
+            if newest is None or newest.read_text(encoding="utf-8") != content:
+                stamp = certificate.stamp.strftime(_STAMP)
+                write_certificate(certificate, self._following(name, stamp))
+            self._put_right(name)
+
+    def skip(self, channel_id: str, reason: str, who: str, stamp: datetime) -> None:
+        """Take a channel out of force: it is uncalibrated. Doing so again changes nothing."""
+        channel(channel_id)
+        skipped = SkippedChannel(
+            channel=channel_id, reason=reason, who=who, stamp=stamp.replace(microsecond=0)
+        )
+        with self._alone():
+            newest = self._newest(channel_id)
+            if newest is None or not _is_skip(newest) or _read_skip(newest) != skipped:
+                content = {
+                    "channel": channel_id,
+                    "reason": reason,
+                    "who": who,
+                    "stamp": skipped.stamp,
+                }
+                write_toml(self._following(channel_id, _SKIPPED), content)
+            self._put_right(channel_id)
+
+    def revert(self, channel_id: str, stamp: datetime | None = None) -> None:
+        """Withdraw what is in force; what was before it is in force again, or nothing.
+
+        The withdrawn certificate is kept in the history under another name.
+
+        Parameters
+        ----------
+        channel_id : str
+            Channel id.
+        stamp : datetime, optional
+            Withdraw only what carries this stamp: asking twice then withdraws once.
+
+        Raises
+        ------
+        CalibrationError
+            If there is nothing to withdraw.
+        """
+        with self._alone():
+            newest = self._newest(channel_id)
+            if newest is None and stamp is not None:
+                return
+            if newest is None:
+                raise CalibrationError(
+                    f"no certificate of {channel_id} is in force that could be withdrawn; "
+                    "calibrate it"
+                )
+            if stamp is None or _stamp_of(newest) == stamp.replace(microsecond=0):
+                newest.rename(newest.with_name(f"{newest.name}{_WITHDRAWN}"))
+            self._put_right(channel_id)
+
+    def record_check(self, checked: CheckRecord) -> Path:
+        """Keep what a three-point check found, as TOML; it changes nothing in force."""
+        folder = self._root / "checks" / checked.channel
+        return write_check_record(checked, folder / f"{checked.stamp.strftime(_STAMP)}.toml")
+
+    def withdraw_check(self, channel_id: str, stamp: datetime) -> None:
+        """Let a check count no more; it is kept under another name. Doing so again does nothing."""
+        path = self._root / "checks" / channel_id / f"{stamp.strftime(_STAMP)}.toml"
+        if path.is_file():
+            path.replace(path.with_name(f"{path.name}{_WITHDRAWN}"))
+
+    def last_check(self, channel_id: str) -> CheckRecord | None:
+        """Return the newest check of the certificate in force; None where it was not checked.
+
+        Raises
+        ------
+        FileProblemsError
+            If the file of that check was changed by hand and cannot be read.
+        """
+        newest, files = self._newest(channel_id), self.checks(channel_id)
+        if newest is None or _is_skip(newest) or not files:
+            return None
+        checked = read_check_record(files[-1])
+        return checked if checked.certificate == self._load(newest).stamp else None
+
+    def failed_checks(self) -> dict[str, datetime]:
+        """Return the channels whose last check failed, with the stamp of their certificate."""
+        failed = {}
+        for name in self.in_force():
+            try:
+                checked = self.last_check(name)
+            except FileProblemsError as error:
+                log.warning("check not taken: %s", error)
+                continue
+            if checked is not None and not checked.result.passed:
+                failed[name] = checked.certificate
+        return failed
+
+    def checks(self, channel_id: str) -> tuple[Path, ...]:
+        """Return the files of the checks of a channel, newest last."""
+        return list_files(self._root / "checks" / channel_id, "*.toml")
+
+    @contextlib.contextmanager
+    def _alone(self) -> Iterator[None]:
+        """Hold the store alone among the windows that may be open."""
+        self._root.mkdir(parents=True, exist_ok=True)
+        if not self._lock.acquire(patience=5.0):
+            raise CalibrationError(
+                f"the certificates of {self.aircraft} are being changed by another window; "
+                "close it and try again"
+            )
+        try:
+            yield
+        finally:
+            self._lock.release()
+
+    def _load(self, entry: Path) -> Certificate:
+        """Return the certificate of an entry; entries are never written again."""
+        if entry not in self._loaded:
+            self._loaded[entry] = load_certificate(entry)
+        return self._loaded[entry]
+
+    def _known(self) -> tuple[str, ...]:
+        return tuple(path.name for path in list_files(self._root / "history"))
+
+    def _entries(self, channel_id: str) -> tuple[Path, ...]:
+        """Return what counts of a channel's history, oldest first."""
+        folder = self._root / "history" / channel_id
+        return tuple(path for path in _numbered(folder) if _ENTRY.fullmatch(path.name))
+
+    def _newest(self, channel_id: str) -> Path | None:
+        entries = self._entries(channel_id)
+        return entries[-1] if entries else None
+
+    def _following(self, channel_id: str, rest: str) -> Path:
+        """Return the path of the next entry; numbers of withdrawn ones are not used again."""
+        folder = self._root / "history" / channel_id
+        taken = _numbered(folder)
+        number = _number(taken[-1]) + 1 if taken else 1
+        return folder / f"{number:04d}-{rest}.toml"
+
+    def _put_right(self, channel_id: str) -> None:
+        """Make the file in force what the history says."""
+        target = self.in_force_folder / f"{channel_id}.toml"
+        newest = self._newest(channel_id)
+        if newest is None or _is_skip(newest):
+            target.unlink(missing_ok=True)
+            return
+        content = newest.read_bytes()
+        if not target.is_file() or target.read_bytes() != content:
+            write_atomically(target, content)
+
+
+def _number(path: Path) -> int:
+    return int(path.name.partition("-")[0])
+
+
+def _numbered(folder: Path) -> list[Path]:
+    """Return all entries of a history, withdrawn ones included, oldest first."""
+    if not folder.is_dir():
+        return []
+    found = [
+        path for path in folder.iterdir() if _ENTRY.fullmatch(path.name.removesuffix(_WITHDRAWN))
+    ]
+    return sorted(found, key=_number)
+
+
+def _is_skip(path: Path) -> bool:
+    match = _ENTRY.fullmatch(path.name)
+    return match is not None and match["rest"] == _SKIPPED
+
+
+def _read_skip(path: Path) -> SkippedChannel:
+    file = read_toml(path, _SkippedFile)
+    return SkippedChannel(channel=file.channel, reason=file.reason, who=file.who, stamp=file.stamp)
+
+
+def _stamp_of(path: Path) -> datetime:
+    return _read_skip(path).stamp if _is_skip(path) else load_certificate(path).stamp

@@ -1,0 +1,313 @@
+"""Certificates as TOML files: every mistake named with its key path, values with their units."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field
+
+from calibration.certificate import Certificate
+from calibration.points import CalibrationPoint
+from calibration.polynomial_fit import MAX_DEGREE, PolynomialFit, turning_points
+from calibration.quality_section import QualitySection, quality_content, read_quality
+from calibration.quantity_parsing import (
+    difference_unit,
+    parse_quantity,
+    parse_quantity_in_unit,
+    unit_per_volt,
+)
+from gsapp.foundation import (
+    FileProblem,
+    FileProblemsError,
+    StrictModel,
+    UnitError,
+    UnknownNameError,
+    read_toml,
+    write_toml,
+)
+from gsapp.foundation.files import list_files, path_lexists
+from gsapp.foundation.name_suggestions import did_you_mean
+from gsapp.quantities import channel, from_si, normalize_unit
+from gsapp.quantities.fields import Temperature, Voltage
+
+SHIPPED_CERTIFICATES_FOLDER = Path(__file__).parent / "files"
+"""One folder for each shipped set, such as ``b777``."""
+
+
+class _Point(StrictModel):
+    volts: Voltage
+    value: str
+    direction: Literal["up", "down", "single"] = "single"
+    noise: Voltage = 0.0
+
+
+class _FitSection(StrictModel):
+    coefficients: tuple[str, ...] = Field(min_length=2, max_length=MAX_DEGREE + 1)
+    range: tuple[Voltage, Voltage]
+    rms_residual: str | None = None
+    max_residual: str | None = None
+    hysteresis: str | None = None
+
+
+class _CertificateFile(StrictModel):
+    channel: str
+    unit: str
+    instrument: str = ""
+    notes: str = ""
+    who: str
+    stamp: datetime
+    temperature: Temperature | None = None
+    excitation_voltage: Voltage | None = None
+    ratiometric: bool = False
+    fit: _FitSection
+    quality: QualitySection | None = None
+    points: tuple[_Point, ...] = ()
+
+
+def load_certificate(path: str | Path) -> Certificate:
+    """Read one certificate.
+
+    Raises
+    ------
+    FileProblemsError
+        If the file holds mistakes; each is named with key path and remedy.
+    """
+    file = read_toml(path, _CertificateFile)
+    problems: list[FileProblem] = []
+    key, unit = _channel_and_unit(file, problems)
+    if problems:
+        raise FileProblemsError(path, problems)
+    coefficients = tuple(
+        parse_quantity(text, unit_per_volt(unit, power), f"fit.coefficients[{power}]", problems)
+        for power, text in enumerate(file.fit.coefficients)
+    )
+    points = tuple(
+        CalibrationPoint(
+            volts=point.volts,
+            value=parse_quantity_in_unit(
+                point.value, unit, key, f"points[{index}].value", problems
+            ),
+            direction=point.direction,
+            noise=point.noise,
+        )
+        for index, point in enumerate(file.points)
+    )
+    rms, largest, hysteresis = (
+        0.0
+        if text is None
+        else parse_quantity(text, difference_unit(unit), f"fit.{name}", problems)
+        for name, text in (
+            ("rms_residual", file.fit.rms_residual),
+            ("max_residual", file.fit.max_residual),
+            ("hysteresis", file.fit.hysteresis),
+        )
+    )
+    _check_curve(file, coefficients, problems)
+    quality = None
+    if file.quality is not None:
+        met = {point.direction for point in points}
+        quality = read_quality(
+            file.quality,
+            fit=PolynomialFit(
+                coefficients=coefficients, residuals=(), rms=rms, maximum=largest,
+                hysteresis=hysteresis,
+            ),
+            two_sided={"up", "down"} <= met,
+            unit=unit,
+            key=key,
+            problems=problems,
+        )  # fmt: skip
+    if problems:
+        raise FileProblemsError(path, problems)
+    return Certificate(
+        channel=file.channel,
+        unit=unit,
+        coefficients=coefficients,
+        range=file.fit.range,
+        who=file.who,
+        stamp=file.stamp,
+        points=points,
+        hysteresis=hysteresis,
+        rms_residual=rms,
+        max_residual=largest,
+        excitation_voltage=file.excitation_voltage,
+        ratiometric=file.ratiometric,
+        temperature=file.temperature,
+        instrument=file.instrument,
+        notes=file.notes,
+        quality=quality,
+    )
+
+
+def load_certificates(folder_or_name: str | Path) -> dict[str, Certificate]:
+    """Read all certificates of a folder, or of a shipped set such as ``b777``.
+
+    Returns
+    -------
+    dict
+        Channel id -> certificate, sorted by file name.
+
+    Raises
+    ------
+    FileProblemsError
+        If a file holds mistakes, or two files are for the same channel.
+    UnknownNameError
+        If there is neither such a folder nor such a shipped set, or it holds no certificate.
+    """
+    found: dict[str, Certificate] = {}
+    files: dict[str, Path] = {}
+    for path in certificate_paths(folder_or_name):
+        certificate = load_certificate(path)
+        former = files.setdefault(certificate.channel, path)
+        if former != path:
+            problem = FileProblem(
+                where="channel",
+                what=f"'{certificate.channel}' has another certificate in {former.name}",
+                remedy="keep in this folder the one that is in force",
+            )
+            raise FileProblemsError(path, [problem])
+        found[certificate.channel] = certificate
+    return found
+
+
+def certificate_paths(folder_or_name: str | Path) -> tuple[Path, ...]:
+    """Return the certificates of a folder, or of a shipped set such as ``b777``, sorted, unread.
+
+    Of a flight folder they are the copies kept with the flight, of an aircraft's folder in a store
+    those in force.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is neither such a folder nor such a shipped set, or it holds no certificate.
+    """
+    folder = Path(folder_or_name)
+    if not folder.is_dir():
+        folder = SHIPPED_CERTIFICATES_FOLDER / str(folder_or_name)
+        if folder.parent != SHIPPED_CERTIFICATES_FOLDER or not folder.is_dir():
+            hint = did_you_mean(str(folder_or_name), shipped_certificate_sets(), most=1)
+            raise UnknownNameError(
+                f"there is no folder '{folder_or_name}' with calibration certificates, and none "
+                f"of that name comes with the program; {hint}{' ' if hint else ''}"
+                f"shipped are: {', '.join(shipped_certificate_sets())}"
+            )
+    inner = (folder / name for name in ("calibration", "in_force"))
+    folder = next((place for place in inner if path_lexists(place)), folder)
+    files = list_files(folder, "*.toml")
+    if not files:
+        raise UnknownNameError(f"the folder {folder} holds no calibration certificate (*.toml)")
+    return files
+
+
+def shipped_certificate_sets() -> tuple[str, ...]:
+    """Return the names of the sets of certificates that come with the program."""
+    return tuple(
+        sorted(path.name for path in SHIPPED_CERTIFICATES_FOLDER.iterdir() if path.is_dir())
+    )
+
+
+def certificate_content(certificate: Certificate) -> dict[str, Any]:
+    """Return what the file of a certificate holds; `load_certificate` reads it back exactly."""
+    unit = certificate.unit
+    step = difference_unit(unit)
+    content: dict[str, Any] = {
+        "channel": certificate.channel,
+        "unit": unit,
+        "instrument": certificate.instrument,
+        "notes": certificate.notes,
+        "who": certificate.who,
+        "stamp": certificate.stamp.replace(microsecond=0),
+    }
+    if certificate.temperature is not None:
+        celsius = from_si(certificate.temperature, "degC", "temperature")
+        content["temperature"] = f"{round(celsius, 9)!r} degC"
+    if certificate.excitation_voltage is not None:
+        content["excitation_voltage"] = f"{float(certificate.excitation_voltage)!r} V"
+    content["ratiometric"] = certificate.ratiometric
+    content["fit"] = {
+        "coefficients": [
+            f"{float(coefficient)!r} {unit_per_volt(unit, power)}".rstrip()
+            for power, coefficient in enumerate(certificate.coefficients)
+        ],
+        "range": [f"{float(volts)!r} V" for volts in certificate.range],
+        "rms_residual": f"{certificate.rms_residual:.6g} {step}".rstrip(),
+        "max_residual": f"{certificate.max_residual:.6g} {step}".rstrip(),
+        "hysteresis": f"{certificate.hysteresis:.6g} {step}".rstrip(),
+    }
+    if certificate.quality is not None:
+        content["quality"] = quality_content(certificate.quality, unit)
+    content["points"] = [
+        {
+            "volts": f"{float(point.volts)!r} V",
+            "value": f"{float(point.value)!r} {unit}".rstrip(),
+            "direction": point.direction,
+            **({"noise": f"{point.noise:.3g} V"} if point.noise else {}),
+        }
+        for point in certificate.points
+    ]
+    return content
+
+
+def write_certificate(certificate: Certificate, path: str | Path) -> Path:
+    """Write a certificate as TOML, atomically."""
+    return write_toml(path, certificate_content(certificate))
+
+
+def _channel_and_unit(file: _CertificateFile, problems: list[FileProblem]) -> tuple[str, str]:
+    key, unit = "", file.unit
+    try:
+        key = channel(file.channel).quantity
+        unit = normalize_unit(file.unit, key)
+    except UnknownNameError as error:
+        problems.append(FileProblem.of("channel", error))
+    except UnitError as error:
+        problems.append(FileProblem.of("unit", error))
+    if file.stamp.microsecond:
+        problems.append(
+            FileProblem(
+                where="stamp",
+                what="has fractions of a second",
+                remedy="write it to the second, as 2003-05-14T08:30:00",
+            )
+        )
+    if file.ratiometric and file.excitation_voltage is None:
+        problems.append(
+            FileProblem(
+                where="excitation_voltage",
+                what="is missing, and a ratiometric instrument cannot do without",
+                remedy='add the supply during calibration, as excitation_voltage = "5.0 V"',
+            )
+        )
+    low, high = file.fit.range
+    if not low < high:
+        problems.append(
+            FileProblem(where="fit.range", what="ends before it begins", remedy="swap the two")
+        )
+    return key, unit
+
+
+def _check_curve(
+    file: _CertificateFile, coefficients: tuple[float, ...], problems: list[FileProblem]
+) -> None:
+    turning = turning_points(coefficients, *file.fit.range)
+    if turning or not any(coefficients[1:]):
+        what = f"turns back at {turning[0]:.3f} V" if turning else "is flat"
+        problems.append(
+            FileProblem(
+                where="fit.coefficients",
+                what=f"the curve {what}, so that a voltage would not tell one value",
+                remedy="fit again with a lower degree, or narrow fit.range",
+            )
+        )
+    low, high = file.fit.range
+    for index, point in enumerate(file.points):
+        if not low - 1e-9 <= point.volts <= high + 1e-9:
+            problems.append(
+                FileProblem(
+                    where=f"points[{index}].volts",
+                    what=f"{point.volts:g} V lies outside fit.range",
+                    remedy="widen fit.range to cover all points",
+                )
+            )

@@ -1,0 +1,286 @@
+"""A new calibration against a former one, and a few points against the one in force.
+
+Values set are held against what the former curve shows at the volts read: what remains is a shift
+of zero and a change of slope, d = zero + slope * shown, found by least squares. Both count only
+beyond what the scatter of the points and the uncertainty of the former curve explain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calibration.certificate import Certificate
+from calibration.hysteresis_fit import CalibrationReadings, HysteresisFit, fit_with_hysteresis
+from calibration.points import CalibrationError, CalibrationPoint
+from calibration.quality import student_t_95
+from gsapp.quantities import FloatArray, channel, from_si
+
+_CHANCE = 0.01
+"""How often a shift is found where there is none."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Drift:
+    """How far an instrument has moved from a former certificate.
+
+    Attributes
+    ----------
+    zero : float
+        Value now minus value by the former certificate, at zero (or at the middle of the range,
+        where zero is not in it), in the unit of the certificate.
+    zero_uncertainty : float
+        95 % half width.
+    slope : float
+        Relative: 0.01 where the value now changes by 1 % more for the same volts.
+    slope_uncertainty : float
+        95 % half width.
+    significant : bool
+        Whether zero or slope moved by more than points taken like these explain (99 %).
+    sentence : str
+        For the person at the screen.
+    """
+
+    zero: float
+    zero_uncertainty: float
+    slope: float
+    slope_uncertainty: float
+    significant: bool
+    sentence: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CheckResult:
+    """What a few points say of the certificate in force.
+
+    Attributes
+    ----------
+    zero, zero_uncertainty, slope, slope_uncertainty : float
+        As in `Drift`.
+    largest : float
+        Largest distance of a point from the certificate, its branch allowed for, in the unit.
+    off : tuple of float
+        How far each point lies off the certificate, its branch allowed for, in the unit and in
+        their order.
+    passed : bool
+        Whether the certificate still holds.
+    sentence : str
+        For the person at the screen.
+    """
+
+    zero: float
+    zero_uncertainty: float
+    slope: float
+    slope_uncertainty: float
+    largest: float
+    off: tuple[float, ...]
+    passed: bool
+    sentence: str
+
+
+def compute_drift(new: Certificate, former: Certificate) -> Drift:
+    """Return how far an instrument moved between two certificates.
+
+    Parameters
+    ----------
+    new : Certificate
+        With its points.
+    former : Certificate
+        Of the same channel. Its uncertainty counts where it holds its points.
+
+    Returns
+    -------
+    Drift
+
+    Raises
+    ------
+    CalibrationError
+        If they are of different channels or units, or the new one holds too few points.
+    """
+    if (new.channel, new.unit) != (former.channel, former.unit):
+        raise CalibrationError(
+            f"a certificate of {new.channel} in {new.unit} cannot be compared with one of "
+            f"{former.channel} in {former.unit}; give a former one of the same channel and unit"
+        )
+    ratio = 1.0
+    if new.ratiometric and former.ratiometric and new.excitation_voltage:
+        ratio = (former.excitation_voltage or new.excitation_voltage) / new.excitation_voltage
+    points = [replace(point, volts=point.volts * ratio) for point in new.points]
+    shift = _fit_shift(former, points)
+    words = _shift_text(shift, former)
+    return Drift(
+        zero=shift.zero,
+        zero_uncertainty=shift.zero_uncertainty,
+        slope=shift.slope,
+        slope_uncertainty=shift.slope_uncertainty,
+        significant=shift.significant,
+        sentence=f"since {former.stamp:%Y-%m-%d %H:%M} {words}, "
+        + ("more than the points explain" if shift.significant else "no more than by chance"),
+    )
+
+
+def check_certificate(certificate: Certificate, points: Sequence[CalibrationPoint]) -> CheckResult:
+    """Hold a few points, usually three, against the certificate in force.
+
+    Parameters
+    ----------
+    certificate : Certificate
+        In force.
+    points : sequence of CalibrationPoint
+        In its unit, volts referred to its supply; at two settings or more.
+
+    Returns
+    -------
+    CheckResult
+
+    Raises
+    ------
+    CalibrationError
+        If the points are at fewer than two settings.
+    """
+    shift = _fit_shift(certificate, points)
+    words = _shift_text(shift, certificate)
+    return CheckResult(
+        off=tuple(_branch_residuals(certificate, CalibrationReadings.of(points)).tolist()),
+        zero=shift.zero,
+        zero_uncertainty=shift.zero_uncertainty,
+        slope=shift.slope,
+        slope_uncertainty=shift.slope_uncertainty,
+        largest=shift.largest,
+        passed=not shift.significant,
+        sentence=(
+            f"{words}; the certificate no longer holds, calibrate again"
+            if shift.significant
+            else f"the certificate holds: {words}, no more than by chance"
+        ),
+    )
+
+
+def has_hysteresis(certificate: Certificate) -> bool:
+    """Return whether a certificate tells how far the way up and the way down are apart.
+
+    Then it does not matter from which side a setting is come to, as long as that is known.
+    """
+    return certificate.hysteresis > 0.0 or CalibrationReadings.of(certificate.points).two_sided
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Shift:
+    """Zero and slope of values against a curve, with 95 % half widths."""
+
+    zero: float
+    zero_uncertainty: float
+    slope: float
+    slope_uncertainty: float
+    largest: float
+    significant: bool
+
+
+def _fit_shift(reference: Certificate, points: Sequence[CalibrationPoint]) -> _Shift:
+    """Fit d = zero + slope (shown - pivot), and half the growth of the loop where both are met."""
+    # SciPy's special functions take a third of a second to import; no window waits for them.
+    from scipy.special import fdtrc
+
+    curve = _branch_fit(reference)
+    readings = _readings_in_range(reference, points)
+    volts, side = readings.volts, readings.side
+    shown = _indicated_values(reference, volts)
+    pivot = _pivot(shown)
+    width = reference.hysteresis
+    apart = _branch_residuals(reference, readings)
+    columns = [np.ones(volts.size), shown - pivot]
+    if readings.two_sided and len(readings) > 4:
+        columns.append(0.5 * side)
+    design = np.column_stack(columns)
+    unknown = 0.25 * width**2 * (side == 0.0)
+    scatter, freedom = _pooled_scatter(design, apart, curve, unknown)
+    alone = scatter**2 + unknown
+    noise = np.diag(alone)
+    if curve is not None:
+        rows = curve.design(volts, side)
+        noise = noise + scatter**2 * rows @ curve.covariance @ rows.T
+    root = 1.0 / np.sqrt(np.maximum(alone, 1e-300))
+    solve = np.linalg.pinv(design * root[:, None]) * root
+    found = solve @ apart
+    covariance = (solve @ noise @ solve.T)[:2, :2]
+    std = np.sqrt(np.diag(covariance))
+    factor = student_t_95(freedom)
+    square = float(found[:2] @ np.linalg.pinv(covariance) @ found[:2])
+    return _Shift(
+        zero=float(found[0]),
+        zero_uncertainty=float(std[0] * factor),
+        slope=float(found[1]),
+        slope_uncertainty=float(std[1] * factor),
+        largest=float(np.max(np.abs(apart))),
+        significant=bool(fdtrc(2.0, freedom, 0.5 * square) < _CHANCE),
+    )
+
+
+def _indicated_values(certificate: Certificate, volts: FloatArray) -> FloatArray:
+    """Return what a certificate makes of volts, in its unit."""
+    quantity = channel(certificate.channel).quantity
+    return np.asarray(from_si(certificate.evaluate(volts), certificate.unit, quantity))
+
+
+def _branch_residuals(certificate: Certificate, readings: CalibrationReadings) -> FloatArray:
+    """Return how far readings lie off the branch of a certificate that each belongs to."""
+    branch = 0.5 * readings.side * certificate.hysteresis
+    return np.asarray(readings.values - _indicated_values(certificate, readings.volts) - branch)
+
+
+def _pooled_scatter(
+    design: FloatArray, apart: FloatArray, curve: HysteresisFit | None, unknown: FloatArray
+) -> tuple[float, float]:
+    """Return the scatter of a setting and its freedom, from both sets of points together."""
+    weights = 1.0 / (1.0 + unknown / max(float(np.var(apart)), 1e-300))
+    root = np.sqrt(weights)
+    solution = np.linalg.lstsq(design * root[:, None], apart * root, rcond=None)[0]
+    square = float(np.sum(weights * (apart - design @ solution) ** 2))
+    freedom = max(float(weights.sum()) - design.shape[1], 0.0)
+    if curve is not None and np.isfinite(curve.scatter):
+        square += curve.freedom * curve.scatter**2
+        freedom += curve.freedom
+    if freedom <= 0.0:
+        raise CalibrationError(
+            "two points without a former scatter tell no shift from chance; take a third setting"
+        )
+    return float(np.sqrt(square / freedom)), freedom
+
+
+def _branch_fit(certificate: Certificate) -> HysteresisFit | None:
+    """Return the certificate's curve with its covariance, where it holds points enough."""
+    if np.unique([point.volts for point in certificate.points]).size <= certificate.degree:
+        return None
+    return fit_with_hysteresis(CalibrationReadings.of(certificate.points), certificate.degree)
+
+
+def _readings_in_range(
+    reference: Certificate, points: Sequence[CalibrationPoint]
+) -> CalibrationReadings:
+    """Return the points that the reference's range reaches, give or take a tenth of it."""
+    low, high = reference.range
+    reach = 0.1 * (high - low)
+    chosen = [point for point in points if low - reach <= point.volts <= high + reach]
+    if len({point.value for point in chosen}) < 2:
+        raise CalibrationError(
+            f"{len(chosen)} of {len(points)} points lie within the certificate's range of "
+            f"{low:.2f} to {high:.2f} V, and points at two settings are needed; take more"
+        )
+    return CalibrationReadings.of(chosen)
+
+
+def _pivot(shown: FloatArray) -> float:
+    """Return where the shift is told: at zero, or in the middle where zero is not in reach."""
+    low, high = float(shown.min()), float(shown.max())
+    return 0.0 if low <= 0.0 <= high else 0.5 * (low + high)
+
+
+def _shift_text(shift: _Shift, certificate: Certificate) -> str:
+    # Adding zero takes the sign from a rounded -0.
+    zero, slope = round(shift.zero, 2) + 0.0, round(100.0 * shift.slope, 1) + 0.0
+    return (
+        f"the zero moved by {zero:+.2f} +- {shift.zero_uncertainty:.2f} {certificate.unit} "
+        f"and the slope by {slope:+.1f} +- {100.0 * shift.slope_uncertainty:.1f} %"
+    )

@@ -1,0 +1,222 @@
+"""Instruments at rest: whether all of them stood still, and their volts while they did.
+
+Samples are gathered into blocks of half a second, counted from time zero, and only whole blocks
+are judged: the result does not depend on how the samples were cut when they came in. A rest goes
+on for as long as the samples of each block are quiet and the means of its blocks lie together;
+the last of those that do not begins the next one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import stdtrit
+
+from calibration.adc import ADC_RESOLUTION
+from calibration.sample_segments import SampleSegment, SampleSegmenter
+from gsapp.quantities import FloatArray
+
+RestState = Literal["absent", "moving", "resting", "rested"]
+REST_BLOCK_SECONDS = 0.5
+"""Length of a block, s."""
+_FEWEST = 5
+"""Samples that a block must have of each instrument."""
+_LONGEST = 240
+"""Blocks that are kept; a rest of more than two minutes counts with its last two."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RestCriteria:
+    """What still counts as rest, V.
+
+    Attributes
+    ----------
+    std : float
+        Largest standard deviation of the samples within half a second.
+    wander : float
+        Largest distance between the means of any two half seconds.
+    noises : float
+        The same in standard deviations that noise of the samples alone gives such a mean, where
+        that is less; a step of the converter is always granted. Infinite where slow movements
+        are no matter.
+    """
+
+    std: float
+    wander: float
+    noises: float = math.inf
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RestPeriod:
+    """A period of rest.
+
+    Attributes
+    ----------
+    start, end : float
+        Flight time, s.
+    volts, std : mapping of str to float
+        Mean and standard deviation of single samples by instrument, V.
+    uncertainty : mapping of str to float
+        Of the mean, half width at 95 %, V. From the scatter of half-second means, so that slow
+        noise counts in full; no finer than what the converter's steps allow.
+    """
+
+    start: float
+    end: float
+    volts: Mapping[str, float]
+    std: Mapping[str, float]
+    uncertainty: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RestStatus:
+    """How a rest goes on.
+
+    Attributes
+    ----------
+    state : {"absent", "moving", "resting", "rested"}
+        No samples yet; not still; still, but not for long enough; still for long enough.
+    progress : float
+        Share of the time of rest that has passed, 0 to 1.
+    rest : RestPeriod or None
+        The rest so far; None before there are two blocks of it.
+    why : str
+        What moved last, in words; empty where nothing has.
+    """
+
+    state: RestState
+    progress: float = 0.0
+    rest: RestPeriod | None = None
+    why: str = ""
+
+
+class RestMonitor:
+    """Watches several instruments until all have been at rest for long enough.
+
+    Parameters
+    ----------
+    limits : mapping of str to RestCriteria
+        The instruments watched, by channel.
+    seconds : float
+        How long the rest must be, s.
+    """
+
+    def __init__(self, limits: Mapping[str, RestCriteria], *, seconds: float = 5.0) -> None:
+        self._channels = tuple(limits)
+        self._std = np.array([limits[name].std for name in self._channels])
+        self._wander = np.array([limits[name].wander for name in self._channels])
+        self._noises = np.array([limits[name].noises for name in self._channels])
+        self._needed = max(math.ceil(seconds / REST_BLOCK_SECONDS - 1e-9), 2)
+        self._cutter = SampleSegmenter(self._channels, REST_BLOCK_SECONDS)
+        self._run: deque[SampleSegment] = deque(maxlen=_LONGEST)
+        self._found: RestPeriod | None = None
+        self._why = ""
+        self._moving = False
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Return the instruments watched."""
+        return self._channels
+
+    def restart(self) -> None:
+        """Forget what was: a new rest must be seen from its beginning."""
+        self._run.clear()
+        self._cutter.restart()
+        self._found = None
+        self._why = ""
+        self._moving = False
+
+    def feed(self, times: npt.ArrayLike, volts: Mapping[str, npt.ArrayLike]) -> None:
+        """Take samples.
+
+        Parameters
+        ----------
+        times : array_like, shape (n,)
+            Flight time, s, increasing.
+        volts : mapping of str to array_like, shape (n,)
+            By instrument, V; NaN where missing. Instruments that are not watched are left out.
+        """
+        for stretch in self._cutter.feed(times, volts):
+            self._judge(stretch)
+
+    @property
+    def reading(self) -> RestStatus:
+        """Return how the rest goes on."""
+        if not self._run:
+            state: RestState = "moving" if self._moving else "absent"
+            return RestStatus(state=state, why=self._why)
+        progress = min(len(self._run) / self._needed, 1.0)
+        if self._found is None and len(self._run) > 1:
+            self._found = self._rest()
+        state = "rested" if progress >= 1.0 else "resting"
+        return RestStatus(state=state, progress=progress, rest=self._found, why=self._why)
+
+    def _judge(self, block: SampleSegment) -> None:
+        self._found = None
+        if self._run and block.number != self._run[-1].number + 1:
+            self._run.clear()
+            self._why = "there was a gap in the samples"
+        if np.any(block.count < _FEWEST):
+            missing = self._channels[int(np.argmin(block.count))]
+            self._run.clear()
+            self._moving = True
+            self._why = f"{missing} gave no samples at {block.number * REST_BLOCK_SECONDS:.1f} s"
+            return
+        if np.any(block.std > self._std):
+            self._run.clear()
+            self._moving = True
+            self._why = self._told(block, "shook", block.std, self._std)
+            return
+        means = np.array([*(known.mean for known in self._run), block.mean])
+        spread = np.ptp(means, axis=0)
+        allowed = self._allowed(block)
+        if np.any(spread > allowed):
+            self._run.clear()
+            self._why = self._told(block, "moved", spread, allowed)
+        self._run.append(block)
+
+    def _allowed(self, block: SampleSegment) -> FloatArray:
+        """Return how far means may lie apart, V: noise is that within the blocks."""
+        blocks = (*self._run, block)
+        noise = np.sqrt(np.mean([known.std**2 / known.count for known in blocks], axis=0))
+        judged = np.isfinite(self._noises)
+        allowed = self._wander.copy()
+        by_noise = np.maximum(self._noises[judged] * noise[judged], ADC_RESOLUTION)
+        allowed[judged] = np.minimum(allowed[judged], by_noise)
+        return allowed
+
+    def _told(self, block: SampleSegment, did: str, found: FloatArray, allowed: FloatArray) -> str:
+        worst = int(np.argmax(found / allowed))
+        return (
+            f"{self._channels[worst]} {did} by {1e3 * found[worst]:.1f} mV "
+            f"at {block.number * REST_BLOCK_SECONDS:.1f} s"
+        )
+
+    def _rest(self) -> RestPeriod:
+        count = np.array([block.count for block in self._run])
+        means = np.array([block.mean for block in self._run])
+        stds = np.array([block.std for block in self._run])
+        mean = np.sum(count * means, axis=0) / np.sum(count, axis=0)
+        std = np.sqrt(np.mean(stds**2 + (means - mean) ** 2, axis=0))
+        blocks = len(means)
+        scatter = np.std(means, axis=0, ddof=1) / math.sqrt(blocks)
+        # Without noise to blur the steps, the mean is known to half a step only.
+        steps = np.where(std < 0.5 * ADC_RESOLUTION, 0.5 * ADC_RESOLUTION, 0.0)
+        uncertainty = np.hypot(float(stdtrit(blocks - 1, 0.975)) * scatter, steps)
+        return RestPeriod(
+            start=self._run[0].number * REST_BLOCK_SECONDS,
+            end=(self._run[-1].number + 1) * REST_BLOCK_SECONDS,
+            volts=self._named(mean),
+            std=self._named(std),
+            uncertainty=self._named(uncertainty),
+        )
+
+    def _named(self, values: FloatArray) -> Mapping[str, float]:
+        return MappingProxyType(dict(zip(self._channels, values.tolist(), strict=True)))

@@ -1,0 +1,111 @@
+"""Certificates of straight instruments: a zero and a sensitivity, each with its uncertainty.
+
+With x = (v - z) / k the half width of the value that one sample v tells is
+
+    u^2 = (u_z / k)^2 + (x u_k / k)^2 + (1.96 s / k)^2 + (step / 2 k)^2,
+
+u_z and u_k being half widths at 95 %, s the standard deviation of a sample.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+
+import numpy as np
+
+from calibration.adc import ADC_RESOLUTION
+from calibration.certificate import Certificate
+from calibration.points import CalibrationPoint
+from calibration.quality import CalibrationQuality
+from gsapp.quantities import FloatArray
+
+_PLACES = 9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StraightLineCalibration:
+    """What was found of an instrument.
+
+    Attributes
+    ----------
+    zero, zero_uncertainty : float
+        V; half width at 95 %.
+    sensitivity, sensitivity_uncertainty : float
+        V per unit; half width at 95 %.
+    noise : float
+        Standard deviation of a sample, V.
+    range : tuple of float
+        Volts between which it holds; widened where a point lies outside.
+    """
+
+    zero: float
+    zero_uncertainty: float
+    sensitivity: float
+    sensitivity_uncertainty: float
+    noise: float
+    range: tuple[float, float]
+
+    def value(self, volts: FloatArray) -> FloatArray:
+        """Return what volts stand for."""
+        return np.asarray((volts - self.zero) / self.sensitivity)
+
+    def half_width(self, volts: FloatArray) -> FloatArray:
+        """Return the half width at 95 % of what one sample tells."""
+        parts = [
+            np.full(volts.shape, self.zero_uncertainty),
+            self.value(volts) * self.sensitivity_uncertainty,
+            np.full(volts.shape, 1.96 * self.noise),
+            np.full(volts.shape, 0.5 * ADC_RESOLUTION),
+        ]
+        return np.asarray(np.linalg.norm(parts, axis=0) / abs(self.sensitivity))
+
+    def certificate(
+        self,
+        channel: str,
+        unit: str,
+        points: Sequence[CalibrationPoint],
+        *,
+        who: str,
+        stamp: datetime,
+        temperature: float | None,
+        instrument: str,
+        notes: str,
+    ) -> Certificate:
+        """Return the certificate; parameters as in `Certificate`."""
+        volts = np.array([point.volts for point in points])
+        values = np.array([point.value for point in points])
+        residuals = values - self.value(volts)
+        low, high = min(self.range[0], *volts), max(self.range[1], *volts)
+        places = np.linspace(low, high, _PLACES)
+        rms, largest = float(np.sqrt(np.mean(residuals**2))), float(np.max(np.abs(residuals)))
+        quality = CalibrationQuality(
+            degree=1,
+            rms=rms,
+            maximum=largest,
+            linearity=0.0,
+            scatter=None,
+            hysteresis=None,
+            hysteresis_uncertainty=None,
+            return_to_zero=None,
+            resolution=ADC_RESOLUTION / abs(self.sensitivity),
+            covered=(float(values.min()), float(values.max())),
+            places=tuple(places.tolist()),
+            half_widths=tuple(self.half_width(places).tolist()),
+        )
+        return Certificate(
+            channel=channel,
+            unit=unit,
+            coefficients=(-self.zero / self.sensitivity, 1.0 / self.sensitivity),
+            range=(float(low), float(high)),
+            who=who,
+            stamp=stamp.replace(microsecond=0),
+            points=tuple(points),
+            rms_residual=rms,
+            max_residual=largest,
+            temperature=temperature,
+            instrument=instrument,
+            notes=notes,
+            quality=quality,
+        )

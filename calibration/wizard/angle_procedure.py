@@ -1,0 +1,298 @@
+"""Surfaces and vanes: the sign, the points up and down, the curve."""
+
+from __future__ import annotations
+
+import math
+from datetime import datetime
+
+from calibration.instrument_faults import InstrumentFault
+from calibration.plan import InstrumentPlan
+from calibration.pressures import GroundAir
+from calibration.wizard import wizard_text
+from calibration.wizard.angle_fault_monitor import AngleFaultMonitor
+from calibration.wizard.angle_monitor import AngleMonitor, PointHint, StepProposal
+from calibration.wizard.angle_progress import AngleProgress
+from calibration.wizard.point_evaluation import evaluate_check, evaluate_points
+from calibration.wizard.procedure import (
+    ActionFeedback,
+    CalibrationOutcome,
+    CalibrationProcedure,
+    JournalHeader,
+    ProcedureView,
+    ReferenceCertificates,
+    StepDraft,
+)
+from calibration.wizard.sample_slices import SampleSlice
+from calibration.wizard.state import GroupProgress
+from calibration.wizard.view import WizardAction, WizardPhase
+
+_UNUSABLE: dict[PointHint, str] = {
+    "absent": "there are no volts of it",
+    "clipped": "the volts are at the end of the converter's range and cannot be used",
+}
+_PERSISTENT_HINTS: tuple[PointHint, ...] = ("past", "wrong_side", "elsewhere")
+"""What was said of the last rest goes on to hold until the next one."""
+_BLOCKING_FAULTS = ("dead", "swapped", "clipped")
+"""Faults with which no sign can be proven."""
+
+
+class AngleProcedure(CalibrationProcedure):
+    """Looks after one instrument that is set by hand.
+
+    Parameters
+    ----------
+    instrument : InstrumentPlan
+        Which.
+    header : JournalHeader
+        Of the calibration.
+    reference : ReferenceCertificates
+        What readings are held against.
+    """
+
+    def __init__(
+        self, instrument: InstrumentPlan, header: JournalHeader, reference: ReferenceCertificates
+    ) -> None:
+        self._instrument = instrument
+        self._header = header
+        self._reference = reference
+        best = reference.best(instrument.channel)
+        self._watch = AngleMonitor(instrument, best, trusted=header.mode == "check")
+        others = [
+            other.channel
+            for other in header.plan.instruments
+            if other.by_hand and other.channel != instrument.channel
+        ]
+        self._faults = AngleFaultMonitor(instrument, others, best)
+        self._look = StepProposal()
+        self._armed = False
+        self._ask = False
+        self._said: tuple[object, ...] = ()
+
+    def restart(self) -> None:
+        """Demand a movement, since a step was made."""
+        self._watch.restart()
+        self._faults.restart()
+        self._look = StepProposal()
+        self._armed = False
+        self._said = ()
+
+    def feed(self, one: SampleSlice) -> None:
+        """Take the samples of a tenth of a second."""
+        self._watch.feed(one.times, one.volts[self._instrument.channel], one.excitation)
+        self._faults.feed(one)
+
+    def phase(self, work: GroupProgress) -> WizardPhase:
+        """Return which page it is."""
+        hand = _angle_progress(work)
+        if hand.rising is None:
+            return "sign"
+        return "points" if hand.open_slots else "fit"
+
+    def by_itself(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
+        """Return the sign or the point that the volts prove, or what is to be said of them."""
+        hand = _angle_progress(work)
+        phase = self.phase(hand)
+        if phase == "fit":
+            return None
+        sign = phase == "sign"
+        before = self._look
+        if sign:
+            self._look = self._watch.look_for_sign(confirmed=False)
+        else:
+            self._look = self._watch.look_for_point(hand, hand.open_slots[0], by_key=self._armed)
+        asked = sign or (self._header.mode == "check" and not hand.points)
+        self._faults.look(moved=self._look.hint != "unmoved", sign_asked=asked)
+        if self._look.hint == "moving" and before.hint in _PERSISTENT_HINTS:
+            self._look = before
+        if self._look.hint == "against":
+            # The way back looks like the way there: from here on only the crew can tell.
+            self._ask = True
+            self._faults.after_movement()
+        if self._look.data is None:
+            return self._remark()
+        if sign:
+            if self._ask or self._faults.after_movement():
+                return self._remark()
+            return self._sign_draft()
+        if self._header.auto or self._armed:
+            return self._point_draft(hand)
+        return self._remark()
+
+    def can(self, work: GroupProgress) -> frozenset[str]:
+        """Return the kinds of actions that it answers to now."""
+        hand = _angle_progress(work)
+        phase = self.phase(hand)
+        kinds = {"confirm_sign", "take"} if phase == "sign" else {"add"}
+        if phase == "points":
+            kinds |= {"take", "next"}
+        if phase == "fit" and self._header.mode == "full":
+            kinds.add("choose_degree")
+        if hand.points:
+            kinds |= {"repeat", "delete"}
+        return frozenset(kinds)
+
+    def act(self, work: GroupProgress, action: WizardAction) -> StepDraft | ActionFeedback:
+        """Return what an action leads to."""
+        hand = _angle_progress(work)
+        if action.kind in ("take", "confirm_sign"):
+            if self.phase(hand) == "points":
+                return self._take(hand)
+            return self._confirm_sign() if action.yes else self._deny_sign()
+        if action.kind in ("repeat", "delete"):
+            return self._remove(hand, action)
+        if action.kind == "add":
+            return self._add(action)
+        if action.kind == "next":
+            at = hand.open_slots[0]
+            gone = self._instrument.setting_words(hand.slots[at].value)
+            return StepDraft(
+                kind="leave_out", data={"slot": at}, message=f"left out: {gone}", tone=""
+            )
+        degree = action.degree
+        text = "the evidence chooses the curve" if degree is None else f"curve of degree {degree}"
+        return StepDraft(kind="degree", data={"degree": degree}, message=text, tone="")
+
+    def show(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
+        """Return what is to be shown."""
+        hand = _angle_progress(work)
+        phase = self.phase(hand)
+        slot = hand.remaining[0] if phase == "points" else None
+        if slot is not None:
+            prompt = wizard_text.point_prompt(self._instrument, slot, self._look)
+            spoken = wizard_text.point_speech(self._instrument, slot, self._look)
+            if self._header.mode == "check" and not hand.points:
+                # No page before it has said which one is meant.
+                spoken = f"{self._instrument.title}: {spoken[0].lower()}{spoken[1:]}"
+        elif phase == "sign":
+            prompt = wizard_text.sign_prompt(self._instrument, self._look.hint, ask=self._ask)
+            spoken = wizard_text.sign_speech(self._instrument, self._look.hint)
+        else:
+            prompt, spoken = wizard_text.fit_text(self._instrument, outcome)
+        # Once all points are taken the surface is seen by its own curve.
+        drawn = outcome.certificates[0] if phase == "fit" and outcome.certificates else None
+        return ProcedureView(
+            instrument=self._instrument,
+            prompt=prompt,
+            spoken=spoken,
+            target=None if slot is None else slot.value,
+            direction="single" if slot is None else slot.direction,
+            reading=self._watch.reading,
+            value_now=self._watch.value_now(drawn),
+            points=tuple(taken.point for taken in hand.points),
+            remaining=hand.remaining,
+            degree=hand.degree,
+            faults=self._faults.seen,
+            warnings=self._warnings(phase),
+        )
+
+    def outcome(
+        self, work: GroupProgress, stamp: datetime, air: GroundAir | None
+    ) -> CalibrationOutcome:
+        """Return what the points come to."""
+        channel = self._instrument.channel
+        former = self._reference.former.get(channel)
+        if self._header.mode == "check":
+            return evaluate_check(_angle_progress(work), former)
+        return evaluate_points(
+            self._instrument,
+            _angle_progress(work),
+            self._header,
+            former=former,
+            partner=self._reference.today.get(self._instrument.partner),
+            stamp=stamp,
+            temperature=air.temperature if air is not None else self._header.temperature,
+        )
+
+    def _warnings(self, phase: WizardPhase) -> tuple[str, ...]:
+        reading = self._watch.reading
+        if phase == "fit" or reading.state != "absent" or math.isnan(reading.time):
+            return ()
+        return (
+            f"{self._instrument.title}: no volts come; look at its plug and at the channel map",
+        )
+
+    def _remark(self) -> ActionFeedback | None:
+        """Return what is to be said of the volts, once for each change of them."""
+        faults = self._faults.seen
+        now = (self._look.hint, tuple((fault.kind, fault.other) for fault in faults))
+        if now == self._said:
+            return None
+        before, self._said = self._said, now
+        if faults and (not before or before[1] != now[1]):
+            return ActionFeedback(message=faults[0].sentence, tone="error")
+        if self._look.hint in ("against", "wrong_side"):
+            return ActionFeedback(message=wizard_text.hint_text(self._look.hint), tone="error")
+        if self._look.data is not None and "volts" in self._look.data:
+            return ActionFeedback(message="steady: take it", tone="steady")
+        return None
+
+    def _sign_draft(self) -> StepDraft:
+        assert self._look.data is not None  # noqa: S101 - asked by the callers
+        way = "rise" if self._look.data["rising"] else "fall"
+        message = f"sign proven: volts {way} with {self._instrument.positive}"
+        return StepDraft(kind="sign", data=self._look.data, message=message)
+
+    def _confirm_sign(self) -> StepDraft | ActionFeedback:
+        """Take the crew's word that it was moved as asked."""
+        faults = self._faults.after_movement()
+        hindering = _first(faults)
+        if hindering is not None:
+            return ActionFeedback(message=hindering.sentence, tone="error")
+        self._look = self._watch.look_for_sign(confirmed=True)
+        if self._look.data is None:
+            return ActionFeedback(message="no movement was seen: move it, then take", tone="error")
+        return self._sign_draft()
+
+    def _deny_sign(self) -> ActionFeedback:
+        self.restart()
+        self._watch.forget()
+        return ActionFeedback(message="move it once more")
+
+    def _take(self, hand: AngleProgress) -> StepDraft | ActionFeedback:
+        self._look = self._watch.look_for_point(hand, hand.open_slots[0], by_key=True)
+        if self._look.data is not None:
+            return self._point_draft(hand)
+        unusable = _UNUSABLE.get(self._look.hint)
+        if unusable is not None:
+            return ActionFeedback(message=unusable, tone="error")
+        self._armed = True
+        return ActionFeedback(message="hold still: it is taken as soon as it rests")
+
+    def _point_draft(self, hand: AngleProgress) -> StepDraft:
+        data = self._look.data
+        assert data is not None  # noqa: S101 - asked by the callers
+        slot = hand.slots[data["slot"]]
+        message = wizard_text.recorded_point_text(self._instrument, data, slot, self._look.hint)
+        return StepDraft(kind="point", data=data, message=message)
+
+    def _remove(self, hand: AngleProgress, action: WizardAction) -> StepDraft | ActionFeedback:
+        at = len(hand.points) - 1 if action.index is None else action.index
+        if not 0 <= at < len(hand.points):
+            return ActionFeedback(message=f"there is no point {at + 1}", tone="error")
+        gone = self._instrument.setting_words(hand.points[at].value)
+        message = f"{gone}: once more" if action.kind == "repeat" else f"{gone}: deleted"
+        return StepDraft(kind=action.kind, data={"index": at}, message=message, tone="")
+
+    def _add(self, action: WizardAction) -> StepDraft | ActionFeedback:
+        value = action.value
+        if value is None:
+            return ActionFeedback(
+                message="say at which setting a point is to be added", tone="error"
+            )
+        travel = self._instrument.travel
+        if travel is not None and not travel[0] <= value <= travel[1]:
+            limits = f"{travel[0]:g} to {travel[1]:g} {self._instrument.unit}"
+            return ActionFeedback(
+                message=f"{value:g} is beyond the travel of {limits}", tone="error"
+            )
+        added = self._instrument.setting_words(value)
+        return StepDraft(kind="add", data={"value": value}, message=f"added: {added}", tone="")
+
+
+def _angle_progress(work: GroupProgress) -> AngleProgress:
+    assert isinstance(work, AngleProgress)  # noqa: S101 - the state pairs stations with their work
+    return work
+
+
+def _first(faults: tuple[InstrumentFault, ...]) -> InstrumentFault | None:
+    return next((fault for fault in faults if fault.kind in _BLOCKING_FAULTS), None)

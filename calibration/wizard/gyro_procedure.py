@@ -1,0 +1,283 @@
+"""Rate gyros: a still period for all of them, then a turn there and back about each axis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from datetime import datetime
+
+from calibration.inertial import (
+    ACCELEROMETERS,
+    GyroZero,
+    Turn,
+    TurnMonitor,
+    create_inertial_rest_monitor,
+    gyro_certificate,
+    gyro_zero,
+)
+from calibration.plan import InstrumentPlan
+from calibration.points import CalibrationError
+from calibration.pressures import GroundAir
+from calibration.rest_detection import REST_BLOCK_SECONDS
+from calibration.wizard.journal_json import to_json_content
+from calibration.wizard.procedure import (
+    ActionFeedback,
+    CalibrationOutcome,
+    CalibrationProcedure,
+    JournalHeader,
+    ProcedureView,
+    ReferenceCertificates,
+    StepDraft,
+)
+from calibration.wizard.rest_timeout import RestTimeoutMonitor
+from calibration.wizard.sample_slices import SampleSlice
+from calibration.wizard.sensor_progress import GyroProgress, RequestedTurn
+from calibration.wizard.state import GroupProgress, InstrumentGroup
+from calibration.wizard.view import WizardAction, WizardPhase
+
+_STILL = 5.0
+"""Seconds of rest for the zeros."""
+_SILENT = "The {} gyro did not answer to a turn; check its wires."
+_MOST_OF = 0.6
+"""Share of the angle asked for that makes a turn; laying the aircraft on the table makes none."""
+
+
+class GyroProcedure(CalibrationProcedure):
+    """Looks after the gyros.
+
+    Parameters
+    ----------
+    group : InstrumentGroup
+        Of all gyros.
+    header : JournalHeader
+        Of the calibration.
+    reference : ReferenceCertificates
+        Holds the factory's figures.
+    """
+
+    def __init__(
+        self, group: InstrumentGroup, header: JournalHeader, reference: ReferenceCertificates
+    ) -> None:
+        self._group = group
+        self._header = header
+        self._factory = reference.factory
+        # Accelerometers tell a slow steady turn from rest, where they are recorded.
+        beside = [name for name in ACCELEROMETERS if name in header.plan.channels]
+        self._beside = tuple(beside) if len(beside) == len(ACCELEROMETERS) else ()
+        self._still = create_inertial_rest_monitor(
+            (*group.channels, *self._beside), seconds=_STILL, factory=self._factory
+        )
+        self._unrest = RestTimeoutMonitor()
+        least = [_MOST_OF * one.turn for one in group.instruments if one.turn is not None]
+        self._turn = TurnMonitor(
+            group.channels, least=min(least, default=180.0), factory=self._factory
+        )
+
+    def restart(self) -> None:
+        """Begin to watch anew: a step was made."""
+        self._still.restart()
+        self._unrest.restart()
+        self._turn.restart()
+
+    def feed(self, one: SampleSlice) -> None:
+        """Take the samples of a tenth of a second."""
+        self._still.feed(one.times, one.volts)
+        self._unrest.feed(self._still.reading)
+        self._turn.feed(one.times, one.volts)
+
+    def phase(self, work: GroupProgress) -> WizardPhase:
+        """Return which page it is."""
+        gyro = _gyro_progress(work)
+        if gyro.rest is None:
+            return "gyro_still"
+        return "gyro_turn" if gyro.open_turns else "fit"
+
+    def by_itself(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
+        """Return the rest or the turn that was seen."""
+        gyro = _gyro_progress(work)
+        phase = self.phase(gyro)
+        if phase == "gyro_still":
+            reading = self._still.reading
+            if reading.state != "rested" or reading.rest is None:
+                return None
+            rest = to_json_content(reading.rest)
+            return StepDraft(kind="still", data={"rest": rest}, message="zeros of the gyros taken")
+        if phase == "gyro_turn" and self._turn.reading.state == "turned":
+            return self._turned(gyro)
+        return None
+
+    def can(self, work: GroupProgress) -> frozenset[str]:
+        """Return the kinds of actions that it answers to now."""
+        gyro = _gyro_progress(work)
+        kinds = {"next", "take"} if self.phase(gyro) == "gyro_turn" else set()
+        return frozenset(kinds | {"repeat", "delete"} if gyro.turns else kinds)
+
+    def act(self, work: GroupProgress, action: WizardAction) -> StepDraft | ActionFeedback:
+        """Return what an action leads to."""
+        gyro = _gyro_progress(work)
+        if action.kind == "next":
+            return StepDraft(
+                kind="leave_out",
+                data={"slot": gyro.open_turns[0]},
+                message="without this turn; the factory's scale counts where none was made",
+                tone="",
+            )
+        if action.kind == "take":
+            return self._without_answer(gyro)
+        at = len(gyro.turns) - 1 if action.index is None else action.index
+        if not 0 <= at < len(gyro.turns):
+            return ActionFeedback(message=f"there is no turn {at + 1}", tone="error")
+        message = "the turn once more" if action.kind == "repeat" else "the turn is deleted"
+        return StepDraft(kind=action.kind, data={"index": at}, message=message, tone="")
+
+    def show(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
+        """Return what is to be shown."""
+        gyro = _gyro_progress(work)
+        phase = self.phase(gyro)
+        if phase == "gyro_still":
+            reading = self._still.reading
+            return ProcedureView(
+                instrument=self._group.instruments[0],
+                prompt="Leave the aircraft alone until the zeros of the gyros are taken.",
+                spoken="Gyros. Hands off",
+                amount=round(reading.progress * _STILL / REST_BLOCK_SECONDS) * REST_BLOCK_SECONDS,
+                amount_goal=_STILL,
+                amount_unit="s",
+                warnings=self._unrest.warnings,
+            )
+        points = tuple(turn.point for _, turn in gyro.turns)
+        if phase == "gyro_turn":
+            asked = gyro.asked[gyro.open_turns[0]]
+            turning = self._turn.reading
+            return ProcedureView(
+                instrument=self._instrument(asked.channel),
+                prompt=self._turn_prompt(asked),
+                spoken=self._turn_spoken(asked),
+                target=asked.angle,
+                amount=turning.angle,
+                amount_goal=abs(asked.angle),
+                amount_unit="deg",
+                points=points,
+            )
+        good = not outcome.doubts
+        return ProcedureView(
+            instrument=self._group.instruments[0],
+            prompt=(
+                "The gyros are good: accept them."
+                if good
+                else "Look at the gyros, then accept what can be used."
+            ),
+            spoken="Gyros good" if good else "Look at the gyros",
+            points=points,
+        )
+
+    def outcome(
+        self, work: GroupProgress, stamp: datetime, air: GroundAir | None
+    ) -> CalibrationOutcome:
+        """Return the certificates of the gyros that can be used."""
+        gyro = _gyro_progress(work)
+        if gyro.rest is None:
+            return CalibrationOutcome()
+        certificates, doubts, remarks = [], [], []
+        uncalibrated: dict[str, str] = {}
+        for channel in self._group.channels:
+            if channel in gyro.silent:
+                uncalibrated[channel] = _SILENT.format(channel)
+                doubts.append(uncalibrated[channel])
+                continue
+            zero = gyro_zero(channel, gyro.rest, factory=self._factory)
+            turns = [turn for _, turn in gyro.turns if turn.channel == channel]
+            try:
+                certificate = gyro_certificate(
+                    zero,
+                    turns,
+                    who=self._header.who,
+                    stamp=stamp,
+                    temperature=air.temperature if air is not None else self._header.temperature,
+                    factory=self._factory,
+                )
+            except CalibrationError as error:
+                uncalibrated[channel] = str(error)
+                doubts.append(str(error))
+                continue
+            certificates.append(certificate)
+            doubts += _gyro_issues(zero, turns)
+            remarks += [zero.verdict.sentence, *_passed(turns)]
+        return CalibrationOutcome(
+            certificates=tuple(certificates),
+            uncalibrated=uncalibrated,
+            doubts=tuple(doubts),
+            remarks=tuple(remarks),
+            ready=True,
+        )
+
+    def _turned(self, gyro: GyroProgress) -> StepDraft | ActionFeedback:
+        slot = gyro.open_turns[0]
+        asked = gyro.asked[slot]
+        try:
+            turn = self._turn.turn(asked.channel, asked.angle)
+        except CalibrationError as error:
+            self._turn.restart()
+            return ActionFeedback(message=str(error), tone="error")
+        kind = turn.verdict.kind
+        if kind == "clipped":
+            self._turn.restart()
+            return ActionFeedback(message=turn.verdict.sentence, tone="error")
+        return StepDraft(
+            kind="turn",
+            data={"slot": slot, "turn": to_json_content(turn)},
+            message=turn.verdict.sentence,
+            tone="taken" if turn.verdict.usable else "error",
+        )
+
+    def _without_answer(self, gyro: GyroProgress) -> StepDraft | ActionFeedback:
+        """Take the crew's word that the table was turned, though no gyro saw it."""
+        if self._turn.reading.state in ("turning", "stopping"):
+            return ActionFeedback(
+                message="a turn is seen: let the table stand, it is taken by itself"
+            )
+        channel = gyro.asked[gyro.open_turns[0]].channel
+        return StepDraft(
+            kind="silent", data={"gyro": channel}, message=_SILENT.format(channel), tone="error"
+        )
+
+    def _instrument(self, channel: str) -> InstrumentPlan:
+        return next(one for one in self._group.instruments if one.channel == channel)
+
+    def _turn_prompt(self, asked: RequestedTurn) -> str:
+        instrument = self._instrument(asked.channel)
+        way = instrument.positive if asked.angle > 0.0 else instrument.negative
+        state = self._turn.reading.state
+        angle = f"{abs(asked.angle):g} deg"
+        if state == "unsettled":
+            return f"{_UPRIGHT[asked.channel]} Let the table stand still."
+        if state == "ready":
+            return f"Turn the table {angle}, {way}, within its marks, then let it stand."
+        return f"Turn on to {angle}, {way}, then let it stand."
+
+    def _turn_spoken(self, asked: RequestedTurn) -> str:
+        instrument = self._instrument(asked.channel)
+        way = instrument.positive if asked.angle > 0.0 else instrument.negative
+        if self._turn.reading.state == "unsettled":
+            return f"{instrument.title} on the table"
+        return f"Turn {abs(asked.angle):g}, {way}"
+
+
+_UPRIGHT: Mapping[str, str] = {
+    "p": "Put the aircraft on the turntable, nose straight down or up.",
+    "q": "Put the aircraft on the turntable, one wing straight up.",
+    "r": "Put the aircraft on the turntable, upright.",
+}
+
+
+def _gyro_progress(work: GroupProgress) -> GyroProgress:
+    assert isinstance(work, GyroProgress)  # noqa: S101 - the state pairs stations with their work
+    return work
+
+
+def _gyro_issues(zero: GyroZero, turns: list[Turn]) -> list[str]:
+    verdicts = [zero.verdict, *(turn.verdict for turn in turns)]
+    return [verdict.sentence for verdict in verdicts if not verdict.passed]
+
+
+def _passed(turns: list[Turn]) -> list[str]:
+    return [turn.verdict.sentence for turn in turns if turn.verdict.passed]

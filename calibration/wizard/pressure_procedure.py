@@ -1,0 +1,318 @@
+"""Pressures: zero with the pitot covered, a breath into it, the field's barometer."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+from calibration.certificate import Certificate
+from calibration.points import CalibrationError
+from calibration.pressures import (
+    WIND_UNCERTAINTY,
+    GroundAir,
+    PitotBlowDetector,
+    PressureZero,
+    create_covered_pitot_monitor,
+    dynamic_pressure_zero,
+    static_pressure_check,
+)
+from calibration.rest_detection import REST_BLOCK_SECONDS, RestPeriod
+from calibration.wizard.journal_json import to_json_content
+from calibration.wizard.procedure import (
+    ActionFeedback,
+    CalibrationOutcome,
+    CalibrationProcedure,
+    JournalHeader,
+    ProcedureView,
+    ReferenceCertificates,
+    StepDraft,
+)
+from calibration.wizard.rest_timeout import RestTimeoutMonitor
+from calibration.wizard.sample_slices import SLICE_SECONDS, SampleSlice
+from calibration.wizard.sensor_progress import PressureProgress
+from calibration.wizard.state import GroupProgress, InstrumentGroup
+from calibration.wizard.view import WizardAction, WizardPhase
+
+_DYNAMIC, _STATIC = "dynamic_pressure", "static_pressure"
+_STILL = 4.0
+"""Seconds of steady pressure: without a cover no wind stood still for so long in 200 trials."""
+_PATIENCE = 10.0
+"""Seconds under a cover after which a pressure that still moves is called that of wind."""
+_WITHOUT_BAROMETER = (
+    "the static pressure was not held against a barometer: enter the pressure at the field, or "
+    "accept and keep its former certificate",
+)
+
+
+class PressureProcedure(CalibrationProcedure):
+    """Looks after the pressures.
+
+    A key says that the pitot is covered. Where the pressure then moves as it does in wind, the
+    cover is asked for once more; the same key takes it in a lull, with a bound for the wind.
+
+    Parameters
+    ----------
+    group : InstrumentGroup
+        Dynamic pressure, and static pressure where it is measured.
+    header : JournalHeader
+        Of the calibration.
+    reference : ReferenceCertificates
+        Its certificates give the slopes, which are kept.
+
+    Raises
+    ------
+    CalibrationError
+        If there is no certificate to start from.
+    """
+
+    def __init__(
+        self, group: InstrumentGroup, header: JournalHeader, reference: ReferenceCertificates
+    ) -> None:
+        self._group = group
+        self._header = header
+        known = {name: reference.best(name) for name in group.channels}
+        missing = [name for name, certificate in known.items() if certificate is None]
+        if missing:
+            raise CalibrationError(
+                f"{missing[0]} has no certificate whose slope could be kept; name a set in the "
+                'plan, as nominal = "b777", or put a certificate in force'
+            )
+        self._known = {name: one for name, one in known.items() if one is not None}
+        curves = self._known[_DYNAMIC], self._known.get(_STATIC)
+        self._still = create_covered_pitot_monitor(*curves, seconds=_STILL)
+        self._lull = create_covered_pitot_monitor(*curves, seconds=_STILL, lull=True)
+        self._unrest = RestTimeoutMonitor()
+        self._blow: PitotBlowDetector | None = None
+        self._covered = self._content = False
+        self._waited = 0.0
+        self._said = ""
+
+    def restart(self) -> None:
+        """Begin to watch anew: a step was made."""
+        self._still.restart()
+        self._lull.restart()
+        self._unrest.restart()
+        self._blow = None
+        self._covered = self._content = False
+        self._waited = 0.0
+        self._said = ""
+
+    def feed(self, one: SampleSlice) -> None:
+        """Take the samples of a tenth of a second."""
+        self._still.feed(one.times, one.volts)
+        self._lull.feed(one.times, one.volts)
+        self._unrest.feed(self._still.reading)
+        if self._covered:
+            self._waited += SLICE_SECONDS
+        if self._blow is not None:
+            self._blow.feed(one.times, one.volts)
+
+    def phase(self, work: GroupProgress) -> WizardPhase:
+        """Return which page it is."""
+        pressure = _pressure_progress(work)
+        if pressure.zero is None:
+            return "pressure_zero"
+        return "fit" if pressure.blown or pressure.left_out else "pressure_blow"
+
+    def by_itself(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
+        """Return the zero once it is steady, and the breath once it has gone again."""
+        pressure = _pressure_progress(work)
+        phase = self.phase(pressure)
+        if phase == "pressure_zero":
+            return self._zero_draft()
+        if phase == "pressure_blow":
+            return self._follow_breath(pressure)
+        return None
+
+    def can(self, work: GroupProgress) -> frozenset[str]:
+        """Return the kinds of actions that it answers to now."""
+        phase = self.phase(_pressure_progress(work))
+        kinds = {"enter"}
+        if phase == "pressure_zero":
+            kinds.add("take")
+        else:
+            kinds.add("repeat")
+        if phase == "pressure_blow":
+            kinds.add("next")
+        return frozenset(kinds)
+
+    def act(self, work: GroupProgress, action: WizardAction) -> StepDraft | ActionFeedback:
+        """Return what an action leads to."""
+        if action.kind == "take":
+            return self._take()
+        if action.kind == "repeat":
+            again = (
+                "from the zero on once more"
+                if _pressure_progress(work).blown
+                else "the zero once more"
+            )
+            return StepDraft(kind="repeat", message=again, tone="")
+        if action.kind == "next":
+            return StepDraft(kind="leave_out", message="without a breath into the pitot", tone="")
+        return self._entered(action)
+
+    def show(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
+        """Return what is to be shown."""
+        phase = self.phase(_pressure_progress(work))
+        instrument = self._group.instruments[0]
+        if phase == "pressure_zero":
+            reading = self._still.reading
+            prompt, spoken = self._cover_words()
+            return ProcedureView(
+                instrument=instrument,
+                prompt=prompt,
+                spoken=spoken,
+                amount=round(reading.progress * _STILL / REST_BLOCK_SECONDS) * REST_BLOCK_SECONDS,
+                amount_goal=_STILL,
+                amount_unit="s",
+                warnings=self._unrest.warnings,
+            )
+        if phase == "pressure_blow":
+            blow = None if self._blow is None else self._blow.reading
+            failed = blow is not None and blow.state in ("reversed", "blocked", "leaking")
+            return ProcedureView(
+                instrument=instrument,
+                prompt="Take the cover off and blow gently into the pitot.",
+                spoken="Blow into the pitot",
+                amount=None if blow is None else blow.pressure,
+                amount_unit="Pa",
+                warnings=(blow.sentence,) if blow is not None and failed else (),
+            )
+        good = not outcome.doubts
+        return ProcedureView(
+            instrument=instrument,
+            prompt=(
+                "The pressures are good: accept them."
+                if good
+                else "Look at the pressures: enter the field's pressure, repeat, or accept them."
+            ),
+            spoken="Pressures good" if good else "Look at the pressures",
+        )
+
+    def outcome(
+        self, work: GroupProgress, stamp: datetime, air: GroundAir | None
+    ) -> CalibrationOutcome:
+        """Return the certificates moved through what is known today."""
+        pressure = _pressure_progress(work)
+        if pressure.zero is None:
+            return CalibrationOutcome()
+        uncalibrated: dict[str, str] = {}
+        found: list[PressureZero] = []
+        doubts: list[str] = []
+        zero, lull = pressure.zero, pressure.lull
+        for name in self._group.channels:
+            if name == _STATIC and air is None:
+                doubts += _WITHOUT_BAROMETER if pressure.share == 1.0 else ()
+                continue
+            try:
+                found.append(self._at_known_pressure(name, zero, lull, stamp, air))
+            except CalibrationError as error:
+                uncalibrated[name] = str(error)
+                doubts.append(str(error))
+        doubts += [one.sentence for one in found if not one.passed]
+        if pressure.lull:
+            doubts.append(
+                "the dynamic pressure moved as in wind while its zero was taken: it may be off by "
+                f"{WIND_UNCERTAINTY:.0f} Pa"
+            )
+        if pressure.left_out:
+            doubts.append("nobody blew into the pitot: that its hoses are whole is not known")
+        return CalibrationOutcome(
+            certificates=tuple(one.certificate for one in found),
+            uncalibrated=uncalibrated,
+            doubts=tuple(doubts),
+            remarks=tuple(one.sentence for one in found if one.passed),
+            ready=True,
+        )
+
+    def _at_known_pressure(
+        self, name: str, rest: RestPeriod, lull: bool, stamp: datetime, air: GroundAir | None
+    ) -> PressureZero:
+        former = self._known[name]
+        temperature = self._header.temperature if air is None else air.temperature
+        who = self._header.who
+        if name == _STATIC and air is not None:
+            return static_pressure_check(
+                rest, former, air.pressure, who=who, stamp=stamp, temperature=temperature
+            )
+        return dynamic_pressure_zero(
+            rest, former, who=who, stamp=stamp, temperature=temperature, lull=lull
+        )
+
+    @property
+    def _windy(self) -> bool:
+        """Return whether the pressure moves as in wind, though it should be covered."""
+        return self._waited >= _PATIENCE
+
+    def _cover_words(self) -> tuple[str, str]:
+        """Return what to do about the cover, and the same in few words."""
+        if self._content:
+            return "Keep still: the zero is taken in a lull.", "Waiting for a lull"
+        if self._windy:
+            return (
+                "The pressure moves as in wind: look at the cover, or take it in a lull.",
+                "Look at the cover",
+            )
+        if self._covered:
+            return "Keep the pitot covered until the pressure is steady.", "Hold the cover"
+        return "Cover the pitot, then take.", "Cover the pitot"
+
+    def _take(self) -> StepDraft | ActionFeedback:
+        self._content = self._windy
+        self._covered = True
+        waiting = "in a lull" if self._content else "as soon as it is steady"
+        return self._zero_draft() or ActionFeedback(message=f"covered: taken {waiting}")
+
+    def _zero_draft(self) -> StepDraft | None:
+        watches = {False: self._still} if self._covered else {}
+        if self._content:
+            watches[True] = self._lull
+        for lull, watch in watches.items():
+            reading = watch.reading
+            if reading.state == "rested" and reading.rest is not None:
+                return StepDraft(
+                    kind="zero",
+                    data={"rest": to_json_content(reading.rest), "lull": lull},
+                    message="zero of the pressures taken",
+                )
+        return None
+
+    def _follow_breath(self, pressure: PressureProgress) -> StepDraft | ActionFeedback | None:
+        if self._blow is None:
+            self._blow = PitotBlowDetector(self._today(pressure), self._known.get(_STATIC))
+        reading = self._blow.reading
+        if reading.state == "green":
+            return StepDraft(kind="blow", message=reading.sentence)
+        if reading.state in ("reversed", "blocked", "leaking") and reading.state != self._said:
+            self._said = reading.state
+            return ActionFeedback(message=reading.sentence, tone="error")
+        return None
+
+    def _today(self, pressure: PressureProgress) -> Certificate:
+        """Return the curve of the dynamic pressure through today's zero."""
+        former = self._known[_DYNAMIC]
+        if pressure.zero is None:
+            return former
+        try:
+            zero = dynamic_pressure_zero(pressure.zero, former, who="", stamp=former.stamp)
+        except CalibrationError:
+            return former
+        return zero.certificate
+
+    def _entered(self, action: WizardAction) -> StepDraft | ActionFeedback:
+        if action.pressure is None or action.temperature is None:
+            return ActionFeedback(message="enter both pressure and temperature", tone="error")
+        try:
+            air = GroundAir.entered(action.pressure, "Pa", action.temperature, "K")
+        except CalibrationError as error:
+            return ActionFeedback(message=str(error), tone="error")
+        return StepDraft(
+            kind="air",
+            data=to_json_content(air),
+            message=f"air at the field: {air.pressure / 100.0:.1f} hPa",
+            tone="",
+        )
+
+
+def _pressure_progress(work: GroupProgress) -> PressureProgress:
+    assert isinstance(work, PressureProgress)  # noqa: S101 - the state pairs stations with their work
+    return work

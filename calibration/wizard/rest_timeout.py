@@ -1,0 +1,40 @@
+"""Why an instrument does not come to rest: said after a while, and not anew twice a second."""
+
+from __future__ import annotations
+
+from calibration.rest_detection import RestStatus
+from calibration.wizard.sample_slices import SLICE_SECONDS
+
+_PATIENCE = 20.0
+"""Seconds that it takes to lay an aircraft down before anything is said."""
+_EVERY = 5.0
+"""Seconds between two reasons."""
+
+
+class RestTimeoutMonitor:
+    """Follows the reading of a watch for rest."""
+
+    def __init__(self) -> None:
+        self._waited = 0.0
+        self._said_at = 0.0
+        self._why = ""
+
+    def restart(self) -> None:
+        """Begin to wait anew."""
+        self._waited = self._said_at = 0.0
+        self._why = ""
+
+    def feed(self, reading: RestStatus) -> None:
+        """Take how the rest goes on, every tenth of a second."""
+        if reading.state == "rested":
+            self.restart()
+            return
+        self._waited += SLICE_SECONDS
+        if self._waited >= _PATIENCE and self._waited - self._said_at >= _EVERY:
+            self._said_at = self._waited
+            self._why = reading.why
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Return what to say of it: nothing, or one sentence."""
+        return (f"it does not come to rest: {self._why}",) if self._why else ()

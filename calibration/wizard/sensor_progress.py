@@ -1,0 +1,151 @@
+"""How far gyros, accelerometers and pressures have come, and what each step makes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from calibration.inertial import POSITIONS, Position, PositionReading, SensorVerdict, Turn
+from calibration.rest_detection import RestPeriod
+from calibration.wizard.journal import JournalStep
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RequestedTurn:
+    """A turn of the turntable: about the axis of a gyro, through an angle in deg."""
+
+    channel: str
+    angle: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GyroProgress:
+    """How far the gyros have come.
+
+    Attributes
+    ----------
+    asked : tuple of RequestedTurn
+        In order.
+    rest : RestPeriod or None
+        The still period that gives the zeros.
+    turns : tuple of (int, Turn)
+        Which of `asked` each is, and what it gave.
+    left_out : frozenset of int
+        Turns that are not asked for any more.
+    silent : frozenset of str
+        Gyros that did not answer to a turn.
+    """
+
+    asked: tuple[RequestedTurn, ...]
+    rest: RestPeriod | None = None
+    turns: tuple[tuple[int, Turn], ...] = ()
+    left_out: frozenset[int] = frozenset()
+    silent: frozenset[str] = frozenset()
+
+    @property
+    def open_turns(self) -> tuple[int, ...]:
+        """Return the turns that are still to be made, by their place in `asked`."""
+        done = self.left_out | {slot for slot, _ in self.turns}
+        return tuple(
+            at
+            for at, asked in enumerate(self.asked)
+            if at not in done and asked.channel not in self.silent
+        )
+
+    @property
+    def share(self) -> float:
+        """Return how much of it is done, 0 to 1."""
+        steps = len(self.asked) + 1
+        return (steps - len(self.open_turns) - (self.rest is None)) / steps
+
+    def after(self, step: JournalStep) -> GyroProgress:
+        """Return the work that a step leads to."""
+        if step.kind == "still":
+            return replace(self, rest=_rest_from_json(step.data["rest"]))
+        if step.kind == "turn":
+            turn = (int(step.data["slot"]), _turn_from_json(step.data["turn"]))
+            return replace(self, turns=(*self.turns, turn))
+        if step.kind == "leave_out":
+            return replace(self, left_out=self.left_out | {int(step.data["slot"])})
+        if step.kind == "silent":
+            return replace(self, silent=self.silent | {str(step.data["gyro"])})
+        index = int(step.data["index"])
+        slot, _ = self.turns[index]
+        gone = self.left_out | {slot} if step.kind == "delete" else self.left_out
+        return replace(self, turns=self.turns[:index] + self.turns[index + 1 :], left_out=gone)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AccelerometerProgress:
+    """How far the accelerometers have come: the positions that were read."""
+
+    readings: tuple[PositionReading, ...] = ()
+
+    @property
+    def open_positions(self) -> tuple[Position, ...]:
+        """Return the positions that are still to be taken."""
+        done = {reading.position for reading in self.readings}
+        return tuple(position for position in POSITIONS if position not in done)
+
+    @property
+    def share(self) -> float:
+        """Return how much of it is done, 0 to 1."""
+        return 1.0 - len(self.open_positions) / len(POSITIONS)
+
+    def after(self, step: JournalStep) -> AccelerometerProgress:
+        """Return the work that a step leads to."""
+        if step.kind == "position":
+            reading = PositionReading(
+                position=step.data["position"], rest=_rest_from_json(step.data["rest"])
+            )
+            return replace(self, readings=(*self.readings, reading))
+        index = int(step.data["index"])
+        return replace(self, readings=self.readings[:index] + self.readings[index + 1 :])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PressureProgress:
+    """How far the pressures have come.
+
+    Attributes
+    ----------
+    zero : RestPeriod or None
+        With the pitot covered.
+    lull : bool
+        Whether the pressure moved meanwhile, as in wind.
+    blown : bool
+        Whether a breath was seen.
+    left_out : bool
+        Whether none is asked for.
+    """
+
+    zero: RestPeriod | None = None
+    lull: bool = False
+    blown: bool = False
+    left_out: bool = False
+
+    @property
+    def share(self) -> float:
+        """Return how much of it is done, 0 to 1."""
+        return 0.5 * (self.zero is not None) + 0.5 * (self.blown or self.left_out)
+
+    def after(self, step: JournalStep) -> PressureProgress:
+        """Return the work that a step leads to."""
+        if step.kind == "zero":
+            # Journals from before that was looked at say nothing of it.
+            lull = bool(step.data.get("lull", False))
+            return replace(self, zero=_rest_from_json(step.data["rest"]), lull=lull)
+        if step.kind == "blow":
+            return replace(self, blown=True)
+        if step.kind == "leave_out":
+            return replace(self, left_out=True)
+        return PressureProgress()
+
+
+def _rest_from_json(content: Mapping[str, Any]) -> RestPeriod:
+    return RestPeriod(**content)
+
+
+def _turn_from_json(content: Mapping[str, Any]) -> Turn:
+    return Turn(**{**content, "verdict": SensorVerdict(**content["verdict"])})

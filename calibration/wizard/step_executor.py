@@ -1,0 +1,327 @@
+"""What was done in a calibration: journal, states, and what they mean for the certificates.
+
+A step is on the disk before it counts; then the state follows; then the store. A program that is
+killed in between finds the step in the journal, and puts it into effect once more, which changes
+nothing where it was done already.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from calibration.certificate import Certificate
+from calibration.certificate_store import CertificateStore
+from calibration.certificate_toml import load_certificates
+from calibration.check_record import CheckRecord
+from calibration.drift import CheckResult, has_hysteresis
+from calibration.plan import CalibrationPlan
+from calibration.points import CalibrationError
+from calibration.wizard.journal import Journal, JournalStep
+from calibration.wizard.journal_json import plan_from_json, to_json_content
+from calibration.wizard.procedure import CalibrationOutcome, JournalHeader, ReferenceCertificates
+from calibration.wizard.procedure_registry import create_procedure
+from calibration.wizard.setting_schedule import CalibrationMode
+from calibration.wizard.state import WizardState
+
+_HEADER_KIND = "calibration"
+"""Kind of the first line of a journal."""
+
+
+class StepHistory:
+    """The states that steps lead to, and the way back through them.
+
+    Parameters
+    ----------
+    beginning : WizardState
+        Before the first step.
+    """
+
+    def __init__(self, beginning: WizardState) -> None:
+        self._states = [beginning]
+        self.steps: list[JournalStep] = []
+        self.undone: JournalStep | None = None
+
+    @property
+    def state(self) -> WizardState:
+        """Return how far it has come."""
+        return self._states[-1]
+
+    def follow(self, step: JournalStep) -> None:
+        """Take a step.
+
+        Raises
+        ------
+        CalibrationError
+            If it cannot be taken from here.
+        """
+        try:
+            if step.kind == "undo":
+                self.undone = self.steps.pop()
+                self._states.pop()
+            else:
+                self._states.append(self.state.after(step))
+                self.steps.append(step)
+        except (KeyError, IndexError, TypeError, ValueError) as error:
+            raise CalibrationError(
+                f"the step '{step.kind}' of {step.stamp:%Y-%m-%d %H:%M:%S} does not follow from "
+                "those before it; the journal was written by another version, begin a new one"
+            ) from error
+
+
+class StepExecutor:
+    """Keeps the steps of one calibration.
+
+    Use `begin` or `resume`.
+
+    Attributes
+    ----------
+    header : JournalHeader
+        What it is.
+    reference : ReferenceCertificates
+        What readings are held against.
+    """
+
+    def __init__(
+        self,
+        header: JournalHeader,
+        former: Mapping[str, Certificate],
+        store: CertificateStore,
+        journal: Journal,
+    ) -> None:
+        self.header = header
+        self._store = store
+        self._journal = journal
+        self._track = StepHistory(_initial_state(header))
+        self._pending: JournalStep | None = None
+        self._checked: tuple[object, dict[str, CheckResult]] | None = None
+        nominal = load_certificates(header.plan.nominal) if header.plan.nominal else {}
+        self.reference = ReferenceCertificates(
+            former=former, today=store.in_force(), nominal=nominal
+        )
+        for group in self.state.groups:
+            create_procedure(group, header, self.reference)
+
+    @classmethod
+    def begin(
+        cls,
+        plan: CalibrationPlan,
+        store: CertificateStore,
+        path: Path,
+        *,
+        who: str,
+        temperature: float | None,
+        mode: CalibrationMode,
+        auto: bool,
+        stamp: datetime,
+    ) -> StepExecutor:
+        """Begin a calibration; a former journal is set aside.
+
+        Raises
+        ------
+        CalibrationError
+            If there is nothing to do, or the journal cannot be written.
+        """
+        former = store.in_force()
+        rising: dict[str, bool] = {}
+        any_side: list[str] = []
+        if mode == "check":
+            plan = _checkable_plan(plan, former, store.aircraft)
+            rising = {name: sum(former[name].end_slopes) > 0.0 for name in plan.channels}
+            any_side = [name for name in plan.channels if has_hysteresis(former[name])]
+        header = JournalHeader(
+            plan=plan,
+            mode=mode,
+            who=who,
+            temperature=temperature,
+            auto=auto,
+            rising=rising,
+            any_side=any_side,
+        )
+        known = {name: one for name, one in former.items() if name in plan.channels}
+        ledger = cls(header, known, store, Journal(path))
+        stamps = {name: one.stamp.isoformat() for name, one in known.items()}
+        journal = Journal(path)
+        journal.set_aside()
+        data = {**to_json_content(header), "former": stamps}
+        journal.append(JournalStep(kind=_HEADER_KIND, stamp=stamp, data=data))
+        return ledger
+
+    @classmethod
+    def resume(cls, path: Path, store: CertificateStore) -> StepExecutor:
+        """Go on with the calibration of a journal.
+
+        Raises
+        ------
+        CalibrationError
+            If it holds none that could go on.
+        """
+        journal = Journal(path)
+        steps = journal.recover()
+        header = _parse_header(steps, path)
+        former: dict[str, Certificate] = {}
+        for name, text in steps[0].data["former"].items():
+            certificate = store.dated(name, datetime.fromisoformat(text))
+            if certificate is not None:
+                former[name] = certificate
+        ledger = cls(header, former, store, journal)
+        for step in steps[1:]:
+            ledger._track.follow(step)
+        if len(steps) > 1:
+            # All effects but the last were complete before the step after them was written.
+            ledger._pending = steps[-1]
+            ledger.settle()
+        return ledger
+
+    @property
+    def state(self) -> WizardState:
+        """Return how far the calibration has come."""
+        return self._track.state
+
+    @property
+    def last(self) -> JournalStep | None:
+        """Return the step that undo would take back."""
+        return self._track.steps[-1] if self._track.steps else None
+
+    def make(self, step: JournalStep) -> None:
+        """Make a step: on the disk, then in the state, then in the store.
+
+        Raises
+        ------
+        CalibrationError
+            If the journal cannot be written: then it was not made. If the certificates cannot be
+            written: then it was, and `settle` tries again.
+        """
+        self.settle()
+        self._journal.append(step)
+        self._track.follow(step)
+        self._pending = step
+        self.settle()
+
+    def settle(self) -> None:
+        """Do in the store what the last step stands for, unless it was done already."""
+        step = self._pending
+        if step is None:
+            return
+        try:
+            if step.kind == "accept":
+                self._accept(step)
+            elif step.kind == "skip" and self.header.mode == "full":
+                self._mark(step)
+            elif step.kind == "undo":
+                self._take_back(self._track.undone)
+        except OSError as error:
+            raise CalibrationError(
+                f"the certificates of {self._store.aircraft} cannot be written "
+                f"({error.strerror}); make room on the disk, the wizard tries again by itself"
+            ) from error
+        self._pending = None
+
+    def outcome(self, key: str, stamp: datetime) -> CalibrationOutcome:
+        """Return what the work of a group comes to."""
+        state = self.state
+        station = create_procedure(state.find(key), self.header, self.reference)
+        return station.outcome(state.work[key], stamp, state.air)
+
+    def checks(self) -> dict[str, CheckResult]:
+        """Return what the three-point checks found that were accepted."""
+        closings = self.state.closings
+        if self.header.mode == "full":
+            return {}
+        if self._checked is None or self._checked[0] is not closings:
+            outcomes = {
+                key: self.outcome(key, step.stamp)
+                for key, step in closings.items()
+                if step.kind == "accept"
+            }
+            results = {key: one.check for key, one in outcomes.items() if one.check is not None}
+            self._checked = closings, results
+        return self._checked[1]
+
+    def _accept(self, step: JournalStep) -> None:
+        outcome = self.outcome(step.channel, step.stamp)
+        if outcome.check is not None:
+            certificate = self.reference.former[step.channel]
+            checked = CheckRecord(
+                channel=step.channel,
+                who=self.header.who,
+                stamp=step.stamp,
+                certificate=certificate.stamp,
+                unit=certificate.unit,
+                result=outcome.check,
+            )
+            self._store.record_check(checked)
+            return
+        for certificate in outcome.certificates:
+            self._store.put(certificate)
+        self._mark(step)
+
+    def _mark(self, step: JournalStep) -> None:
+        """Mark as uncalibrated what a step leaves so."""
+        for name, reason in step.data["uncalibrated"].items():
+            self._store.skip(name, reason, self.header.who, step.stamp)
+        self._renew()
+
+    def _take_back(self, undone: JournalStep | None) -> None:
+        if undone is None or undone.kind not in ("accept", "skip"):
+            return
+        if self.header.mode == "check":
+            self._store.withdraw_check(undone.channel, undone.stamp)
+            return
+        for name in (*undone.data["certified"], *undone.data["uncalibrated"]):
+            self._store.revert(name, undone.stamp)
+        self._renew()
+
+    def _renew(self) -> None:
+        self.reference = ReferenceCertificates(
+            former=self.reference.former,
+            today=self._store.in_force(),
+            nominal=self.reference.nominal,
+        )
+
+
+def has_unfinished_calibration(journal: Path) -> bool:
+    """Return whether a journal holds a calibration that was begun, and has not come to its end."""
+    steps = Journal(journal).read()
+    try:
+        header = _parse_header(steps, journal)
+        track = StepHistory(_initial_state(header))
+        for step in steps[1:]:
+            track.follow(step)
+    except CalibrationError:
+        return False
+    return not track.state.ended
+
+
+def _initial_state(header: JournalHeader) -> WizardState:
+    return WizardState.beginning(
+        header.plan, header.mode, rising=header.rising, any_side=header.any_side
+    )
+
+
+def _checkable_plan(
+    plan: CalibrationPlan, former: Mapping[str, Certificate], aircraft: str
+) -> CalibrationPlan:
+    """Return the plan of those instruments that have a certificate to be checked."""
+    known = [one.channel for one in plan.instruments if one.by_hand and one.channel in former]
+    if not known:
+        raise CalibrationError(
+            f"no surface or vane of {aircraft} has a certificate in force that could be checked; "
+            "calibrate first"
+        )
+    return plan.of(known)
+
+
+def _parse_header(steps: Sequence[JournalStep], path: Path) -> JournalHeader:
+    if not steps or steps[0].kind != _HEADER_KIND:
+        raise CalibrationError(f"{path} holds no calibration that could go on; begin a new one")
+    content: dict[str, Any] = dict(steps[0].data)
+    try:
+        content.pop("former")
+        return JournalHeader(**{**content, "plan": plan_from_json(content["plan"])})
+    except (KeyError, TypeError) as error:
+        raise CalibrationError(
+            f"{path} was written by another version of the program; begin a new calibration"
+        ) from error

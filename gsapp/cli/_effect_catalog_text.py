@@ -1,0 +1,116 @@
+"""``gsapp discrepancy --list``: the effects that a model may lack, as tables for people."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from rich.console import Console
+
+    from gsapp.discrepancy.effect_catalog import EffectRecord
+
+_HEADINGS = {
+    "aero": "Aerodynamics",
+    "propulsion": "Engines",
+    "control": "Between command and surface",
+    "sensor": "Instruments",
+    "mass": "Mass and balance",
+    "atmosphere": "Air: disturbances, never named as effects",
+}
+_WIDTH = 120
+_CLASSES = (
+    "A: seen in flight with the model's own derivatives free.  B: seen by kinematics, without any "
+    "aerodynamics.  C: no flight can show it; the measurement on the ground settles it.  "
+    "Angles in radians, p_hat = p b/2V, q_hat = q c/2V, r_hat = r b/2V, T thrust."
+)
+
+
+def run(*, json: Path | None = None) -> None:
+    """Print the catalog, and write it for programs where asked to.
+
+    Parameters
+    ----------
+    json : Path, optional
+        Where the catalog for programs goes; ``-`` is the screen.
+
+    Raises
+    ------
+    GroundStationError
+        If the file cannot be written.
+    """
+    from gsapp.cli._console import PlainConsole
+    from gsapp.cli._json_output import format_json, is_stdout, write_json
+    from gsapp.discrepancy.effect_catalog import all_effects
+    from gsapp.discrepancy.effect_catalog_json import effect_catalog_json
+
+    if json is not None:
+        write_json(json, format_json(effect_catalog_json()))
+    if not is_stdout(json):
+        console = PlainConsole()
+        # Into a file or a pager the columns may be as wide as they read well.
+        print_catalog(console if console.is_terminal else PlainConsole(width=_WIDTH), all_effects())
+
+
+def print_catalog(console: Console, records: tuple[EffectRecord, ...]) -> None:
+    """Print a table for each group of effects.
+
+    What is alike for every surface, or every channel, stands there once.
+    """
+    from rich.table import Table
+
+    for group, heading in _HEADINGS.items():
+        table = Table(
+            title=heading, title_justify="left", title_style="bold", box=None, pad_edge=False,
+            show_lines=False, padding=(0, 2, 1, 0),
+        )  # fmt: skip
+        table.add_column("effect", no_wrap=True)
+        table.add_column("")
+        table.add_column("what it is, how it enters, its usual size", ratio=1)
+        table.add_column("taken for; told apart by", ratio=1)
+        for name, record in _rows([one for one in records if one.group == group]):
+            title, equation = record.title, record.equation
+            lines = [title, equation, _sizes(record)]
+            taken = ", ".join(record.mistaken_for[:3])
+            told = record.remedy or record.separated_by
+            table.add_row(
+                name,
+                "" if record.disturbance else record.effect_class,
+                "\n".join(line for line in lines if line),
+                f"{taken}\n{told}" if taken else told,
+            )
+        console.print(table, highlight=False)
+    named = sum(not one.disturbance for one in records)
+    console.print(f"{named} effects. {_CLASSES}", highlight=False)
+
+
+def _rows(records: list[EffectRecord]) -> Iterator[tuple[str, EffectRecord]]:
+    """Yield records with the names to show; of a family only the one that stands for it."""
+    from gsapp.dynamics.signal_terms import INPUT_CHANNELS, MOTION_CHANNELS, SURFACE_CHANNELS
+
+    families = {
+        "control": (tuple(SURFACE_CHANNELS), "<surface>"),
+        "sensor": (MOTION_CHANNELS, "<channel>"),
+        "sensor.": (INPUT_CHANNELS, "<de|da|dr|flap>"),
+    }
+    for record in records:
+        group, name, kind = f"{record.id}.".split(".")[:3]
+        for key in (group, f"{group}."):
+            members, family = families.get(key, ((), ""))
+            if name in members:
+                if name == members[0]:
+                    yield f"{group}.{family}.{kind}", record
+                break
+        else:
+            yield record.id, record
+
+
+def _sizes(record: EffectRecord) -> str:
+    sizes = [
+        f"{item.name} {item.default:.4g} {item.unit}".rstrip()
+        for item in record.parameters
+        if item.free
+    ]
+    return ", ".join(sizes)

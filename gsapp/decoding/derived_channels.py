@@ -1,0 +1,278 @@
+"""Derived channels: computed from measured ones, and only where nobody measures them.
+
+A derived channel is computed row by row on the grid. Its quick inputs must be there at the very
+row. Its slow inputs (pressure and temperature of the air) may come in other, slower messages:
+then the latest one before the row counts, for up to 30 s, so that a slow message never holds back
+a quick one.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gsapp.decoding import air_data
+from gsapp.decoding.air_data import Number
+from gsapp.quantities import FloatArray
+
+DeriveFunction = Callable[..., Any]
+
+LONGEST_HOLD = 30_000_000
+"""Microseconds for which a slow input stands for itself."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Derivation:
+    """How one channel is computed from others.
+
+    Attributes
+    ----------
+    output : str
+        The channel.
+    quick, slow : tuple of str
+        Its inputs, in the order in which `compute` takes them.
+    compute : callable
+        From arrays of shape (n,) to one, or from numbers to a number.
+    density : callable or None
+        From the slow inputs to the density of the air, which `compute` takes in their place.
+    source : str
+        The formula, or where it stands.
+    assumed : str
+        What is assumed for want of a sensor; empty for nothing.
+    """
+
+    output: str
+    quick: tuple[str, ...]
+    slow: tuple[str, ...] = ()
+    compute: DeriveFunction
+    density: DeriveFunction | None = None
+    source: str
+    assumed: str = ""
+
+    @property
+    def description(self) -> str:
+        """Return formula, inputs and assumption in one line."""
+        tail = f"; {self.assumed} assumed" if self.assumed else ""
+        return f"{self.source} from {', '.join(self.inputs)}{tail}"
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Return all inputs."""
+        return self.quick + self.slow
+
+    @property
+    def same(self) -> bool:
+        """Return whether it is its input, under another name."""
+        return self.compute is _identity
+
+
+def _mean(left: Number, right: Number) -> Number:
+    return 0.5 * (left + right)
+
+
+def _identity(value: Number) -> Number:
+    return value
+
+
+_STANDARD_DAY = "temperature of the standard day"
+
+DERIVATIONS: tuple[Derivation, ...] = (
+    Derivation(
+        output="de",
+        quick=("elevator_left", "elevator_right"),
+        compute=_mean,
+        source="(6.1.1)",
+    ),
+    Derivation(
+        output="da", quick=("aileron_left", "aileron_right"), compute=_mean, source="(6.1.2)"
+    ),
+    Derivation(output="dr", quick=("rudder",), compute=_identity, source="(6.1.3)"),
+    # What the vehicle corrected itself goes before the raw difference of pressures.
+    Derivation(
+        output="qbar",
+        quick=("Vc",),
+        compute=air_data.sea_level_dynamic_pressure,
+        source="rho0 Vc^2 / 2",
+    ),
+    Derivation(
+        output="qbar",
+        quick=("V",),
+        slow=("static_pressure", "temperature"),
+        compute=air_data.dynamic_pressure,
+        density=air_data.density,
+        source="rho V^2 / 2",
+    ),
+    Derivation(
+        output="qbar",
+        quick=("V",),
+        slow=("static_pressure",),
+        compute=air_data.dynamic_pressure,
+        density=air_data.standard_density,
+        source="rho V^2 / 2",
+        assumed=_STANDARD_DAY,
+    ),
+    Derivation(
+        output="qbar", quick=("dynamic_pressure",), compute=_identity, source="incompressible flow"
+    ),
+    Derivation(
+        output="Vc",
+        quick=("qbar",),
+        compute=air_data.calibrated_airspeed,
+        source="sqrt(2 qbar / rho0)",
+    ),
+    Derivation(
+        output="V",
+        quick=("qbar",),
+        slow=("static_pressure", "temperature"),
+        compute=air_data.true_airspeed,
+        density=air_data.density,
+        source="sqrt(2 qbar / rho)",
+    ),
+    Derivation(
+        output="V",
+        quick=("qbar",),
+        slow=("static_pressure",),
+        compute=air_data.true_airspeed,
+        density=air_data.standard_density,
+        source="sqrt(2 qbar / rho)",
+        assumed=_STANDARD_DAY,
+    ),
+    Derivation(
+        output="density",
+        quick=("static_pressure",),
+        slow=("temperature",),
+        compute=air_data.density,
+        source="ideal gas",
+    ),
+    Derivation(
+        output="density",
+        quick=("static_pressure",),
+        compute=air_data.standard_density,
+        source="ideal gas",
+        assumed=_STANDARD_DAY,
+    ),
+    Derivation(
+        output="altitude",
+        quick=("static_pressure",),
+        compute=air_data.altitude,
+        source="standard atmosphere",
+    ),
+)
+"""All that can be derived. Of several for one channel the first whose inputs exist is taken."""
+
+
+def select_derivations(available: Collection[str]) -> tuple[Derivation, ...]:
+    """Return what can be derived from channels, and is not among them, in order of computation."""
+    have = set(available)
+    chosen = []
+    for derivation in DERIVATIONS:
+        if derivation.output not in have and have.issuperset(derivation.inputs):
+            chosen.append(derivation)
+            have.add(derivation.output)
+    return tuple(chosen)
+
+
+def underivable_channels(available: Collection[str], lacking: Collection[str]) -> tuple[str, ...]:
+    """Return what could be derived only if some more channels were there.
+
+    Parameters
+    ----------
+    available : collection of str
+        Channels that there are, derived ones among them.
+    lacking : collection of str
+        Channels that there would be, were their instruments calibrated.
+    """
+    whole = {*available, *lacking}
+    return tuple(each.output for each in select_derivations(whole) if each.output not in whole)
+
+
+def source_instruments(measured: Collection[str]) -> dict[str, tuple[str, ...]]:
+    """Return the measured channels that each channel is computed from in the end.
+
+    Parameters
+    ----------
+    measured : collection of str
+        Channels that are not derived; each stands behind itself.
+    """
+    behind: dict[str, tuple[str, ...]] = {name: (name,) for name in measured}
+    for derivation in select_derivations(measured):
+        inputs = (name for given in derivation.inputs for name in behind[given])
+        behind[derivation.output] = tuple(dict.fromkeys(inputs))
+    return behind
+
+
+class SlowInput:
+    """The latest sample of a slow channel before a row.
+
+    A sample counts from the later of its stamp and the flight time at which it came. So it never
+    matters for rows that were complete before it came, however the record is cut.
+
+    Parameters
+    ----------
+    sources : int
+        Number of sources, the better first.
+    """
+
+    def __init__(self, sources: int) -> None:
+        self._since: list[list[int]] = [[] for _ in range(sources)]
+        self._values: list[list[float]] = [[] for _ in range(sources)]
+
+    def push(
+        self, source: int, times: Sequence[int], nows: Sequence[int], values: Iterable[float]
+    ) -> None:
+        """Take samples: stamps and flight time at arrival (us), and values."""
+        since, kept = self._since[source], self._values[source]
+        for time, now, value in zip(times, nows, values, strict=True):
+            # Flight time never goes back, so these are in order but for stamps far ahead.
+            counts = max(time, now)
+            if since and counts < since[-1]:
+                counts = since[-1]
+            since.append(counts)
+            kept.append(value)
+
+    def at(self, micros: FloatArray) -> FloatArray:
+        """Return the value that counts at each of some times (us), NaN where there is none.
+
+        The times increase.
+        """
+        result = np.full(micros.size, np.nan)
+        for since, values in zip(self._since, self._values, strict=True):
+            # Of all that is kept only a few are about these times.
+            start = max(bisect_left(since, micros[0]) - 1, 0)
+            stop = bisect_left(since, micros[-1])
+            if start >= stop:
+                continue
+            counts = np.array(since[start:stop], dtype=np.float64)
+            place = np.searchsorted(counts, micros, side="left") - 1
+            known = place >= 0
+            place = np.maximum(place, 0)
+            known &= micros - counts[place] <= LONGEST_HOLD
+            value = np.where(known, np.array(values[start:stop])[place], np.nan)
+            result = np.where(np.isnan(result), value, result)
+        return result
+
+    def at_singly(self, micros: Sequence[float]) -> list[float]:
+        """Return what `at` does, number by number."""
+        return [self._at(time) for time in micros]
+
+    def _at(self, time: float) -> float:
+        for since, values in zip(self._since, self._values, strict=True):
+            place = bisect_left(since, time) - 1
+            if place >= 0 and time - since[place] <= LONGEST_HOLD:
+                value = values[place]
+                if value == value:
+                    return value
+        return math.nan
+
+    def forget(self, before: int) -> None:
+        """Drop what no later row will ask for: all but the last sample before a time (us)."""
+        for since, values in zip(self._since, self._values, strict=True):
+            if len(since) > 256:
+                place = bisect_left(since, before) - 1
+                if place > 0:
+                    del since[:place], values[:place]

@@ -1,0 +1,168 @@
+"""Where model and flight disagree: which coefficient, maneuver, time and region."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+
+from gsapp.discrepancy.localization import ModelErrorLocation
+from gsapp.discrepancy.results import Disagreement, FlightRegion, ManeuverHistories
+from gsapp.quantities import FloatArray
+
+_WINDOW = 1.0
+"""Length of the stretch that is pointed out, s."""
+_MIN_SAMPLES = 10
+_CHANNELS = {"CX": "ax", "CY": "ay", "CZ": "an", "Cl": "p", "Cm": "q", "Cn": "r"}
+_DEGREES = ("alpha", "beta", "de", "da", "dr", "flap")
+_MAX_DISAGREEMENTS = 30
+
+
+def coefficient_map(
+    shown: Sequence[ManeuverHistories], coefficients: Sequence[str]
+) -> tuple[FloatArray, ...]:
+    """Return, for each model, the RMS of missing coefficients over their floors.
+
+    Returns
+    -------
+    tuple of ndarray, shape (n_maneuvers, n_coefficients)
+        NaN where a coefficient cannot be had.
+    """
+    steps = len(shown[0].missing) if shown else 0
+    return tuple(
+        np.array(
+            [
+                [
+                    _rms(one.missing[step][:, k]) / one.coefficient_floor[name]
+                    for k, name in enumerate(coefficients)
+                ]
+                for one in shown
+            ]
+        )
+        for step in range(steps)
+    )
+
+
+def apply_residual_floor(shown: Sequence[ManeuverHistories]) -> tuple[ManeuverHistories, ...]:
+    """Return maneuvers whose coefficients have what is left of them as their floor.
+
+    Where nothing more is proven to be missing, the rest is turbulence, and noise in colors that
+    the smoothing of coefficients does not take away.
+    """
+    rest = {
+        name: float(np.nanmedian([_rms(one.missing[-1][:, column]) for one in shown]))
+        for column, name in enumerate(shown[0].coefficients)
+        if any(np.isfinite(one.missing[-1][:, column]).any() for one in shown)
+    }
+    return tuple(
+        replace(
+            one,
+            coefficient_floor={
+                name: max(floor, rest.get(name, 0.0))
+                for name, floor in one.coefficient_floor.items()
+            },
+        )
+        for one in shown
+    )
+
+
+def _rms(history: FloatArray) -> float:
+    good = history[np.isfinite(history)]
+    return float(np.sqrt(np.mean(good**2))) if good.size else float("nan")
+
+
+def find_disagreements(
+    shown: Sequence[ManeuverHistories], found: Sequence[ModelErrorLocation], false_alarm: float
+) -> tuple[Disagreement, ...]:
+    """Return the places where the baseline lacks more than noise and turbulence explain.
+
+    Parameters
+    ----------
+    shown : sequence of ManeuverHistories
+    found : sequence of ModelErrorLocation
+        The worst first.
+    false_alarm : float
+        Largest chance that is told.
+    """
+    views = {one.id: one for one in shown}
+    proven = [one for one in found if one.p_value < false_alarm and one.maneuver in views]
+    told = (_locate_in_time(views[one.maneuver], one) for one in proven)
+    return tuple(islice((one for one in told if one is not None), _MAX_DISAGREEMENTS))
+
+
+def _locate_in_time(view: ManeuverHistories, place: ModelErrorLocation) -> Disagreement | None:
+    """Return a place with the second of its maneuver in which most is missing."""
+    if place.coefficient:
+        column = view.coefficients.index(place.coefficient)
+        history = view.missing[0][:, column]
+        floor, channel = view.coefficient_floor[place.coefficient], _CHANNELS[place.coefficient]
+    elif place.channel in view.channels:
+        column, channel = view.channels.index(place.channel), place.channel
+        history = view.measured[:, column] - view.computed[0][:, column]
+        floor = view.floor[channel]
+    else:
+        return None
+    good = np.isfinite(history)
+    if good.sum() < _MIN_SAMPLES:
+        return None
+    dt = float(np.median(np.diff(view.times)))
+    width = min(max(2, round(_WINDOW / dt)), len(history))
+    squares = np.where(good, history, 0.0) ** 2
+    means = np.convolve(squares, np.ones(width), "valid") / np.maximum(
+        np.convolve(good, np.ones(width), "valid"), 1.0
+    )
+    start = int(np.argmax(means))
+    return Disagreement(
+        coefficient=place.coefficient,
+        channel=channel,
+        maneuver=view.id,
+        t_start=float(view.times[start]),
+        t_end=float(view.times[min(start + width, len(view.times) - 1)]),
+        rms=float(np.sqrt(means[start])),
+        noise_floor=floor,
+        p_value=place.p_value,
+        region=_region(view, history),
+    )
+
+
+def _region(one: ManeuverHistories, history: FloatArray) -> FlightRegion | None:
+    """Return the variable whose high or low end the missing part gathers at."""
+    best: tuple[float, FlightRegion] | None = None
+    size = np.abs(history)
+    for variable, values in one.conditions.items():
+        good = np.isfinite(size) & np.isfinite(values)
+        if good.sum() < 20 or np.ptp(values[good]) <= 0.0:
+            continue
+        low, high = np.quantile(values[good], (0.2, 0.8))
+        if high <= low:
+            continue
+        for side, inside in (("above", values > high), ("below", values < low)):
+            part, rest = size[good & inside], size[good & ~inside]
+            if part.size < 10 or rest.size < 10:
+                continue
+            ratio = float(np.mean(part) / max(np.mean(rest), 1e-12))
+            if best is None or ratio > best[0]:
+                edge = high if side == "above" else low
+                ends = (edge, float(values[good].max()))
+                if side == "below":
+                    ends = (float(values[good].min()), edge)
+                best = (
+                    ratio,
+                    FlightRegion(
+                        variable=variable,
+                        low=float(ends[0]),
+                        high=float(ends[1]),
+                        words=f"{variable} {side} {_format_condition(variable, float(edge))}",
+                    ),
+                )
+    return None if best is None or best[0] < 1.5 else best[1]
+
+
+def _format_condition(variable: str, value: float) -> str:
+    if variable in _DEGREES:
+        return f"{np.degrees(value):.1f} deg"
+    if variable == "V":
+        return f"{value:.1f} m/s"
+    return f"{value:.2f}"

@@ -1,0 +1,160 @@
+"""Which effect is it? Candidates compete; a name needs a margin over everything that looks alike.
+
+Evidence is the probability of a candidate among all that compete, each with its gain in
+log-likelihood and a prior: structure without a name is taken to be rarer than what the catalog
+holds. Candidates whose columns look nearly alike are told apart by fitting each one fully.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gsapp.discrepancy.candidates import CandidateEffect
+from gsapp.discrepancy.screening import CandidateScreening
+from gsapp.quantities import FloatArray
+
+UNNAMED_EFFECT_PRIOR = 0.03
+"""Prior of each product without a name, over that of an effect of the catalog."""
+MIN_CATALOG_PROBABILITY = 0.8
+"""Probability of the catalog as a whole from which something of it is said."""
+MIN_EFFECT_PROBABILITY = 0.95
+"""Share of that probability from which one name is said, not a set."""
+LAG_DELAY_FACTOR = 0.37
+"""What a difference in gain between a lag and a delay of one signal counts for: the filter knows
+only in part how turbulence and a noisy control show through either. A gain of 16, four deviations,
+makes a name."""
+CREDIBLE_SET_MASS = 0.95
+"""Probability that the set of alternatives holds together."""
+
+DecisionKind = Literal["nothing", "name", "ambiguous", "unexplained"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class EffectDecision:
+    """What the competition came to.
+
+    Attributes
+    ----------
+    kind : str
+    best : CandidateEffect or None
+        The most probable one of the catalog, or without a name where `kind` is unexplained.
+    alternatives : tuple of CandidateEffect
+        The set that these flights cannot tell apart, most probable first.
+    evidence : ndarray, shape (n_competitors,)
+        Probabilities, in the order of the screening's competitors.
+    gain : ndarray, shape (n_competitors,)
+        Gains in the sum of squares that they rest on.
+    """
+
+    kind: DecisionKind
+    best: CandidateEffect | None
+    alternatives: tuple[CandidateEffect, ...]
+    evidence: FloatArray
+    gain: FloatArray
+
+
+def detection_threshold(false_alarm: float, competitors: Sequence[CandidateEffect]) -> float:
+    """Return the gain in the sum of squares that chance reaches in a share `false_alarm`.
+
+    What has no name must gain more by its prior, and so has less of a chance.
+    """
+    from scipy.optimize import brentq
+    from scipy.stats import chi2
+
+    more = -2.0 * log_priors(competitors)
+    if not len(more):
+        return float(chi2.isf(false_alarm, 1))
+    alike = float(chi2.isf(false_alarm / len(more), 1))
+    return float(
+        brentq(
+            lambda gain: float(chi2.sf(gain + more, 1).sum()) - false_alarm,
+            alike - float(more.max()) - 1.0,
+            alike + 1.0,
+        )
+    )
+
+
+def select_effect(
+    screening: CandidateScreening, gain: FloatArray, *, least: float, temper: float
+) -> EffectDecision:
+    """Return what the competition comes to.
+
+    Parameters
+    ----------
+    screening : CandidateScreening
+    gain : ndarray, shape (n_competitors,)
+        Gains in the sum of squares, those of full fits put in.
+    least : float
+        Below this nothing is said.
+    temper : float
+        1 where the noise model holds; less where gains are exaggerated.
+    """
+    competitors = screening.competitors
+    evidence = posterior_probabilities(competitors, _discount_lag_delay(competitors, gain) * temper)
+    order = np.argsort(-evidence, kind="stable")
+    # What has no name must be that much clearer.
+    clear = gain * temper + 2.0 * log_priors(competitors)
+    if not len(order) or float(np.max(clear)) < least:
+        return EffectDecision(
+            kind="nothing", best=None, alternatives=(), evidence=evidence, gain=gain
+        )
+    best = competitors[int(order[0])]
+    alternatives = _credible_set(competitors, evidence, order)
+    named = sum(float(p) for one, p in zip(competitors, evidence, strict=True) if one.named)
+    if named < 0.5:
+        kind: DecisionKind = "unexplained"
+    elif named < MIN_CATALOG_PROBABILITY:
+        kind = "unexplained"
+    elif best.named and evidence[order[0]] >= MIN_EFFECT_PROBABILITY * named:
+        kind = "name"
+    else:
+        kind = "ambiguous"
+        alternatives = tuple(one for one in alternatives if one.named)
+        best = alternatives[0]
+    return EffectDecision(
+        kind=kind, best=best, alternatives=alternatives, evidence=evidence, gain=gain
+    )
+
+
+def posterior_probabilities(competitors: Sequence[CandidateEffect], gain: FloatArray) -> FloatArray:
+    """Return the probability of each candidate among all, for gains in the sum of squares."""
+    log = 0.5 * gain + log_priors(competitors)
+    weight = np.exp(log - log.max()) if len(log) else log
+    found: FloatArray = weight / weight.sum()
+    return found
+
+
+def _discount_lag_delay(competitors: Sequence[CandidateEffect], gain: FloatArray) -> FloatArray:
+    """Return gains in which a lag and a delay of one signal differ by less (`LAG_DELAY_FACTOR`)."""
+    places = {one.id: place for place, one in enumerate(competitors)}
+    eased = gain.copy()
+    for name, place in places.items():
+        signal, _, kind = name.rpartition(".")
+        other = places.get(f"{signal}.delay")
+        if kind == "lag" and other is not None:
+            low, high = sorted((place, other), key=lambda one: float(gain[one]))
+            eased[low] = gain[high] - LAG_DELAY_FACTOR * (gain[high] - gain[low])
+    return eased
+
+
+def log_priors(competitors: Sequence[CandidateEffect]) -> FloatArray:
+    """Return the logarithm of each candidate's prior."""
+    return np.array([0.0 if one.named else math.log(UNNAMED_EFFECT_PRIOR) for one in competitors])
+
+
+def _credible_set(
+    competitors: Sequence[CandidateEffect], evidence: FloatArray, order: NDArray[np.intp]
+) -> tuple[CandidateEffect, ...]:
+    total, chosen = 0.0, []
+    for place in order:
+        chosen.append(competitors[int(place)])
+        total += float(evidence[int(place)])
+        if total >= CREDIBLE_SET_MASS:
+            break
+    return tuple(chosen)

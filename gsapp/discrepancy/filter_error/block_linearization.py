@@ -1,0 +1,377 @@
+"""A linearization taken together in blocks: all of a filter that no noise model changes.
+
+Samples are taken together in blocks of about 0.04 s. Gusts join the states, and behind them what
+late instruments are still to show. What a block's start does to the means of its channels and to
+its end follows sample by sample.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from gsapp.discrepancy.filter_error.instrument_delay import path_delay, path_lag, visible_shares
+from gsapp.discrepancy.filter_error.motion_linearization import Linearization, NominalMotion
+from gsapp.discrepancy.filter_error.noise_model import GUST_ROWS
+from gsapp.dynamics.signal_terms import lag_weights
+from gsapp.quantities import BoolArray, FloatArray
+
+_BLOCK = 0.04
+"""Length of a block, s."""
+_SCALES = (1.0, 0.01, 0.01, 0.05, 0.05, 0.05, 0.02, 0.02)
+"""Sizes (SI) that make the states comparable: V, alpha, beta, p, q, r, phi, theta."""
+_GUST_SCALES = (1.0, 0.01, 0.01)
+_READING_SCALE = 0.02
+_MIN_VALID_SHARE = 0.6
+"""Share of its samples that must count for a channel to count in a block."""
+_MAX_DELAY = 0.08
+"""Time through which a deviation is followed until a delayed instrument shows it, s."""
+
+
+class NoiseGain(NamedTuple):
+    """How process noise at one instant of a block comes through, for the mean dynamics.
+
+    Attributes
+    ----------
+    weight : float
+        s of noise that the instant stands for.
+    state : ndarray, shape (n_x, n_x)
+        To the state at the end of the block.
+    channels : ndarray, shape (n_channels, n_x)
+        To the means of the channels over the block.
+    """
+
+    weight: float
+    state: FloatArray
+    channels: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _DelayedReading:
+    """A reading that a late instrument is still to show, as a state.
+
+    It is made, from sample to sample, of itself (`decay`) and of what goes in, then (`old`) and
+    now (`new`): the channel without its path or, behind a lag or a sample of delay, another
+    reading.
+
+    Attributes
+    ----------
+    channel : int
+    row, source : int
+        Places among the states; without source the channel itself goes in.
+    decay, old, new : float
+    """
+
+    channel: int
+    row: int
+    source: int | None = None
+    decay: float = 0.0
+    old: float = 1.0
+    new: float = 0.0
+
+
+class _DelayedInstruments:
+    """The readings of all late instruments of a linearization, and what is shown of them."""
+
+    def __init__(self, found: Linearization) -> None:
+        self.readings: list[_DelayedReading] = []
+        self.shown: dict[int, dict[int | None, float]] = {}
+        """By channel: shares of the readings at these rows (None: of the channel itself)."""
+        self._first = len(found.states) + len(GUST_ROWS)
+        dt = found.record.dt
+        for channel, path in found.paths.items():
+            tau, delay = path_lag(path), path_delay(path) / dt
+            last: int | None = None
+            if tau is not None:
+                decay, old, new = lag_weights(tau, dt)
+                last = self._add(channel, None, decay=decay, old=old, new=new)
+            delay = min(max(delay, 0.0), round(_MAX_DELAY / dt))
+            for _ in range(int(delay)):
+                last = self._add(channel, last)
+            rest = delay - int(delay)
+            self.shown[channel] = {last: 1.0 - rest}
+            if rest > 0.0:
+                self.shown[channel][self._add(channel, last)] = rest
+
+    def _add(self, channel: int, source: int | None, **weights: float) -> int:
+        row = self._first + len(self.readings)
+        self.readings.append(_DelayedReading(channel=channel, row=row, source=source, **weights))
+        return row
+
+
+class BlockLinearization:
+    """A maneuver's linearization in blocks; see the attributes of `SteadyStateFilter`.
+
+    Parameters
+    ----------
+    linearization : Linearization
+    motion : NominalMotion
+    lengths : tuple of float, optional
+        Effective scale lengths of the gusts, m; without them gusts stay as they are.
+    """
+
+    def __init__(
+        self, linearization: Linearization, motion: NominalMotion, lengths: tuple[float, ...] | None
+    ) -> None:
+        record = linearization.record
+        n_states, n = linearization.states.shape
+        self.linearization, self.gust, self.lengths = linearization, motion.gust, lengths
+        self.V = float(np.mean(linearization.states[0]))
+        self._late = _DelayedInstruments(linearization)
+        size = n_states + len(GUST_ROWS) + len(self._late.readings)
+        stepwise = np.zeros((n - 1, size, size))
+        stepwise[:, :n_states, :n_states] = linearization.transition
+        for place, (row, length) in enumerate(zip(GUST_ROWS, lengths or (), strict=False)):
+            rate = self.V / length
+            column = n_states + place
+            stepwise[:, :n_states, column] = -rate * record.dt * linearization.transition[:, :, row]
+            stepwise[:, column, column] = np.exp(-rate * record.dt)
+        for one in self._late.readings:
+            if one.source is None:
+                goes_in = linearization.by_state[:, one.channel]
+                stepwise[:, one.row, :n_states] = one.old * goes_in[:-1]
+                stepwise[:, one.row] += one.new * (goes_in[1:, None] @ stepwise[:, :n_states])[:, 0]
+                stepwise[:, one.row, one.row] = one.decay
+            else:
+                stepwise[:, one.row, one.source] = 1.0
+        block = max(1, round(_BLOCK / record.dt))
+        n_blocks = n // block
+        reach = np.empty((n_blocks, block + 1, size, size))
+        reach[:, 0] = np.eye(size)
+        for k in range(block):
+            step = stepwise[k::block][:n_blocks]
+            np.matmul(step, reach[: len(step), k], out=reach[: len(step), k + 1])
+            reach[len(step) :, k + 1] = reach[len(step) :, k]
+        whole = n_blocks * block
+        shows = self._shows[:whole].reshape(n_blocks, block, -1, size)
+        # All samples of a block side by side: one product each.
+        wide = shows.transpose(0, 2, 1, 3).reshape(n_blocks, -1, block * size)
+        self.by_state = wide @ reach[:, :block].reshape(n_blocks, -1, size) / block
+        counted = (
+            record.counted[:whole].reshape(n_blocks, block, -1).mean(axis=1) > _MIN_VALID_SHARE
+        )
+        self.counted: BoolArray = counted
+        self.block = block
+        self.stepwise = stepwise
+        self.reach = reach[:, :block]
+        self.transition = np.ascontiguousarray(reach[:-1, block])
+
+    @property
+    def n_states(self) -> int:
+        """Return the number of states of the equations, which come first."""
+        return len(self.linearization.states)
+
+    def unsure(self, process: FloatArray) -> FloatArray:
+        """Return the variance in means of channels that are shown as of between two samples.
+
+        Process noise of intensity `process`, (n_states, n_states), is not straight in between.
+        """
+        found, variances = self.linearization, np.zeros(len(self.linearization.record.channels))
+        dt = found.record.dt
+        for channel, path in found.paths.items():
+            between = path_delay(path) / dt % 1.0
+            if path_lag(path) is None:
+                slopes = found.by_state[:, channel].mean(axis=0)
+                intensity = float(slopes @ process @ slopes)
+                variances[channel] = between * (1.0 - between) * dt * intensity / self.block
+        return variances
+
+    @cached_property
+    def _shows(self) -> FloatArray:
+        """Return what channels show of all states, (n, n_channels, n_x)."""
+        found = self.linearization
+        n, n_channels, n_states = found.by_state.shape
+        shows = np.zeros((n, n_channels, len(self.scales)))
+        shows[:, :, :n_states] = found.by_state
+        for channel, shares in self._late.shown.items():
+            shows[:, channel] *= shares.get(None, 0.0)
+            for row, share in shares.items():
+                if row is not None:
+                    shows[:, channel, row] = share
+        return shows
+
+    @property
+    def at_rest(self) -> FloatArray:
+        """Return all states by those of the equations and gusts, at the start, (n_x, ...)."""
+        first = self.linearization.by_state[0]
+        rest = np.eye(len(self.scales))[:, : self.n_states + len(GUST_ROWS)]
+        for one in self._late.readings:
+            rest[one.row, : self.n_states] = first[one.channel]
+        return rest
+
+    @property
+    def scales(self) -> FloatArray:
+        """Return a size for each state: columns of initial states are in these units."""
+        own = (1.0,) * (self.n_states - len(_SCALES))
+        late = (_READING_SCALE,) * len(self._late.readings)
+        return np.array((*_SCALES, *own, *_GUST_SCALES, *late))
+
+    @cached_property
+    def ways(self) -> tuple[NoiseGain, ...]:
+        """Return how noise in each step of a block comes through."""
+        found = self.linearization
+        step = self.stepwise.mean(axis=0)
+        half = 0.5 * (np.eye(len(step)) + step)
+        goes_in = found.by_state.mean(axis=0)
+        for one in self._late.readings:
+            half[one.row] = one.new * (goes_in[one.channel] @ half[: self.n_states])
+        shares = np.stack(
+            [
+                visible_shares(found.paths.get(channel, ()), found.record.dt, self.block)
+                for channel in range(len(goes_in))
+            ]
+        )
+        return _noise_gains(step, half, self._shows.mean(axis=0), shares, found.record.dt)
+
+    @cached_property
+    def reaching(self) -> FloatArray:
+        """Return what rates at each sample of a block, and at the one after it, change.
+
+        Rates run in straight lines from sample to sample, as in the residual, where half a sample's
+        delay would be seen too.
+
+        Returns
+        -------
+        ndarray, shape (n_blocks, block + 1, n_channels + n_x, n_states)
+            The means of the channels over the block, by what is added; the state at its end, by
+            what must be taken from it.
+        """
+        found = self.linearization
+        n_states, block, dt = self.n_states, self.block, found.record.dt
+        n_blocks, n_channels, n_x = self.by_state.shape
+        whole = n_blocks * block
+        shows = self._shows[:whole].reshape(n_blocks, block, n_channels, n_x)
+        steps = np.zeros((whole, n_x, n_x))
+        steps[: len(self.stepwise)] = self.stepwise[:whole]
+        steps = steps.reshape(n_blocks, block, n_x, n_x)
+        now, after = self._rates_into_readings()
+        both = np.zeros((n_blocks, block + 1, n_channels + n_x, n_states))
+        # Backward through the block: how later channels, and its end, depend on a sample's state.
+        later = np.zeros((n_blocks, n_channels + n_x, n_x))
+        later[:, n_channels:] = np.eye(n_x)
+        ends = np.minimum(np.arange(1, n_blocks + 1) * block, len(now) - 1)
+        both[:, block] = 0.5 * dt * (later[:, :, :n_states] + later @ now[ends])
+        for sample in range(block - 1, -1, -1):
+            places = np.arange(n_blocks) * block + sample
+            lost = 0.5 * dt * (later @ after[places])
+            later = later @ steps[:, sample]
+            both[:, sample] = (1.0 if sample else 0.5) * dt * later[:, :, :n_states] - lost
+            if sample:
+                both[:, sample] += 0.5 * dt * (later @ now[places])
+                both[:, sample, :n_channels] += (
+                    0.5 * dt * (shows[:, sample, :, :n_states] + shows[:, sample] @ now[places])
+                )
+            later[:, :n_channels] += shows[:, sample]
+        both[:, :, :n_channels] /= block
+        both[:, :, n_channels:] *= -1.0
+        return both
+
+    def _rates_into_readings(self) -> tuple[FloatArray, FloatArray]:
+        """Return what rates do to late readings beside what steps make of them.
+
+        Returns
+        -------
+        now, after : ndarray, shape (n, n_x, n_states)
+            Half a step of a rate is in its own sample already, and so in the reading there; the
+            other half comes after it, and not in what the next reading makes of that sample.
+        """
+        found = self.linearization
+        now = np.zeros((len(found.by_state), len(self.scales), self.n_states))
+        after = np.zeros_like(now)
+        for one in self._late.readings:
+            if one.source is None:
+                goes_in = found.by_state[:, one.channel]
+                now[:, one.row], after[:, one.row] = one.new * goes_in, one.old * goes_in
+        return now, after
+
+    @cached_property
+    def defects(self) -> FloatArray:
+        """Return by how much the model misses the motion in each step, shape (n - 1, n_x)."""
+        found = self.linearization
+        n_states, n_moved = self.n_states, self.n_states + len(GUST_ROWS)
+        gone = np.vstack((found.stepped, np.zeros_like(self.gust[:, 1:])))
+        by_gust = self.stepwise[:, :n_moved, n_states:n_moved] @ self.gust[:, :-1].T[:, :, None]
+        missed = gone + by_gust[:, :, 0].T - np.vstack((found.states, self.gust))[:, 1:]
+        defects = np.zeros((missed.shape[1], len(self.scales)))
+        defects[:, :n_moved] = missed.T
+        for one in self._late.readings:
+            goes_in = found.by_state[1:, one.channel]
+            defects[:, one.row] = one.new * (goes_in * defects[:, :n_states]).sum(axis=1)
+        return defects
+
+    @cached_property
+    def _zeros(self) -> FloatArray:
+        return self.means(self.linearization.zeros)
+
+    @cached_property
+    def _unbiased(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        found = self.linearization
+        record, size = found.record, self.block
+        defects = self.defects
+        n_blocks, _, n_x = self.by_state.shape
+        within = np.zeros((n_blocks, size + 1, n_x))
+        padded = np.zeros((n_blocks * size, n_x))
+        steps = np.zeros((n_blocks * size, n_x, n_x))
+        last = min(len(padded), len(defects))
+        padded[:last], steps[:last] = defects[:last], self.stepwise[:last]
+        by_block = padded.reshape(n_blocks, size, -1)
+        steps = steps.reshape(n_blocks, size, n_x, n_x)
+        for k in range(size):
+            carried = steps[:, k] @ within[:, k, :, None]
+            within[:, k + 1] = carried[:, :, 0] + by_block[:, k]
+        whole = n_blocks * size
+        shows = self._shows[:whole].reshape(n_blocks, size, -1, n_x)
+        seen = (shows @ within[:, :size, :, None])[:, :, :, 0]
+        z = (record.measured - found.computed)[:whole].reshape(n_blocks, size, -1) - seen
+        counted = record.counted[:whole].reshape(n_blocks, size, -1)
+        z = (z * counted).sum(axis=1) / np.maximum(counted.sum(axis=1), 1)
+        return z, within[:-1, size], within[:, :size]
+
+    def residual(self, bias: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the residual, `bias` given for each channel (`Linearization.zeros`).
+
+        Returns
+        -------
+        z : ndarray, shape (n_blocks, n_channels)
+        b : ndarray, shape (n_blocks - 1, n_x)
+        within : ndarray, shape (n_blocks, block, n_x)
+            What the defects of a block's motion add up to, at its samples.
+        """
+        z, b, within = self._unbiased
+        return (z - bias * self._zeros) * self.counted, b, within
+
+    def means(self, history: FloatArray) -> FloatArray:
+        """Return the means over the blocks of histories along the first axis."""
+        whole = len(self.by_state) * self.block
+        total = history[0 : whole : self.block].copy()
+        for sample in range(1, self.block):
+            total += history[sample : whole : self.block]
+        total /= self.block
+        return total
+
+
+def _noise_gains(
+    step: FloatArray, half: FloatArray, output: FloatArray, shares: FloatArray, dt: float
+) -> tuple[NoiseGain, ...]:
+    """Return how noise in the middle between one sample of a block and the next comes through.
+
+    At a sample it would be seen there wholly, and act from there on only: half a sample late.
+    """
+    block = shares.shape[1] // 2
+    reach = [half]
+    for _ in range(block):
+        reach.append(step @ reach[-1])
+    # What samples show of it: those before at once what they show, the others as it went on.
+    seen = [output @ half] * block + [output @ one for one in reach[:block]]
+    seen = [share[:, None] * one for share, one in zip(shares.T, seen, strict=True)]
+    return tuple(
+        NoiseGain(
+            weight=dt,
+            state=reach[block - 1 - k],
+            channels=sum(seen[block - 1 - k : 2 * block - 1 - k], np.zeros_like(output)) / block,
+        )
+        for k in range(block)
+    )

@@ -1,0 +1,375 @@
+"""A model fitted to many maneuvers by filter error, with its noise.
+
+Parameters are those of the equations (derivatives, effects), of control paths and instruments, and
+one bias for each channel of each flight; initial states of each maneuver are projected out. Each
+`FilterErrorFit.pass_` linearizes anew along the filter's own prediction, which depends on earlier
+samples only: sensitivities are so independent of the noise that they are compared with.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gsapp.discrepancy.filter_error.information_matrix import InformationMatrix
+from gsapp.discrepancy.filter_error.kalman import create_filter
+from gsapp.discrepancy.filter_error.maneuver_record import ManeuverRecord
+from gsapp.discrepancy.filter_error.maneuver_state import (
+    FilteredColumns,
+    ManeuverState,
+    filter_columns,
+    predicted_motion,
+)
+from gsapp.discrepancy.filter_error.motion_linearization import (
+    Linearization,
+    NominalMotion,
+    initial_motion,
+    linearize_along,
+)
+from gsapp.discrepancy.filter_error.noise_model import NoiseModel, initial_noise
+from gsapp.discrepancy.filter_error.path_sensitivity import path_columns
+from gsapp.discrepancy.filter_error.sensitivity_columns import SensitivityColumn, SensitivityEntry
+from gsapp.dynamics.buildup import derivative_names, linear_variables
+from gsapp.dynamics.flight_model import FlightModel
+from gsapp.dynamics.model import Model
+from gsapp.foundation import FlightError
+from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE, GRAVITY
+
+BIAS_PRIOR_STD: Mapping[str, float] = {
+    "V": 0.3,
+    **dict.fromkeys(("alpha", "beta", "phi", "theta"), 0.3 * DEGREE),
+    **dict.fromkeys(("p", "q", "r"), 0.3 * DEGREE),
+    **dict.fromkeys(("ax", "ay", "an"), 0.02 * GRAVITY),
+}
+"""Zero error that an instrument may have after its calibration (SI), standard deviation."""
+
+_DERIVATIVES = frozenset(derivative_names())
+
+ExtraColumns = Callable[[Linearization], Sequence[SensitivityColumn]]
+"""What to add to the columns of the model: candidates, in the order of their names."""
+
+
+def bias_name(flight: str, channel: str) -> str:
+    """Return the name of the bias of a channel in a flight."""
+    return f"bias.{flight}.{channel}"
+
+
+@dataclass(slots=True, kw_only=True, eq=False)
+class FilterErrorFit:
+    """A model, its noise, and its maneuvers.
+
+    Attributes
+    ----------
+    model : Model
+    free : tuple of str
+        Free parameters: derivatives, and ``<effect id>.<parameter>``.
+    values : dict of str to float
+        Of the free parameters.
+    biases : dict of str to float
+        By `bias_name`.
+    noise : dict of str to NoiseModel
+        By flight.
+    maneuvers : list of ManeuverState
+    """
+
+    model: Model
+    free: tuple[str, ...]
+    values: dict[str, float]
+    biases: dict[str, float]
+    noise: dict[str, NoiseModel]
+    maneuvers: list[ManeuverState] = field(default_factory=list)
+
+    # --- making ---------------------------------------------------------------------------------
+
+    @classmethod
+    def begin(
+        cls,
+        records: Sequence[ManeuverRecord],
+        model: Model,
+        free: Sequence[str],
+        noise: Mapping[str, NoiseModel] | None = None,
+    ) -> FilterErrorFit:
+        """Return a fit that has seen nothing yet; without noise given, it is guessed."""
+        if noise is None:
+            noise = {
+                flight: initial_noise([one for one in records if one.flight == flight])
+                for flight in sorted({record.flight for record in records})
+            }
+        fit = cls(
+            model=model,
+            free=tuple(free),
+            values={},
+            biases={
+                bias_name(record.flight, name): 0.0
+                for record in records
+                for name in record.channels
+            },
+            noise=dict(noise),
+        )
+        made: dict[int, FlightModel] = {}
+        for record in records:
+            aircraft = record.maneuver.aircraft
+            flight_model = made.setdefault(id(aircraft), FlightModel(aircraft, model))
+            fit.maneuvers.append(
+                ManeuverState(
+                    record=record,
+                    flight_model=flight_model,
+                    motion=initial_motion(record, flight_model),
+                )
+            )
+        fit.values = fit._model_values()
+        return fit
+
+    def with_model(self, model: Model, free: Sequence[str]) -> FilterErrorFit:
+        """Return a fit of another model that starts where this one stands."""
+        fit = FilterErrorFit.begin([one.record for one in self.maneuvers], model, free, self.noise)
+        fit.biases = dict(self.biases)
+        for new, old in zip(fit.maneuvers, self.maneuvers, strict=True):
+            own = new.motion.states[8:]
+            new.motion = NominalMotion(
+                states=np.vstack((old.motion.states[:8], own)), gust=old.motion.gust.copy()
+            )
+        return fit
+
+    def only(self, ids: Sequence[str]) -> FilterErrorFit:
+        """Return a fit of some of the maneuvers, sharing their states."""
+        return FilterErrorFit(
+            model=self.model,
+            free=self.free,
+            values=dict(self.values),
+            biases=dict(self.biases),
+            noise=dict(self.noise),
+            maneuvers=[one for one in self.maneuvers if one.record.id in set(ids)],
+        )
+
+    def _model_values(self) -> dict[str, float]:
+        model = self.maneuvers[0].flight_model
+        table = dict(zip(model.parameter_names, model.defaults, strict=True))
+        for terms in (*model.control_terms.values(), *model.sensor_terms.values()):
+            for term, values in terms:
+                for item, value in zip(term.parameters, values, strict=True):
+                    table[f"{term.id}.{item.name}"] = value
+        return {name: table[name] for name in self.free}
+
+    def _bounds(self) -> dict[str, tuple[float, float]]:
+        """Return within what the parameters of effects make sense."""
+        aircraft = self.maneuvers[0].record.maneuver.aircraft
+        return {
+            f"{effect.id}.{item.name}": item.bounds
+            for effect in self.model.effects
+            for item in effect.term(aircraft).parameters
+        }
+
+    def revised_model(self) -> Model:
+        """Return the model with the values of the fit."""
+        model = self.model
+        derivatives = {name: value for name, value in self.values.items() if name in _DERIVATIVES}
+        model = model.with_derivatives(derivatives)
+        for effect in self.model.effects:
+            prefix = f"{effect.id}."
+            own = {
+                name.removeprefix(prefix): value
+                for name, value in self.values.items()
+                if name.startswith(prefix)
+            }
+            if own:
+                model = model.with_effect(effect.id, {**effect.parameters, **own})
+        return model
+
+    def _take(self, model: Model) -> None:
+        """Put the values of the fit into the flight models."""
+        self.model = model
+        made: dict[int, FlightModel] = {}
+        for one in self.maneuvers:
+            aircraft = one.record.maneuver.aircraft
+            one.flight_model = made.setdefault(id(aircraft), FlightModel(aircraft, model))
+
+    # --- one pass -------------------------------------------------------------------------------
+
+    def bias_names(self) -> tuple[str, ...]:
+        """Return the names of the biases of the maneuvers here."""
+        return tuple(
+            dict.fromkeys(
+                bias_name(one.record.flight, name)
+                for one in self.maneuvers
+                for name in one.record.channels
+            )
+        )
+
+    def priors(self) -> dict[str, tuple[float, float]]:
+        """Return what is known of the biases beforehand, relative to where they stand."""
+        return {
+            name: (-self.biases[name], BIAS_PRIOR_STD[name.rpartition(".")[2]])
+            for name in self.bias_names()
+        }
+
+    def linearized(self, one: ManeuverState) -> Linearization:
+        """Return the model linearized along a maneuver's motion."""
+        model = one.flight_model
+        equations = tuple(
+            name for name in self.free if name in model.parameter_names and name not in _DERIVATIVES
+        )
+        return linearize_along(
+            one.record,
+            model,
+            np.array(model.defaults),
+            one.motion,
+            equations,
+            speed_zero=self.biases.get(bias_name(one.record.flight, "V"), 0.0),
+        )
+
+    def bias_of(self, record: ManeuverRecord) -> FloatArray:
+        """Return the zero error of each channel of a maneuver; see `Linearization.zeros`."""
+        return np.array([self.biases[bias_name(record.flight, name)] for name in record.channels])
+
+    def model_columns(self, one: ManeuverState, found: Linearization) -> list[SensitivityColumn]:
+        """Return the columns of the free parameters."""
+        ones = np.ones(len(one.record))
+        columns: list[SensitivityColumn] = []
+        paths = path_columns(one.flight_model, found)
+        for name in self.free:
+            if name in paths:
+                columns.append(paths[name])
+            elif name in found.free:
+                columns.append((SensitivityEntry(place=f"free.{name}", history=ones),))
+            else:
+                coefficient, _, suffix = name.partition("_")
+                read = (
+                    ones
+                    if suffix == "0"
+                    else found.variables[linear_variables(coefficient)[suffix]]
+                )
+                columns.append((SensitivityEntry(place=coefficient, history=read),))
+        return columns
+
+    def whitened(self, one: ManeuverState, extra: ExtraColumns | None = None) -> FilteredColumns:
+        """Return free parameters, extra columns and biases, in this order, as the filter sees them.
+
+        The maneuver's filter must be up to date.
+        """
+        linearization = one.filtered.linearization
+        columns = self.model_columns(one, linearization)
+        if extra is not None:
+            columns += extra(linearization)
+        columns += [
+            (SensitivityEntry(place=f"channel.{name}", history=linearization.zeros[:, place]),)
+            for place, name in enumerate(one.record.channels)
+        ]
+        return filter_columns(one.filtered, columns, self.bias_of(one.record))
+
+    def linearize(self) -> None:
+        """Linearize along all motions as they stand, and filter with the noise as it stands."""
+        for one in self.maneuvers:
+            noise = self.noise[one.record.flight]
+            one.filter = create_filter(self.linearized(one), noise, one.motion)
+
+    def refilter(self) -> None:
+        """Filter anew where only the noise changed."""
+        for one in self.maneuvers:
+            one.filter = one.filtered.with_noise(self.noise[one.record.flight])
+
+    def information(
+        self, extra: tuple[tuple[str, ...], ExtraColumns] | None = None
+    ) -> InformationMatrix:
+        """Return the information of all maneuvers, as last filtered.
+
+        Parameters
+        ----------
+        extra : tuple of names and function, optional
+            Columns of candidates. Without them what was seen stays, for `step`.
+        """
+        parts = (self.information_of(one, extra, keep=extra is None) for one in self.maneuvers)
+        return self.total(parts, () if extra is None else extra[0])
+
+    def total(
+        self, parts: Iterable[InformationMatrix], extra: tuple[str, ...] = ()
+    ) -> InformationMatrix:
+        """Return the sum of what maneuvers say, with so many columns of candidates."""
+        names = (*self.free, *extra)
+        total = InformationMatrix(names=names, matrix=np.zeros((len(names) + 1,) * 2), samples=0.0)
+        for one in parts:
+            total = total + one
+        return total
+
+    def pass_(self) -> InformationMatrix:
+        """Linearize, filter, and return the information of all maneuvers."""
+        self.linearize()
+        return self.information()
+
+    def information_of(
+        self,
+        one: ManeuverState,
+        extra: tuple[tuple[str, ...], ExtraColumns] | None = None,
+        *,
+        keep: bool = False,
+    ) -> InformationMatrix:
+        """Return the information of one maneuver; its filter must be up to date.
+
+        With `keep` what was seen of it stays, for `step`.
+        """
+        names, columns_of = ((), None) if extra is None else extra
+        seen = self.whitened(one, columns_of)
+        if keep:
+            one.seen = seen
+        rows, n_local = seen.rows, seen.n_local
+        basis, _ = np.linalg.qr(rows[:, -1 - n_local : -1])
+        rest = np.hstack((rows[:, : -1 - n_local], rows[:, -1:]))
+        rest -= basis @ (basis.T @ rest)
+        record = one.record
+        biases = [bias_name(record.flight, name) for name in record.channels]
+        return InformationMatrix(
+            names=(*self.free, *names, *biases),
+            matrix=rest.T @ rest,
+            samples=float(one.filtered.counted.sum()) - n_local,
+        )
+
+    def cost(self) -> float:
+        """Return minus two log likelihoods of all innovations, as last filtered."""
+        left = self.information().with_priors(self.priors())
+        left = left.projected((*self.free, *self.bias_names()))
+        sizes = sum(one.filtered.log_size for one in self.maneuvers)
+        return float(left.matrix[-1, -1]) + sizes
+
+    # --- going on -------------------------------------------------------------------------------
+
+    def step(self, information: InformationMatrix) -> float:
+        """Move to the solution of the last pass; return the largest move over its deviation."""
+        names = (*self.free, *self.bias_names())
+        moves, covariance = information.with_priors(self.priors()).solution(names)
+        by_name = dict(zip(names, moves, strict=True))
+        for one in self.maneuvers:
+            self._follow(one, by_name)
+        bounds = self._bounds()
+        for name in self.free:
+            moved = self.values[name] + by_name[name]
+            low, high = bounds.get(name, (-np.inf, np.inf))
+            self.values[name] = float(min(max(moved, low), high))
+        if not np.isfinite(moves).all():
+            raise FlightError("the fit of a model with an effect ran away; refuse the effect")
+        for name in self.bias_names():
+            self.biases[name] += by_name[name]
+        self._take(self.revised_model())
+        sizes = np.abs(moves) / np.sqrt(covariance.diagonal())
+        return float(sizes[: len(self.free)].max()) if self.free else 0.0
+
+    def settle(self) -> None:
+        """Take the filter's prediction as the new motion, values as they are."""
+        for one in self.maneuvers:
+            self._follow(one, {})
+
+    def _follow(self, one: ManeuverState, moves: Mapping[str, float]) -> None:
+        """Move the motion of a maneuver to what the filter predicts with the moved parameters."""
+        flight = one.record.flight
+        names = (*self.free, *(bias_name(flight, name) for name in one.record.channels))
+        chosen = names if one.seen is not None else ()
+        moved = np.array([moves.get(name, 0.0) for name in chosen])
+        one.motion = predicted_motion(one, moved, self.bias_of(one.record))
+
+    def residual_innovations(self, one: ManeuverState) -> FloatArray:
+        """Return innovations (n_blocks, n_channels) as values and motion stand, not whitened."""
+        z, b, _ = one.filtered.residual(self.bias_of(one.record))
+        found, _ = one.filtered.innovations(z[:, :, None], b[:, :, None])
+        return np.asarray(found[:, :, 0])

@@ -1,0 +1,391 @@
+"""The steady-state filter of one maneuver, and signals seen through it.
+
+The filter predicts from one block of samples (`blocks`) to the next and compares the means of the
+channels over it, which costs no information at the frequencies at which an aircraft moves. With
+the filter's gain K, deviations dx of the states from the motion that the model was linearized
+along obey, between predictions,
+
+    dx[k+1] = Phi_k (1 - K C_k) dx[k] + Phi_k K z[k] + b[k],     innovation = z[k] - C_k dx[k],
+
+for the residual (z: measured minus computed, b: minus the defect of the motion) and for the
+change that a parameter makes (z: its part in the channels, b: minus its part in the rates) alike.
+Within blocks both are carried from sample to sample. Colored noise of a channel is a state like
+any other: differences of successive means in its place would hold the turbulence of two blocks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import LinAlgError
+from scipy.linalg.lapack import dtbtrs
+
+from gsapp.discrepancy.filter_error.block_linearization import BlockLinearization
+from gsapp.discrepancy.filter_error.colored_noise import ColoredNoise
+from gsapp.discrepancy.filter_error.motion_linearization import Linearization, NominalMotion
+from gsapp.discrepancy.filter_error.noise_model import NoiseModel
+from gsapp.discrepancy.filter_error.riccati import solve_lyapunov, steady_covariance
+from gsapp.foundation import FlightError
+from gsapp.quantities import BoolArray, FloatArray
+
+_BANDED_MAX_COLUMNS = 6
+_MIN_INTENSITY = 1e-9
+"""Process noise that every state has, in units of the scales squared per second."""
+_DIVERGED = "the fit of a model ran away; refuse the effect, or check the data"
+
+
+class Adjoints(NamedTuple):
+    """What the smoother makes of innovations (Bryson and Frazier), or what it should make of them.
+
+    The intensity of a noise times its adjoint is its smoothed value. Histories, block by block;
+    covariances where the noise model holds (`SteadyStateFilter.expected`).
+
+    Attributes
+    ----------
+    process : list of ndarray, shape (n_blocks - 1, n_x) or (n_x, n_x)
+        For each of the ways through a block.
+    measurement : ndarray, shape (n_blocks, n_channels) or (n_channels, n_channels)
+    colors : ndarray, shape (n_blocks - 1, n_colored, block) or (n_colored, block)
+        Of what each sample adds to colored noise.
+    """
+
+    process: list[FloatArray]
+    measurement: FloatArray
+    colors: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SteadyStateFilter:
+    """The filter of one maneuver.
+
+    Its states are those of the blocks, and the noise of every colored channel at a block's start.
+
+    Attributes
+    ----------
+    blocks : BlockLinearization
+        What no noise changes.
+    colors : ColoredNoise
+        The colored channels.
+    by_state : ndarray, shape (n_blocks, n_channels, n_x + n_colored)
+        Derivatives of mean channels by the state at a block's start.
+    propagation : ndarray, shape (n_blocks - 1, n_x + n_colored, n_x + n_colored)
+        Phi (1 - K C).
+    injection : ndarray, shape (n_blocks - 1, n_x + n_colored, n_channels)
+        Phi K, zero for channels that do not count in a block.
+    whitener : ndarray, shape (n_blocks, n_channels, n_channels)
+        Turns innovations into uncorrelated ones of unit variance.
+    log_size : float
+        Sum of the logarithms of the determinants of the innovations' covariances.
+    mean_injection : ndarray, shape (n_x + n_colored, n_channels)
+        For the mean dynamics.
+    predicted : ndarray, shape (n_x + n_colored, n_x + n_colored)
+        Covariance of the predicted states.
+    """
+
+    blocks: BlockLinearization
+    colors: ColoredNoise
+    by_state: FloatArray
+    propagation: FloatArray
+    injection: FloatArray
+    whitener: FloatArray
+    log_size: float
+    mean_injection: FloatArray
+    predicted: FloatArray
+
+    @property
+    def linearization(self) -> Linearization:
+        """Return what is filtered."""
+        return self.blocks.linearization
+
+    @property
+    def block(self) -> int:
+        """Return the number of samples taken together."""
+        return self.blocks.block
+
+    @property
+    def counted(self) -> BoolArray:
+        """Return which channels count in which block, shape (n_blocks, n_channels)."""
+        return self.blocks.counted
+
+    def residual(self, bias: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the residual, `bias` given for each channel; see `BlockLinearization.residual`."""
+        return self.blocks.residual(bias)
+
+    def with_noise(self, noise: NoiseModel) -> SteadyStateFilter:
+        """Return the filter of the same maneuver for other noise."""
+        if noise.lengths != self.blocks.lengths:
+            raise ValueError("scale lengths are part of the blocks; make the filter anew")
+        return _filter(self.blocks, noise)
+
+    def innovations(
+        self, z: FloatArray, b: FloatArray, start: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return innovations and deviations of many signals.
+
+        Parameters
+        ----------
+        z : ndarray, shape (n_blocks, n_channels, m)
+        b : ndarray, shape (n_blocks - 1, n_x, m)
+        start : ndarray, shape (n_x, m), optional
+            Deviation at the first sample.
+
+        Returns
+        -------
+        innovations : ndarray, shape (n_blocks, n_channels, m)
+            Zero for what does not count.
+        deviations : ndarray, shape (n_blocks, n_x, m)
+        """
+        found, deviations = self._followed(z, b, start)
+        return found, deviations[:, : b.shape[1]]
+
+    def _followed(
+        self, z: FloatArray, b: FloatArray, start: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return innovations, and deviations of all states with colored noise."""
+        n, _, m = z.shape
+        n_x = b.shape[1]
+        if not self.counted.all():
+            z = z * self.counted[:, :, None]
+        rows = np.zeros((n, self.by_state.shape[2], m))
+        np.matmul(self.injection, z[:-1], out=rows[1:])
+        rows[1:, :n_x] += b
+        if start is not None:
+            rows[0, :n_x] = start
+        deviations = solve_forward(self.propagation, rows)
+        found = z - self.by_state @ deviations
+        if not self.counted.all():
+            found *= self.counted[:, :, None]
+        return found, deviations
+
+    def adjoints(self, innovations: FloatArray) -> Adjoints:
+        """Return what the smoother makes of innovations, shape (n_blocks, n_channels)."""
+        adjoint, measurement = self._backward(innovations)
+        measurement[:-1] -= (adjoint[1:, None] @ self.injection)[:, 0]
+        n_x = len(self.blocks.scales)
+        process = [
+            adjoint[1:, :n_x] @ way.state + measurement[:-1] @ way.channels
+            for way in self.blocks.ways
+        ]
+        own = self.colors
+        colors = adjoint[1:, n_x:, None] * own.by_end
+        colors += measurement[:-1, own.places, None] * own.by_mean
+        return Adjoints(process=process, measurement=measurement, colors=colors)
+
+    def _backward(self, innovations: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the adjoints of states, (n_blocks, n_all), and the weighted innovations."""
+        white = self.whitener @ innovations[:, :, None]
+        weighted = (self.whitener.transpose(0, 2, 1) @ white)[:, :, 0]
+        rows = (weighted[:, None] @ self.by_state)[:, 0]
+        # Backward in time: reversed, with transposed propagation.
+        backward = np.ascontiguousarray(self.propagation[::-1].transpose(0, 2, 1))
+        adjoint = solve_forward(backward, rows[::-1, :, None].copy())[::-1, :, 0]
+        return adjoint, weighted
+
+    def _expected_backward(self) -> tuple[FloatArray, FloatArray]:
+        """Return the covariances of `_backward` where the noise model holds."""
+        flat = self.whitener.reshape(-1, self.whitener.shape[2])
+        precision = flat.T @ flat / len(self.whitener)
+        M = self.propagation.mean(axis=0)
+        C = self.by_state.mean(axis=0)
+        scales = np.concatenate((self.blocks.scales, self.colors.sizes))
+        C_s, M_s = C * scales, M * scales / scales[:, None]
+        try:
+            state = solve_lyapunov(M_s, C_s.T @ precision @ C_s)
+        except LinAlgError as error:
+            raise FlightError(_DIVERGED) from error
+        return state / scales[:, None] / scales, precision
+
+    def kept_colors(self, z: FloatArray, b: FloatArray) -> FloatArray:
+        """Return what share of colored noise the smoother sees from block to block, (n_colored,).
+
+        The root of E[(n[k+1] - kappa n[k]) n[k]] = 0, given all measurements of the maneuver.
+
+        Parameters
+        ----------
+        z, b : ndarray
+            The residual; see `innovations`.
+        """
+        n_x = len(self.blocks.scales)
+        innovations, deviations = self._followed(z[:, :, None], b[:, :, None])
+        adjoint, _ = self._backward(innovations[:, :, 0])
+        smooth = deviations[:, n_x:, 0] + adjoint @ self.predicted[:, n_x:]
+        information, _ = self._expected_backward()
+        left = np.eye(len(self.predicted)) - information @ self.predicted
+        same = np.diag(self.predicted @ left)[n_x:]
+        next_ = np.diag(self.predicted @ self.propagation.mean(axis=0).T @ left)[n_x:]
+        count = len(smooth) - 1
+        held = (smooth[1:] * smooth[:-1]).sum(axis=0) + count * next_
+        found: FloatArray = held / ((smooth[:-1] ** 2).sum(axis=0) + count * same)
+        return found
+
+    def expected(self) -> Adjoints:
+        """Return the covariances of `adjoints` where the noise model holds."""
+        state, precision = self._expected_backward()
+        J = self.mean_injection
+        crossing = state @ J
+        measurement = precision + J.T @ crossing
+        n_x = len(self.blocks.scales)
+        process = []
+        for _, N, O in self.blocks.ways:  # noqa: E741
+            crossed = N.T @ crossing[:n_x] @ O
+            process.append(
+                N.T @ state[:n_x, :n_x] @ N - crossed - crossed.T + O.T @ measurement @ O
+            )
+        own = self.colors
+        rows = np.arange(n_x, n_x + len(own.places))
+        colors = state[rows, rows, None] * own.by_end**2
+        colors -= 2.0 * crossing[rows, own.places, None] * own.by_end * own.by_mean
+        colors += measurement[own.places, own.places, None] * own.by_mean**2
+        return Adjoints(process=process, measurement=measurement, colors=colors)
+
+
+def create_filter(
+    linearization: Linearization, noise: NoiseModel | None, motion: NominalMotion
+) -> SteadyStateFilter:
+    """Return the filter for a linearized maneuver; without noise model, none: output error."""
+    return _filter(
+        BlockLinearization(linearization, motion, None if noise is None else noise.lengths), noise
+    )
+
+
+def _filter(blocks: BlockLinearization, noise: NoiseModel | None) -> SteadyStateFilter:
+    channels = blocks.linearization.record.channels
+    colors = ColoredNoise.of(noise, channels, blocks.block)
+    n_x, n_all = len(blocks.scales), len(blocks.scales) + len(colors.places)
+    transition = np.zeros((len(blocks.transition), n_all, n_all))
+    transition[:, :n_x, :n_x] = blocks.transition
+    transition[:, range(n_x, n_all), range(n_x, n_all)] = colors.kept
+    by_state = np.zeros((*blocks.by_state.shape[:2], n_all))
+    by_state[:, :, :n_x] = blocks.by_state
+    by_state[:, colors.places, range(n_x, n_all)] = colors.shown
+    n_blocks, n_channels = blocks.counted.shape
+    if noise is None:
+        injection = np.zeros((n_blocks - 1, n_all, n_channels))
+        whitener = np.broadcast_to(np.eye(n_channels), (n_blocks, n_channels, n_channels))
+        log_size, P = 0.0, np.zeros((n_all, n_all))
+    else:
+        P, shared, of_means = _steady_covariance(
+            blocks, noise, colors, transition.mean(axis=0), by_state.mean(axis=0)
+        )
+        # What is expected of states hardly changes with speed; what they show does.
+        crossed = by_state @ P
+        covariance = crossed @ by_state.transpose(0, 2, 1) + of_means
+        whitener = np.linalg.inv(np.linalg.cholesky(covariance))
+        precision = whitener.transpose(0, 2, 1) @ whitener
+        injection = transition @ crossed[:-1].transpose(0, 2, 1) + shared
+        injection = injection @ precision[:-1]
+        log_size = -2.0 * float(np.log(np.diagonal(whitener, axis1=1, axis2=2)).sum())
+    if not blocks.counted.all():
+        injection *= blocks.counted[:-1, None, :]
+    return SteadyStateFilter(
+        blocks=blocks,
+        colors=colors,
+        by_state=by_state,
+        propagation=transition - injection @ by_state[:-1],
+        injection=injection,
+        whitener=whitener,
+        log_size=log_size,
+        mean_injection=injection.mean(axis=0),
+        predicted=P,
+    )
+
+
+def _steady_covariance(
+    blocks: BlockLinearization,
+    noise: NoiseModel,
+    colors: ColoredNoise,
+    transition: FloatArray,
+    by_state: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the steady covariance of states, and what noise within a block adds.
+
+    Returns
+    -------
+    P : ndarray, shape (n_all, n_all)
+        Of predicted states, for the mean dynamics.
+    shared : ndarray, shape (n_all, n_channels)
+        Process noise of a block is seen in the means over that block already: covariance of its
+        part in the end of the block and in the means.
+    of_means : ndarray, shape (n_channels, n_channels)
+        Covariance of the means where states are known: noise of instruments and within the block.
+    """
+    channels = blocks.linearization.record.channels
+    n_x = len(blocks.scales)
+    scales = np.concatenate((blocks.scales, colors.sizes))
+    A = transition / scales[:, None] * scales
+    C = by_state * scales
+    measured = noise.of_means(channels, blocks.block)
+    n_states = blocks.n_states
+    Q = np.zeros((n_x, n_x))
+    Q[: n_states + 3, : n_states + 3] = noise.process(blocks.V, n_states)
+    moved = blocks.linearization.rate_by_control
+    Q[:n_states, :n_states] += np.einsum("nic,c,njc->ij", moved, noise.controls, moved) / len(moved)
+    measured += blocks.unsure(Q[:n_states, :n_states])
+    Q = Q / blocks.scales[:, None] / blocks.scales
+    # Channels in units of their noise: the equation is badly scaled otherwise.
+    units = np.sqrt(measured)
+    units[colors.places] = np.sqrt(colors.variance_of_means)
+    C, R = C / units[:, None], np.diag(measured / units**2)
+    ways = [
+        (way.weight, way.state / scales[:n_x, None] * scales[:n_x],
+         way.channels * scales[:n_x] / units[:, None])
+        for way in blocks.ways
+    ]  # fmt: skip
+    rows, places = np.arange(n_x, len(scales)), colors.places
+    for least in (_MIN_INTENSITY, 1e3 * _MIN_INTENSITY, 1e6 * _MIN_INTENSITY):
+        own = Q + least * np.eye(n_x)
+        arrived = np.zeros(A.shape)
+        shared = np.zeros(C.T.shape)
+        noise_of_means = R.copy()
+        for weight, N, O in ways:  # noqa: E741
+            arrived[:n_x, :n_x] += weight * N @ own @ N.T
+            shared[:n_x] += weight * N @ own @ O.T
+            noise_of_means += weight * O @ own @ O.T
+        arrived[rows, rows] += (colors.by_end**2).sum(axis=1) * colors.added / colors.sizes**2
+        shared[rows, places] += (
+            (colors.by_end * colors.by_mean).sum(axis=1)
+            * colors.added
+            / (colors.sizes * units[places])
+        )
+        noise_of_means[places, places] += (
+            (colors.by_mean**2).sum(axis=1) * colors.added / units[places] ** 2
+        )
+        try:
+            P = steady_covariance(A, C, arrived, noise_of_means, shared)
+            break
+        except (LinAlgError, ValueError):
+            continue
+    else:
+        raise FlightError(_DIVERGED)
+    return (
+        P * scales[:, None] * scales,
+        shared * scales[:, None] * units,
+        noise_of_means * units[:, None] * units,
+    )
+
+
+def solve_forward(propagation: FloatArray, rows: FloatArray) -> FloatArray:
+    """Solve d[0] = b[0], d[k+1] - M_k d[k] = b[k+1].
+
+    Parameters
+    ----------
+    propagation : ndarray, shape (n - 1, n_x, n_x)
+    rows : ndarray, shape (n, n_x, m)
+        Right-hand sides; overwritten with the solution, which is returned.
+    """
+    steps, size, _ = propagation.shape
+    n, _, m = rows.shape
+    if m > _BANDED_MAX_COLUMNS:
+        # With many right-hand sides a product a step is quicker than the banded solver.
+        for k in range(steps):
+            rows[k + 1] += propagation[k] @ rows[k]
+        return rows
+    band = np.zeros((n, size, 2 * size))
+    for i in range(size):
+        for j in range(size):
+            band[:-1, j, size + i - j] = -propagation[:, i, j]
+    flat = np.asfortranarray(rows.reshape(n * size, m))
+    solved, _ = dtbtrs(band.reshape(n * size, 2 * size).T, flat, uplo="L", diag="U", overwrite_b=1)
+    return np.asarray(solved).reshape(n, size, m)

@@ -1,0 +1,85 @@
+"""A maneuver made ready: compared channels, inputs, and the motion to linearize along."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.motion import MeasuredMotion, measured_motion
+from gsapp.quantities import BoolArray, FloatArray
+
+INTEGRATED_STATES = ("V", "alpha", "beta", "p", "q", "r", "phi", "theta")
+"""Polar states that are integrated; heading changes nothing."""
+COMPARED_CHANNELS = ("V", "alpha", "beta", "p", "q", "r", "ax", "ay", "an", "phi", "theta")
+"""Channels that are compared, where they were measured."""
+_ALWAYS_FROM_RECORD = frozenset(("ax", "ay", "an"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ManeuverRecord:
+    """One maneuver, ready for linearization.
+
+    Attributes
+    ----------
+    maneuver : Maneuver
+    motion : MeasuredMotion
+    dt : float
+        s.
+    channels : tuple of str
+    measured : ndarray, shape (n, n_channels)
+        SI; zero where a sample does not count.
+    counted : ndarray of bool, shape (n, n_channels)
+    """
+
+    maneuver: Maneuver
+    motion: MeasuredMotion
+    dt: float
+    channels: tuple[str, ...]
+    measured: FloatArray
+    counted: BoolArray
+
+    @property
+    def id(self) -> str:
+        """Return the maneuver's id."""
+        return self.maneuver.id
+
+    @property
+    def flight(self) -> str:
+        """Return the name of its flight."""
+        return self.maneuver.flight
+
+    def __len__(self) -> int:
+        """Return the number of samples."""
+        return len(self.measured)
+
+
+def create_maneuver_record(maneuver: Maneuver) -> ManeuverRecord:
+    """Return a maneuver made ready.
+
+    Raises
+    ------
+    FlightError
+        If it holds too little to simulate anything.
+    """
+    motion = measured_motion(maneuver)
+    columns: dict[str, FloatArray] = {}
+    for name in COMPARED_CHANNELS:
+        if name in _ALWAYS_FROM_RECORD or name in motion.measured:
+            samples = maneuver.samples(name)
+            if not np.isfinite(samples).any() and name == "V":
+                # Airspeed that follows from pressures.
+                samples = np.where(motion.filled.get("V", False), np.nan, motion.state("V"))
+            if np.isfinite(samples).any():
+                columns[name] = samples
+    stacked = np.column_stack([*columns.values()])
+    counted = np.isfinite(stacked)
+    return ManeuverRecord(
+        maneuver=maneuver,
+        motion=motion,
+        dt=maneuver.dt,
+        channels=tuple(columns),
+        measured=np.where(counted, stacked, 0.0),
+        counted=counted,
+    )

@@ -1,0 +1,322 @@
+"""A flight model linearized along a motion: what every later step works with.
+
+One Runge-Kutta step per sample gives the defect of the motion; the transition matrices are the
+series of the exponential of the exact Jacobian, averaged over the step. Time comes first.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gsapp.discrepancy.filter_error.equation_jacobian import (
+    CONTROLS,
+    EquationJacobian,
+    SparseGradient,
+    compute_jacobian,
+    linear_combination,
+)
+from gsapp.discrepancy.filter_error.instrument_delay import instrument_output, lead_matrix
+from gsapp.discrepancy.filter_error.maneuver_record import INTEGRATED_STATES, ManeuverRecord
+from gsapp.discrepancy.filter_error.output_jacobian import sensor_inputs
+from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
+from gsapp.dynamics.recorded_controls import simulate_control_path
+from gsapp.dynamics.sensors import OutputModel
+from gsapp.dynamics.signal_terms import (
+    SURFACE_CHANNELS,
+    MemorylessTerm,
+    PathTerms,
+    invert_path,
+    path_response,
+)
+from gsapp.dynamics.terms import VARIABLES
+from gsapp.quantities import FloatArray
+
+__all__ = [
+    "CONTROLS",
+    "Linearization",
+    "NominalMotion",
+    "bias_sensitivity",
+    "initial_motion",
+    "linearize_along",
+    "outputs_along",
+]
+_VARIABLES = tuple(VARIABLES)
+BIAS_REFERENCE_SPEED = 30.0
+"""Airspeed at which its zero error is told, m/s: a pressure's zero is less speed when fast."""
+_MIN_SPEED = 5.0
+"""Airspeed (m/s) below which no pressure is believed."""
+
+
+@dataclass(slots=True, kw_only=True, eq=False)
+class NominalMotion:
+    """The motion of one maneuver that a model is linearized along.
+
+    Attributes
+    ----------
+    states : ndarray, shape (n_states, n)
+        `INTEGRATED_STATES`, then the model's own.
+    gust : ndarray, shape (3, n)
+        Share of V (m/s), beta and alpha (rad) that is turbulence.
+    """
+
+    states: FloatArray
+    gust: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Linearization:
+    """A model near one motion.
+
+    Attributes
+    ----------
+    record : ManeuverRecord
+    paths : dict of int to PathTerms
+        Effects on the paths of channels, by the channel's place.
+    states : ndarray, shape (n_states, n)
+    transition : ndarray, shape (n - 1, n_states, n_states)
+    stepped : ndarray, shape (n_states, n - 1)
+        Where the model goes in one step from each sample.
+    exposed, exposed_rates : ndarray, shape (n, n_channels)
+        What the instruments are exposed to, and its time derivatives.
+    computed : ndarray, shape (n, n_channels)
+        What they make of it; without free biases.
+    by_state : ndarray, shape (n, n_channels, n_states)
+        What is late on their paths is left out.
+    output_by_coefficient, rate_by_coefficient : ndarray, shape (n, ..., 6)
+        Derivatives of channels and rates by CN, CA, CY, Cl, Cm, Cn.
+    output_by_control, rate_by_control : ndarray, shape (n, ..., 5)
+        By `CONTROLS`.
+    variables : dict of str to ndarray, shape (n,)
+        What terms may read.
+    output_rates : ndarray, shape (n, n_channels)
+        Time derivatives of `computed`.
+    zeros : ndarray, shape (n, n_channels)
+        What a zero error of 1 changes; see `bias_sensitivity`.
+    inputs : ndarray, shape (8, n)
+        After the model's control paths.
+    free : tuple of str
+        Further parameters of the equations, with the derivatives of rates and channels by them:
+        `rate_by_free`, `output_by_free`, shape (n, ..., n_free).
+    """
+
+    record: ManeuverRecord
+    paths: dict[int, PathTerms]
+    states: FloatArray
+    transition: FloatArray
+    stepped: FloatArray
+    exposed: FloatArray
+    exposed_rates: FloatArray
+    computed: FloatArray
+    by_state: FloatArray
+    output_by_coefficient: FloatArray
+    rate_by_coefficient: FloatArray
+    output_by_control: FloatArray
+    rate_by_control: FloatArray
+    variables: dict[str, FloatArray]
+    output_rates: FloatArray
+    zeros: FloatArray
+    inputs: FloatArray
+    free: tuple[str, ...]
+    rate_by_free: FloatArray
+    output_by_free: FloatArray
+
+
+def initial_motion(record: ManeuverRecord, model: FlightModel) -> NominalMotion:
+    """Return the measured motion, with the model's own states at rest."""
+    polar = record.motion.states.T[: len(INTEGRATED_STATES)]
+    full = record.motion.states.T
+    own = model.resting_states(tuple(full), tuple(record.motion.inputs.T))
+    rows = [polar, *(np.broadcast_to(np.asarray(one, float), (1, len(record))) for one in own)]
+    return NominalMotion(states=np.vstack(rows), gust=np.zeros((3, len(record))))
+
+
+def linearize_along(
+    record: ManeuverRecord,
+    model: FlightModel,
+    values: FloatArray,
+    motion: NominalMotion,
+    free: tuple[str, ...] = (),
+    speed_zero: float = 0.0,
+) -> Linearization:
+    """Return the model with parameters `values` linearized along a motion.
+
+    Parameters
+    ----------
+    record : ManeuverRecord
+    model : FlightModel
+    values : ndarray
+    motion : NominalMotion
+    free : tuple of str
+        Parameters of the equations to differentiate by.
+    speed_zero : float
+        Zero error of airspeed at `BIAS_REFERENCE_SPEED`, m/s: airspeed shows that much less of a
+        change.
+    """
+    inputs = _surface_inputs(record, model)
+    heading = record.motion.states.T[len(INTEGRATED_STATES)]
+    x, dt, parameters = motion.states, record.dt, tuple(values)
+    state = (*x[:8], heading, *x[8:])
+    found = compute_jacobian(model, state, tuple(inputs), parameters, free)
+    layout, count = found.layout, len(record)
+    seen = sensor_inputs(model, record.channels, state, found)
+    outputs = np.stack([np.broadcast_to(value, (count,)) for value, _ in seen], axis=-1)
+    # What an instrument scales, it scales all through.
+    rows = [slopes for _, slopes in seen]
+    moved = np.gradient(inputs[[MODEL_INPUTS.index(name) for name in CONTROLS]], dt, axis=1)
+    exposed_rates = _output_rates(rows, (*found.rates, *moved), count)
+    output_rates = exposed_rates.copy()
+    zeros = bias_sensitivity(record, x[0])
+    for column, scale in _scales(record, model, outputs, speed_zero * zeros).items():
+        rows[column] = linear_combination((scale, rows[column]))
+        output_rates[:, column] *= scale
+    states = slice(0, layout.n_states)
+    jacobian = np.ascontiguousarray(layout.stacked(found.rate_slopes, states, count))
+    step = 0.5 * dt * (jacobian[1:] + jacobian[:-1])
+    square = step @ step
+    transition = np.eye(layout.n_states) + step + 0.5 * square + (square @ step) / 6.0
+    by_state = np.ascontiguousarray(layout.stacked(rows, states, count))
+    computed, paths = outputs.copy(), _instrument_paths(record, model)
+    for column, path in paths.items():
+        computed[:, column] = instrument_output(
+            path, outputs[:, column], exposed_rates[:, column], dt
+        )
+        ahead = lead_matrix(path, jacobian)
+        if ahead is not None:
+            by_state[:, column] = (by_state[:, column, None] @ ahead)[:, 0]
+    return Linearization(
+        record=record,
+        paths=paths,
+        states=x,
+        transition=transition,
+        stepped=_next_states(model, x, heading, inputs, found.rates, dt, parameters),
+        exposed=outputs,
+        exposed_rates=exposed_rates,
+        computed=computed,
+        by_state=by_state,
+        output_by_coefficient=layout.stacked(rows, layout.coefficients, count),
+        rate_by_coefficient=layout.stacked(found.rate_slopes, layout.coefficients, count),
+        output_by_control=layout.stacked(rows, layout.controls, count),
+        rate_by_control=layout.stacked(found.rate_slopes, layout.controls, count),
+        variables=_variables(record, model, found, x[0]),
+        output_rates=output_rates,
+        zeros=zeros,
+        inputs=inputs,
+        free=free,
+        rate_by_free=layout.stacked(found.rate_slopes, layout.parameters, count),
+        output_by_free=layout.stacked(rows, layout.parameters, count),
+    )
+
+
+def outputs_along(record: ManeuverRecord, model: FlightModel, motion: NominalMotion) -> FloatArray:
+    """Return the computed channels of a model with its own values along a motion, (n, n_channels).
+
+    As simulators compute them, all samples at hand.
+    """
+    inputs = _surface_inputs(record, model)
+    x, heading = motion.states, record.motion.states.T[len(INTEGRATED_STATES)]
+    values = OutputModel(model, record.channels).values((*x[:8], heading, *x[8:]), tuple(inputs))
+    outputs = np.stack([np.broadcast_to(one, (len(record),)) for one in values], axis=-1)
+    for column, path in _instrument_paths(record, model).items():
+        outputs[:, column] = path_response(path, outputs[:, column], record.dt).values
+    return outputs
+
+
+def bias_sensitivity(record: ManeuverRecord, V: FloatArray) -> FloatArray:
+    """Return what a zero error of 1 changes in each channel, (n, n_channels), at airspeeds (n,).
+
+    Each channel by 1, airspeed by what a pressure does that changes it by 1 at
+    `BIAS_REFERENCE_SPEED`.
+    """
+    zeros = np.ones((len(record), len(record.channels)))
+    if "V" in record.channels:
+        zeros[:, record.channels.index("V")] = BIAS_REFERENCE_SPEED / np.maximum(V, _MIN_SPEED)
+    return zeros
+
+
+def _next_states(
+    model: FlightModel,
+    x: FloatArray,
+    heading: FloatArray,
+    inputs: FloatArray,
+    rates: FloatArray,
+    dt: float,
+    values: tuple[float, ...],
+) -> FloatArray:
+    """Return where a Runge-Kutta step goes from each sample; inputs go straight in between."""
+
+    def at(moved: FloatArray, psi: FloatArray, given: FloatArray) -> FloatArray:
+        found = model.rates((*moved[:8], psi, *moved[8:]), tuple(given), values)
+        return np.array(np.broadcast_arrays(*found[:8], *found[9:]))
+
+    start, k1 = x[:, :-1], rates[:, :-1]
+    psi, given = 0.5 * (heading[1:] + heading[:-1]), 0.5 * (inputs[:, 1:] + inputs[:, :-1])
+    k2 = at(start + 0.5 * dt * k1, psi, given)
+    k3 = at(start + 0.5 * dt * k2, psi, given)
+    k4 = at(start + dt * k3, heading[1:], inputs[:, 1:])
+    stepped: FloatArray = start + dt / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+    return stepped
+
+
+def _output_rates(
+    rows: list[SparseGradient], rates: tuple[FloatArray, ...], count: int
+) -> FloatArray:
+    """Return the time derivatives of channels, for rates of states and controls."""
+    table = np.zeros((len(rows), count))
+    for row, slopes in enumerate(rows):
+        for column, slope in slopes.items():
+            if column < len(rates):
+                table[row] += slope * rates[column]
+    return table.T
+
+
+def _variables(
+    record: ManeuverRecord, model: FlightModel, found: EquationJacobian, V: FloatArray
+) -> dict[str, FloatArray]:
+    count = (len(record),)
+    table = {
+        name: np.array(np.broadcast_to(np.asarray(one, dtype=float), count))
+        for name, one in zip(_VARIABLES, found.totals.variables, strict=True)
+    }
+    table["alpha_dot_hat"] = 0.5 * found.rates[1] * model.chord / V
+    table["beta_dot_hat"] = 0.5 * found.rates[2] * model.span / V
+    return table
+
+
+def _surface_inputs(record: ManeuverRecord, model: FlightModel) -> FloatArray:
+    """Return the inputs after the model's control paths, (8, n)."""
+    inputs = record.motion.inputs.T.copy()
+    for channel, path in model.sensor_terms.items():
+        if channel in CONTROLS:
+            row = MODEL_INPUTS.index(channel)
+            inputs[row] = invert_path(path, inputs[row], record.dt).values
+    for surface, path in model.control_terms.items():
+        row = MODEL_INPUTS.index(SURFACE_CHANNELS[surface])
+        inputs[row] = simulate_control_path(path, inputs[row], record.dt).values
+    return inputs
+
+
+def _instrument_paths(record: ManeuverRecord, model: FlightModel) -> dict[int, PathTerms]:
+    """Return the model's effects on the paths of channels, by the channel's place."""
+    return {
+        record.channels.index(name): path
+        for name, path in model.sensor_terms.items()
+        if name in record.channels
+    }
+
+
+def _scales(
+    record: ManeuverRecord, model: FlightModel, outputs: FloatArray, zeros: FloatArray
+) -> dict[int, FloatArray]:
+    """Return by how much instruments without memory multiply changes, by channel's place."""
+    scales: dict[int, FloatArray] = {}
+    if "V" in record.channels:
+        column = record.channels.index("V")
+        scales[column] = 1.0 - zeros[:, column] / np.maximum(outputs[:, column], _MIN_SPEED)
+    for column, path in _instrument_paths(record, model).items():
+        for term, values in path:
+            if isinstance(term, MemorylessTerm):
+                slope = term.jacobian((outputs[:, column],), (), values).reads[0]
+                scales[column] = scales.get(column, np.ones(len(outputs))) * slope
+    return scales

@@ -1,0 +1,226 @@
+"""What the filter believes of noise: instruments, turbulence, and unmeasured moments."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from gsapp.discrepancy.filter_error.equation_jacobian import CONTROLS
+from gsapp.discrepancy.filter_error.maneuver_record import ManeuverRecord
+from gsapp.dynamics.flight_model import MODEL_INPUTS
+from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE
+
+GUSTS = ("u", "v", "w")
+GUST_ROWS = (0, 2, 1)
+"""States that gusts along x, y, z enter: V, beta, alpha."""
+WHITE_SHARE = 0.02
+"""White noise of a channel whose noise is colored, over the variance that each sample adds."""
+_INITIAL_GUST_INTENSITY = 0.1
+_INITIAL_MOMENT_INTENSITY = 0.01
+_MAX_MOTION_FREQUENCY = 12.0
+"""Frequency above which no aircraft of this size moves, Hz."""
+_MIN_FREQUENCIES = 50
+_MIN_SAMPLES = 10
+_MEDIAN_OF_NORMAL = 0.6745
+_RHO = np.concatenate(([0.0], np.linspace(0.3, 0.9, 61)))
+"""Correlations that are tried; what changes more slowly than the last is a bias or turbulence."""
+_MAX_WHITE_CORRELATION = 0.35
+"""Correlation below which noise counts as white."""
+_MIN_STD: Mapping[str, float] = {
+    "V": 0.02,
+    "ax": 0.01,
+    "ay": 0.01,
+    "an": 0.01,
+    **dict.fromkeys(("alpha", "beta", "phi", "theta"), 0.005 * DEGREE),
+    **dict.fromkeys(("p", "q", "r"), 0.02 * DEGREE),
+}
+"""No instrument is believed better than this (SI), standard deviation."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoiseModel:
+    """Covariances of the filter.
+
+    Turbulence is first order: in gust g with time constant L/V, ``g' = -V/L g + w``, and the same
+    white noise w drives the airspeed or flow angle. L is an effective length: Dryden's shape for
+    side and up gusts has 0.7 of its scale length.
+
+    Attributes
+    ----------
+    variances : mapping of str to float
+        Of the noise of each channel, white per sample, SI squared; of colored noise, of what each
+        sample adds to it.
+    correlations : mapping of str to float
+        Of colored noise from sample to sample, 0 to 1; channels with white noise are left out.
+    gusts : tuple of float
+        Intensity of the white noise behind the gusts along x, y, z, m^2/s^3.
+    lengths : tuple of float
+        Effective scale lengths, m.
+    moments : float
+        Intensity of white noise in p', q', r', rad^2/s^3: what no channel shows.
+    controls : tuple of float
+        Intensity of the noise in the measured de, da, dr, flap, throttle, rad^2 s: the model flies
+        with it, the aircraft does not.
+    """
+
+    variances: Mapping[str, float]
+    gusts: tuple[float, float, float] = (_INITIAL_GUST_INTENSITY,) * 3
+    lengths: tuple[float, float, float] = (150.0, 60.0, 40.0)
+    moments: float = _INITIAL_MOMENT_INTENSITY
+    correlations: Mapping[str, float] = field(default_factory=dict)
+    controls: tuple[float, ...] = (0.0,) * len(CONTROLS)
+
+    def of_means(self, channels: Sequence[str], block: int) -> FloatArray:
+        """Return the variance of the white noise in means over blocks, shape (n_channels,).
+
+        With colored noise little of it is white: steps of the converter.
+        """
+        return np.array(
+            [
+                self.variances[name] / block * (WHITE_SHARE if name in self.correlations else 1.0)
+                for name in channels
+            ]
+        )
+
+    def with_value(self, name: str, value: float) -> NoiseModel:
+        """Return the model with one number changed: ``gust.w``, ``length.w``, ``moments``."""
+        if name == "moments":
+            return replace(self, moments=value)
+        kind, _, axis = name.partition(".")
+        place = GUSTS.index(axis)
+        old = self.gusts if kind == "gust" else self.lengths
+        new = tuple(value if index == place else one for index, one in enumerate(old))
+        if kind == "gust":
+            return replace(self, gusts=(new[0], new[1], new[2]))
+        return replace(self, lengths=(new[0], new[1], new[2]))
+
+    def value(self, name: str) -> float:
+        """Return one of its numbers; see `with_value`."""
+        if name == "moments":
+            return self.moments
+        kind, _, axis = name.partition(".")
+        return (self.gusts if kind == "gust" else self.lengths)[GUSTS.index(axis)]
+
+    def with_variances(self, variances: Mapping[str, float]) -> NoiseModel:
+        """Return the model with other instrument noise."""
+        bounded = {name: max(one, _MIN_STD[name] ** 2) for name, one in variances.items()}
+        return replace(self, variances=bounded)
+
+    def process(self, V: float, n_states: int) -> FloatArray:
+        """Return the intensity of process noise, shape (n_states + 3, n_states + 3)."""
+        scales = (1.0, 1.0 / V**2, 1.0 / V**2)
+        found = np.zeros((n_states + 3, n_states + 3))
+        for place, (row, intensity, scale) in enumerate(
+            zip(GUST_ROWS, self.gusts, scales, strict=True)
+        ):
+            entry = np.zeros(n_states + 3)
+            entry[row] = entry[n_states + place] = 1.0
+            found += intensity * scale * np.outer(entry, entry)
+        for row in (3, 4, 5):
+            found[row, row] += self.moments
+        return found
+
+    def gust_rms(self, V: float) -> dict[str, float]:
+        """Return the standard deviation (m/s) of the gusts along u, v, w at airspeed V."""
+        return {
+            name: float(np.sqrt(0.5 * intensity * length / V))
+            for name, intensity, length in zip(GUSTS, self.gusts, self.lengths, strict=True)
+        }
+
+
+def initial_noise(records: Sequence[ManeuverRecord]) -> NoiseModel:
+    """Return where tuning starts: third differences of the channels, which motion leaves alone."""
+    names = dict.fromkeys(name for record in records for name in record.channels)
+    correlations = {name: _correlation(records, name) for name in names}
+    found = {
+        name: [_from_differences(record, name) for record in records if name in record.channels]
+        for name in names
+    }
+    variances = {name: float(np.median(values)) for name, values in found.items()}
+    return NoiseModel(
+        variances=variances,
+        controls=tuple(
+            float(np.median([_intensity(record, name) for record in records])) for name in CONTROLS
+        ),
+        correlations={
+            name: one for name, one in correlations.items() if one > _MAX_WHITE_CORRELATION
+        },
+    ).with_variances(variances)
+
+
+def _from_differences(record: ManeuverRecord, name: str) -> float:
+    """Return the variance of a channel's white noise from its third differences.
+
+    Robust, so that the corners of an input do not count.
+    """
+    column = record.channels.index(name)
+    samples = np.where(record.counted[:, column], record.measured[:, column], np.nan)
+    found = _third_differences(samples)
+    return _MIN_STD[name] ** 2 if found is None else found
+
+
+def _third_differences(samples: FloatArray) -> float | None:
+    differences = np.diff(samples, 3)
+    differences = differences[np.isfinite(differences)]
+    if differences.size <= _MIN_SAMPLES:
+        return None
+    size = float(np.median(np.abs(differences))) / _MEDIAN_OF_NORMAL
+    # 20 = 1 + 9 + 9 + 1.
+    return size * size / 20.0
+
+
+def _intensity(record: ManeuverRecord, control: str) -> float:
+    """Return the intensity of white noise in a measured control."""
+    found = _third_differences(record.motion.inputs[:, MODEL_INPUTS.index(control)])
+    return 0.0 if found is None else found * record.dt
+
+
+def sample_variance(record: ManeuverRecord, name: str, correlation: float) -> float:
+    """Return the variance of a channel's noise, tones of the engines included; 0 if unknown.
+
+    From the power above the frequencies at which an aircraft moves; below, noise goes on flat, or
+    as a first-order recursion with this correlation from sample to sample.
+    """
+    column = record.channels.index(name)
+    if not record.counted[:, column].all():
+        return 0.0
+    power, angle = _periodogram(record.measured[:, column])
+    high = angle > 2.0 * np.pi * _MAX_MOTION_FREQUENCY * record.dt
+    if high.sum() < _MIN_FREQUENCIES:
+        return 0.0
+    shape = 1.0 + correlation**2 - 2.0 * correlation * np.cos(angle[high])
+    return float((power[high] * shape).mean()) / (1.0 - correlation**2)
+
+
+def _correlation(records: Sequence[ManeuverRecord], name: str) -> float:
+    """Return the correlation of a channel's noise from sample to sample.
+
+    The shape of a first-order recursion fitted (Whittle) to the periodogram above the frequencies
+    at which an aircraft moves: there all is noise, or turbulence.
+    """
+    cost = np.zeros(len(_RHO))
+    for record in records:
+        column = record.channels.index(name) if name in record.channels else -1
+        if column < 0 or not record.counted[:, column].all():
+            continue
+        power, angle = _periodogram(record.measured[:, column])
+        high = angle > 2.0 * np.pi * _MAX_MOTION_FREQUENCY * record.dt
+        power, angle = power[high], angle[high]
+        if len(power) < _MIN_FREQUENCIES:
+            continue
+        shape = 1.0 + _RHO[:, None] ** 2 - 2.0 * _RHO[:, None] * np.cos(angle)
+        size = (power * shape).mean(axis=1)
+        cost += len(power) * np.log(size) - np.log(shape).sum(axis=1)
+    return float(_RHO[int(np.argmin(cost))])
+
+
+def _periodogram(samples: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return power and angle (rad a sample); tapered, so that slow motion does not leak."""
+    count = len(samples)
+    taper = np.hanning(count)
+    slow = np.polyval(np.polyfit(np.arange(count), samples, 3), np.arange(count))
+    found = np.fft.rfft((samples - slow) * taper)
+    return np.abs(found) ** 2 / (taper**2).sum(), np.linspace(0.0, np.pi, len(found))

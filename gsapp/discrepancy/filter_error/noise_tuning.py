@@ -1,0 +1,244 @@
+"""Noise found from the innovations themselves: the filter that makes them whitest.
+
+All intensities and variances are components of one covariance that is linear in them. Each is
+multiplied by the ratio of what the innovations hold of it to what they should: the fixed point is
+the maximum of the likelihood (H. Zhou et al., MM algorithms for variance components models, J.
+Comput. Graph. Stat. 28, 2019). One filter and one smoother pass serve all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gsapp.discrepancy.filter_error.filter_error_fit import FilterErrorFit
+from gsapp.discrepancy.filter_error.maneuver_state import ManeuverState
+from gsapp.discrepancy.filter_error.noise_model import GUST_ROWS, GUSTS, WHITE_SHARE, NoiseModel
+
+_LARGEST_STEP = 6.0
+_UP, _DOWN = 0.6, 2.0
+_BOUNDS = (1e-9, 100.0)
+_SKIPPED = 5
+"""Blocks at the start, which the initial state has used up."""
+
+
+def tune_noise(fit: FilterErrorFit, rounds: int = 4) -> None:
+    """Tune the noise of every flight of a fit, in place, and filter with it.
+
+    The fit must have been linearized.
+    """
+    for flight in fit.noise:
+        own = [one for one in fit.maneuvers if one.record.flight == flight]
+        if own:
+            noise = fit.noise[flight]
+            for _ in range(rounds):
+                noise = _update_variances(fit, own, noise)
+            fit.noise[flight] = noise
+    fit.refilter()
+
+
+def select_noise_correlation(fit: FilterErrorFit, rounds: int) -> None:
+    """Decide, in place, whether the noise of instruments is colored; the fit was linearized.
+
+    What looks like it may be turbulence. So it is tried as it looks, with the instruments that
+    turbulence reaches like the others, with those white, and all white; the most likely one stays.
+    """
+    first = fit.noise
+    if not any(one.correlations for one in first.values()):
+        return
+    best, least = first, np.inf
+    tried: list[dict[str, dict[str, float]]] = []
+    for shape in _CORRELATION_HYPOTHESES:
+        wanted = {name: shape(one) for name, one in first.items()}
+        if any(_is_near_tried(wanted, one) for one in tried):
+            continue
+        tried.append(wanted)
+        fit.noise = {name: replace(one, correlations=wanted[name]) for name, one in first.items()}
+        tune_noise(fit, rounds)
+        cost = fit.cost()
+        if cost < least:
+            best, least = fit.noise, cost
+    fit.noise = dict(best)
+    fit.refilter()
+    for _ in range(_CORRELATION_UPDATES):
+        _update_correlations(fit)
+        tune_noise(fit, 1)
+    _try_common_correlation(fit, rounds)
+
+
+def _try_common_correlation(fit: FilterErrorFit, rounds: int) -> None:
+    """Give all colored channels the same correlation, in place, unless their own explain more.
+
+    One recorder's filter colors them all. In turbulence the smoother takes some of the flow's own
+    changes for color, and a color that is too slow takes what an effect would show.
+    """
+    own, cost = fit.noise, fit.cost()
+    colored = {name: noise.correlations for name, noise in own.items() if noise.correlations}
+    if not colored:
+        return
+    fit.noise = dict(own)
+    for flight, correlations in colored.items():
+        steady = [value for name, value in correlations.items() if name in _ATTITUDE_CHANNELS]
+        usual = float(np.median(steady or [*correlations.values()]))
+        same = dict.fromkeys(correlations, usual)
+        fit.noise[flight] = replace(own[flight], correlations=same)
+    tune_noise(fit, rounds)
+    saved = sum(len(correlations) - 1 for correlations in colored.values())
+    if fit.cost() > cost + _AIC_PENALTY * saved:
+        fit.noise = own
+        fit.refilter()
+
+
+def _is_near_tried(
+    wanted: Mapping[str, Mapping[str, float]], tried: Mapping[str, Mapping[str, float]]
+) -> bool:
+    """Return whether correlations are so near to others that the smoother leads from there."""
+    return all(
+        own.keys() == tried[flight].keys()
+        and all(
+            abs(value - tried[flight][name]) < _CORRELATION_TOLERANCE for name, value in own.items()
+        )
+        for flight, own in wanted.items()
+    )
+
+
+def _measured_correlations(noise: NoiseModel) -> dict[str, float]:
+    return dict(noise.correlations)
+
+
+def _common_correlation(noise: NoiseModel) -> dict[str, float]:
+    """Return correlations where channels that feel turbulence have that of the others."""
+    usual = float(np.median([noise.correlations.get(name, 0.0) for name in _ATTITUDE_CHANNELS]))
+    found = _steady_only(noise)
+    if usual > 0.0:
+        found |= {name: usual for name in noise.correlations if name not in _ATTITUDE_CHANNELS}
+    return found
+
+
+def _steady_only(noise: NoiseModel) -> dict[str, float]:
+    return {name: value for name, value in noise.correlations.items() if name in _ATTITUDE_CHANNELS}
+
+
+def _white(_: NoiseModel) -> dict[str, float]:
+    return {}
+
+
+_ATTITUDE_CHANNELS = ("p", "q", "r", "phi", "theta")
+"""Channels that turbulence reaches through the motion of the aircraft only."""
+_CORRELATION_HYPOTHESES = (_measured_correlations, _common_correlation, _steady_only, _white)
+_CORRELATION_UPDATES = 4
+_CORRELATION_TOLERANCE = 0.12
+_AIC_PENALTY = 2.0
+"""Fall of the cost that one more number of a noise model must bring (Akaike)."""
+_LEAST_COLOR, _MOST_COLOR = 0.05, 0.97
+
+
+def _update_correlations(fit: FilterErrorFit) -> None:
+    """Move the correlation of colored noise, in place, to what the smoother sees of it."""
+    for flight, noise in fit.noise.items():
+        found: dict[str, list[float]] = {}
+        for one in fit.maneuvers:
+            if one.record.flight != flight or not len(one.filtered.colors.places):
+                continue
+            own = one.filtered
+            z, b, _ = own.residual(fit.bias_of(one.record))
+            kept = np.clip(own.kept_colors(z, b), _LEAST_COLOR**own.block, 1.0)
+            for place, share in zip(own.colors.places, kept ** (1.0 / own.block), strict=True):
+                found.setdefault(one.record.channels[place], []).append(float(share))
+        moved = {name: min(float(np.median(values)), _MOST_COLOR) for name, values in found.items()}
+        fit.noise[flight] = replace(noise, correlations={**noise.correlations, **moved})
+
+
+def _update_variances(
+    fit: FilterErrorFit, chosen: Sequence[ManeuverState], noise: NoiseModel
+) -> NoiseModel:
+    found: dict[str, list[float]] = {}
+    for one in chosen:
+        own = one.filter = one.filtered.with_noise(noise)
+        held: dict[str, float] = {}
+        expected: dict[str, float] = {}
+        seen_of, usual_of = own.adjoints(fit.residual_innovations(one)), own.expected()
+        steps = slice(_SKIPPED, None)
+        n_states = len(one.motion.states)
+        V = float(np.mean(one.motion.states[0]))
+        for place, (name, row) in enumerate(zip(GUSTS, GUST_ROWS, strict=True)):
+            entry = np.zeros(len(own.blocks.scales))
+            entry[row] = entry[n_states + place] = 1.0 if name == "u" else 1.0 / V
+            for way, seen, usual in zip(
+                own.blocks.ways, seen_of.process, usual_of.process, strict=True
+            ):
+                _add(
+                    held,
+                    expected,
+                    f"gust.{name}",
+                    way.weight * float(((seen[steps] @ entry) ** 2).sum()),
+                    way.weight * len(seen[steps]) * float(entry @ usual @ entry),
+                )
+        for row in (3, 4, 5):
+            for way, seen, usual in zip(
+                own.blocks.ways, seen_of.process, usual_of.process, strict=True
+            ):
+                _add(
+                    held,
+                    expected,
+                    "moments",
+                    way.weight * float((seen[steps, row] ** 2).sum()),
+                    way.weight * len(seen[steps]) * float(usual[row, row]),
+                )
+        counted = own.counted[steps]
+        measurement = seen_of.measurement[steps]
+        for column, name in enumerate(one.record.channels):
+            white = 1.0 if name not in noise.correlations else WHITE_SHARE / own.block
+            _add(
+                held,
+                expected,
+                name,
+                white * float((measurement[counted[:, column], column] ** 2).sum()),
+                white * float(counted[:, column].sum() * usual_of.measurement[column, column]),
+            )
+        for color, column in enumerate(own.colors.places):
+            here = counted[: len(seen_of.colors) - _SKIPPED, column]
+            _add(
+                held,
+                expected,
+                one.record.channels[column],
+                float((seen_of.colors[steps][here, color] ** 2).sum()),
+                float(here.sum() * usual_of.colors[color].sum()),
+            )
+        for name, size in expected.items():
+            if size > 0.0:
+                found.setdefault(name, []).append(held[name] / size)
+    # The median over maneuvers: one that stalled, or was spoiled, says nothing of the air.
+    ratios = {
+        name: float(np.clip(np.median(values), 1.0 / _LARGEST_STEP, _LARGEST_STEP))
+        for name, values in found.items()
+    }
+    moves = {name: _relaxed_ratio(ratio) for name, ratio in ratios.items()}
+    variances = {
+        name: variance * moves.get(name, 1.0) for name, variance in noise.variances.items()
+    }
+    for name in ("gust.u", "gust.v", "gust.w", "moments"):
+        noise = noise.with_value(
+            name, float(np.clip(noise.value(name) * moves.get(name, 1.0), *_BOUNDS))
+        )
+    return noise.with_variances(variances)
+
+
+def _relaxed_ratio(ratio: float) -> float:
+    """Return by what a component is multiplied: up with care, down with haste.
+
+    Its root is sure to raise the likelihood, and slow; what is hardly there at all would take
+    very many rounds to go.
+    """
+    if ratio > 1.0:
+        return float(ratio**_UP)
+    return float(ratio**_DOWN)
+
+
+def _add(
+    held: dict[str, float], expected: dict[str, float], name: str, found: float, usual: float
+) -> None:
+    held[name] = held.get(name, 0.0) + found
+    expected[name] = expected.get(name, 0.0) + usual

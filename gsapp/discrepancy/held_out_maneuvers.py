@@ -1,0 +1,327 @@
+"""Before and after: maneuvers kept out of naming and fitting, under every model on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gsapp.discrepancy.filter_error.equation_jacobian import CONTROLS
+from gsapp.discrepancy.filter_error.filter_error_fit import FilterErrorFit
+from gsapp.discrepancy.filter_error.maneuver_record import ManeuverRecord
+from gsapp.discrepancy.filter_error.maneuver_state import ManeuverState
+from gsapp.discrepancy.filter_error.motion_linearization import bias_sensitivity, outputs_along
+from gsapp.discrepancy.filter_error.noise_model import NoiseModel, sample_variance
+from gsapp.discrepancy.missing_coefficients import MissingCoefficients, compute_missing_coefficients
+from gsapp.discrepancy.results import ChannelGap, Gap, ManeuverHistories
+from gsapp.discrepancy.screening import CandidateScreening, candidate_columns
+from gsapp.identification.statistics import response_fit
+from gsapp.quantities import FloatArray
+
+_SETTLING_PASSES = 2
+_STILL_AIR_INTENSITY = 1e-12
+"""Intensity of turbulence with which the filter only simulates."""
+_NO_CONTROL_NOISE = (0.0,) * len(CONTROLS)
+"""Noise of measured controls with which it does so too."""
+_CONDITIONS = ("alpha", "beta", "V", "throttle", "de", "da", "dr", "flap")
+_TOLERANCE = 3.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Simulated:
+    """One maneuver under all models: simulated channels, biases included."""
+
+    record: ManeuverRecord
+    computed: tuple[FloatArray, ...]
+
+
+class HeldOutManeuvers:
+    """The maneuvers kept out, seen through every model on the way.
+
+    Parameters
+    ----------
+    records : sequence of ManeuverRecord
+        Of all maneuvers.
+    ids : sequence of str
+        Of those kept out.
+    fits : sequence of FilterErrorFit
+        Baseline first, made without them.
+    """
+
+    def __init__(
+        self, records: Sequence[ManeuverRecord], ids: Sequence[str], fits: Sequence[FilterErrorFit]
+    ) -> None:
+        self.ids = tuple(ids)
+        self.fits = tuple(fits)
+        self.warnings: tuple[str, ...] = ()
+        noise = fits[-1].noise
+        known = {one.record.flight for one in fits[-1].maneuvers}
+        strange = [one.id for one in records if one.id in self.ids and one.flight not in known]
+        if strange:
+            self.warnings = (
+                f"maneuvers {', '.join(strange)} are of a flight from which nothing was learned; "
+                "its noise and zero errors are those of the first flight",
+            )
+        own = [one for one in records if one.id in self.ids]
+        self._kept = [_refit_motion(own, fit, noise) for fit in fits]
+        self._information = [one.pass_() for one in self._kept]
+        still = {
+            flight: replace(
+                one,
+                gusts=(_STILL_AIR_INTENSITY,) * 3,
+                moments=_STILL_AIR_INTENSITY,
+                controls=_NO_CONTROL_NOISE,
+            )
+            for flight, one in noise.items()
+        }
+        flown = [_refit_motion(records, fit, still) for fit in fits]
+        self.simulated = tuple(
+            _Simulated(
+                record=record,
+                computed=tuple(_computed(fit, fit.maneuvers[place]) for fit in flown),
+            )
+            for place, record in enumerate(records)
+        )
+        self.noise = noise
+        self._floors: dict[tuple[str, str], float] = {}
+
+    def floor(self, record: ManeuverRecord, name: str) -> float:
+        """Return the noise of a channel, standard deviation of a sample.
+
+        Tones that mean out over the filter's blocks (the engines shake the gyros) are in it.
+        """
+        key = record.id, name
+        if key not in self._floors:
+            self._floors[key] = self._floor(record, name)
+        return self._floors[key]
+
+    def _floor(self, record: ManeuverRecord, name: str) -> float:
+        noise = self.noise.get(record.flight, next(iter(self.noise.values())))
+        correlation = noise.correlations.get(name, 0.0)
+        single = sample_variance(record, name, correlation)
+        believed = 0.0 if correlation else noise.variances[name]
+        return float(np.sqrt(max(single, believed)))
+
+    # --- in innovations -------------------------------------------------------------------------
+
+    def _squares(self, number: int) -> float:
+        return float(self._information[number].matrix[-1, -1])
+
+    @property
+    def samples(self) -> float:
+        """Return the number of innovations of the maneuvers kept out."""
+        return self._information[-1].samples
+
+    def squares_above_floor(self, number: int) -> float:
+        """Return the sum of squares above what noise alone gives; clearly so, or 0."""
+        above = self._squares(number) - self.samples
+        return above if above > 2.0 * np.sqrt(2.0 * self.samples) else 0.0
+
+    def misfits(self) -> list[float]:
+        """Return the mean square of the whitened innovations under each model; 1 at the floor."""
+        return [
+            float(np.sqrt(self._squares(number) / max(information.samples, 1.0)))
+            for number, information in enumerate(self._information)
+        ]
+
+    def gain(self, before: int, after: int) -> float:
+        """Return the gain in log-likelihood from one model to another."""
+        return 0.5 * (self._squares(before) - self._squares(after))
+
+    def apart(self, before: int, after: int) -> float:
+        """Return the sum of squares between the innovations that two models expect.
+
+        Where it is small these maneuvers cannot say which of the two is right: a zero error of a
+        flight, say, is told by its size alone.
+        """
+        total = 0.0
+        for old, new in zip(self._kept[before].maneuvers, self._kept[after].maneuvers, strict=True):
+            if old.seen is None or new.seen is None or len(old.seen.rows) != len(new.seen.rows):
+                continue
+            rows = new.seen.rows
+            basis, _ = np.linalg.qr(rows[:, -1 - new.seen.n_local : -1])
+            between = rows[:, -1] - old.seen.rows[:, -1]
+            total += float(between @ between - np.sum((basis.T @ between) ** 2))
+        return total
+
+    def gains_of(
+        self, number: int, screening: CandidateScreening, places: Sequence[int]
+    ) -> tuple[float, ...]:
+        """Return the gains that candidates, sized on the naming maneuvers, have here."""
+        fit, kept = self.fits[number], self._kept[number]
+        chosen = [screening.competitors[place] for place in places]
+        names = tuple(one.id for one in chosen)
+        total = kept.information(
+            (names, lambda linearization: candidate_columns(chosen, linearization))
+        )
+        shared = (*fit.free, *fit.bias_names())
+        gains = []
+        for name in names:
+            own = (*shared, name)
+            values, _ = screening.whole.solution(own)
+            moves = {
+                one: float(value)
+                for one, value in zip(own, values, strict=True)
+                if one in total.names
+            }
+            gains.append(0.5 * float(total.matrix[-1, -1] - total.misfit(moves)))
+        return tuple(gains)
+
+    # --- in simulated channels ------------------------------------------------------------------
+
+    def residuals(self, number: int, name: str) -> FloatArray:
+        """Return measured minus simulated over all maneuvers kept out, in noise floors."""
+        parts = []
+        for one in self.simulated:
+            record = one.record
+            if record.id in self.ids and name in record.channels:
+                column = record.channels.index(name)
+                left = record.measured[:, column] - one.computed[number][:, column]
+                parts.append(left[record.counted[:, column]] / self.floor(record, name))
+        return np.concatenate(parts) if parts else np.empty(0)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Return the channels of the maneuvers kept out."""
+        own = [one.record for one in self.simulated if one.record.id in self.ids]
+        return tuple(dict.fromkeys(name for record in own for name in record.channels))
+
+    def by_channel(self, number: int) -> dict[str, float]:
+        """Return the RMS over the noise floor by channel."""
+        return {
+            name: float(np.sqrt(np.mean(self.residuals(number, name) ** 2)))
+            for name in self.channels
+        }
+
+
+def _refit_motion(
+    records: Sequence[ManeuverRecord], fit: FilterErrorFit, noise: Mapping[str, NoiseModel]
+) -> FilterErrorFit:
+    """Return a fit of other maneuvers with the model, values and biases of one, settled."""
+    if not records:
+        return fit.only(())
+    first = next(iter(noise.values()))
+    given = {record.flight: noise.get(record.flight, first) for record in records}
+    new = FilterErrorFit.begin(records, fit.revised_model(), fit.free, given)
+    new.values = dict(fit.values)
+    new.biases = {name: fit.biases.get(name, 0.0) for name in new.biases}
+    states = {one.record.id: one for one in fit.maneuvers}
+    for one in new.maneuvers:
+        old = states.get(one.record.id)
+        if old is not None:
+            one.motion = old.motion
+    for _ in range(_SETTLING_PASSES):
+        new.linearize()
+        new.settle()
+    return new
+
+
+def _computed(fit: FilterErrorFit, one: ManeuverState) -> FloatArray:
+    computed: FloatArray = outputs_along(one.record, one.flight_model, one.motion)
+    return computed + fit.bias_of(one.record) * bias_sensitivity(one.record, one.motion.states[0])
+
+
+def compute_gap(held: HeldOutManeuvers, effects: int) -> Gap:
+    """Return the gap before and after on the maneuvers kept out."""
+    last = len(held.fits) - 1
+    channels = {
+        name: _channel_gap(held, name, last)
+        for name in held.channels
+        if held.residuals(0, name).size
+    }
+    closed, std = _closed_share(held, last) if effects else (None, None)
+    return Gap(channels=channels, closed=closed, closed_std=std, on=held.ids)
+
+
+def _channel_gap(held: HeldOutManeuvers, name: str, last: int) -> ChannelGap:
+    measured, computed, floors = [], ([], []), []  # type: ignore[var-annotated]
+    for one in held.simulated:
+        record = one.record
+        if record.id not in held.ids or name not in record.channels:
+            continue
+        column = record.channels.index(name)
+        counted = record.counted[:, column]
+        measured.append(record.measured[counted, column])
+        floors.append(held.floor(record, name))
+        for place, number in enumerate((0, last)):
+            computed[place].append(one.computed[number][counted, column])
+    shown = np.concatenate(measured)
+    floor = float(np.sqrt(np.mean(np.square(floors))))
+    fits = [response_fit(shown, np.concatenate(one)) for one in computed]
+    within = [
+        float(np.mean(np.abs(shown - np.concatenate(one)) < _TOLERANCE * floor)) for one in computed
+    ]
+    return ChannelGap(
+        before=fits[0].rms,
+        after=fits[1].rms,
+        floor=floor,
+        before_pct=fits[0].rms_over_range_pct,
+        after_pct=fits[1].rms_over_range_pct,
+        theil_before=fits[0].theil,
+        theil_after=fits[1].theil,
+        within_before=within[0],
+        within_after=within[1],
+    )
+
+
+def _closed_share(held: HeldOutManeuvers, last: int) -> tuple[float | None, float | None]:
+    """Return the share of the reducible gap that was closed, and its standard deviation.
+
+    The gap in whitened innovations: what the last model took off, over that and what is still
+    above the floor. Chance moves the sum of squares of n innovations by the root of 2 n; what is
+    common to both models cancels.
+    """
+    if not held.samples:
+        return None, None
+    taken = 2.0 * held.gain(0, last)
+    if taken <= 0.0:
+        return 0.0, None
+    left = max(held.squares_above_floor(last), 0.0)
+    closed = taken / (taken + left)
+    # The gain of a true effect of size T scatters by 2 root T.
+    return float(closed), float(min(1.0, closed * 2.0 / np.sqrt(taken)))
+
+
+def maneuver_histories(
+    held: HeldOutManeuvers, coefficients: Sequence[str]
+) -> tuple[ManeuverHistories, ...]:
+    """Return the histories of all maneuvers under every model."""
+    models = [fit.revised_model() for fit in held.fits]
+    found = []
+    for one in held.simulated:
+        record = one.record
+        noise = held.noise.get(record.flight, next(iter(held.noise.values())))
+        part: MissingCoefficients = compute_missing_coefficients(
+            record, models, noise, coefficients
+        )
+        found.append(
+            ManeuverHistories(
+                id=record.id,
+                flight=record.flight,
+                kind=record.maneuver.kind,
+                held_out=record.id in held.ids,
+                times=record.motion.times,
+                channels=record.channels,
+                measured=np.where(record.counted, record.measured, np.nan),
+                computed=one.computed,
+                coefficients=tuple(coefficients),
+                missing=part.histories,
+                floor={name: held.floor(record, name) for name in record.channels},
+                coefficient_floor=part.floors,
+                conditions=_conditions(record),
+            )
+        )
+    return tuple(found)
+
+
+def _conditions(record: ManeuverRecord) -> dict[str, FloatArray]:
+    motion = record.motion
+    found = {}
+    for name in _CONDITIONS:
+        if name in motion.measured:
+            if name in ("V", "alpha", "beta"):
+                found[name] = motion.state(name)
+            else:
+                found[name] = motion.input(name)
+    return found

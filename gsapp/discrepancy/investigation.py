@@ -1,0 +1,435 @@
+"""The search from first to last: `Investigation` prepares maneuvers, `run` tells the story."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.discrepancy.baseline import ActivityCallback, fit_baseline, fit_to_convergence
+from gsapp.discrepancy.candidates import CandidateEffect, catalog_candidates
+from gsapp.discrepancy.effect_catalog import eligible_effects as catalog_competitors
+from gsapp.discrepancy.effect_catalog import find_effect as catalog_record
+from gsapp.discrepancy.effect_selection import EffectDecision, detection_threshold, select_effect
+from gsapp.discrepancy.filter_error.filter_error_fit import FilterErrorFit
+from gsapp.discrepancy.filter_error.maneuver_record import ManeuverRecord, create_maneuver_record
+from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers
+from gsapp.discrepancy.instrument_checks import check_instruments
+from gsapp.discrepancy.model_match import check_model_match
+from gsapp.discrepancy.result_builder import build_result, validate_on_held_out
+from gsapp.discrepancy.results import (
+    DiscrepancyResult,
+    InstrumentRemark,
+)
+from gsapp.discrepancy.screening import CandidateScreening, screen_candidates
+from gsapp.discrepancy.search_checks import check_forced_effects, check_maneuvers, moving_inputs
+from gsapp.discrepancy.search_stages import (
+    SearchStage,
+    equivalent_effects_of,
+    remove_misnamed_effects,
+)
+from gsapp.discrepancy.settings import (
+    DiscrepancySettings,
+    SearchProgress,
+    SearchProgressCallback,
+    SearchStoppedError,
+)
+from gsapp.discrepancy.unnamed_effects import unnamed_candidates
+from gsapp.dynamics.model import Model
+from gsapp.dynamics.terms import create_term
+from gsapp.foundation import FlightError
+from gsapp.identification.maneuver import Maneuver
+
+_REVERSAL_TOLERANCE = 0.15
+"""A scale this near to -1 is a reversed axis."""
+_PASSES = 4
+_CONTENDERS = 3
+_MIN_MISFIT_FOR_SIGN_CHECK = 1.2
+"""Mean square of the innovations from which turned and swapped instruments are looked for first."""
+_CONTENDER_MAX_GAP = 16.0
+"""Candidates within this gain of the best are fitted fully before a name is said."""
+_MIN_GAIN_SHARE = 0.25
+"""Share of the gain that its column promises, that the full fit of an effect must show, unless it
+shows as much as chance does not reach: far from neutral columns promise too much."""
+_MAX_PASSES_FAR_START = 12
+"""Passes of a fit that starts from a motion seen by turned or swapped instruments."""
+
+
+class Investigation:
+    """Maneuvers made ready for any number of searches.
+
+    Parameters
+    ----------
+    maneuvers : sequence of Maneuver
+        Of one aircraft; of one or several flights.
+    aircraft : Aircraft
+    model : Model, optional
+        The current model; without it the linear build-up is fitted.
+
+    Raises
+    ------
+    FlightError
+        If there are too few maneuvers to keep any out, or they hold too little.
+    """
+
+    def __init__(
+        self, maneuvers: Sequence[Maneuver], aircraft: Aircraft, model: Model | None = None
+    ) -> None:
+        check_maneuvers(maneuvers, aircraft)
+        if model is not None:
+            check_model_match(model, maneuvers)
+        self._maneuvers = tuple(maneuvers)
+        self._aircraft = aircraft
+        self._model = model
+        self._records = tuple(create_maneuver_record(one) for one in maneuvers)
+        self._baselines: dict[tuple[str, ...], FilterErrorFit] = {}
+        self._instruments: dict[bool, tuple[InstrumentRemark, ...]] = {}
+
+    @property
+    def default_held_out(self) -> tuple[str, ...]:
+        """Return the maneuvers that are kept out unless told otherwise: one of four, of each kind.
+
+        The second of every four with the same inputs, so that none is the only one of its kind.
+        """
+        seen: dict[tuple[str, ...], int] = {}
+        kept = []
+        for one in self._maneuvers:
+            number = seen.get(one.inputs, 0)
+            seen[one.inputs] = number + 1
+            if number % 4 == 1:
+                kept.append(one.id)
+        if not kept:
+            kept = [self._maneuvers[len(self._maneuvers) // 2].id]
+        return tuple(kept)
+
+    def run(
+        self, settings: DiscrepancySettings, *, progress: SearchProgressCallback | None = None
+    ) -> DiscrepancyResult:
+        """Search.
+
+        Raises
+        ------
+        SearchStoppedError
+            If `progress` returned False.
+        FlightError
+            If an effect was forced that these flights or this aircraft cannot have.
+        """
+        return _Search(self, settings, progress).finish()
+
+    def baseline(self, held_out: tuple[str, ...], tick: ActivityCallback) -> FilterErrorFit:
+        """Return the baseline fitted without the maneuvers kept out; fitted once."""
+        if held_out not in self._baselines:
+            records = [one for one in self._records if one.id not in held_out]
+            self._baselines[held_out] = fit_baseline(records, self._model, tick)
+        return self._baselines[held_out]
+
+    def instruments(
+        self, tick: ActivityCallback, *, try_signs: bool
+    ) -> tuple[InstrumentRemark, ...]:
+        """Return what kinematics alone say of the instruments; looked at once."""
+        if try_signs not in self._instruments:
+            tick("comparing the instruments with one another")
+            self._instruments[try_signs] = check_instruments(self._maneuvers, try_signs=try_signs)
+        return self._instruments[try_signs]
+
+    @property
+    def records(self) -> tuple[ManeuverRecord, ...]:
+        """Return the maneuvers made ready."""
+        return self._records
+
+    @property
+    def maneuvers(self) -> tuple[Maneuver, ...]:
+        """Return the maneuvers."""
+        return self._maneuvers
+
+    @property
+    def aircraft(self) -> Aircraft:
+        """Return the aircraft."""
+        return self._aircraft
+
+    @property
+    def model(self) -> Model | None:
+        """Return the current model, where one was given."""
+        return self._model
+
+
+class _Search:
+    """One run: collects stages until nothing more is proven."""
+
+    def __init__(
+        self,
+        of: Investigation,
+        settings: DiscrepancySettings,
+        progress: SearchProgressCallback | None,
+    ) -> None:
+        self._of, self._settings, self._progress = of, settings, progress
+        self._done = 0.0
+        self._failed: set[str] = set()
+        self._trials: dict[str, FilterErrorFit] = {}
+        held = settings.held_out
+        self._held_out = of.default_held_out if held is None else tuple(held)
+        if len(self._held_out) >= len(of.maneuvers):
+            raise FlightError("all maneuvers are kept out; leave some to learn from")
+        check_forced_effects(settings.forced, of.aircraft, of.maneuvers)
+
+    def _tick(self, doing: str) -> None:
+        # The share is a guess: how many effects there are shows only at the end.
+        self._done += 0.04 * (1.0 - self._done)
+        self._tell(doing)
+
+    def _tell(self, doing: str) -> None:
+        if self._progress is not None and (
+            self._progress(SearchProgress(share=self._done, doing=doing)) is False
+        ):
+            raise SearchStoppedError("the search was stopped; nothing was changed")
+
+    # --- competitors ----------------------------------------------------------------------------
+
+    def _competitors(self, fit: FilterErrorFit) -> tuple[CandidateEffect, ...]:
+        of = self._of
+        channels = {name for one in of.maneuvers for name in one.block.channels}
+        moving = moving_inputs(of.maneuvers)
+        present = {effect.id for effect in fit.model.effects}
+        records = [
+            one
+            for one in catalog_competitors(of.aircraft, channels, moving=moving)
+            if one.derivative not in fit.free
+            and one.id not in present
+            and one.id not in self._settings.refused
+            and one.id not in self._failed
+        ]
+        named = catalog_candidates(records, of.aircraft)
+        unnamed = unnamed_candidates(named, throttle="throttle" in moving, flap="flap" in moving)
+        return (*named, *(one for one in unnamed if one.id not in self._settings.refused))
+
+    # --- the loop -------------------------------------------------------------------------------
+
+    def finish(self) -> DiscrepancyResult:
+        stages = self._stages()
+        return self._answer(stages)
+
+    def _stages(self) -> list[SearchStage]:
+        fit = self._of.baseline(self._held_out, self._tick)
+        stages = [self._stage(fit, added="")]
+        stages += self._proven(stages[0])
+        for effect in self._settings.forced:
+            competitor = next(
+                (one for one in stages[-1].screening.competitors if one.id == effect), None
+            )
+            stages.append(self._with(stages[-1], effect, competitor, forced=True))
+        while len(stages) <= self._settings.most_effects + len(self._settings.forced):
+            last = stages[-1]
+            among = equivalent_effects_of(last)
+            if last.decision.best is None or not (last.decision.kind == "name" or among):
+                break
+            try:
+                new = self._with(last, last.decision.best.id, last.decision.best)
+                stages.append(replace(new, among=among))
+            except FlightError:
+                # A fit that runs away is no explanation; the others go on competing.
+                self._failed.add(last.decision.best.id)
+                stages[-1] = self._stage(last.fit, added=last.added, forced=last.forced)
+        return remove_misnamed_effects(stages, len(self._settings.forced))
+
+    def _proven(self, baseline: SearchStage) -> list[SearchStage]:
+        """Return stages with turned and swapped instruments that kinematics alone prove.
+
+        No model explains flights that were recorded so; named later, others would come first.
+        """
+        if baseline.screening.misfit < _MIN_MISFIT_FOR_SIGN_CHECK:
+            return []
+        stages = [baseline]
+        for remark in self._of.instruments(self._tick, try_signs=True):
+            known = {one.id for one in stages[-1].fit.model.effects}
+            if remark.effect and remark.effect not in (*known, *self._settings.refused):
+                new = self._with(stages[-1], remark.effect, None)
+                stages.append(replace(new, proven=True))
+        return stages[1:]
+
+    def _stage(self, fit: FilterErrorFit, *, added: str, forced: bool = False) -> SearchStage:
+        competitors = self._competitors(fit)
+        self._tick("trying every effect of the catalog")
+        screening = screen_candidates(fit, competitors)
+        least = detection_threshold(self._settings.false_alarm, competitors)
+        temper = screening.temper
+        decision = select_effect(screening, screening.gain, least=least, temper=temper)
+        if decision.kind in ("name", "ambiguous", "unexplained"):
+            decision = self._contest(fit, screening, decision, least, temper)
+        return SearchStage(
+            fit=fit, added=added, screening=screening, decision=decision, forced=forced
+        )
+
+    def _contest(
+        self,
+        fit: FilterErrorFit,
+        screening: CandidateScreening,
+        decision: EffectDecision,
+        least: float,
+        temper: float,
+    ) -> EffectDecision:
+        """Fit those fully that come near the best, and decide again."""
+        best = float(screening.gain.max())
+        near = [
+            place
+            for place in screening.order
+            if screening.competitors[place].named
+            and screening.gain[place] > best - _CONTENDER_MAX_GAP
+        ][:_CONTENDERS]
+        if len(near) < 2:
+            return decision
+        gain = screening.gain.copy()
+        costs: dict[int, float] = {}
+        for place in near:
+            one = screening.competitors[place]
+            try:
+                trial = self._fitted_with(fit, one, screening, f"comparing: {one.title}")
+            except FlightError:
+                gain[place] = 0.0
+                continue
+            self._trials[one.id] = trial
+            costs[place] = trial.cost()
+        if not costs:
+            return select_effect(screening, gain, least=least, temper=temper)
+        # The best fit keeps its gain by columns; the others differ from it as their fits do.
+        best_fit = min(costs, key=lambda place: costs[place])
+        for place, cost in costs.items():
+            gain[place] = screening.gain[best_fit] - (cost - costs[best_fit])
+        return select_effect(screening, np.maximum(gain, 0.0), least=least, temper=temper)
+
+    # --- adding ---------------------------------------------------------------------------------
+
+    def _fitted_with(
+        self,
+        fit: FilterErrorFit,
+        one: CandidateEffect,
+        screening: CandidateScreening | None,
+        doing: str,
+    ) -> FilterErrorFit:
+        term = create_term(one.id, self._of.aircraft)
+        values = dict(term.defaults)
+        if one.parameter:
+            item = next(item for item in term.parameters if item.name == one.parameter)
+            if one.start is not None:
+                start = one.start(
+                    [each.filter.linearization for each in fit.maneuvers if each.filter]
+                )
+            elif screening is not None:
+                start = one.neutral + float(screening.size[screening.place(one.id)])
+            else:
+                start = item.default
+            margin = 1e-3 * (item.bounds[1] - item.bounds[0])
+            values[one.parameter] = float(
+                np.clip(start, item.bounds[0] + margin, item.bounds[1] - margin)
+            )
+        model = fit.revised_model().with_effect(one.id, values)
+        free = (*fit.free, *((f"{one.id}.{one.parameter}",) if one.parameter else ()))
+        new = fit.with_model(model, free)
+        fit_to_convergence(
+            new, _PASSES if screening else _MAX_PASSES_FAR_START, self._tick, doing, fresh=True
+        )
+        return new
+
+    def _with(
+        self,
+        last: SearchStage,
+        effect: str,
+        competitor: CandidateEffect | None,
+        *,
+        forced: bool = False,
+    ) -> SearchStage:
+        one = competitor or _to_candidate(effect, self._of.aircraft)
+        fit = self._trials.pop(effect, None) or self._fitted_with(
+            last.fit,
+            one,
+            last.screening if competitor else None,
+            f"fitting the model with: {one.title}",
+        )
+        self._trials.clear()
+        if competitor and not forced:
+            _check_gain(last, fit, competitor, self._settings.false_alarm)
+        if (
+            one.id.startswith("sensor.")
+            and one.id.endswith(".scale")
+            and abs(fit.values[f"{one.id}.scale"] + 1.0) < _REVERSAL_TOLERANCE
+        ):
+            effect = one.id.removesuffix(".scale") + ".reversed"
+            model = fit.revised_model().without_effect(one.id).with_effect(effect)
+            one = _to_candidate(effect, self._of.aircraft)
+            fit = fit.with_model(model, last.fit.free)
+            fit_to_convergence(fit, _PASSES, self._tick, f"fitting the model with: {one.title}")
+        number = len(fit.model.effects)
+        parent = last.fit.model
+        fit.model = fit.model.model_copy(
+            update={"name": f"{_base_name(parent)} + {number}", "parent": parent.name}
+        )
+        return self._stage(fit, added=effect, forced=forced)
+
+    # --- the answer -----------------------------------------------------------------------------
+
+    def _answer(self, stages: list[SearchStage]) -> DiscrepancyResult:
+        of, settings = self._of, self._settings
+        self._tick("looking at the maneuvers kept out")
+        kept, held = validate_on_held_out(
+            stages,
+            lambda chosen: HeldOutManeuvers(
+                of.records, self._held_out, [one.fit for one in chosen]
+            ),
+            len(settings.forced),
+            settings.false_alarm,
+        )
+        instruments: tuple[InstrumentRemark, ...] = ()
+        if settings.check_instruments:
+            lacking = len(kept) > 1 or kept[0].decision.kind != "nothing"
+            instruments = of.instruments(self._tick, try_signs=lacking)
+        self._tick("drawing the maneuvers")
+        found = build_result(
+            kept,
+            held,
+            maneuvers=of.maneuvers,
+            aircraft=of.aircraft,
+            model=of.model,
+            instruments=instruments,
+            false_alarm=settings.false_alarm,
+        )
+        self._done = 1.0
+        self._tell("done")
+        return found
+
+
+def _base_name(model: Model) -> str:
+    return model.name.partition(" + ")[0]
+
+
+def _check_gain(
+    last: SearchStage, fit: FilterErrorFit, one: CandidateEffect, false_alarm: float
+) -> None:
+    """Refuse an effect that the full fit does not bear out.
+
+    Raises
+    ------
+    FlightError
+        If little is left of the gain that its column promised.
+    """
+    promised = float(last.decision.gain[last.screening.place(one.id)])
+    gained = last.fit.cost() - fit.cost()
+    if gained < min(
+        _MIN_GAIN_SHARE * promised, detection_threshold(false_alarm, last.screening.competitors)
+    ):
+        raise FlightError(f"{one.id}: {gained:.0f} gained in the full fit, not {promised:.0f}")
+
+
+def _to_candidate(effect: str, aircraft: Aircraft) -> CandidateEffect:
+    record = catalog_record(effect)
+    term = create_term(effect, aircraft)
+    free = [item for item in term.parameters if item.free]
+    return CandidateEffect(
+        id=effect,
+        title=record.title,
+        named=True,
+        parameter=free[0].name if free else "",
+        plausible=free[0].default - free[0].neutral if free else 1.0,
+        neutral=free[0].neutral if free else 0.0,
+        make=lambda _: None,
+    )

@@ -1,0 +1,319 @@
+"""Stages made an answer: what was found, how sure, what else, and the gap before and after."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.discrepancy.changed_values import find_changed_values
+from gsapp.discrepancy.disagreements import (
+    apply_residual_floor,
+    coefficient_map,
+    find_disagreements,
+)
+from gsapp.discrepancy.effect_selection import (
+    DecisionKind,
+    detection_threshold,
+    posterior_probabilities,
+)
+from gsapp.discrepancy.filter_error.filter_error_fit import FilterErrorFit
+from gsapp.discrepancy.held_out_maneuvers import HeldOutManeuvers, compute_gap, maneuver_histories
+from gsapp.discrepancy.localization import localize_model_errors
+from gsapp.discrepancy.observability import VISIBLE_SIGMA, compute_observability
+from gsapp.discrepancy.remarks import record_remarks
+from gsapp.discrepancy.results import (
+    ChangedValue,
+    DiscrepancyResult,
+    DiscrepancyVerdict,
+    FoundEffect,
+    InstrumentRemark,
+    ModelStep,
+    Observability,
+    RankedCandidate,
+)
+from gsapp.discrepancy.search_stages import SearchStage
+from gsapp.discrepancy.verdict_text import MAX_CONFIDENCE, explain_verdict, find_alternatives
+from gsapp.dynamics.model import Model
+from gsapp.dynamics.terms import create_term
+from gsapp.identification.maneuver import Maneuver
+from gsapp.quantities import FloatArray
+
+_REPORTED = ("CX", "CY", "CZ", "Cl", "Cm", "Cn")
+_STRONG_GAIN_RATIO = 3.0
+"""Over the threshold, times: a gain that chance does not explain."""
+_CONTRADICTION_SIGMAS = 4.0
+"""So many deviations below what is to be expected, maneuvers kept out contradict an effect."""
+_MAX_RANKED = 12
+"""Candidates of a ranking that are told."""
+_MIN_OBSERVABLE_SHARE = 0.1
+"""Share of the catalog that flights must be able to show before a model is called adequate."""
+_MIN_GUST_RMS = 0.05
+"""Turbulence below this (m/s) is still air."""
+
+
+def validate_on_held_out(
+    stages: Sequence[SearchStage],
+    against: Callable[[Sequence[SearchStage]], HeldOutManeuvers],
+    forced: int,
+    false_alarm: float,
+) -> tuple[list[SearchStage], HeldOutManeuvers]:
+    """Return the stages that maneuvers kept out bear out, and those maneuvers under them.
+
+    Parameters
+    ----------
+    stages : sequence of SearchStage
+        The baseline first.
+    against : callable
+        Computes the maneuvers kept out under the models of stages.
+    forced : int
+        So many after the baseline stay.
+    false_alarm : float
+    """
+    kept = list(stages)
+    held = against(kept)
+    while len(kept) > 1 + forced:
+        before = kept[-2]
+        least = detection_threshold(false_alarm, before.screening.competitors)
+        found = float(before.decision.gain.max())
+        share = held.samples / before.screening.left.samples
+        gain = held.gain(len(kept) - 2, len(kept) - 1)
+        apart = held.apart(len(kept) - 2, len(kept) - 1)
+        if not is_contradicted(gain, found, share, least, apart):
+            break
+        kind: DecisionKind = "unexplained" if found > _STRONG_GAIN_RATIO * least else "nothing"
+        kept = [*kept[:-2], replace(before, decision=replace(before.decision, kind=kind))]
+        held = against(kept)
+    return kept, held
+
+
+def is_contradicted(gain: float, found: float, share: float, least: float, apart: float) -> bool:
+    """Return whether maneuvers kept out speak against an effect.
+
+    Parameters
+    ----------
+    gain : float
+        Of the log-likelihood on the maneuvers kept out.
+    found : float
+        Gain in the sum of squares on the maneuvers that named it.
+    share : float
+        Samples kept out, for each of those that named it.
+    least : float
+        Gain below which nothing is named.
+    apart : float
+        Sum of squares between what the models with and without it expect there.
+    """
+    if gain > 0.0:
+        return False
+    # As many maneuvers of this kind as named it would leave too little,
+    undone = found + 2.0 * gain / share < least
+    # or an effect of its size would have shown: its gain there has this mean and this deviation.
+    return undone or gain < 0.5 * apart - _CONTRADICTION_SIGMAS * math.sqrt(apart)
+
+
+def build_result(
+    stages: Sequence[SearchStage],
+    held: HeldOutManeuvers,
+    *,
+    maneuvers: Sequence[Maneuver],
+    aircraft: Aircraft,
+    model: Model | None,
+    instruments: tuple[InstrumentRemark, ...],
+    false_alarm: float,
+) -> DiscrepancyResult:
+    """Return the answer.
+
+    Parameters
+    ----------
+    stages : sequence of SearchStage
+        The baseline first.
+    held : HeldOutManeuvers
+        Maneuvers kept out, under the models of the stages.
+    maneuvers : sequence of Maneuver
+        All.
+    aircraft : Aircraft
+    model : Model, optional
+        The one that was given.
+    instruments : tuple of InstrumentRemark
+    false_alarm : float
+    """
+    effects = tuple(
+        _found_effect(before, after, held, number, aircraft)
+        for number, (before, after) in enumerate(pairwise(stages))
+    )
+    last = stages[-1]
+    open_ = [before.decision for before, after in pairwise(stages) if after.among]
+    open_.append(last.decision)
+    values = find_changed_values(model, last.fit)
+    seen = compute_observability(stages[0].screening, {one.effect for one in effects})
+    verdict = _verdict(last.decision.kind, effects, values, seen)
+    shown = maneuver_histories(held, _REPORTED)
+    if last.decision.kind == "nothing":
+        shown = apply_residual_floor(shown)
+    maps = coefficient_map(shown, _REPORTED)
+    misfits = held.misfits()
+    steps = tuple(
+        ModelStep(
+            model=_stage_model(stage, effects[:number], model),
+            added=stage.added,
+            ranking=_ranking(stage, held, number),
+            map=maps[number],
+            gap=held.by_channel(number),
+            misfit=misfits[number],
+        )
+        for number, stage in enumerate(stages)
+    )
+    found = DiscrepancyResult(
+        verdict=verdict,
+        why="",
+        disagreements=find_disagreements(
+            shown, localize_model_errors(stages[0].fit, stages[0].screening), false_alarm
+        ),
+        observability=seen,
+        steps=steps,
+        effects=effects,
+        values=values,
+        alternatives=find_alternatives(verdict, open_, values, model),
+        disturbance=_disturbance(last.fit),
+        gap=compute_gap(held, len(effects)),
+        maneuvers=shown,
+        coefficients=_REPORTED,
+        channels=tuple(dict.fromkeys(name for one in shown for name in one.channels)),
+        warnings=(*held.warnings, *record_remarks(maneuvers, aircraft)),
+        instruments=instruments,
+    )
+    return replace(found, why=explain_verdict(found, last.decision))
+
+
+def _stage_model(stage: SearchStage, effects: Sequence[FoundEffect], given: Model | None) -> Model:
+    """Return the model of a stage: what it revises, why, and what its values were fitted to."""
+    fitted = [one.record.flight for one in stage.fit.maneuvers]
+    source = f"fitted to {len(fitted)} maneuvers of {', '.join(dict.fromkeys(fitted))}"
+    model = stage.fit.revised_model().model_copy(update={"source": source})
+    if not effects:
+        if given is None:
+            return model
+        return model.model_copy(
+            update={
+                "name": f"{given.name}, fitted anew",
+                "parent": given.name,
+                "evidence": "all values are fitted anew; no effect is added",
+            }
+        )
+    words = "; ".join(
+        f"{one.effect} ({one.title}): "
+        + ("put in by hand" if one.forced else f"confidence {one.confidence:.0%}")
+        + (f", or another of {', '.join(one.one_of)}" if one.one_of else "")
+        for one in effects
+    )
+    return model.model_copy(update={"evidence": words})
+
+
+def _found_effect(
+    before: SearchStage, after: SearchStage, held: HeldOutManeuvers, number: int, aircraft: Aircraft
+) -> FoundEffect:
+    effect = after.added
+    term = create_term(effect, aircraft)
+    information = after.fit.information().with_priors(after.fit.priors())
+    names = (*after.fit.free, *after.fit.bias_names())
+    _, covariance = information.solution(names)
+    stds = dict(zip(names, np.sqrt(covariance.diagonal()), strict=True))
+    prefix = f"{effect}."
+    parameters = {
+        name.removeprefix(prefix): (after.fit.values[name], float(stds[name]))
+        for name in after.fit.free
+        if name.startswith(prefix)
+    }
+    evidence = before.decision.evidence
+    competitors = before.screening.competitors
+    stood_for = effect.replace(".reversed", ".scale")
+    own = next((k for k, one in enumerate(competitors) if one.id in (effect, stood_for)), None)
+    order = [k for k in np.argsort(-before.decision.gain) if k != own]
+    runner = competitors[order[0]] if order else None
+    margin = (
+        0.5 * float(before.decision.gain[own] - before.decision.gain[order[0]])
+        if own is not None and order
+        else 0.0
+    )
+    if after.proven:
+        confidence = MAX_CONFIDENCE
+    else:
+        confidence = (
+            MAX_CONFIDENCE * float(evidence[own]) if own is not None and not after.forced else 0.0
+        )
+    return FoundEffect(
+        effect=effect,
+        title=term.title,
+        equation=term.equation,
+        parameters=parameters,
+        confidence=confidence,
+        runner_up="" if runner is None else runner.id,
+        margin=margin,
+        held_out=held.gain(number, number + 1),
+        forced=after.forced,
+        one_of=after.among,
+    )
+
+
+def _ranking(
+    stage: SearchStage, held: HeldOutManeuvers, number: int
+) -> tuple[RankedCandidate, ...]:
+    screening, decision = stage.screening, stage.decision
+    evidence = (
+        decision.evidence
+        if decision.kind != "nothing"
+        else posterior_probabilities(screening.competitors, screening.gain)
+    )
+    order = np.lexsort((-decision.gain, -evidence))[:_MAX_RANKED]
+    outside = held.gains_of(number, screening, [int(place) for place in order])
+    return tuple(
+        RankedCandidate(
+            effect=screening.competitors[place].id,
+            title=screening.competitors[place].title,
+            score=0.5 * float(decision.gain[place]),
+            evidence=float(evidence[place]),
+            held_out=gain,
+            sigma=float(np.sqrt(max(decision.gain[place], 0.0))),
+        )
+        for place, gain in zip(order, outside, strict=True)
+    )
+
+
+def _verdict(
+    last: DecisionKind,
+    effects: Sequence[FoundEffect],
+    values: Mapping[str, ChangedValue],
+    seen: Sequence[Observability],
+) -> DiscrepancyVerdict:
+    if any(not one.forced and not one.one_of for one in effects):
+        return "effects-found"
+    if any(one.one_of for one in effects):
+        return "ambiguous"
+    if last == "ambiguous":
+        return "ambiguous"
+    if last == "unexplained":
+        return "unexplained"
+    if effects:
+        return "effects-found"
+    if values:
+        return "values-wrong"
+    able = [one.sigma >= VISIBLE_SIGMA for one in seen if one.effect_class != "C"]
+    return "model-adequate" if sum(able) >= _MIN_OBSERVABLE_SHARE * len(able) else "not-observable"
+
+
+def _disturbance(fit: FilterErrorFit) -> dict[str, float]:
+    """Return the rms of turbulence where it is more than the filter needs in still air."""
+    found = []
+    for one in fit.maneuvers:
+        V = float(np.mean(one.motion.states[0]))
+        rms = fit.noise[one.record.flight].gust_rms(V)
+        found.append(np.sqrt(np.mean([size**2 for size in rms.values()])))
+    gust: FloatArray = np.array(found)
+    mean = float(np.sqrt(np.mean(gust**2)))
+    if mean < _MIN_GUST_RMS:
+        return {}
+    return {"gust": mean, "gust_std": float(np.std(gust) / np.sqrt(len(gust)))}

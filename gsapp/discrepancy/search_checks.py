@@ -1,0 +1,99 @@
+"""What a search needs before it begins; each lack is told with what to fly or record."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.discrepancy.effect_catalog import excluded_effects, find_effect
+from gsapp.foundation import FlightError
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.stuck_channels import check_sample_count
+
+MIN_MANEUVERS = 4
+"""Maneuvers: three to learn from and one to judge by."""
+_NEEDED = ("alpha", "q", "an")
+_MIN_INPUT_RANGE = {"de": 0.01, "da": 0.01, "dr": 0.01, "flap": 0.05, "throttle": 0.08}
+"""Ranges (rad; throttle 0 to 1) over all maneuvers from which an input counts as moved."""
+_SUBSTITUTE_CHANNELS = {"throttle": "thrust"}
+
+
+def check_maneuvers(maneuvers: Sequence[Maneuver], aircraft: Aircraft) -> None:
+    """Raise where nothing could be learned.
+
+    Raises
+    ------
+    FlightError
+        If there are too few maneuvers, one of them is too short, a channel lacks without which
+        nothing can be said, or the flights are of another aircraft.
+    """
+    if len(maneuvers) == 1:
+        raise FlightError(
+            f"there is one maneuver only ({maneuvers[0].id} of '{maneuvers[0].flight}'): an "
+            "effect named from it could not be tested on any other; fly at least "
+            f"{MIN_MANEUVERS}, doublets on each surface, at two speeds"
+        )
+    if len(maneuvers) < MIN_MANEUVERS:
+        raise FlightError(
+            f"{len(maneuvers)} maneuvers are too few to keep any out of naming and fitting; fly "
+            f"at least {MIN_MANEUVERS}, better 16: doublets on each surface, small and large, at two "
+            "speeds"
+        )
+    for one in maneuvers:
+        check_sample_count(one)
+        lacking = [name for name in _NEEDED if not one.has(name)]
+        if lacking:
+            raise FlightError(
+                f"maneuver {one.id} of '{one.flight}' has no {', '.join(lacking)}; record "
+                "flow angles, rates and accelerations, or leave the maneuver out"
+            )
+        if one.aircraft.name != aircraft.name:
+            raise FlightError(
+                f"maneuver {one.id} of '{one.flight}' was flown by '{one.aircraft.name}', and the "
+                f"aircraft file is of '{aircraft.name}'; give the file that belongs to the flight"
+            )
+
+
+def moving_inputs(maneuvers: Sequence[Maneuver]) -> frozenset[str]:
+    """Return the inputs that move enough in these maneuvers for their effects to be seen."""
+    found = set()
+    for name, least in _MIN_INPUT_RANGE.items():
+        channel = name
+        if not any(one.has(name) for one in maneuvers):
+            channel = _SUBSTITUTE_CHANNELS.get(name, name)
+        low, high = np.inf, -np.inf
+        for one in maneuvers:
+            if one.has(channel):
+                samples = one.samples(channel)
+                low = min(low, float(np.nanmin(samples)))
+                high = max(high, float(np.nanmax(samples)))
+        if (channel != name and high > low) or high - low >= least:
+            found.add(name)
+    return frozenset(found)
+
+
+def check_forced_effects(
+    forced: Sequence[str], aircraft: Aircraft, maneuvers: Sequence[Maneuver]
+) -> None:
+    """Raise where an effect was asked for that these flights cannot show.
+
+    Raises
+    ------
+    FlightError
+        Saying what to record or fly.
+    UnknownNameError
+        If the catalog has no such effect.
+    """
+    channels: Collection[str] = {
+        name for one in maneuvers for name in one.block.channels if one.has(name)
+    }
+    reasons = excluded_effects(aircraft, channels, moving=moving_inputs(maneuvers), variants=True)
+    for effect in forced:
+        wanted = find_effect(effect)
+        if effect in reasons:
+            raise FlightError(
+                f"'{effect}' ({wanted.title}) cannot be judged: {reasons[effect]}; "
+                f"{wanted.remedy or wanted.separated_by}"
+            )

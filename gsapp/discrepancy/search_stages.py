@@ -1,0 +1,114 @@
+"""Models on the way to an answer, and names that are taken back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gsapp.discrepancy.effect_selection import EffectDecision
+from gsapp.discrepancy.filter_error.filter_error_fit import FilterErrorFit
+from gsapp.discrepancy.screening import CandidateScreening
+
+_MAX_UNEXPLAINED_SHARE = 0.15
+"""Share of its own gain that a name may leave to structure without one."""
+_MIN_EQUIVALENCE_COSINE = 0.95
+"""Cosine from which two effects explain the same, so that either can stand for both."""
+_MAX_EFFECTS_PER_TARGET = 3
+"""So many names for one coefficient are none."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SearchStage:
+    """One model on the way, with the competition that it faced.
+
+    Attributes
+    ----------
+    fit : FilterErrorFit
+    added : str
+        The effect that it has and the stage before has not; empty for the baseline.
+    screening : CandidateScreening
+    decision : EffectDecision
+    forced : bool
+        Whether the effect was put in by hand.
+    proven : bool
+        Whether kinematics alone prove it.
+    among : tuple of str
+        The set that the effect stands for, itself with it, where these flights cannot tell which.
+    """
+
+    fit: FilterErrorFit
+    added: str
+    screening: CandidateScreening
+    decision: EffectDecision
+    forced: bool = False
+    proven: bool = False
+    among: tuple[str, ...] = ()
+
+    def left_unexplained(self) -> SearchStage:
+        """Return the stage with the answer that its best explanation is none."""
+        return replace(self, decision=replace(self.decision, kind="unexplained"))
+
+
+def equivalent_effects_of(stage: SearchStage) -> tuple[str, ...]:
+    """Return the set that the best of a stage's decision can stand for; empty where it cannot.
+
+    What cannot be told apart because it looks the same leaves the same behind, and the search can
+    go on; a set of different things leaves its rests to be misnamed.
+    """
+    decision = stage.decision
+    if decision.kind != "ambiguous" or decision.best is None:
+        return ()
+    cosines = np.abs(stage.screening.cosines(decision.best.id))
+    ids = tuple(one.id for one in decision.alternatives)
+    alike = all(cosines[stage.screening.place(one)] >= _MIN_EQUIVALENCE_COSINE for one in ids)
+    return ids if alike else ()
+
+
+def remove_misnamed_effects(stages: Sequence[SearchStage], forced: int) -> list[SearchStage]:
+    """Take back names that leave much of their own structure unexplained.
+
+    Parameters
+    ----------
+    stages : sequence of SearchStage
+        The baseline first.
+    forced : int
+        So many after it were put in by hand, and stay.
+    """
+    kept = list(stages)
+    crowded = _first_crowded_stage(kept)
+    if crowded:
+        return [*kept[: crowded - 1], kept[crowded - 1].left_unexplained()]
+    while len(kept) > 1 + forced:
+        before, last = kept[-2], kept[-1]
+        if last.proven or last.decision.kind != "unexplained" or last.decision.best is None:
+            break
+        left = float(last.decision.gain.max())
+        explained = float(before.decision.gain.max())
+        if left < _MAX_UNEXPLAINED_SHARE * explained or not _is_same_target(
+            last.added, last.decision.best.id
+        ):
+            break
+        kept = [*kept[:-2], before.left_unexplained()]
+    return kept
+
+
+def _first_crowded_stage(stages: Sequence[SearchStage]) -> int:
+    """Return the first of many names for one coefficient; 0 if no coefficient has many.
+
+    What takes so many terms of the catalog is something that is not in it.
+    """
+    places: dict[str, list[int]] = {}
+    for number, one in enumerate(stages):
+        if number and not one.forced and one.added.split(".")[0] != "sensor":
+            places.setdefault(one.added.split(".")[1], []).append(number)
+    return min(
+        (found[0] for found in places.values() if len(found) >= _MAX_EFFECTS_PER_TARGET), default=0
+    )
+
+
+def _is_same_target(effect: str, other: str) -> bool:
+    """Return whether structure without a name may be what an effect stood for."""
+    group, target = effect.split(".")[:2]
+    return group != "aero" or target == other.split(".")[1]

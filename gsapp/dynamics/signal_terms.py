@@ -1,0 +1,708 @@
+"""Effects on the path of a signal: from command to surface, from quantity to record.
+
+A signal term reads one signal and *replaces* it by its value; terms of one path follow one
+another. They exist in two forms that agree for signals slow against the sample time:
+
+- *continuous*, as every term: states with rates, so that a path can be integrated together with
+  the aircraft. Delay is a second-order Pade fraction there, and edges (backlash, rate limit) are
+  rounded by `EDGE_ROUNDING_TIME`;
+- *sampled*, exact for signals that are straight lines between samples: `begin` and `step` for a
+  running simulation, `path_response` for whole histories with derivatives by the parameters and,
+  for sensitivities of the signal itself, `PathResponse.tangent`.
+
+What was measured on a surface is an *input* of the equations: there, a path from quantity to record
+is walked backward, `SignalTerm.undo` and `invert_path`.
+
+Two effects of instruments concern several channels at once. A *box* (`INSTRUMENT_BOXES`) is late
+as a whole: its term stands on the path of every channel of the box, with one parameter for all.
+Two axes that are *swapped* (`SwappedChannels`) are no signal term: they change places before any
+path begins (`gsapp.dynamics.flight_model.FlightModel.exchanged`). The third, an instrument that
+sits elsewhere than the aircraft file says, is an offset in the equations (targets
+``place.<instrument>.<axis>``) that `gsapp.dynamics.sensors.OutputModel` takes into account.
+
+The effects made of these terms stand in `gsapp.dynamics.signal_effects`.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from gsapp.dynamics.arithmetic import Value, clip, where
+from gsapp.dynamics.terms import Term, TermJacobian, Values
+from gsapp.foundation import FlightError
+from gsapp.quantities import FloatArray
+
+MIN_TIME_CONSTANT = 5e-3
+"""Time constants below this (s) act as this in the continuous form."""
+EDGE_ROUNDING_TIME = 0.01
+"""Time (s) in which the continuous form of an edge is rounded."""
+
+SURFACE_CHANNELS = {"elevator": "de", "aileron": "da", "rudder": "dr", "flap": "flap"}
+"""Name in effect ids: channel."""
+MOTION_CHANNELS = ("alpha", "beta", "V", "p", "q", "r", "ax", "ay", "an", "phi", "theta", "qbar")
+"""Measured channels that the equations predict."""
+INPUT_CHANNELS = tuple(SURFACE_CHANNELS.values())
+"""Measured channels that drive the equations."""
+SENSOR_CHANNELS = (*MOTION_CHANNELS, *INPUT_CHANNELS)
+INSTRUMENT_BOXES: dict[str, tuple[str, ...]] = {
+    "airdata": ("alpha", "beta", "V", "qbar"),
+    "inertial": ("p", "q", "r", "ax", "ay", "an"),
+    "attitude": ("phi", "theta"),
+    "surfaces": INPUT_CHANNELS,
+}
+"""Instruments that share a clock, and so are late together: either all inputs or none."""
+SWAPPABLE_PAIRS = (
+    ("p", "q"), ("p", "r"), ("q", "r"), ("ax", "ay"), ("ax", "an"), ("ay", "an"),
+    ("alpha", "beta"),
+)  # fmt: skip
+"""Channels of one kind, whose plugs fit each other's sockets."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PathResponse:
+    """A signal after its path.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+    parameters : ndarray, shape (n, n_parameters)
+        Derivatives of the values by the term's parameters.
+    tangent : callable
+        Takes derivatives of the signal going in, shape (n, m), and returns those of the signal
+        coming out, shape (n, m).
+    """
+
+    values: FloatArray
+    parameters: FloatArray
+    tangent: Callable[[FloatArray], FloatArray]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SignalTerm(Term):
+    """Base of the terms on a signal's path."""
+
+    def begin(self, signal: float, dt: float, parameters: tuple[float, ...]) -> list[float]:
+        """Return the memory of a path on which the signal was constant so far."""
+        del dt, parameters
+        return [signal]
+
+    @abstractmethod
+    def step(
+        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
+    ) -> float:
+        """Take the signal's next sample, update the memory, return what comes out."""
+
+    @abstractmethod
+    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+        """Return the whole history after the path, shape (n,), sampled every `dt` s."""
+
+    def undo(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+        """Return the history, shape (n,), that came out as `signal`.
+
+        Where the path lost it (clipping, play), the signal stands for it.
+        """
+        del dt
+        return _identity_response(signal, len(parameters))
+
+
+def _identity_response(signal: FloatArray, n_parameters: int) -> PathResponse:
+    return PathResponse(
+        values=signal,
+        parameters=np.zeros((signal.size, n_parameters)),
+        tangent=lambda change: change,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SwappedChannels(Term):
+    """Two channels that carry each other's signal.
+
+    Attributes
+    ----------
+    pair : tuple of str
+        The two channels.
+    """
+
+    pair: tuple[str, str]
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return what the first channel records: the second signal."""
+        del states, parameters
+        return reads[1]
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        del reads, states, parameters
+        return TermJacobian(reads=(0.0, 1.0))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MemorylessTerm(SignalTerm):
+    """Base of paths without memory."""
+
+    def step(
+        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
+    ) -> float:
+        """Return the value for this sample."""
+        del memory, dt
+        return float(self.value((signal,), (), parameters))
+
+    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+        """Return the value for each sample."""
+        del dt
+        jacobian = self.jacobian((signal,), (), parameters)
+        slope = np.broadcast_to(jacobian.reads[0], signal.shape)
+        columns = [np.broadcast_to(column, signal.shape) for column in jacobian.parameters]
+        by_parameters = np.stack(columns, axis=-1) if columns else np.empty((signal.size, 0))
+        return PathResponse(
+            values=np.asarray(self.value((signal,), (), parameters)),
+            parameters=by_parameters,
+            tangent=lambda change: slope[:, None] * change,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScaleFactor(MemorylessTerm):
+    """Signal times a factor."""
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return factor * signal."""
+        del states
+        return parameters[0] * reads[0]
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        del states
+        return TermJacobian(reads=(parameters[0],), parameters=(reads[0],))
+
+    def undo(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+        """Return signal / factor; a factor of zero has lost it."""
+        del dt
+        (factor,) = parameters
+        if factor == 0.0:
+            return _identity_response(signal, 1)
+        values = signal / factor
+        return PathResponse(
+            values=values,
+            parameters=(-values / factor)[:, None],
+            tangent=lambda change: change / factor,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SignReversal(MemorylessTerm):
+    """Signal with the wrong sign."""
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return minus the signal."""
+        del states, parameters
+        return -reads[0]
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        del reads, states, parameters
+        return TermJacobian(reads=(-1.0,))
+
+    def undo(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+        """Return minus the signal."""
+        del dt, parameters
+        return PathResponse(
+            values=-signal,
+            parameters=np.empty((signal.size, 0)),
+            tangent=lambda change: -change,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bias(MemorylessTerm):
+    """Signal plus a constant."""
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return signal + bias."""
+        del states
+        return reads[0] + parameters[0]
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        del reads, states, parameters
+        return TermJacobian(reads=(1.0,), parameters=(1.0,))
+
+    def undo(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+        """Return signal - bias."""
+        del dt
+        return PathResponse(
+            values=signal - parameters[0],
+            parameters=np.full((signal.size, 1), -1.0),
+            tangent=lambda change: change,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Saturation(MemorylessTerm):
+    """Signal that stops at plus and minus a limit."""
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return the signal within the limits."""
+        del states
+        return clip(reads[0], -parameters[0], parameters[0])
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        del states
+        signal, limit = reads[0], parameters[0]
+        above = where(signal > limit, 1.0, 0.0)
+        below = where(signal < -limit, 1.0, 0.0)
+        return TermJacobian(reads=(1.0 - above - below,), parameters=(above - below,))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lag(SignalTerm):
+    """First-order lag."""
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return the state."""
+        del reads, parameters
+        return states[0]
+
+    def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
+        """Return (signal - state)/tau."""
+        return ((reads[0] - states[0]) / _limit_time_constant(parameters[0]),)
+
+    def rest(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
+        """Return the signal."""
+        del parameters
+        return (reads[0],)
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        tau = _limit_time_constant(parameters[0])
+        by_tau = where(parameters[0] > MIN_TIME_CONSTANT, (states[0] - reads[0]) / (tau * tau), 0.0)
+        return TermJacobian(
+            reads=(0.0,),
+            states=(1.0,),
+            parameters=(0.0,),
+            rate_reads=((1.0 / tau,),),
+            rate_states=((-1.0 / tau,),),
+            rate_parameters=((by_tau,),),
+        )
+
+    def begin(self, signal: float, dt: float, parameters: tuple[float, ...]) -> list[float]:
+        """Return the last output and the last input."""
+        del dt, parameters
+        return [signal, signal]
+
+    def step(
+        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
+    ) -> float:
+        """Return the exact response to a straight line between the samples."""
+        decay, old, new = lag_weights(parameters[0], dt)
+        out = decay * memory[0] + old * memory[1] + new * signal
+        memory[0], memory[1] = out, signal
+        return out
+
+    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+        """Return the exact response to straight lines between the samples."""
+        tau = parameters[0]
+        decay, _, _ = lag_weights(tau, dt)
+
+        def run(history: FloatArray) -> FloatArray:
+            return apply_lag(history, tau, dt)
+
+        values = run(signal)
+        if tau <= 0.0:
+            by_tau = -np.gradient(signal, dt) if signal.size > 1 else np.zeros_like(signal)
+        else:
+            from scipy.signal import lfilter  # a third of a second
+
+            ratio = dt / tau
+            mean = -math.expm1(-ratio) / ratio
+            d_mean = (mean - decay) / tau
+            d_decay = decay * ratio / tau
+            drive = np.zeros_like(signal)
+            drive[1:] = (
+                d_decay * values[:-1] + (d_mean - d_decay) * signal[:-1] - d_mean * signal[1:]
+            )
+            by_tau = np.asarray(lfilter([1.0], [1.0, -decay], drive))
+        return PathResponse(values=values, parameters=by_tau[:, None], tangent=run)
+
+    def undo(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+        """Return signal + tau * its rate, from the samples on either side."""
+        if signal.size < 2:
+            return _identity_response(signal, 1)
+        tau = parameters[0]
+        rate = np.gradient(signal, dt)
+        return PathResponse(
+            values=signal + tau * rate,
+            parameters=rate[:, None],
+            tangent=lambda change: change + tau * np.gradient(change, dt, axis=0),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Delay(SignalTerm):
+    """Pure delay.
+
+    A negative one (the signal is early, which the clock of a box can bring about) acts on recorded
+    histories only.
+    """
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return the second-order Pade approximation: signal - delay * x2."""
+        return reads[0] - _limit_time_constant(parameters[0]) * states[1]
+
+    def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
+        """Return x1' = x2, x2' = 12 (signal - x1)/delay^2 - 6 x2/delay."""
+        delay = _limit_time_constant(parameters[0])
+        return (
+            states[1],
+            12.0 * (reads[0] - states[0]) / (delay * delay) - 6.0 * states[1] / delay,
+        )
+
+    def rest(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
+        """Return the signal, and no change of it."""
+        del parameters
+        return (reads[0], 0.0 * reads[0])
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        delay = _limit_time_constant(parameters[0])
+        moves = where(parameters[0] > MIN_TIME_CONSTANT, 1.0, 0.0)
+        stiffness = 12.0 / (delay * delay)
+        by_delay = -2.0 * stiffness * (reads[0] - states[0]) / delay + 6.0 * states[1] / (
+            delay * delay
+        )
+        return TermJacobian(
+            reads=(1.0,),
+            states=(0.0, -delay),
+            parameters=(-moves * states[1],),
+            rate_reads=((0.0,), (stiffness,)),
+            rate_states=((0.0, 1.0), (-stiffness, -6.0 / delay)),
+            rate_parameters=((0.0,), (moves * by_delay,)),
+        )
+
+    def begin(self, signal: float, dt: float, parameters: tuple[float, ...]) -> list[float]:
+        """Return the past samples, newest first.
+
+        Raises
+        ------
+        FlightError
+            If the delay is negative.
+        """
+        if parameters[0] < 0.0:
+            raise FlightError(
+                f"the effect '{self.id}' has a delay of {parameters[0]:g} s, but nothing can show "
+                "what is yet to come; give zero or more (or make the other instruments late)"
+            )
+        return [signal] * (math.ceil(parameters[0] / dt) + 2)
+
+    def step(
+        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
+    ) -> float:
+        """Return the signal as it was, on the straight line between two samples."""
+        memory.insert(0, signal)
+        memory.pop()
+        place = parameters[0] / dt
+        index = int(place)
+        part = place - index
+        return (1.0 - part) * memory[index] + part * memory[index + 1]
+
+    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+        """Return the signal as it was; beyond its ends it was constant."""
+        return _shift(signal, parameters[0] / dt, dt)
+
+    def undo(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+        """Return the signal as it will be; after the last sample it is constant."""
+        found = _shift(signal, -parameters[0] / dt, dt)
+        return PathResponse(
+            values=found.values, parameters=-found.parameters, tangent=found.tangent
+        )
+
+
+def _shift(signal: FloatArray, steps: float, dt: float) -> PathResponse:
+    """Return a signal so many samples later, on the straight lines between samples."""
+    count = signal.size
+    wanted = np.arange(count) - steps
+    place = np.clip(wanted, 0.0, count - 1.0)
+    index = np.minimum(place.astype(np.intp), max(count - 2, 0))
+    after = np.minimum(index + 1, count - 1)
+    part = place - index
+
+    def run(history: FloatArray) -> FloatArray:
+        weight = part if history.ndim == 1 else part[:, None]
+        return np.asarray((1.0 - weight) * history[index] + weight * history[after])
+
+    moving = (wanted > 0.0) & (wanted < count - 1.0)
+    slope = np.where(moving, (signal[after] - signal[index]) / dt, 0.0)
+    return PathResponse(values=run(signal), parameters=-slope[:, None], tangent=run)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RateLimit(SignalTerm):
+    """Signal that follows no faster than a limit."""
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return the state."""
+        del reads, parameters
+        return states[0]
+
+    def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
+        """Return the rate wanted, within the limit."""
+        return (clip((reads[0] - states[0]) / EDGE_ROUNDING_TIME, -parameters[0], parameters[0]),)
+
+    def rest(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
+        """Return the signal."""
+        del parameters
+        return (reads[0],)
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        wanted = (reads[0] - states[0]) / EDGE_ROUNDING_TIME
+        above = where(wanted > parameters[0], 1.0, 0.0)
+        below = where(wanted < -parameters[0], 1.0, 0.0)
+        slope = (1.0 - above - below) / EDGE_ROUNDING_TIME
+        return TermJacobian(
+            reads=(0.0,),
+            states=(1.0,),
+            parameters=(0.0,),
+            rate_reads=((slope,),),
+            rate_states=((-slope,),),
+            rate_parameters=((above - below,),),
+        )
+
+    def step(
+        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
+    ) -> float:
+        """Return the last output, moved towards the signal as far as the limit lets it."""
+        reach = parameters[0] * dt
+        memory[0] += min(max(signal - memory[0], -reach), reach)
+        return memory[0]
+
+    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+        """Return the limited history."""
+        reach = parameters[0] * dt
+        values = np.empty(signal.size)
+        moved = np.zeros(signal.size)
+        free = np.ones(signal.size, dtype=bool)
+        out = float(signal[0]) if signal.size else 0.0
+        for index, sample in enumerate(signal.tolist()):
+            step = sample - out
+            if abs(step) <= reach:
+                out = sample
+            else:
+                direction = math.copysign(1.0, step)
+                out += direction * reach
+                moved[index] = direction * dt
+                free[index] = False
+            values[index] = out
+        last = _last_true(free)
+        total = np.cumsum(moved)
+        by_limit = total - np.where(last >= 0, total[last], 0.0)
+        return PathResponse(values=values, parameters=by_limit[:, None], tangent=_held_from(last))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Backlash(SignalTerm):
+    """Free play: what comes out moves only when the play is used up."""
+
+    def value(self, reads: Values, states: Values, parameters: Values) -> Value:
+        """Return the state."""
+        del reads, parameters
+        return states[0]
+
+    def rates(self, reads: Values, states: Values, parameters: Values) -> tuple[Value, ...]:
+        """Return the rate at which the state is pushed back into the play."""
+        half = 0.5 * parameters[0]
+        inside = clip(states[0], reads[0] - half, reads[0] + half)
+        return ((inside - states[0]) / EDGE_ROUNDING_TIME,)
+
+    def rest(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
+        """Return the signal: the middle of the play."""
+        del parameters
+        return (reads[0],)
+
+    def jacobian(self, reads: Values, states: Values, parameters: Values) -> TermJacobian:
+        """Return the partial derivatives."""
+        half = 0.5 * parameters[0]
+        pushed = where(states[0] < reads[0] - half, 1.0, 0.0)
+        pulled = where(states[0] > reads[0] + half, 1.0, 0.0)
+        touch = (pushed + pulled) / EDGE_ROUNDING_TIME
+        return TermJacobian(
+            reads=(0.0,),
+            states=(1.0,),
+            parameters=(0.0,),
+            rate_reads=((touch,),),
+            rate_states=((-touch,),),
+            rate_parameters=((0.5 * (pulled - pushed) / EDGE_ROUNDING_TIME,),),
+        )
+
+    def step(
+        self, memory: list[float], signal: float, dt: float, parameters: tuple[float, ...]
+    ) -> float:
+        """Return the last output, pushed by the signal where it touches."""
+        del dt
+        half = 0.5 * parameters[0]
+        memory[0] = min(max(memory[0], signal - half), signal + half)
+        return memory[0]
+
+    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+        """Return the history with play; it starts in the middle."""
+        del dt
+        half = 0.5 * parameters[0]
+        values = np.empty(signal.size)
+        side = np.zeros(signal.size)
+        touched = np.zeros(signal.size, dtype=bool)
+        out = float(signal[0]) if signal.size else 0.0
+        for index, sample in enumerate(signal.tolist()):
+            if out < sample - half:
+                out, side[index], touched[index] = sample - half, -0.5, True
+            elif out > sample + half:
+                out, side[index], touched[index] = sample + half, 0.5, True
+            values[index] = out
+        last = _last_true(touched)
+        by_slop = np.where(last >= 0, side[last], 0.0)
+        return PathResponse(
+            values=values, parameters=by_slop[:, None], tangent=_held_from(np.maximum(last, 0))
+        )
+
+
+def _limit_time_constant(time: Value) -> Value:
+    return where(time > MIN_TIME_CONSTANT, time, MIN_TIME_CONSTANT)
+
+
+def apply_lag(signal: FloatArray, tau: float, dt: float) -> FloatArray:
+    """Return a signal, shape (n, ...), after a first-order lag that was at rest before.
+
+    Exact for straight lines between the samples.
+    """
+    from scipy.signal import lfilter  # a third of a second
+
+    decay, old, new = lag_weights(tau, dt)
+    start = (1.0 - new) * signal[:1]
+    out, _ = lfilter([new, old], [1.0, -decay], signal, axis=0, zi=start)
+    return np.asarray(out)
+
+
+def lag_weights(tau: float, dt: float) -> tuple[float, float, float]:
+    """Return weights of the last output, the last input and the new input, for straight lines."""
+    if tau <= 0.0:
+        return 0.0, 0.0, 1.0
+    ratio = dt / tau
+    decay = math.exp(-ratio)
+    mean = -math.expm1(-ratio) / ratio
+    return decay, mean - decay, 1.0 - mean
+
+
+def _last_true(
+    mask: np.ndarray[tuple[int], np.dtype[np.bool_]],
+) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+    """Return, for each place, the last place up to it where the mask is true; -1 if none."""
+    return np.asarray(np.maximum.accumulate(np.where(mask, np.arange(mask.size), -1)))
+
+
+def _held_from(
+    last: np.ndarray[tuple[int], np.dtype[np.intp]],
+) -> Callable[[FloatArray], FloatArray]:
+    """Return the tangent of a signal that was last free at `last`, and before any from rest."""
+    places = np.maximum(last, 0)
+    return lambda change: np.asarray(change[places])
+
+
+PathTerms = tuple[tuple[SignalTerm, tuple[float, ...]], ...]
+"""Signal terms in the order in which the signal passes them, with their parameters."""
+
+
+class SignalPath:
+    """Terms one after another, running sample by sample.
+
+    Parameters
+    ----------
+    terms : PathTerms
+    dt : float
+        Sample time, s.
+    """
+
+    def __init__(self, terms: PathTerms, dt: float) -> None:
+        self._terms = terms
+        self._dt = dt
+        self._memories: list[list[float]] | None = None
+
+    def step(self, signal: float) -> float:
+        """Take one sample and return what comes out; the first one is taken as constant before."""
+        if self._memories is None:
+            self._memories = []
+            for term, values in self._terms:
+                self._memories.append(term.begin(signal, self._dt, values))
+                # Constant so far: what came out is what one more such sample gives.
+                signal = term.step(self._memories[-1], signal, self._dt, values)
+            return signal
+        for (term, values), memory in zip(self._terms, self._memories, strict=True):
+            signal = term.step(memory, signal, self._dt, values)
+        return signal
+
+
+class SupportsRespond(Protocol):
+    """What gives a whole history after one part of a path, as `SignalTerm.respond`."""
+
+    def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+        """Return the history, shape (n,), sampled every `dt` s."""
+
+
+def path_response(
+    terms: Sequence[tuple[SupportsRespond, tuple[float, ...]]], signal: FloatArray, dt: float
+) -> PathResponse:
+    """Return a whole history after several terms, with the derivatives by all their parameters.
+
+    The columns of `PathResponse.parameters` follow the terms and their parameters in order.
+    """
+    values = np.asarray(signal, dtype=np.float64)
+    columns = np.empty((values.size, 0))
+    tangents: list[Callable[[FloatArray], FloatArray]] = []
+    for term, parameters in terms:
+        one = term.respond(values, dt, parameters)
+        columns = np.hstack([one.tangent(columns), one.parameters])
+        values = one.values
+        tangents.append(one.tangent)
+
+    def through(change: FloatArray) -> FloatArray:
+        for tangent in tangents:
+            change = tangent(change)
+        return change
+
+    return PathResponse(values=values, parameters=columns, tangent=through)
+
+
+def invert_path(terms: PathTerms, signal: FloatArray, dt: float) -> PathResponse:
+    """Return the history before several terms, from what came out of them; as `path_response`.
+
+    The columns of `PathResponse.parameters` follow the terms in their order on the path.
+    """
+    values = np.asarray(signal, dtype=np.float64)
+    widths = [len(parameters) for _, parameters in terms]
+    columns = np.zeros((values.size, sum(widths)))
+    tangents: list[Callable[[FloatArray], FloatArray]] = []
+    stop = sum(widths)
+    for (term, parameters), width in zip(reversed(terms), reversed(widths), strict=True):
+        one = term.undo(values, dt, parameters)
+        columns = one.tangent(columns)
+        columns[:, stop - width : stop] = one.parameters
+        stop -= width
+        values = one.values
+        tangents.append(one.tangent)
+
+    def through(change: FloatArray) -> FloatArray:
+        for tangent in tangents:
+            change = tangent(change)
+        return change
+
+    return PathResponse(values=values, parameters=columns, tangent=through)
+
+
+def channels_of_target(name: str) -> tuple[str, ...]:
+    """Return the channels that a target ``sensor.<name>`` stands for: one, or those of a box."""
+    return INSTRUMENT_BOXES.get(name, (name,))

@@ -1,0 +1,8 @@
+"""Phases of a training flight in which the sticks change hands."""
+
+from __future__ import annotations
+
+from typing import Final
+
+TRAINEE_PHASE: Final = "you have it"
+RECOVERY_PHASE: Final = "I have it"

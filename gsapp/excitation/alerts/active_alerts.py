@@ -1,0 +1,110 @@
+"""What stands now, and since when: findings of successive frames become dangers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Final
+
+from gsapp.excitation.alerts.alert import Alert, AlertLevel
+
+ALERT_HOLD_TIME: Final = 2.0
+"""Seconds for which a danger stands after it was found last: nothing flickers."""
+
+_FIRST: Final = (
+    "stall", "nose", "airspeed", "alpha", "beta", "gyro", "motion", "fence", "clip",
+    "battery", "fuel", "time", "radio",
+)  # fmt: skip
+"""Among equally urgent ones these come first, in this order."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AlertCondition:
+    """One thing found wrong in one frame; see `Alert`."""
+
+    key: str
+    urgency: AlertLevel
+    words: str
+    spoken: str
+    channels: tuple[str, ...] = ()
+
+
+@dataclass(slots=True)
+class _Entry:
+    danger: Alert
+    seen: dict[AlertLevel, float]
+
+
+class ActiveAlerts:
+    """Keeps what was found until it has not been found for a while."""
+
+    def __init__(self) -> None:
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget everything."""
+        self._entries: dict[str, _Entry] = {}
+        self._log: list[Alert] = []
+        self._sorted: tuple[Alert, ...] = ()
+
+    @property
+    def now(self) -> tuple[Alert, ...]:
+        """Return what stands, the most urgent first."""
+        return self._sorted
+
+    @property
+    def log(self) -> tuple[Alert, ...]:
+        """Return each danger as it arose or grew worse, in order of time."""
+        return tuple(self._log)
+
+    def note(self, time: float, findings: Iterable[AlertCondition]) -> None:
+        """Take in what was found until `time` (s); what was not found for long is over."""
+        changed = False
+        for found in findings:
+            entry = self._entries.get(found.key)
+            if entry is None or found.urgency > entry.danger.urgency:
+                danger = Alert(
+                    key=found.key,
+                    urgency=found.urgency,
+                    since=time,
+                    words=found.words,
+                    spoken=found.spoken,
+                    channels=found.channels,
+                )
+                seen = {} if entry is None else entry.seen
+                entry = self._entries[found.key] = _Entry(danger, seen)
+                self._log.append(danger)
+                changed = True
+            entry.seen[found.urgency] = time
+            if found.urgency < entry.danger.urgency and self._past(
+                time, entry.seen[entry.danger.urgency]
+            ):
+                entry.danger = replace(
+                    entry.danger,
+                    urgency=found.urgency,
+                    words=found.words,
+                    spoken=found.spoken,
+                    channels=found.channels,
+                )
+                changed = True
+        over = [
+            key
+            for key, entry in self._entries.items()
+            if self._past(time, max(entry.seen.values()))
+        ]
+        for key in over:
+            del self._entries[key]
+        if changed or over:
+            self._sorted = tuple(
+                sorted((entry.danger for entry in self._entries.values()), key=_order)
+            )
+
+    @staticmethod
+    def _past(time: float, seen: float) -> bool:
+        return time - seen > ALERT_HOLD_TIME
+
+
+def _order(danger: Alert) -> tuple[int, int, float, str]:
+    kind = danger.key.partition(".")[0]
+    place = _FIRST.index(kind) if kind in _FIRST else len(_FIRST)
+    return -int(danger.urgency), place, danger.since, danger.key

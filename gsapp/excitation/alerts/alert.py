@@ -1,0 +1,40 @@
+"""One thing that calls for attention."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+
+class AlertLevel(IntEnum):
+    """How urgent something is."""
+
+    CAUTION = 1
+    WARNING = 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Alert:
+    """One thing that stands.
+
+    Attributes
+    ----------
+    key : str
+        What it is about: ``nose``, ``alpha``, ``gyro.q``, ``stall``, ``fence``, ``clip.r`` ...
+    urgency : AlertLevel
+    since : float
+        Flight time, s.
+    words : str
+        A sentence to be read, with what to do.
+    spoken : str
+        A few words to be heard: "nose sensors lost: land".
+    channels : tuple of str
+        Channels that are not to be trusted while it stands.
+    """
+
+    key: str
+    urgency: AlertLevel
+    since: float
+    words: str
+    spoken: str
+    channels: tuple[str, ...] = ()

@@ -1,0 +1,235 @@
+"""Sensors that lie: what one shows cannot be, given what all others show.
+
+A vane that sticks, a pitot tube that is blocked and a gyro that is dead still have noise, so their
+samples look alive. But they do not move when the motion that the others tell of must move them: in
+gusts, where a free vane always moves, and in every turn and input. Gusts cannot feign that, nor can
+they feign an airspeed that goes its own way by several times what they do to the vanes.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
+from gsapp.excitation.alerts.kinematic_reconstruction import (
+    MOTION_COLUMNS,
+    ReconstructedMotion,
+    SensorPositions,
+    detrend,
+    reconstruct_motion,
+)
+from gsapp.excitation.alerts.row_frames import ALERT_FRAME_DURATION, FlightFrame
+from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE
+
+_STRETCH: Final = 24
+"""Frames that are compared: long enough for a turn to begin, short enough to tell in time."""
+_EVERY: Final = 2
+"""Frames from one comparison to the next."""
+_PER_FRAME: Final = 5
+"""Samples of each frame, or a few less: means, which the engines' shaking does not pass."""
+_SETTLED: Final = 1.0
+"""Seconds in the air before a stretch begins."""
+
+_MUST_MOVE: Final = {"V": 0.4, "alpha": 0.7 * DEGREE, "beta": 0.7 * DEGREE}
+"""Standard deviation made by rates and accelerations, at which a sensor must have moved too."""
+_STUCK: Final = 0.15
+"""Of what it must; moving less is none. Gusts have been seen to hide two thirds of a motion."""
+_FLAT: Final = {"V": 0.03, "alpha": 0.09 * DEGREE, "beta": 0.09 * DEGREE}
+"""Standard deviation that is no motion, where no noise is stated: m/s and rad. A free vane moves
+more even in calm air; so a gyro that misleads is not taken for a vane that sticks ..."""
+_NOISES: Final = 2.0
+"""... and where noise is stated, so many times that of the means."""
+_PER_MEAN: Final = 5.0
+"""Rows of 100 Hz in each mean."""
+_SPEED: Final = 25.0
+"""m/s; at less, noise of the pressure is more noise of the speed."""
+_FREE: Final = 0.4
+"""Of what it must; a sensor that has been stuck and moves as much is free again."""
+_RATE_MUST_MOVE: Final = 3.5 * DEGREE
+"""Standard deviation of a rate that all else makes, rad/s, at which its gyro must have moved ..."""
+_RATE_STUCK: Final = 0.08
+"""... and the share of it below which it has not."""
+_RATE_STILL: Final = 1.0 * DEGREE
+"""rad/s; a gyro that moves more than this is not dead."""
+_RATE_LIVE: Final = 0.6 * DEGREE
+"""rad/s; a gyro that moves less than this may be dead."""
+_EXPLAINED: Final = 0.3
+"""Share of the squared misses that may be left when a gyro is not believed, if it is to blame."""
+_GUST_SHARES: Final = (0.5, 0.4)
+"""Gusts along the path seen as shares of those across: v and w, after the straight line."""
+_CALM: Final = 0.1
+"""Misses of the airspeed in calm air, m/s."""
+_LIE: Final = 5.0
+"""An airspeed that misses so many times what gusts explain is wrong; 3.4 has been seen in gusts."""
+_LEAST_LIE: Final = 0.8
+"""m/s."""
+_REVERSED: Final = -0.85
+"""Correlation: a tube that holds its pressure shows height as speed, which falls as that rises."""
+_BESIDE: Final = 2.0
+"""Times what gusts explain, for that."""
+_ALIKE: Final = 0.5
+"""Correlation from which on the airspeed tells the truth."""
+_TIMES: Final = 2
+"""Successive comparisons that must agree."""
+
+_WORDS: Final = {
+    "alpha": "does not move with the motion: stuck",
+    "beta": "does not move with the motion: stuck",
+    "V": "does not change with the motion: pitot blocked",
+    "p": "does not follow the motion: dead",
+    "q": "does not follow the motion: dead",
+    "r": "does not follow the motion: dead",
+}
+_AGAINST: Final = "goes against the motion: pitot blocked or leaking"
+
+
+class KinematicMonitor:
+    """Compares the last seconds, again and again.
+
+    Parameters
+    ----------
+    aircraft : Aircraft or None
+        Knows where the instruments sit.
+    rate : float
+        Hz.
+    """
+
+    def __init__(self, aircraft: Aircraft | None, rate: float) -> None:
+        self._places = SensorPositions.of(aircraft)
+        self._flat = _flatness(aircraft)
+        length = max(1, round(ALERT_FRAME_DURATION * rate))
+        self._per_frame = max(k for k in range(1, _PER_FRAME + 1) if length % k == 0)
+        self._dt = length / rate / self._per_frame
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget everything."""
+        self._samples = np.full((_STRETCH * self._per_frame, len(MOTION_COLUMNS)), np.nan)
+        self._lies: dict[str, int] = {}
+        self._truths: dict[str, int] = {}
+        self._found: dict[str, str] = {}
+
+    def judge(self, frame: FlightFrame, doubted: frozenset[str]) -> dict[str, str]:
+        """Return the sensors that lie, and how, in words.
+
+        Parameters
+        ----------
+        frame : FlightFrame
+        doubted : frozenset of str
+            Sensors of which others say so already; nothing is compared with those.
+        """
+        if frame.rows.fresh:
+            self._samples[:] = np.nan
+        fresh = self._per_frame
+        self._samples[:-fresh] = self._samples[fresh:]
+        known = not doubted & set(MOTION_COLUMNS)
+        self._samples[-fresh:] = self._means(frame) if known else np.nan
+        long_enough = frame.aloft > _STRETCH * ALERT_FRAME_DURATION + _SETTLED
+        due = frame.rows.first // len(frame.rows) % _EVERY == 0
+        if due and long_enough and not frame.near_ground and np.isfinite(self._samples).all():
+            self._compare()
+        return self._found
+
+    def _means(self, frame: FlightFrame) -> FloatArray:
+        rows = np.stack([frame.rows[name] for name in MOTION_COLUMNS], axis=1)
+        parts: FloatArray = rows.reshape(self._per_frame, -1, len(MOTION_COLUMNS))
+        return np.asarray(parts.mean(axis=1), dtype=np.float64)
+
+    def _compare(self) -> None:
+        """Note who lies now; who has lied does so until it is seen to tell the truth."""
+        motion = reconstruct_motion(self._samples, self._dt, self._places)
+        lies, truths = self._judged(motion)
+        self._lies = {name: self._lies.get(name, 0) + 1 for name in lies}
+        self._truths = {name: self._truths.get(name, 0) + 1 for name in truths - lies.keys()}
+        for name, why in lies.items():
+            if self._lies[name] >= _TIMES:
+                self._found.setdefault(name, why)
+        self._found = {
+            name: why for name, why in self._found.items() if self._truths.get(name, 0) < _TIMES
+        }
+
+    def _judged(self, motion: ReconstructedMotion) -> tuple[dict[str, str], set[str]]:
+        """Return who lies and how, and who has moved as it should."""
+        turning = {
+            name
+            for axis, name in enumerate("pqr")
+            if _rms(detrend(motion.rates[:, axis])) > 2.0 * _RATE_STILL
+        }
+        dead = self._dead_gyro(motion)
+        if dead:
+            return {dead: _WORDS[dead]}, turning
+        if self._found.keys() & set("pqr"):
+            return {}, turning  # nothing can be compared with a rate that is wrong
+        lies, truths = {}, turning
+        for name, least in _MUST_MOVE.items():
+            made, shown = _rms(motion.made[name]), _rms(motion.shown[name])
+            if made > least and shown < min(_STUCK * made, self._flat[name]):
+                lies[name] = _WORDS[name]
+            elif made > least and shown > _FREE * made:
+                truths.add(name)
+        alike = _correlation(motion.made["V"], motion.shown["V"])
+        against = self._against(motion, alike)
+        if against and not lies and self._gyros_live(motion):
+            lies["V"] = _AGAINST
+        if against or alike < _ALIKE:
+            truths.discard("V")
+        return lies, truths
+
+    @staticmethod
+    def _dead_gyro(motion: ReconstructedMotion) -> str:
+        """Return the gyro that stands still while all else says that its axis turns."""
+        best, least = "", _EXPLAINED
+        for axis, name in enumerate("pqr"):
+            shown = _rms(detrend(motion.rates[:, axis]))
+            if shown > _RATE_STILL:
+                continue
+            rate, left = motion.rate_made(axis)
+            made = _rms(detrend(rate))
+            if made > _RATE_MUST_MOVE and shown < _RATE_STUCK * made and left < least:
+                best, least = name, left
+        return best
+
+    @staticmethod
+    def _against(motion: ReconstructedMotion, alike: float) -> bool:
+        """Return whether the airspeed goes another way than gusts could send it."""
+        along, across, down = (float(miss) for miss in np.sqrt(np.mean(motion.miss**2, axis=0)))
+        gusts = max(_GUST_SHARES[0] * across, _GUST_SHARES[1] * down, _CALM)
+        if along > max(_LIE * gusts, _LEAST_LIE) and all(
+            motion.rate_made(axis)[1] > _EXPLAINED for axis in range(3)
+        ):
+            return True
+        moves = _rms(motion.made["V"]) > _MUST_MOVE["V"]
+        return alike < _REVERSED and moves and along > _BESIDE * gusts
+
+    @staticmethod
+    def _gyros_live(motion: ReconstructedMotion) -> bool:
+        """Return whether all gyros move, to the end: one that is dead makes the same misses."""
+        late = len(motion.rates) * 2 // 3
+        return all(
+            _rms(detrend(rate)) > _RATE_LIVE and _rms(detrend(rate[late:])) > 0.5 * _RATE_LIVE
+            for rate in motion.rates.T
+        )
+
+
+def _flatness(aircraft: Aircraft | None) -> dict[str, float]:
+    """Return the standard deviation below which each sensor shows nothing but its noise."""
+    if aircraft is None:
+        return dict(_FLAT)
+    sensors = aircraft.sensors
+    pressure = sensors.air_data.noise / (SEA_LEVEL_DENSITY * _SPEED)
+    noises = {"alpha": sensors.alpha_vane.noise, "beta": sensors.beta_vane.noise, "V": pressure}
+    mean = _NOISES / np.sqrt(_PER_MEAN)
+    return {name: mean * noise if noise > 0.0 else _FLAT[name] for name, noise in noises.items()}
+
+
+def _correlation(one: FloatArray, other: FloatArray) -> float:
+    """Return the correlation of two series without mean."""
+    return float(np.mean(one * other)) / max(_rms(one) * _rms(other), 1e-9)
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values * values)))

@@ -1,0 +1,121 @@
+"""Rows in frames of a fixed length.
+
+Frames begin at whole multiples of their length, counted from time zero, so that what is judged of
+them does not depend on how the stream was cut.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from gsapp.excitation.flight_rows import FlightRows
+from gsapp.quantities import FloatArray
+
+ALERT_FRAME_DURATION: Final = 0.25
+"""Length of one frame, s: what is wrong is told at its end."""
+
+_ABSURD: Final = 1e9
+"""In SI no quantity of a flight is so large: such samples are missing ones."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlightFrame:
+    """Some successive rows, and the state of the flight.
+
+    Attributes
+    ----------
+    rows : FlightRows
+        One frame's worth; ``rows.fresh`` says whether nothing leads up to it.
+    aloft : float
+        Seconds since the take-off; negative on the ground, infinite where the record begins in
+        the air.
+    flown : float
+        Seconds in the air so far.
+    height : float
+        Above the field, m; NaN where unknown.
+    near_ground : bool
+        Whether it is so low that it may be landing; False where no height tells.
+    """
+
+    rows: FlightRows
+    aloft: float = -1.0
+    flown: float = 0.0
+    height: float = math.nan
+    near_ground: bool = False
+
+    @property
+    def time(self) -> float:
+        """Return the time of the last row, s."""
+        return float(self.rows.times[-1])
+
+    @property
+    def airborne(self) -> bool:
+        """Return whether the aircraft flies."""
+        return self.aloft >= 0.0
+
+    def mean(self, name: str) -> float:
+        """Return the mean of a channel, NaN where it has no sample."""
+        known = self._known(name)
+        return float(known.mean()) if known.size else math.nan
+
+    def last(self, name: str) -> float:
+        """Return the last sample of a channel, NaN where it has none."""
+        known = self._known(name)
+        return float(known[-1]) if known.size else math.nan
+
+    def _known(self, name: str) -> FloatArray:
+        values = self.rows[name]
+        return values[np.isfinite(values)]
+
+
+class FrameSplitter:
+    """Cuts rows into frames.
+
+    Parameters
+    ----------
+    rate : float
+        Of the rows, Hz.
+    """
+
+    def __init__(self, rate: float) -> None:
+        self._length = max(1, round(ALERT_FRAME_DURATION * rate))
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget what is held."""
+        self._parts: list[FlightRows] = []
+        self._held = 0
+        self._fresh = True
+
+    def cut(self, rows: FlightRows) -> Iterator[FlightRows]:
+        """Take in rows; give the frames that are complete."""
+        if rows.fresh:
+            self.restart()
+        start = 0
+        while start < len(rows):
+            begun = (rows.first + start - self._held) % self._length
+            stop = min(start + self._length - self._held - begun, len(rows))
+            if begun == 0:  # else a stretch begins within a frame, the rest of which is let go
+                self._parts.append(rows.part(start, stop))
+                self._held += stop - start
+            start = stop
+            if self._held == self._length:
+                yield self._whole()
+
+    def _whole(self) -> FlightRows:
+        parts, fresh = self._parts, self._fresh
+        self._parts, self._held, self._fresh = [], 0, False
+        values = np.concatenate([part.values for part in parts])
+        with np.errstate(invalid="ignore"):
+            values[~(np.abs(values) < _ABSURD)] = np.nan
+        return FlightRows(
+            first=parts[0].first,
+            times=np.concatenate([part.times for part in parts]),
+            values=values,
+            fresh=fresh,
+        )

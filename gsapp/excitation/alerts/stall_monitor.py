@@ -1,0 +1,164 @@
+"""Stall margin: speed with load factor, and angle of attack.
+
+Limits (`gsapp.session.limits`) alarm at fixed figures of `Vc` and `alpha`, each for itself. They do
+not know that a turn stalls earlier, nor which of the two instruments still deserves belief; that is
+said here: the least speed grows with the square root of the load factor, and a few tenths of
+a second of what comes are added.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from gsapp.aircraft import Aircraft
+from gsapp.excitation.alerts.active_alerts import AlertCondition
+from gsapp.excitation.alerts.alert import AlertLevel
+from gsapp.excitation.alerts.alert_text import format_amount
+from gsapp.excitation.alerts.row_frames import ALERT_FRAME_DURATION, FlightFrame
+from gsapp.quantities.constants import GRAVITY
+
+_AHEAD: Final = 0.5
+"""Seconds ahead of which is spoken: what the pilot needs to hear and to push."""
+_LEAST_LOAD: Final = 0.5
+"""Load factors below this do not lower the stall speed any more: it will be pulled again."""
+_CAUTION: Final = 1.08
+"""Of the stall speed at the present load factor."""
+_WARNING: Final = 1.0
+"""The same: here it stalls."""
+_ALPHA_CALM: Final = 0.93
+"""Of the two figures above, where a vane that is believed shows alpha within its linear range: a
+gust that loads the wing for a moment is not yet a stall."""
+_FAR_FROM_STALL: Final = 1.35
+"""Of the least speed; there lift takes little more than half of what the wing can give."""
+_ALPHA_SHARE: Final = 0.55
+"""Share of the way from the linear range's end to the stall, at which alpha calls for caution."""
+_FLAP_GAIN: Final = 0.12
+"""Share of the stall speed that full flap takes off: half of what a slotted flap gives."""
+_SETTLED: Final = 3.0
+"""Seconds after lift-off from which on being slow is no part of the take-off."""
+_FRAMES: Final = 2
+"""Successive frames: a gust is no stall."""
+
+
+class StallMonitor:
+    """Watches the margin in the air.
+
+    Parameters
+    ----------
+    aircraft : Aircraft or None
+        Without stall figures nothing is said.
+    """
+
+    def __init__(self, aircraft: Aircraft | None) -> None:
+        self._limits = None if aircraft is None else aircraft.limits
+        self._full_flap = 0.0 if aircraft is None else aircraft.controls.flap.travel[1]
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget everything."""
+        self._before: float | None = None
+        self._slow = {AlertLevel.CAUTION: 0, AlertLevel.WARNING: 0}
+
+    def judge(
+        self, frame: FlightFrame, distrusted: frozenset[str], system: str = "US"
+    ) -> list[AlertCondition]:
+        """Return how near the stall is.
+
+        Parameters
+        ----------
+        frame : FlightFrame
+        distrusted : frozenset of str
+            Channels that are not believed.
+        system : {"US", "SI"}
+            Units of the words.
+        """
+        limits = self._limits
+        if limits is None or frame.aloft < _SETTLED or frame.near_ground:
+            self.restart()
+            return []
+        speed, least = self._speeds(frame, distrusted, limits.stall_speed)
+        nearness = [
+            one
+            for one in (
+                self._by_speed(frame, speed, least, self._calm(frame, distrusted), system),
+                # So fast for its load it cannot be near the stall, whatever a vane shows.
+                None
+                if speed > _FAR_FROM_STALL * least
+                else _evaluate_alpha(frame, distrusted, limits.alpha_linear[1], limits.alpha_stall),
+            )
+            if one is not None
+        ]
+        worst = max((each for each, _ in nearness), default=None)
+        for urgency, count in self._slow.items():
+            beyond = worst is not None and worst >= urgency
+            self._slow[urgency] = count + 1 if beyond else 0
+        if self._slow[AlertLevel.WARNING] >= _FRAMES:
+            return [_stall_condition(AlertLevel.WARNING, _stall_text(nearness, AlertLevel.WARNING))]
+        if self._slow[AlertLevel.CAUTION] >= _FRAMES:
+            return [_stall_condition(AlertLevel.CAUTION, _stall_text(nearness, AlertLevel.CAUTION))]
+        return []
+
+    def _speeds(
+        self, frame: FlightFrame, distrusted: frozenset[str], stall_speed: float
+    ) -> tuple[float, float]:
+        """Return the airspeed and the least one at this load, m/s; NaN where not believed."""
+        speed = frame.mean("Vc")
+        speed = frame.mean("V") if math.isnan(speed) else speed
+        if "V" in distrusted or stall_speed <= 0.0:
+            return math.nan, math.nan
+        load = frame.mean("an") / GRAVITY
+        load = 1.0 if math.isnan(load) or "an" in distrusted else max(load, _LEAST_LOAD)
+        flap = frame.mean("flap")
+        share = flap / self._full_flap if flap == flap and self._full_flap > 0.0 else 0.0
+        flapped = 1.0 - _FLAP_GAIN * min(max(share, 0.0), 1.0)
+        return speed, stall_speed * flapped * math.sqrt(load)
+
+    def _calm(self, frame: FlightFrame, distrusted: frozenset[str]) -> float:
+        """Return the factor by which a low alpha lowers the speed that calls for attention."""
+        alpha = frame.mean("alpha")
+        linear = 0.0 if self._limits is None else self._limits.alpha_linear[1]
+        return _ALPHA_CALM if "alpha" not in distrusted and alpha < linear else 1.0
+
+    def _by_speed(
+        self, frame: FlightFrame, speed: float, least: float, calm: float, system: str
+    ) -> tuple[AlertLevel, str] | None:
+        before, self._before = self._before, speed
+        if math.isnan(speed):
+            return None
+        slope = (
+            0.0 if before is None or math.isnan(before) else (speed - before) / ALERT_FRAME_DURATION
+        )
+        coming = speed + _AHEAD * min(slope, 0.0)
+        if min(speed, coming) >= _CAUTION * calm * least:
+            return None
+        urgency = AlertLevel.WARNING if speed < _WARNING * calm * least else AlertLevel.CAUTION
+        side = "above" if speed > least else "below"
+        said = f"{format_amount('V', abs(speed - least), system)} {side}"
+        return urgency, f"{said} the stall speed at {frame.mean('an') / GRAVITY:.1f} g"
+
+
+def _evaluate_alpha(
+    frame: FlightFrame, distrusted: frozenset[str], linear: float, stall: float
+) -> tuple[AlertLevel, str] | None:
+    alpha = frame.mean("alpha")
+    if "alpha" in distrusted or math.isnan(alpha):
+        return None
+    if alpha < linear + _ALPHA_SHARE * (stall - linear):
+        return None
+    urgency = AlertLevel.WARNING if alpha >= stall else AlertLevel.CAUTION
+    return urgency, f"alpha {math.degrees(alpha):.0f} deg, stall at {math.degrees(stall):.0f}"
+
+
+def _stall_text(nearness: list[tuple[AlertLevel, str]], least: AlertLevel) -> str:
+    return " and ".join(words for urgency, words in nearness if urgency >= least)
+
+
+def _stall_condition(urgency: AlertLevel, why: str) -> AlertCondition:
+    if urgency is AlertLevel.WARNING:
+        return AlertCondition(
+            key="stall", urgency=urgency, words=f"Stall: {why}; push", spoken="stall: push"
+        )
+    return AlertCondition(
+        key="stall", urgency=urgency, words=f"Near the stall: {why}; ease the pull", spoken="slow"
+    )

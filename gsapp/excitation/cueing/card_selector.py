@@ -1,0 +1,267 @@
+"""Which card is to be flown now, and what it asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.model import Model
+from gsapp.excitation.cueing.card_targets import CardTargets
+from gsapp.excitation.cueing.card_text import format_card, format_stick_input
+from gsapp.excitation.cueing.verdict_matching import evaluate_cards
+from gsapp.excitation.cues import CardSelectionReason, NextCard
+from gsapp.excitation.doublets.verdict import InputVerdict
+from gsapp.excitation.flight_rows import FlightRows, concatenate_rows
+from gsapp.excitation.information.outlook import Outlook
+from gsapp.excitation.test_points import guidance
+from gsapp.excitation.test_points.capture import TestPointCapture
+from gsapp.excitation.test_points.point import TestPoint
+from gsapp.excitation.test_points.stick_text import format_sticks
+from gsapp.excitation.test_points.target_input import TargetInput
+from gsapp.flight.cards import CardProgress, CardSet, CardSetProgress, TestCard
+from gsapp.identification.ftr.estimates import LiveEstimate
+
+_EVERY: Final = 10
+"""Ticks from one look at the rows to the next: a point is held for seconds."""
+_AIR_OF: Final = 200
+"""Samples of the air density whose mean is that of the day."""
+
+
+class CardSelector:
+    """Keeps the cards of a flight, and picks the one to be flown now.
+
+    The crew's choice comes first, then the card whose point the aircraft is holding, then the one
+    that gains most, then the first on the list.
+
+    Parameters
+    ----------
+    aircraft : Aircraft or None
+    model : Model or None
+    cards : CardSet or None
+    system : {"US", "SI"}
+        Units of the words.
+
+    Attributes
+    ----------
+    cards : CardSet or None
+    flown : CardSetProgress or None
+        How the cards stand.
+    next_card : NextCard or None
+        To be flown now.
+    """
+
+    def __init__(
+        self,
+        aircraft: Aircraft | None,
+        model: Model | None,
+        cards: CardSet | None,
+        system: str = "US",
+    ) -> None:
+        self._aircraft = aircraft
+        self._system = system
+        self._points = CardTargets(aircraft, model, system)
+        self._capture = TestPointCapture()
+        self.cards = cards
+        self.restart()
+
+    def use(self, cards: CardSet | None) -> None:
+        """Take other cards; what was flown so far is to be told again."""
+        self.cards = cards
+        self.restart()
+
+    def use_units(self, system: str) -> None:
+        """Take other units for the words, ``US`` or ``SI``, from the next look on."""
+        self._system = system
+        self._changes += 1
+        self._points.use_units(system)
+
+    def restart(self) -> None:
+        """Forget what was flown and chosen; the flight begins anew."""
+        self.flown: CardSetProgress | None = None
+        self.next_card: NextCard | None = None
+        self._points.restart()
+        self._capture.restart()
+        self._waiting: list[FlightRows] = []
+        self._air: list[float] = []
+        self._aimed = False  # whether there is a point to be captured
+        self._chosen = ""
+        self._rate_switch: float | None = None
+        self._settled: tuple[object, ...] = ()
+        self._looked_at: tuple[object, ...] = (self,) * 5
+        self._changes = 0
+        self.note(())
+
+    # --- what happens ---------------------------------------------------------------------------
+
+    def take(self, rows: FlightRows) -> None:
+        """Take in the rows of a tick; they are looked at twice a second of flight time."""
+        if rows.fresh:
+            self._waiting.clear()
+        self._waiting.append(rows)
+        if len(self._waiting) < _EVERY:
+            return
+        rows = concatenate_rows(self._waiting)
+        self._waiting.clear()
+        if self._aimed:
+            self._capture.take(rows)
+        self._breathe(rows)
+        switch = rows["rate_switch"]
+        switch = switch[np.isfinite(switch)]
+        if switch.size:
+            self._rate_switch = float(switch[-1])
+
+    def choose(self, card_id: str) -> None:
+        """Let the crew's choice count until that card is done; an empty one ends it."""
+        self._chosen = card_id
+
+    def note(self, verdicts: Sequence[InputVerdict]) -> None:
+        """Take in all verdicts given so far."""
+        self._changes += 1
+        if verdicts:
+            self._points.flew_level(verdicts[-1])
+        if self.cards is not None:
+            self.flown = evaluate_cards(self.cards, verdicts)
+            points = [self._points.point(one.card)[0] for one in self._open()]
+            aims = [point for point in points if point is not None]
+            self._aimed = bool(aims)
+            self._capture.aim(aims)
+
+    def earned(self, estimates: Mapping[str, LiveEstimate]) -> None:
+        """Let wanted inputs follow from derivatives estimated in this flight."""
+        self._changes += 1
+        self._points.earned(estimates)
+
+    def hear(self, noise: Mapping[str, float]) -> None:
+        """Let wanted inputs follow from the noise of the day, by channel, SI."""
+        self._changes += 1
+        self._points.hear(noise)
+
+    def _breathe(self, rows: FlightRows) -> None:
+        """Learn the air of the day, once."""
+        if len(self._air) >= _AIR_OF:
+            return
+        density = rows["density"]
+        self._air += density[np.isfinite(density)].tolist()
+        if len(self._air) >= _AIR_OF:
+            self._changes += 1
+            self._points.breathe(float(np.mean(self._air)))
+
+    # --- which card -----------------------------------------------------------------------------
+
+    def look(self, outlook: Outlook | None, *, stay: bool = False) -> bool:
+        """Settle which card is to be flown; return whether that or what it asks for changed.
+
+        Parameters
+        ----------
+        outlook : Outlook or None
+            Which card gains most.
+        stay : bool
+            Whether that is still being worked out: the card stays unless it is done.
+        """
+        # By what follows nothing else can come out than last time, at nearly every tick.
+        asked = (outlook, stay, self._chosen, self._capture.captured, self._changes)
+        if all(one is other for one, other in zip(asked, self._looked_at, strict=True)):
+            return False
+        self._looked_at = asked
+        card, why = self._stay() if stay else self._pick(outlook)
+        settled = (card and card.id, why, self._changes)
+        if settled == self._settled:
+            return False
+        self._settled = settled
+        self.next_card = None if card is None else self._asked(card, why)
+        return True
+
+    def _stay(self) -> tuple[TestCard | None, CardSelectionReason]:
+        now = self.next_card
+        open_ids = {one.card.id for one in self._open()}
+        if now is None or now.card.id not in open_ids or self._chosen in open_ids:
+            return (None, "next on the list") if now is None else self._pick(None)
+        return now.card, now.why
+
+    def _pick(self, outlook: Outlook | None) -> tuple[TestCard | None, CardSelectionReason]:
+        open_ones = {one.card.id: one.card for one in self._open()}
+        if self._chosen in open_ones:
+            return open_ones[self._chosen], "chosen"
+        self._chosen = ""
+        flyable = [card for card in open_ones.values() if self._points.point(card)[0] is not None]
+        preferred, why = self._preferred(flyable, outlook)
+        held = self._held(flyable)
+        if held and preferred not in held:
+            # The best of those that can be flown where the aircraft is.
+            best, _ = self._preferred(held, outlook)
+            return best, "captured"
+        if preferred is None and open_ones:
+            return next(iter(open_ones.values())), "next on the list"
+        return preferred, why
+
+    def _held(self, cards: Sequence[TestCard]) -> list[TestCard]:
+        """Return the cards that can be flown at the point that the aircraft has captured."""
+        captured = self._capture.captured
+        point = None if self.cards is None or captured is None else self.cards.card(captured.card)
+        if point is None:
+            return []
+        return [card for card in cards if abs(card.speed - point.speed) <= card.tolerance.speed]
+
+    def _preferred(
+        self, cards: Sequence[TestCard], outlook: Outlook | None
+    ) -> tuple[TestCard | None, CardSelectionReason]:
+        known = {card.id: card for card in cards}
+        ranked = [] if outlook is None or outlook.next is None else list(outlook.prospects)
+        for prospect in ranked:
+            if prospect.card in known:
+                return known[prospect.card], "most to gain"
+        return (cards[0] if cards else None), "next on the list"
+
+    def _open(self) -> list[CardProgress]:
+        return [] if self.flown is None else [one for one in self.flown.cards if one.missing]
+
+    def _asked(self, card: TestCard, why: CardSelectionReason) -> NextCard:
+        point, problem = self._points.point(card)
+        wanted = self._points.wanted(card)
+        best = {name: band.best for name, band in wanted.amplitudes.items()}
+        stick = format_sticks(self._aircraft, best, rate_switch=self._rate_switch)
+        progress = next((one for one in self._open() if one.card.id == card.id), None)
+        return NextCard(
+            card=card,
+            good=0 if progress is None else progress.good,
+            point=point,
+            wanted=wanted,
+            stick=stick,
+            words=f"{format_card(card, self._system)}, {format_stick_input(stick)}",
+            why=why,
+            problem=problem,
+        )
+
+    # --- what is wanted -------------------------------------------------------------------------
+
+    def wanted_for(self, surfaces: Sequence[str], kind: str, V: float | None) -> TargetInput | None:
+        """Return what is wanted of an input that was not expected, at an airspeed (m/s).
+
+        An open card that asks for such an input there says so, else the model.
+        """
+        for one in self._open():
+            card = one.card
+            near = V is None or abs(V - card.speed) <= card.tolerance.speed
+            if set(card.surfaces) == set(surfaces) and card.kind == kind and near:
+                return self._points.wanted(card)
+        return self._points.without_card(tuple(surfaces), kind, V)
+
+    def wanted_of(self, verdict: InputVerdict) -> TargetInput | None:
+        """Return what was wanted of an input that was judged."""
+        card = None if self.cards is None else self.cards.card(verdict.card)
+        if card is not None:
+            return self._points.wanted(card)
+        return self._points.without_card(verdict.surfaces, verdict.kind, verdict.V)
+
+    def point_of(self, verdict: InputVerdict) -> TestPoint | None:
+        """Return the test point of an input that was judged; None where no card asks for it."""
+        card = None if self.cards is None else self.cards.card(verdict.card)
+        return None if card is None else self._points.point(card)[0]
+
+    def guidance(self, speed: float | None, alpha: float | None) -> str:
+        """Return short advice towards the test point; empty where there is nothing to say."""
+        point = None if self.next_card is None else self.next_card.point
+        return guidance.guidance_text(point, speed=speed, alpha=alpha, system=self._system)

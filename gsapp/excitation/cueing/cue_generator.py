@@ -1,0 +1,362 @@
+"""`CueGenerator`: all watches of a flight, joined."""
+
+from __future__ import annotations
+
+import bisect
+from collections.abc import Sequence
+from typing import Final
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.model import Model
+from gsapp.excitation.alerts.alert_monitor import AlertMonitor
+from gsapp.excitation.alerts.geofence import Geofence
+from gsapp.excitation.announcer import Announcement, Announcer
+from gsapp.excitation.cueing.card_selector import CardSelector
+from gsapp.excitation.cueing.card_text import input_duration
+from gsapp.excitation.cueing.cue_log import CueLog
+from gsapp.excitation.cueing.estimation_progress import EstimationProgress
+from gsapp.excitation.cueing.limitations_text import list_limitations
+from gsapp.excitation.cueing.recent_rows import RecentRows
+from gsapp.excitation.cueing.trim_history import TrimHistory
+from gsapp.excitation.cueing.verdict_matching import assign_card
+from gsapp.excitation.cues import CueEvent, CueSnapshot
+from gsapp.excitation.debrief_maneuver import EvaluatedManeuver, extract_curves
+from gsapp.excitation.doublets.doublet_monitor import DoubletMonitor
+from gsapp.excitation.doublets.verdict import InputInProgress, InputVerdict
+from gsapp.excitation.flight_rows import (
+    TICK_DURATION,
+    FlightRows,
+    FlightRowStream,
+    mask_implausible,
+)
+from gsapp.excitation.trim.trim_monitor import TrimMonitor
+from gsapp.flight.cards import CardSet, CardSetProgress
+from gsapp.foundation import UnknownNameError
+from gsapp.foundation.name_suggestions import did_you_mean
+from gsapp.quantities import Block
+
+_AFTER_INPUT: Final = 0.3
+"""Seconds after what is known of an input until GO may be given again."""
+_FEW: Final = 4
+"""More ticks in one step than a live flight brings: a record is being read."""
+_SHOWN_OVER: Final = 0.5
+"""Seconds over which the speed and the angle of attack shown are the mean."""
+
+
+class CueGenerator:
+    """Tells the crew of a flight as it comes in: trimmed? go; how was that input; what next.
+
+    It is a consumer of a session's feed. Rows are judged tick by tick of flight time, and what
+    one watch says to another takes effect with the next tick, so that what comes out depends on
+    the samples alone: a live flight, its replay and a headless run give the same.
+
+    Parameters
+    ----------
+    aircraft : Aircraft or None
+        Without it cues go by the usual figures for an aircraft of this size, and say so.
+    model : Model or None
+        Without it nothing is known of wanted amplitudes beyond the cards, nor of bounds.
+    rate : float
+        Of the grid, Hz.
+    cards : CardSet or None
+        What is to be flown.
+    fence : Geofence or None
+        Where the aircraft may fly; None for the usual space.
+    system : {"US", "SI"}
+        Units of all words.
+
+    Attributes
+    ----------
+    spoken : list of Announcement
+        All that was to be heard so far, by flight time; `reset` alone takes something away.
+    maneuvers : list of EvaluatedManeuver
+        All inputs judged so far, for the debrief.
+    """
+
+    def __init__(
+        self,
+        aircraft: Aircraft | None,
+        model: Model | None,
+        rate: float,
+        *,
+        cards: CardSet | None = None,
+        fence: Geofence | None = None,
+        system: str = "US",
+    ) -> None:
+        self._aircraft = aircraft
+        self._model = model
+        self._rate = rate
+        self._stream = FlightRowStream(rate)
+        self._desk = CardSelector(aircraft, model, cards, system)
+        self._trim = TrimMonitor(aircraft, rate)
+        self._dangers = AlertMonitor(aircraft, rate, fence=fence or Geofence(), system=system)
+        self._doublets = DoubletMonitor(
+            aircraft, rate, model=model, wanted_for=self._desk.wanted_for, system=system
+        )
+        self._lessons = EstimationProgress(aircraft, model, rate, system)
+        self._announcer = Announcer(system)
+        self._changes = CueLog(system)
+        self._recent = RecentRows()
+        self._trims = TrimHistory()
+        self._choices: list[tuple[float, str]] = []
+        self._forget()
+
+    def _forget(self) -> None:
+        self._time: float | None = None
+        self._verdicts: list[InputVerdict] = []
+        self._chosen = 0  # how many choices were applied
+        self._heard = 0  # how many events the announcer has heard
+        self._noisy = False  # whether the noise of the day is known
+        self._doubted: dict[str, float] = {}  # when each channel was last not believed, s
+        self.spoken: list[Announcement] = []
+        self.maneuvers: list[EvaluatedManeuver] = []
+        self._aim()
+
+    # --- the consumer of a feed -----------------------------------------------------------------
+
+    def feed(self, block: Block) -> None:
+        """Take in the next samples of some channels."""
+        for rows in self._stream.feed(mask_implausible(block)):
+            self._take(rows)
+
+    def settle(self) -> None:
+        """Judge what is complete, after all blocks of a step."""
+        ticks = 0
+        for rows in self._stream.complete():
+            self._take(rows)
+            ticks += len(rows) // self._stream.tick
+        # Live, what was just judged is to be told at once; the look ahead has the steps between.
+        if not ticks or ticks > _FEW:
+            self._lessons.work()
+
+    def busy(self, time: float) -> bool:
+        """Return whether a look ahead is unfinished that is shown by a flight time, s.
+
+        Each `settle` goes on with it by a slice; what is not done by then is done at once.
+        """
+        return self._lessons.busy(time)
+
+    def finish(self) -> None:
+        """Judge what was held back: nothing more comes."""
+        for rows in self._stream.finish():
+            self._take(rows)
+        self._doublets.finish()
+        self._conclude()
+
+    def reset(self) -> None:
+        """Forget everything but the crew's choices of cards; the flight begins anew."""
+        self._stream.restart()
+        for part in (self._trim, self._dangers, self._doublets, self._desk, self._lessons):
+            part.restart()
+        self._announcer.restart()
+        self._changes.restart()
+        self._recent.clear()
+        self._trims.clear()
+        self._forget()
+
+    # --- what the crew does ---------------------------------------------------------------------
+
+    def choose(self, card_id: str, *, at: float | None = None) -> float:
+        """Let the crew's choice of a card count until that card is flown; an empty one ends it.
+
+        Parameters
+        ----------
+        card_id : str
+        at : float, optional
+            Flight time from which it counts, s; by default from now on.
+
+        Returns
+        -------
+        float
+            That time, s.
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such card.
+        """
+        if card_id and (self.cards is None or self.cards.card(card_id) is None):
+            known = [] if self.cards is None else [card.id for card in self.cards.cards]
+            hint = did_you_mean(card_id, known, "choose one of the flight's cards")
+            raise UnknownNameError(f"there is no test card '{card_id}'; {hint}")
+        # Between the tick that was judged last and the next, which is the first to know of it.
+        now = 0.0 if self._time is None else self._time + 0.5 * TICK_DURATION
+        time = now if at is None else at
+        # Those applied stay as they are: what was said cannot be unsaid.
+        place = bisect.bisect_right(self._choices, time, lo=self._chosen, key=lambda one: one[0])
+        self._choices.insert(place, (time, card_id))
+        return time
+
+    def use_cards(self, cards: CardSet | None) -> None:
+        """Take other test cards; what was flown so far counts for them."""
+        self._choices.clear()
+        self._chosen = 0
+        self._desk.use(cards)
+        self._desk.note(self._verdicts)
+        self._desk.look(self._lessons.outlook)
+        self._aim()
+
+    def use_units(self, system: str) -> None:
+        """Say everything from now on in these units, ``US`` or ``SI``; the log stays as it is."""
+        self._changes.system = self._announcer.system = system
+        self._doublets.system = self._dangers.system = system
+        self._desk.use_units(system)
+        self._lessons.use_units(system)
+        if self._doublets.under_way is None and self._desk.look(self._lessons.outlook, stay=True):
+            self._aim()
+
+    # --- what it tells --------------------------------------------------------------------------
+
+    @property
+    def log(self) -> Sequence[CueEvent]:
+        """Return all that changed so far, by flight time; `reset` alone takes something away."""
+        return self._changes.events
+
+    @property
+    def verdicts(self) -> tuple[InputVerdict, ...]:
+        """Return all verdicts so far."""
+        return tuple(self._verdicts)
+
+    @property
+    def cards(self) -> CardSet | None:
+        """Return the test cards."""
+        return self._desk.cards
+
+    @property
+    def flown(self) -> CardSetProgress | None:
+        """Return how the test cards stand; None without cards."""
+        return self._desk.flown
+
+    def snapshot(self) -> CueSnapshot:
+        """Return what is to be told now."""
+        trim, dangers, outlook = self._trim.cue, self._dangers.standing, self._lessons.outlook
+        speed, alpha = (self._shown(name) for name in ("V", "alpha"))
+        progress = () if self.flown is None else self.flown.cards
+        return CueSnapshot(
+            time=self._time,
+            trim=trim,
+            under_way=self._doublets.under_way,
+            verdict=self._verdicts[-1] if self._verdicts else None,
+            card=self._desk.next_card,
+            outlook=outlook,
+            dangers=dangers,
+            speed=speed,
+            alpha=alpha,
+            guidance=self._desk.guidance(speed, alpha),
+            judged=() if trim is None else trim.judged_by,
+            missing=list_limitations(
+                self._aircraft,
+                self._model,
+                has_cards=self.cards is not None,
+                trim=trim,
+                dangers=dangers,
+                outlook=outlook,
+                unseen=self._doublets.unseen,
+            ),
+            unseen=self._doublets.unseen,
+            good=sum(min(one.good, one.card.repeats) for one in progress),
+            wanted=sum(one.card.repeats for one in progress),
+            events=len(self._changes.events),
+        )
+
+    def _shown(self, channel: str) -> float | None:
+        """Return what a channel reads now; nothing of an instrument that is not believed."""
+        doubted = channel in self._dangers.distrusted
+        return None if doubted else self._recent.mean(channel, _SHOWN_OVER)
+
+    # --- ticks ----------------------------------------------------------------------------------
+
+    def _take(self, rows: FlightRows) -> None:
+        tick = self._stream.tick
+        # A stretch may end within a tick, of which nothing can be said.
+        for start in range(0, len(rows) - tick + 1, tick):
+            self._tick(rows.part(start, start + tick))
+
+    def _tick(self, rows: FlightRows) -> None:
+        time = float(rows.times[-1])
+        self._time = time
+        self._recent.add(rows)
+        self._dangers.take(rows)
+        distrusted = self._dangers.distrusted
+        self._doubted.update(dict.fromkeys(distrusted, time))
+        self._trim.distrust(distrusted)
+        self._doublets.distrust(distrusted)
+        self._trim.take(rows)
+        self._doublets.take(rows)
+        believed = rows.without(distrusted)
+        self._desk.take(believed)
+        if self._lessons.take(believed):
+            self._desk.earned(self._lessons.estimates)
+        if not self._noisy and (noise := self._doublets.noise):
+            self._noisy = True
+            self._desk.hear(noise)
+        under_way = self._doublets.under_way
+        if under_way is not None:
+            self._trim.hold_off(time + under_way.hands_off_left + _AFTER_INPUT)
+        self._note(time, under_way)
+        self._conclude()
+        self._choose(time, under_way)
+        self._announce(time, moving=under_way is not None and under_way.phase == "moving")
+
+    def _conclude(self) -> None:
+        for verdict in self._doublets.verdicts[len(self._verdicts) :]:
+            self._judge(verdict)
+
+    def _note(self, time: float, under_way: InputInProgress | None) -> None:
+        cue = self._trim.cue
+        self._changes.dangers(time, self._dangers.standing)
+        if cue is not None:
+            self._trims.add(cue)
+            self._changes.trim(cue)
+        self._changes.under_way(time, under_way)
+
+    def _judge(self, verdict: InputVerdict) -> None:
+        """Take in a verdict: its card, what it brought, what the debrief shows of it."""
+        self._verdicts.append(verdict)
+        self._desk.note(self._verdicts)
+        if self._desk.flown is not None:
+            verdict = assign_card(verdict, self._desk.flown)
+            self._verdicts[-1] = verdict
+        rows = self._recent.between(verdict.t_start, verdict.t_end)
+        go_at = self._trims.go_before(verdict.t_input)
+        self.maneuvers.append(
+            EvaluatedManeuver(
+                verdict=verdict,
+                wanted=self._desk.wanted_of(verdict),
+                point=self._desk.point_of(verdict),
+                go_at=go_at,
+                off=self._trims.off_at(verdict.t_input),
+                curves=extract_curves(rows, verdict.surfaces, self._rate),
+            )
+        )
+        card = None if self.cards is None else self.cards.card(verdict.card)
+        doubted = [name for name, when in self._doubted.items() if when >= verdict.t_start]
+        self._lessons.judged(verdict, self._recent, card, self.flown, doubted)
+        self._changes.verdict(verdict, go_at)
+
+    def _choose(self, time: float, under_way: InputInProgress | None) -> None:
+        """Settle which card is to be flown; not while an input is under way."""
+        for at, card_id in self._choices[self._chosen :]:
+            if at <= time:
+                self._desk.choose(card_id)
+                self._chosen += 1
+        settled = self._lessons.look(time, self.flown)
+        if under_way is None and self._desk.look(self._lessons.outlook, stay=not settled):
+            self._aim()
+        self._changes.card(
+            time, self._desk.next_card, all_done=bool(self.flown and self.flown.done)
+        )
+
+    def _aim(self) -> None:
+        """Tell the watches what is to be flown."""
+        now = self._desk.next_card
+        point, wanted, card = (now.point, now.wanted, now.card) if now else (None, None, None)
+        self._trim.aim(point)
+        self._trim.leg_needed(input_duration(wanted))
+        self._doublets.expect(wanted, point, card)
+
+    def _announce(self, time: float, *, moving: bool) -> None:
+        fresh, self._heard = self._changes.events[self._heard :], len(self._changes.events)
+        self.spoken += self._announcer.hear(
+            time, fresh, self._trim.cue, self._dangers.standing, moving=moving
+        )

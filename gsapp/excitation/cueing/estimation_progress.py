@@ -1,0 +1,149 @@
+"""What the flight has learned: derivatives by regression, bounds and prospects from information."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Final
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.model import Model
+from gsapp.excitation.cueing.estimates import FlightEstimates
+from gsapp.excitation.cueing.recent_rows import RecentRows
+from gsapp.excitation.doublets.verdict import InputVerdict
+from gsapp.excitation.flight_rows import FlightRows
+from gsapp.excitation.information.flight_knowledge import NOISE_SEGMENT_TIME
+from gsapp.excitation.information.information_tracker import OUTLOOK_DELAY, InformationTracker
+from gsapp.excitation.information.outlook import Outlook
+from gsapp.flight.cards import CardSetProgress, TestCard
+from gsapp.foundation import FlightError
+from gsapp.identification.ftr.estimates import LiveEstimate
+
+WORK_SLICE: Final = 0.003
+"""Seconds of work on what comes next that a step of a session may take."""
+
+_EVERY: Final = 10
+"""Ticks from one look ahead to the next; the time left is told in seconds."""
+_MARGIN: Final = 0.6
+"""Seconds after which the look that follows the work was surely taken."""
+
+
+class EstimationProgress:
+    """Follows one flight.
+
+    Parameters
+    ----------
+    aircraft : Aircraft or None
+    model : Model or None
+    rate : float
+        Of the grid, Hz.
+    system : {"US", "SI"}
+        Units of the words.
+
+    Attributes
+    ----------
+    outlook : Outlook or None
+        As of the last look; None before the first.
+    """
+
+    def __init__(
+        self, aircraft: Aircraft | None, model: Model | None, rate: float, system: str = "US"
+    ) -> None:
+        self._foresees = aircraft is not None and model is not None
+        self._book = InformationTracker(aircraft, model, rate, system=system)
+        self._estimates = _estimates_of(aircraft, rate)
+        self._settle_into()
+
+    def restart(self) -> None:
+        """Forget everything; the flight begins anew."""
+        self._book.restart()
+        if self._estimates is not None:
+            self._estimates.restart()
+        self._settle_into()
+
+    def _settle_into(self) -> None:
+        self.outlook: Outlook | None = None
+        self._ticks = 0
+        self._ready_at = 0.0
+        self._revision = 0
+
+    def use_units(self, system: str) -> None:
+        """Say what cards would bring in these units, ``US`` or ``SI``, from the next look on."""
+        self._book.use_units(system)
+
+    @property
+    def estimates(self) -> Mapping[str, LiveEstimate]:
+        """Return the derivatives that the flight has earned."""
+        return {} if self._estimates is None else self._estimates.earned
+
+    def take(self, rows: FlightRows) -> bool:
+        """Take in the rows of a tick; return whether other derivatives were earned."""
+        self._book.take(rows)
+        if self._estimates is None:
+            return False
+        self._estimates.take(rows)
+        if self._estimates.revision == self._revision:
+            return False
+        self._revision = self._estimates.revision
+        self._book.earned(self._estimates.earned)
+        return True
+
+    def judged(
+        self,
+        verdict: InputVerdict,
+        recent: RecentRows,
+        card: TestCard | None,
+        flown: CardSetProgress | None,
+        doubted: Collection[str] = (),
+    ) -> None:
+        """Learn from a maneuver.
+
+        Parameters
+        ----------
+        verdict : InputVerdict
+        recent : RecentRows
+        card : TestCard or None
+            That it was flown for.
+        flown : CardSetProgress or None
+            The cards as they stand, the maneuver counted.
+        doubted : collection of str
+            Channels that were not believed at some time of the maneuver: as good as missing.
+        """
+        rows = recent.between(verdict.t_start - NOISE_SEGMENT_TIME, verdict.t_end)
+        if rows is not None:
+            rows = rows.without(doubted)
+        self._book.flown(verdict, rows, card=card)
+        # The cards as they stand now: else the look ahead would be worked out twice.
+        self.outlook = self._book.outlook(verdict.given_at, flown)
+        self._ready_at = verdict.given_at + OUTLOOK_DELAY + _MARGIN
+        if self._estimates is not None:
+            self._estimates.judged(verdict)
+
+    def look(self, time: float, flown: CardSetProgress | None) -> bool:
+        """Look ahead, twice a second of flight time (s); return whether that can be gone by.
+
+        For some seconds after a maneuver, and at the beginning, it is still being worked out.
+        """
+        if self._ticks == 0:
+            self._ready_at = time + OUTLOOK_DELAY + _MARGIN
+        if self._ticks % _EVERY == 0:
+            self.outlook = self._book.outlook(time, flown)
+        self._ticks += 1
+        return time >= self._ready_at or not self._foresees
+
+    def busy(self, time: float) -> bool:
+        """Return whether work is left that a look at a flight time (s) needs."""
+        return self._book.busy(time)
+
+    def work(self) -> None:
+        """Do a slice of the work that the next look needs."""
+        self._book.work(WORK_SLICE)
+
+
+def _estimates_of(aircraft: Aircraft | None, rate: float) -> FlightEstimates | None:
+    """Return the regression; None where no aircraft or too low a rate allows it."""
+    if aircraft is None:
+        return None
+    try:
+        return FlightEstimates(aircraft, rate)
+    except FlightError:
+        return None

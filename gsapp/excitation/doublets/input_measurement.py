@@ -1,0 +1,336 @@
+"""What an input was like: sizes, times, the trim it began in, what it did, what else moved."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.decoding import air_data
+from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
+from gsapp.dynamics.sensors import flow_at_cg
+from gsapp.excitation.doublets.gust_analysis import GUST_ANALYSIS_CHANNELS, GustAnalyzer
+from gsapp.excitation.doublets.signal_history import SignalHistory
+from gsapp.excitation.doublets.step_durations import measure_step_durations
+from gsapp.excitation.flight_rows import TICK_DURATION
+from gsapp.excitation.trim.bank_observer import BankObserver
+from gsapp.flight.maneuvers.airborne_detection import flying_speed
+from gsapp.flight.maneuvers.clipping import clipping_ranges, is_at_range_limit
+from gsapp.flight.maneuvers.input_shape import SurfaceInput, smooth_samples
+from gsapp.flight.maneuvers.maneuver_grade import TRIM_TIME, GradingContext, ManeuverSamples
+from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACES
+from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE
+
+PRE_INPUT_TIME: Final = 2.5
+"""Seconds before an input that are looked at; the second of trim is the last of them."""
+_BANK_FROM: Final = 12.0
+"""Seconds before an input from which bank is followed where no attitude tells it."""
+_LEAST_CROSS: Final = 0.5 * DEGREE
+"""Motion of another surface that has an answer of its own."""
+_JUST_BEFORE: Final = 0.15
+"""Seconds that tell in which state the input began."""
+_USUAL_GUSTS: Final = 0.3
+"""m/s."""
+_AT_REST: Final = (0.1, 0.6)
+"""Seconds after an input between which its surface shows where it was left."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MeasuredInput:
+    """An input with its hands-off interval, measured.
+
+    Attributes
+    ----------
+    passage : ManeuverSamples
+        The samples.
+    inputs : tuple of SurfaceInput
+        In the order in which they began.
+    steps : mapping of str to tuple of float
+        How long each step of each input lasted, s.
+    symmetry : mapping of str to float
+        Smaller over larger side of each input by area.
+    left_over : mapping of str to float
+        How far each surface stayed from where it began, share of its amplitude.
+    cross : mapping of str to float
+        Largest excursion of each other surface, rad.
+    trim : mapping of str to float
+        Means over the second before: ``p``, ``q``, ``r``, ``bank``, ``V``, ``alpha``; SI, at the
+        CG; what was not measured is absent.
+    bank_seen : bool
+        Whether the bank comes from measured attitude.
+    flow : mapping of str to ndarray, shape (n,)
+        ``alpha``, ``beta`` at the CG (rad) and ``an`` (m/s^2) from input to end, slower than
+        0.05 s; without samples absent.
+    clipped : mapping of str to int
+        Samples at the end of the range of each instrument that clipped.
+    stuck : tuple of str
+        Instruments that stood at the end of their range before the input too.
+    gusts : float or None
+        What gusts did, as a share of the answer without them; None where no model tells.
+    rate_switch : float or None
+        As measured.
+    """
+
+    passage: ManeuverSamples
+    inputs: tuple[SurfaceInput, ...]
+    steps: Mapping[str, tuple[float, ...]]
+    symmetry: Mapping[str, float]
+    left_over: Mapping[str, float]
+    cross: Mapping[str, float]
+    trim: Mapping[str, float]
+    bank_seen: bool
+    flow: Mapping[str, FloatArray]
+    clipped: Mapping[str, int]
+    stuck: tuple[str, ...]
+    gusts: float | None
+    rate_switch: float | None
+
+    @property
+    def surfaces(self) -> tuple[str, ...]:
+        """Return the surfaces moved, in order."""
+        return tuple(one.surface for one in self.inputs)
+
+    @property
+    def free(self) -> float:
+        """Return how long the hands were off, s."""
+        return self.passage.t_end - self.passage.t_input_end
+
+
+def measure_input(
+    history: SignalHistory,
+    inputs: Sequence[SurfaceInput],
+    t_end: float,
+    setting: GradingContext,
+    explainer: GustAnalyzer | None,
+) -> MeasuredInput:
+    """Measure an input whose hands-off interval is over.
+
+    Parameters
+    ----------
+    history : SignalHistory
+        Rows up to `t_end` at least.
+    inputs : sequence of SurfaceInput
+        What was moved on purpose.
+    t_end : float
+        End of the hands-off interval, s.
+    setting : GradingContext
+    explainer : GustAnalyzer or None
+        None without a model.
+    """
+    ordered = tuple(sorted(inputs, key=lambda one: one.t_start))
+    t_input = ordered[0].t_start
+    t_input_end = max(one.t_end for one in ordered)
+    times, rows = history.stretch(t_input - PRE_INPUT_TIME, t_end)
+    passage = ManeuverSamples(
+        times=times,
+        rows=rows,
+        t_input=t_input,
+        t_input_end=t_input_end,
+        t_end=max(t_end, t_input_end),
+    )
+    clipped, stuck = _clipped(passage, setting)
+    flow = _flow(passage, setting.aircraft)
+    trim = {
+        name: value
+        for name in ("p", "q", "r", "V")
+        if math.isfinite(value := passage.mean_before(name))
+    }
+    before = passage.times < t_input
+    calm = flow["alpha"][before & (passage.times >= t_input - TRIM_TIME)]
+    if np.isfinite(calm).any():
+        trim["alpha"] = float(np.nanmean(calm))
+    bank, bank_seen = _bank(history, t_input, setting.aircraft)
+    if bank is not None:
+        trim["bank"] = bank
+    cross = _cross_deflections(passage, ordered)
+    switch = history.beside("rate_switch", t_input - 1.0, t_end)
+    return MeasuredInput(
+        passage=passage,
+        inputs=ordered,
+        steps={one.surface: measure_step_durations(passage, one) for one in ordered},
+        symmetry={one.surface: _symmetry(passage, one) for one in ordered},
+        left_over={one.surface: _left_over(passage, one) for one in ordered},
+        cross=cross,
+        trim=trim,
+        bank_seen=bank_seen,
+        flow={
+            name: values[~before]
+            for name, values in flow.items()
+            if np.isfinite(values[~before]).sum() >= 5
+        },
+        clipped=clipped,
+        stuck=stuck,
+        gusts=_gusts(passage, ordered, history, setting, explainer, stuck, cross),
+        rate_switch=float(np.nanmedian(switch)) if np.isfinite(switch).any() else None,
+    )
+
+
+def _level(passage: ManeuverSamples, surface: str, start: float, stop: float) -> float:
+    samples = passage.samples(surface, start, stop)
+    return float(np.median(samples)) if samples.size else math.nan
+
+
+def _symmetry(passage: ManeuverSamples, one: SurfaceInput) -> float:
+    """Return the smaller over the larger side by area, about the trim before."""
+    samples = passage.samples(one.surface, one.t_start, one.t_end) - one.before
+    sides = sorted((float(samples[samples > 0.0].sum()), float(-samples[samples < 0.0].sum())))
+    return sides[0] / sides[1] if sides[1] > 0.0 else 0.0
+
+
+def _left_over(passage: ManeuverSamples, one: SurfaceInput) -> float:
+    start, stop = (one.t_end + wait for wait in _AT_REST)
+    after = _level(passage, one.surface, start, min(stop, passage.t_end))
+    if not math.isfinite(after):
+        after = one.after
+    return abs(after - one.before) / max(one.amplitude, 1e-9)
+
+
+def _cross_deflections(
+    passage: ManeuverSamples, inputs: Sequence[SurfaceInput]
+) -> dict[str, float]:
+    """Return how far each surface that should rest went from where it was, rad."""
+    found = {}
+    dt = float(np.median(np.diff(passage.times)))
+    moved = {one.surface for one in inputs}
+    for surface in SURFACES:
+        if surface in moved:
+            continue
+        level = _level(passage, surface, passage.t_input - TRIM_TIME, passage.t_input)
+        samples = passage.samples(surface, passage.t_input, passage.t_end)
+        if samples.size >= 5 and math.isfinite(level):
+            found[surface] = float(np.max(np.abs(smooth_samples(samples, dt) - level)))
+    return found
+
+
+def _flow(passage: ManeuverSamples, aircraft: Aircraft) -> dict[str, FloatArray]:
+    """Return alpha and beta at the CG, and a_n, of the whole passage, slower than 0.05 s."""
+    column = {
+        name: passage.rows[:, SIGNAL_COLUMNS[name]] for name in ("V", "alpha", "beta", *"pqr", "an")
+    }
+    speed = column["V"]
+    alpha, beta = column["alpha"], column["beta"]
+    if np.isfinite(speed).any():
+        # What is missing beside the vane itself makes a small correction smaller.
+        steady = np.where(np.isfinite(speed), speed, np.nanmedian(speed))
+        rates = [np.nan_to_num(column[name]) for name in "pqr"]
+        vanes = [np.nan_to_num(column[name]) for name in ("alpha", "beta")]
+        _, attack, slip = flow_at_cg(
+            aircraft, np.maximum(steady, 1.0), vanes[0], vanes[1], (rates[0], rates[1], rates[2])
+        )
+        alpha = np.where(np.isfinite(alpha), attack, np.nan)
+        beta = np.where(np.isfinite(beta), slip, np.nan)
+    dt = float(np.median(np.diff(passage.times)))
+    found = {"alpha": alpha, "beta": beta, "an": column["an"]}
+    return {name: smooth_samples(np.asarray(values), dt) for name, values in found.items()}
+
+
+def _bank(history: SignalHistory, t_input: float, aircraft: Aircraft) -> tuple[float | None, bool]:
+    """Return the mean bank over the second before, rad, and whether attitude tells it."""
+    attitude = history.beside("phi", t_input - TRIM_TIME, t_input)
+    if np.isfinite(attitude).sum() > 0.5 * attitude.size > 0:
+        return float(np.nanmean(attitude)), True
+    times, rows = history.stretch(t_input - _BANK_FROM, t_input)
+    step = max(round(TICK_DURATION / float(np.median(np.diff(times)))), 1) if times.size > 2 else 1
+    observer = BankObserver(TICK_DURATION, flying_speed(aircraft))
+    seen = []
+    for low in range(0, times.size - step + 1, step):
+        part = rows[low : low + step]
+        there = np.isfinite(part)
+        sums = np.where(there, part, 0.0).sum(axis=0)
+        counts = there.sum(axis=0)
+        mean = np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
+        p, q, r, ax, ay, V, beta = (
+            float(mean[SIGNAL_COLUMNS[name]]) for name in ("p", "q", "r", "ax", "ay", "V", "beta")
+        )
+        observer.step((p, q, r), ax, ay, V, beta, _USUAL_GUSTS)
+        if times[low] >= t_input - TRIM_TIME and math.isfinite(observer.bank):
+            seen.append(observer.bank)
+    return (sum(seen) / len(seen) if seen else None), False
+
+
+def _clipped(
+    passage: ManeuverSamples, setting: GradingContext
+) -> tuple[dict[str, int], tuple[str, ...]]:
+    """Return how many samples of each instrument clipped, and which stood there before too."""
+    clipped, stuck = {}, []
+    for name, limits in clipping_ranges(setting.aircraft).items():
+        if not all(map(math.isfinite, limits)):
+            continue
+        before = passage.samples(name, passage.t_input - TRIM_TIME, passage.t_input)
+        if before.size and is_at_range_limit(before, limits).mean() > 0.5:
+            stuck.append(name)
+            continue
+        samples = passage.samples(name, passage.t_input, passage.t_end)
+        count = int(is_at_range_limit(samples, limits).sum())
+        if count:
+            clipped[name] = count
+    return clipped, tuple(stuck)
+
+
+def _gusts(
+    passage: ManeuverSamples,
+    inputs: Sequence[SurfaceInput],
+    history: SignalHistory,
+    setting: GradingContext,
+    explainer: GustAnalyzer | None,
+    stuck: Sequence[str],
+    cross: Mapping[str, float],
+) -> float | None:
+    """Return what gusts did, as a share of the answer without them."""
+    speed = passage.mean_before("V")
+    if explainer is None or not math.isfinite(speed):
+        return None
+    low = int(np.searchsorted(passage.times, passage.t_input))
+    names = [
+        name
+        for name in (*GUST_ANALYSIS_CHANNELS["longitudinal"], *GUST_ANALYSIS_CHANNELS["lateral"])
+        if name not in stuck
+    ]
+    moved = {one.surface for one in inputs}
+    moved |= {name for name, size in cross.items() if size > _LEAST_CROSS}
+    return explainer.gust_share(
+        {
+            name: _fill_gaps(passage.rows[low:, SIGNAL_COLUMNS[name]])
+            for name in SURFACES
+            if name in moved
+        },
+        {name: passage.rows[low:, SIGNAL_COLUMNS[name]] for name in names},
+        [one.surface for one in inputs],
+        trim={name: start for name in names if (start := _mean_before(passage, name)) is not None},
+        speed=speed,
+        density=_density(history, passage),
+        noise=setting.noise,
+    )
+
+
+def _mean_before(passage: ManeuverSamples, name: str) -> tuple[float, float] | None:
+    """Return the mean of a channel over the second before, and just before the input."""
+    mean = passage.mean_before(name)
+    at = passage.samples(name, passage.t_input - _JUST_BEFORE, passage.t_input)
+    return (mean, float(at.mean())) if math.isfinite(mean) and at.size else None
+
+
+def _fill_gaps(samples: FloatArray) -> FloatArray:
+    """Return samples with missing ones on straight lines between their neighbors."""
+    there = np.isfinite(samples)
+    if there.all() or not there.any():
+        return samples
+    place = np.arange(samples.size)
+    return np.interp(place, place[there], samples[there])
+
+
+def _density(history: SignalHistory, passage: ManeuverSamples) -> float:
+    """Return the density of the air, kg/m^3, as far as it was measured."""
+    start, stop = passage.t_input - TRIM_TIME, passage.t_end
+    given = history.beside("density", start, stop)
+    if not np.isfinite(given).any():
+        given = air_data.density(
+            history.beside("static_pressure", start, stop),
+            history.beside("temperature", start, stop),
+        )
+    return float(np.nanmedian(given)) if np.isfinite(given).any() else SEA_LEVEL_DENSITY

@@ -1,0 +1,322 @@
+"""Whether the sticks were let go, what was moved, and when a hand was put on again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+
+from gsapp.excitation.doublets.flight_context import FlightContext
+from gsapp.excitation.doublets.input_candidate import InputCandidate
+from gsapp.excitation.doublets.input_measurement import PRE_INPUT_TIME
+from gsapp.excitation.doublets.signal_history import SignalHistory
+from gsapp.excitation.doublets.steering_removal import remove_steering
+from gsapp.excitation.flight_rows import TICK_DURATION
+from gsapp.flight.maneuvers.input_shape import (
+    LOOK_BACK,
+    SurfaceInput,
+    measure_surface_input,
+    smooth_samples,
+)
+from gsapp.flight.maneuvers.rapid_moves import (
+    INPUT_END_PAUSE,
+    INPUT_END_PAUSE_DISPLACED,
+    SECONDARY_INPUT_RATIO,
+    UNAMBIGUOUS_SHAPES,
+    distance_outside_range,
+    find_pilot_takeover,
+    find_strong_moves,
+    is_deliberate_input,
+    measure_moved_inputs,
+)
+from gsapp.flight.maneuvers.signals import SURFACES
+from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE
+
+RELEASE_QUIET_TIME: Final = 0.15
+"""Seconds without a quick move after which an input is over, if the surfaces are back."""
+RELEASE_WAIT_TIME: Final = 0.6
+"""The same while a surface that is expected has not moved yet."""
+CONTINUATION_TIME: Final = 0.7
+"""A quick move so soon after an input, s, goes on with it."""
+_LONGEST = 10.0
+"""An input that goes on for longer, s, is steering."""
+_ODD_FREE = 1.05
+"""Seconds without a stick after which an input of an unusual shape is believed."""
+_BACK = 0.4
+"""Share of its excursion that a surface may be away from trim and be back."""
+_LEFT = 0.25
+"""Share of its amplitude from which a surface was not brought back, and looks like another shape
+about the line between its trims."""
+_BOTH_SIDES = 0.35
+"""Share of the larger excursion from which the smaller one is the other half of a doublet."""
+_RESTED = (0.4, 0.1)
+"""Seconds before the end of an input between which a surface is at rest that is no more part of
+it."""
+_STILL, _GONE = 0.3 * DEGREE, 0.6 * DEGREE
+"""What a surface at rest moves at most, and what it goes away by when a hand is put on, rad."""
+_AFTER_LAST_STEP = 0.8
+"""Seconds after which an input that ends away from trim is over, once both sides were seen."""
+_CALM = 0.15
+"""Unrest before an input of another shape than expected, as a share of its amplitude, so that it
+is taken for the one expected ..."""
+_QUITE_CALM = 0.25
+"""The same of the shape that was expected, which is then an input whatever follows."""
+_FAR, _SURELY = 2.0, 1.3
+"""... and its quickest move over the threshold for that, to one side alone and to both."""
+
+
+class StickReleaseDetector:
+    """Reads the sticks from the surfaces.
+
+    Parameters
+    ----------
+    history : SignalHistory
+    around : FlightContext
+    """
+
+    def __init__(self, history: SignalHistory, around: FlightContext) -> None:
+        self._history = history
+        self._around = around
+
+    def sizes(self, moving: InputCandidate, now: float) -> dict[str, float]:
+        """Return how far each surface went so far, rad: half of peak to peak."""
+        _, rows = self._history.stretch(moving.first - LOOK_BACK, now)
+        found = {}
+        for surface in moving.moved:
+            samples = rows[:, SURFACES.index(surface)]
+            if np.isfinite(samples).any():
+                found[surface] = 0.5 * float(np.nanmax(samples) - np.nanmin(samples))
+        shares = {
+            name: size / self._around.setting.half_travel(name) for name, size in found.items()
+        }
+        most = max(shares.values(), default=0.0)
+        return {
+            name: size
+            for name, size in found.items()
+            if shares[name] >= SECONDARY_INPUT_RATIO * most
+        }
+
+    def let_go(self, moving: InputCandidate, now: float) -> list[SurfaceInput] | None:
+        """Return what was moved once the sticks are let go, the main surface first.
+
+        Parameters
+        ----------
+        moving : InputCandidate
+        now : float
+            s.
+
+        Returns
+        -------
+        list of SurfaceInput or None
+            Empty if it was steering; None while that is open.
+        """
+        if moving.last - moving.first > _LONGEST:
+            return []
+        idle = now - moving.last
+        if idle < (
+            RELEASE_WAIT_TIME
+            if moving.awaited and moving.awaited < moving.expected
+            else RELEASE_QUIET_TIME
+        ):
+            return None
+        ends = idle >= INPUT_END_PAUSE_DISPLACED or self._back(moving, now)
+        if not ends and idle <= _AFTER_LAST_STEP:
+            return None
+        found = self._measured(moving, now)
+        if not ends and not (
+            found and _is_complete(found[0], idle) and self._both_sides(moving, found[0], now)
+        ):
+            return None
+        if not found:
+            return []
+        if self._is_input(moving, found[0], now):
+            return found
+        return [] if idle >= INPUT_END_PAUSE else None
+
+    def hand_on(self, moving: InputCandidate, now: float, rate: float) -> float | None:
+        """Return when a hand was put on after the sticks were let go, s; None while none is."""
+        # The last step of a small input may be no quick move.
+        last = max(moving.last, moving.t_end - 0.1)
+        times, rows = self._history.stretch(last - 0.1, now)
+        # A second stick that goes back to where it stood is let go late. One of the input's own
+        # sticks that moves at all is in a hand.
+        own = {one.surface for one in moving.found}
+        stood = {name: at for name, at in self._stood(moving).items() if name not in own}
+        taken = find_pilot_takeover(
+            times, rows, last, self._around.setting, rate, stood=stood, least=_STILL
+        )
+        at_once = self._resting_moved(moving, now, stood)
+        if at_once is None:
+            return taken
+        at_once = max(at_once, moving.t_end)
+        return at_once if taken is None else min(at_once, taken)
+
+    def _stood(self, moving: InputCandidate) -> dict[str, float]:
+        """Return where each surface stood before the input, rad."""
+        begin = moving.first - LOOK_BACK
+        _, rows = self._history.stretch(begin - 0.5, begin)
+        return {
+            surface: float(np.nanmedian(samples))
+            for place, surface in enumerate(SURFACES)
+            if np.isfinite(samples := rows[:, place]).any()
+        }
+
+    def _resting_moved(
+        self, moving: InputCandidate, now: float, stood: Mapping[str, float]
+    ) -> float | None:
+        """Return when a surface that had been at rest moved after the sticks were let go, s.
+
+        A hand that is put on at once moves other surfaces before the last one of the input rests.
+        A second stick that goes back to where it stood is let go late.
+        """
+        start, stop = (moving.t_end - wait for wait in _RESTED)
+        times, rows = self._history.stretch(start, now)
+        before, after = times <= stop, times > stop
+        dt = float(np.median(np.diff(times))) if times.size > 2 else 1.0
+        moved: list[float] = []
+        # The last step of the input is no hand, however long its plateau was.
+        ending = {one.surface for one in moving.found if one.t_end > start}
+        for place, surface in enumerate(SURFACES):
+            if surface in ending:
+                continue
+            samples = smooth_samples(rows[:, place], dt)
+            rest = samples[before]
+            noise = self._around.setting.noise.of(surface)
+            if not np.isfinite(rest).all() or np.ptp(rest) > max(_STILL, 4.0 * noise):
+                continue
+            held = float(np.median(rest))
+            away = distance_outside_range(samples, held, stood.get(surface, held))
+            off = away > max(_GONE, 6.0 * noise)
+            gone = np.flatnonzero(off & after)
+            if gone.size:
+                moved.append(float(times[gone[0]]))
+        return min(moved, default=None)
+
+    def _is_input(self, moving: InputCandidate, main: SurfaceInput, now: float) -> bool:
+        """Return whether the main surface was moved on purpose."""
+        if moving.busy and not main.unmistakable:
+            return False
+        clear = main.kind in UNAMBIGUOUS_SHAPES or main.kind == moving.kind
+        if not clear and now - moving.last < _ODD_FREE:
+            return False
+        threshold = self._around.quick.thresholds[SURFACES.index(main.surface)]
+        both = self._both_sides(moving, main, now)
+        meant = _is_flawed_attempt(moving, main, (_SURELY if both else _FAR) * threshold)
+        if not clear and moving.kind and not meant:
+            return False
+        if _matches_expected(moving, main, threshold):
+            moving.sure = True
+            return True
+        if is_deliberate_input(main, math.inf, threshold):
+            return True
+        return not main.returned and both and (meant or _is_unreturned_doublet(main, threshold))
+
+    def _measured(self, moving: InputCandidate, now: float) -> list[SurfaceInput]:
+        """Return what each surface did, that of the input first."""
+        times, rows = self._history.stretch(moving.first - LOOK_BACK - PRE_INPUT_TIME, now)
+        lag = self._around.quick.lag
+        if times.size <= lag:
+            return []
+        moves = find_strong_moves(times, rows, moving.moved, moving.first, moving.last, lag)
+        found = measure_moved_inputs(times, rows, moves, self._around.setting)
+        inputs = [self._left(one, moves, moving.last, times, rows) for one in found]
+        inputs = [self._alone(one, moving, moves, times, rows) for one in inputs]
+        # A second stick may go further than the input that was expected.
+        return sorted(
+            inputs,
+            key=lambda one: not (one.surface in moving.expected and one.kind in UNAMBIGUOUS_SHAPES),
+        )
+
+    def _left(
+        self,
+        one: SurfaceInput,
+        moves: Mapping[str, tuple[float, float]],
+        last: float,
+        times: FloatArray,
+        rows: FloatArray,
+    ) -> SurfaceInput:
+        """Return an input that was not brought back as it shows about its trim before."""
+        if abs(one.after - one.before) < _LEFT * one.amplitude:
+            return one
+        noise = self._around.setting.noise.of(one.surface)
+        samples = rows[:, SURFACES.index(one.surface)]
+        first = moves[one.surface][0]
+        other = measure_surface_input(one.surface, times, samples, first, last, noise, left=True)
+        return one if other is None or other.kind not in UNAMBIGUOUS_SHAPES else other
+
+    def _alone(
+        self,
+        one: SurfaceInput,
+        moving: InputCandidate,
+        moves: Mapping[str, tuple[float, float]],
+        times: FloatArray,
+        rows: FloatArray,
+    ) -> SurfaceInput:
+        """Return an input of another shape than expected without the steering before it."""
+        if one.surface not in moving.expected or one.kind == moving.kind:
+            return one
+        place = SURFACES.index(one.surface)
+        return remove_steering(
+            one,
+            moving.kind,
+            times,
+            rows[:, place],
+            moves[one.surface],
+            self._around.quick.thresholds[place],
+            self._around.setting.noise.of(one.surface),
+        )
+
+    def _both_sides(self, moving: InputCandidate, main: SurfaceInput, now: float) -> bool:
+        """Return whether a surface truly went to both sides of where it stood before."""
+        _, rows = self._history.stretch(main.t_start, min(moving.last + 0.2, now))
+        away = rows[:, SURFACES.index(main.surface)] - main.before
+        if not np.isfinite(away).any():
+            return False
+        sides = sorted((float(np.nanmax(away)), float(-np.nanmin(away))))
+        return sides[0] > _BOTH_SIDES * sides[1]
+
+    def _back(self, moving: InputCandidate, now: float) -> bool:
+        """Return whether every moved surface is near where it was before."""
+        begin = moving.first - LOOK_BACK
+        times, rows = self._history.stretch(begin - 0.5, now)
+        for surface in moving.moved:
+            samples = rows[:, SURFACES.index(surface)]
+            early, late = samples[times < begin], samples[times > now - 2.0 * TICK_DURATION]
+            if not (np.isfinite(early).any() and np.isfinite(late).any()):
+                continue
+            level = float(np.nanmedian(early))
+            largest = float(np.nanmax(np.abs(samples - level)))
+            if abs(float(np.nanmedian(late)) - level) > _BACK * largest:
+                return False
+        return True
+
+
+def _is_complete(main: SurfaceInput, idle: float) -> bool:
+    """Return whether an input that ends away from its trim has had all its steps."""
+    longest = max(length for _, length in main.runs)
+    return main.kind in UNAMBIGUOUS_SHAPES and idle > max(_AFTER_LAST_STEP, 1.5 * longest + 0.2)
+
+
+def _matches_expected(moving: InputCandidate, main: SurfaceInput, threshold: float) -> bool:
+    """Return whether an input of the very shape that was expected came out of calm."""
+    calm = main.unrest < _QUITE_CALM * main.amplitude
+    shaped = main.surface in moving.expected and main.kind == moving.kind
+    return shaped and calm and main.quickest > threshold
+
+
+def _is_flawed_attempt(moving: InputCandidate, main: SurfaceInput, least: float) -> bool:
+    """Return whether another shape than the one expected was meant to be it, and went wrong.
+
+    Steering makes such moves as well, but hardly out of complete calm.
+    """
+    calm = main.unrest < _CALM * main.amplitude
+    return main.surface in moving.expected and calm and main.quickest > least
+
+
+def _is_unreturned_doublet(main: SurfaceInput, threshold: float) -> bool:
+    """Return whether a doublet that was not brought back is one all the same."""
+    clear = main.kind in UNAMBIGUOUS_SHAPES and main.quickest > threshold
+    return clear and main.abruptness > 0.5 and main.unrest < main.amplitude

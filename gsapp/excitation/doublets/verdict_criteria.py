@@ -1,0 +1,315 @@
+"""The verdict on a measured input: what speaks against it, the worst first, and what to do.
+
+Bands of amplitude and width come from the wanted input. An input that began within
+`TRIM_TOLERANCE_FACTOR` times the tolerances of the trim cue still counts: GO asks for more than an
+estimate needs. The order is that of what makes an input useless: nothing to judge by, a sensor at
+its end, a start out of trim, a second stick, an answer lost in the noise, an answer out of the
+linear range, gusts; last a width that misses the mode.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+import numpy as np
+
+from gsapp.excitation.doublets.input_case import InputCase
+from gsapp.excitation.doublets.verdict import InputFinding, VerdictResult
+from gsapp.excitation.test_points.stick_text import format_amplitude_change, format_width_change
+from gsapp.excitation.test_points.target_input import ToleranceBand
+from gsapp.excitation.trim.trim_cue import TrimDeviation
+from gsapp.flight.cards.card import SURFACE_NAMES as SURFACE_WORDS
+from gsapp.flight.maneuvers.input_shape import SurfaceInput
+from gsapp.flight.maneuvers.maneuver_grade import RESPONSE_CHANNELS, TRIM_TIME
+from gsapp.quantities import FloatArray, channel
+from gsapp.quantities.constants import DEGREE
+
+TRIM_TOLERANCE_FACTOR: Final = 2.0
+"""Times the tolerances of GO within which a start still counts."""
+MAX_CROSS_INPUT: Final = 0.35
+"""Share of the main input, both as shares of travel, from which another stick spoils it."""
+MAX_RESIDUAL_DEFLECTION: Final = 0.4
+"""Share of its amplitude that a surface may stay away from its trim."""
+MIN_HANDS_OFF_SHARE: Final = 0.5
+"""Share of the wanted hands-off interval that is enough: one period of the oscillation."""
+MAX_GUST_FRACTION: Final = 0.5
+"""Share of the answer that gusts may make."""
+MIN_TIME_OUT_OF_RANGE: Final = 0.1
+"""Seconds out of the linear range that count."""
+MIN_SAMPLE_SHARE: Final = 0.8
+"""Share of the samples that must be there."""
+
+_LEAST_CROSS: Final = 0.5 * DEGREE
+"""rad; another surface that moves less spoils nothing, however small the main input was."""
+_CLIPPED_FOR: Final = 0.03
+"""Seconds at the end of a sensor's range that count."""
+_ROUGH_BEFORE: Final = 3.0
+"""What the model takes for gusts counts up to so many times the unrest before the input: a model
+that is wrong finds as many in calm air. Gusts are slow, and within two seconds most of them are
+hidden in a straight line."""
+_UNREST: Final = 0.6
+"""Unrest before the input over its answer that counts for gusts where no model tells more; the
+grader calls it a large defect."""
+_SMALLER: Final = 0.75
+"""Advice after an answer that was too large, where no band tells better."""
+_AT_LEAST: Final = 1.1
+"""A size that was wrong is to change by this factor at least: *the same* is no advice, even where
+the best size lies at the very end of the band that was left."""
+
+_CLIPPED: Final = {
+    "p": "roll rate",
+    "q": "pitch rate",
+    "r": "yaw rate",
+    "alpha": "angle of attack",
+    "beta": "sideslip",
+    **dict.fromkeys(("ax", "ay", "an"), "acceleration"),
+}
+_OUT: Final = {"alpha": "angle of attack", "beta": "sideslip", "an": "load factor"}
+
+
+def find_deficiencies(case: InputCase) -> tuple[InputFinding, ...]:
+    """Return what speaks against an input, the worst first; nothing for a good one."""
+    return tuple(finding for judge in _CHECKS for finding in judge(case))
+
+
+def list_unevaluated(case: InputCase) -> tuple[str, ...]:
+    """Return what could not be judged, in words."""
+    measured, found = case.measured, []
+    if case.wanted is None:
+        found.append("amplitude and width: no card and no model tell what is wanted")
+    if "de" in measured.surfaces and "alpha" not in measured.flow:
+        found.append("linear range: angle of attack is not measured")
+    if {"da", "dr"} & set(measured.surfaces) and "beta" not in measured.flow:
+        found.append("linear range: sideslip is not measured")
+    found += [f"{channel(name).title} saturated" for name in measured.stuck]
+    if measured.gusts is None:
+        found.append("gusts during the input: no model tells what it explains")
+    elif measured.gusts > MAX_GUST_FRACTION >= _ROUGH_BEFORE * case.unrest:
+        share = 100.0 * measured.gusts
+        found.append(f"the model finds gusts of {share:.0f} % of the answer in calm air: doubt it")
+    if "bank" not in measured.trim:
+        found.append("bank at the start: nothing tells it")
+    elif not measured.bank_seen:
+        found.append("bank at the start by rates and accelerations, for want of attitude")
+    return tuple(found)
+
+
+# --- the judges, in the order in which they are heard ------------------------------------------
+
+
+def _check_samples(case: InputCase) -> list[InputFinding]:
+    passage, found = case.measured.passage, []
+    start = passage.t_input - TRIM_TIME
+    total = int(np.diff(np.searchsorted(passage.times, (start, passage.t_end)))[0])
+    for surface in case.measured.surfaces:
+        count = passage.samples(surface, start, passage.t_end).size
+        if count < MIN_SAMPLE_SHARE * total:
+            missing = 100.0 * (1.0 - count / max(total, 1))
+            words = f"{SURFACE_WORDS[surface]} signal missing for {missing:.0f} percent"
+            found.append(InputFinding(result="unclear", words=words, surface=surface))
+        heard = [
+            name
+            for name in RESPONSE_CHANNELS[surface]
+            if name not in case.measured.stuck
+            and passage.samples(name, start, passage.t_end).size >= MIN_SAMPLE_SHARE * total
+        ]
+        if not heard:
+            words = f"nothing measures what the {SURFACE_WORDS[surface]} does"
+            found.append(InputFinding(result="unclear", words=words, surface=surface))
+    return found
+
+
+def _check_clipping(case: InputCase) -> list[InputFinding]:
+    found = []
+    worst = sorted(case.measured.clipped.items(), key=lambda item: -item[1])
+    for name, count in worst:
+        if count * case.dt >= _CLIPPED_FOR:
+            found.append(_too_large(case, name, f"{_CLIPPED[name]} clipped"))
+    return found
+
+
+def _check_trim(case: InputCase) -> list[InputFinding]:
+    allowed, trim = case.tolerances, case.measured.trim
+    seen = case.measured.bank_seen
+    bank = allowed.bank if seen else allowed.bank_unseen
+    checks = [
+        ("p", "roll rate", "p", allowed.roll_rate, 0.0),
+        ("q", "pitch rate", "q", allowed.pitch_rate, 0.0),
+        ("r", "yaw rate", "r", allowed.yaw_rate, 0.0),
+        # A bank that rates tell is not told in degrees.
+        ("bank", "bank", "phi" if seen else "r", bank, 0.0),
+    ]
+    point = case.point
+    if point is not None and point.speed is not None:
+        checks.append(("V", "speed", "V", point.speed_tolerance, point.speed))
+    elif point is not None and point.alpha is not None:
+        checks.append(("alpha", "alpha", "alpha", point.alpha_tolerance, point.alpha))
+    off = [
+        TrimDeviation(
+            quantity=quantity,
+            amount=trim[name] - wanted,
+            share=abs(trim[name] - wanted) / (TRIM_TOLERANCE_FACTOR * room),
+            channel=told,
+        )
+        for name, quantity, told, room, wanted in checks
+        if name in trim
+    ]
+    return [
+        InputFinding(
+            result="not-trimmed",
+            words=f"not trimmed: {one.words(case.system)}",
+            channel=one.channel,
+        )
+        for one in sorted(off, key=lambda one: -one.share)
+        if one.share > 1.0
+    ]
+
+
+def _check_cross_input(case: InputCase) -> list[InputFinding]:
+    measured, found = case.measured, []
+    travel = case.setting.half_travel
+    whole = max(one.amplitude / travel(one.surface) for one in measured.inputs)
+    for surface, moved in sorted(measured.cross.items(), key=lambda item: -item[1]):
+        share = moved / travel(surface) / whole
+        if share > MAX_CROSS_INPUT and moved > _LEAST_CROSS:
+            words = f"spoiled: {SURFACE_WORDS[surface]} moved too"
+            found.append(InputFinding(result="spoiled", words=words, surface=surface))
+    for surface, share in measured.left_over.items():
+        if share > MAX_RESIDUAL_DEFLECTION:
+            words = f"spoiled: {SURFACE_WORDS[surface]} not brought back"
+            found.append(InputFinding(result="spoiled", words=words, surface=surface))
+    wanted = case.wanted
+    if wanted is not None and measured.free < MIN_HANDS_OFF_SHARE * wanted.hands_off:
+        words = f"spoiled: hands off for {max(measured.free, 0.0):.1f} seconds only"
+        found.append(InputFinding(result="spoiled", words=words))
+    return found
+
+
+def _check_shape(case: InputCase) -> list[InputFinding]:
+    wanted = case.wanted
+    if wanted is None or case.kind == wanted.kind:
+        return []
+    words = f"that was a {case.kind}, not a {wanted.kind}"
+    return [InputFinding(result="unclear", words=words)]
+
+
+def _check_min_amplitude(case: InputCase) -> list[InputFinding]:
+    found = []
+    for one in case.measured.inputs:
+        band = case.band(one.surface)
+        if band is None or one.amplitude >= band.low:
+            continue
+        factor = max(band.best / max(one.amplitude, 1e-9), _AT_LEAST)
+        change = f"{format_amplitude_change(factor)}, {case.stick(one.surface)}"
+        words = f"{case.name(one)} too small: {change}"
+        found.append(
+            InputFinding(result="too-small", words=words, surface=one.surface, factor=factor)
+        )
+    return found
+
+
+def _check_linear_range(case: InputCase) -> list[InputFinding]:
+    limits, found = case.aircraft.limits, []
+    for name, (low, high) in (
+        ("alpha", limits.alpha_linear),
+        ("beta", (-limits.beta_linear, limits.beta_linear)),
+        ("an", limits.load_factor),
+    ):
+        values = case.measured.flow.get(name)
+        if (
+            values is not None
+            and _count_outside(values, low, high) * case.dt >= MIN_TIME_OUT_OF_RANGE
+        ):
+            found.append(_too_large(case, name, f"{_OUT[name]} left its linear range"))
+    if found:
+        return found
+    for one in case.measured.inputs:
+        band = case.band(one.surface)
+        if band is not None and one.amplitude > band.high:
+            found.append(_larger_than(case, one, band))
+    return found
+
+
+def _check_gusts(case: InputCase) -> list[InputFinding]:
+    gusts = case.measured.gusts
+    if gusts is not None:
+        spoiled = min(gusts, _ROUGH_BEFORE * case.unrest) > MAX_GUST_FRACTION
+    else:
+        spoiled = case.unrest > _UNREST
+    words = "spoiled by gusts: wait for calmer air"
+    return [InputFinding(result="spoiled", words=words)] if spoiled else []
+
+
+def _check_step_width(case: InputCase) -> list[InputFinding]:
+    wanted = case.wanted
+    if wanted is None:
+        return []
+    found = []
+    for one in case.measured.inputs:
+        if one.kind != wanted.kind:
+            continue
+        width, band = step_width(case, one), wanted.width
+        if band.low <= width <= band.high:
+            continue
+        result: VerdictResult = "too-fast" if width < band.low else "too-slow"
+        words = (
+            f"{case.name(one)} {result.replace('-', ' ')}: {format_width_change(width, band.best)}"
+        )
+        found.append(
+            InputFinding(
+                result=result, words=words, surface=one.surface, factor=band.best / max(width, 1e-3)
+            )
+        )
+    return found
+
+
+_CHECKS: Final[tuple[Callable[[InputCase], list[InputFinding]], ...]] = (
+    _check_samples,
+    _check_clipping,
+    _check_trim,
+    _check_cross_input,
+    _check_shape,
+    _check_min_amplitude,
+    _check_linear_range,
+    _check_gusts,
+    _check_step_width,
+)
+
+
+# --- small things ------------------------------------------------------------------------------
+
+_UNITS: Final[Mapping[str, float]] = {"doublet": 2.0, "3-2-1-1": 7.0, "pulse": 1.0}
+
+
+def step_width(case: InputCase, one: SurfaceInput) -> float:
+    """Return the length of one step of an input, s: its steps over their units."""
+    lengths = case.measured.steps[one.surface]
+    return sum(lengths) / _UNITS.get(one.kind, float(len(lengths)))
+
+
+def _count_outside(values: FloatArray, low: float, high: float) -> int:
+    with np.errstate(invalid="ignore"):
+        return int(((values < low) | (values > high)).sum())
+
+
+def _too_large(case: InputCase, name: str, why: str) -> InputFinding:
+    """Return the finding for a signal that went too far."""
+    main = max(
+        case.measured.inputs,
+        key=lambda one: (name in RESPONSE_CHANNELS[one.surface], one.amplitude),
+    )
+    band = case.band(main.surface)
+    factor = _SMALLER if band is None else band.best / max(main.amplitude, 1e-9)
+    factor = min(factor, 1.0 / _AT_LEAST)
+    words = f"{case.name(main)} too large: {why}, {format_amplitude_change(factor)}"
+    return InputFinding(
+        result="too-large", words=words, surface=main.surface, factor=factor, channel=name
+    )
+
+
+def _larger_than(case: InputCase, one: SurfaceInput, band: ToleranceBand) -> InputFinding:
+    factor = min(band.best / one.amplitude, 1.0 / _AT_LEAST)
+    change = f"{format_amplitude_change(factor)}, {case.stick(one.surface)}"
+    words = f"{case.name(one)} too large: {change}"
+    return InputFinding(result="too-large", words=words, surface=one.surface, factor=factor)

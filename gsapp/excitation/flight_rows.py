@@ -1,0 +1,274 @@
+"""Samples as they come in, joined to rows that every watch of this package reads.
+
+A cue is worth little half a second late. So a row waits only for the quick channels, those of
+motion and surfaces, and for none of them longer than `MAX_CHANNEL_WAIT`. What comes slowly
+(position, height, batteries) is read `SLOW_CHANNEL_DELAY` late instead: every row then finds its
+value there, however the link was cut into pieces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS, extract_signals
+from gsapp.quantities import Block, FloatArray
+
+FAST_CHANNELS: Final = (
+    "de", "da", "dr",
+    "elevator_left", "elevator_right", "aileron_left", "aileron_right", "rudder",
+    "de_command", "da_command", "dr_command",
+    "p", "q", "r", "ax", "ay", "an", "alpha", "beta", "V", "Vc", "qbar", "dynamic_pressure",
+    "phi", "theta", "psi", "p.2", "q.2", "r.2", "p.3", "q.3", "r.3",
+)  # fmt: skip
+"""Channels that a row waits for."""
+
+SLOW_CHANNELS: Final = (
+    "altitude", "height", "climb_rate", "static_pressure", "temperature", "density",
+    "latitude", "longitude", "north", "east", "ground_speed", "track",
+    "throttle", "throttle_left", "throttle_right", "rpm_left", "rpm_right", "flap", "fuel", "mass",
+    "battery", "battery_receiver", "rc_rssi", "stick_pitch", "stick_roll", "stick_yaw",
+    "rate_switch",
+)  # fmt: skip
+"""Channels that are read `SLOW_CHANNEL_DELAY` late."""
+
+TICK_DURATION: Final = 0.05
+"""Rows come in whole ticks of so many seconds, counted from time zero."""
+MAX_CHANNEL_WAIT: Final = 0.3
+"""Seconds that a row waits for a quick channel."""
+SLOW_CHANNEL_DELAY: Final = 0.5
+"""Seconds by which slow channels are late."""
+_LARGEST: Final = 1e7
+"""No channel reads more, whatever its unit; what does is a damaged number."""
+_LONGEST_FILL: Final = 5.0
+"""A pause longer than this, s, begins a new stretch of rows."""
+
+_CHANNELS: Final = (*FAST_CHANNELS, *SLOW_CHANNELS)
+_CHANNEL_INDEX: Final = {name: place for place, name in enumerate(_CHANNELS)}
+_COLUMNS: Final = {
+    **{name: len(SIGNALS) + place for name, place in _CHANNEL_INDEX.items()},
+    **SIGNAL_COLUMNS,
+}
+_CHANNEL_COLUMNS: Final = {
+    name: {len(SIGNALS) + place, _COLUMNS[name]} for name, place in _CHANNEL_INDEX.items()
+}
+"""All columns of a channel: as measured, and as a signal with its stand-ins."""
+_NOT_YET: Final = -(2**62)
+"""Number of a row before all others: no sample came so far."""
+
+IndexArray = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FlightRows:
+    """Successive rows of the grid, without a gap between them.
+
+    Attributes
+    ----------
+    first : int
+        Number of the first row: its time is ``first / rate``.
+    times : ndarray, shape (n,)
+        Flight time, s.
+    values : ndarray, shape (n, ...)
+        SI; read by name: ``rows["q"]``. The signals that maneuver detection looks at (`SIGNALS`:
+        surfaces, flow, rates, accelerations, ``V``, ``altitude``, ``throttle``, ``rpm``) come
+        with their stand-ins, all others as measured. NaN where missing.
+    fresh : bool
+        Whether a new stretch begins: what was watched before does not lead up to these rows.
+    """
+
+    first: int
+    times: FloatArray
+    values: FloatArray
+    fresh: bool = False
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return int(self.times.size)
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """Return one channel, shape (n,); NaN where missing, KeyError for what no row holds."""
+        return self.values[:, _COLUMNS[name]]
+
+    def together(self, names: Sequence[str]) -> FloatArray:
+        """Return some channels, shape (n, n_names)."""
+        return self.values[:, [_COLUMNS[name] for name in names]]
+
+    def without(self, names: Collection[str]) -> FlightRows:
+        """Return the rows with some channels read as missing."""
+        gone = [place for name in names for place in _CHANNEL_COLUMNS.get(name, ())]
+        if not gone:
+            return self
+        values = self.values.copy()
+        values[:, gone] = np.nan
+        return FlightRows(first=self.first, times=self.times, values=values, fresh=self.fresh)
+
+    def part(self, start: int, stop: int) -> FlightRows:
+        """Return the rows from `start` to before `stop`, counted from the first of these."""
+        return FlightRows(
+            first=self.first + start,
+            times=self.times[start:stop],
+            values=self.values[start:stop],
+            fresh=self.fresh and start == 0,
+        )
+
+
+class FlightRowStream:
+    """Joins blocks of some channels to rows.
+
+    Parameters
+    ----------
+    rate : float
+        Of the grid, Hz.
+
+    Attributes
+    ----------
+    tick : int
+        Rows in a tick; what comes out are whole ticks.
+    """
+
+    def __init__(self, rate: float) -> None:
+        self.rate = rate
+        self.tick = max(1, round(TICK_DURATION * rate))
+        self._patience = max(1, round(MAX_CHANNEL_WAIT * rate))
+        self._lag = round(SLOW_CHANNEL_DELAY * rate)
+        self._longest = round(_LONGEST_FILL * rate)
+        self._known: dict[tuple[str, ...], tuple[list[int], list[int]]] = {}
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget all samples."""
+        self._first = _NOT_YET  # number of the next row to give
+        self._began = 0  # number of the first row with a sample
+        self._fresh = True
+        self._rows = np.full((4 * self._longest, len(_CHANNELS)), np.nan)
+        self._reached = np.full(len(FAST_CHANNELS), _NOT_YET, dtype=np.int64)
+        self._newest = _NOT_YET
+
+    def feed(self, block: Block) -> Iterator[FlightRows]:
+        """Take in samples; give the rows of a stretch that a long pause ends."""
+        columns, places = self._places_of(block.channels)
+        if not len(block) or not columns:
+            return
+        index = np.rint(block.times * self.rate).astype(np.int64)
+        values = block.values[:, columns]
+        if self._newest > _NOT_YET and index[-1] - self._newest <= self._longest:
+            self._put(index, values, places)  # as ever: no pause is that long
+            return
+        cuts = (np.flatnonzero(np.diff(index) > self._longest) + 1).tolist()
+        for start, stop in zip([0, *cuts], [*cuts, index.size], strict=True):
+            if self._newest > _NOT_YET and index[start] - self._newest > self._longest:
+                yield from self.finish()
+            self._put(index[start:stop], values[start:stop], places)
+
+    def complete(self) -> Iterator[FlightRows]:
+        """Give the rows that are complete after a step."""
+        if self._newest < self._began + self._patience:
+            return  # who speaks is not known yet
+        speaking = self._reached[self._reached >= self._newest - self._patience]
+        limit = int(speaking.min()) if speaking.size else self._newest - self._patience
+        whole = (limit + 1 - self._first) // self.tick
+        if whole > 0:
+            yield self._take(whole * self.tick)
+
+    def finish(self) -> Iterator[FlightRows]:
+        """Give what is left: nothing more comes, or not for long."""
+        if self._newest >= self._first > _NOT_YET:
+            yield self._take(self._newest + 1 - self._first)
+        self.restart()
+
+    def _put(self, index: IndexArray, values: FloatArray, places: list[int]) -> None:
+        """Lay samples in their rows; those of rows that were given already are left out."""
+        if self._first == _NOT_YET:
+            self._began = int(index[0])
+            self._first = self._began // self.tick * self.tick
+        kept = self._first - self._lag  # number of the row at the top of the buffer
+        rows = index - kept
+        fresh = rows >= 0
+        if not fresh.all():
+            rows, values, index = rows[fresh], values[fresh], index[fresh]
+        if not rows.size:
+            return
+        if rows[-1] >= len(self._rows):
+            grown = np.full((2 * int(rows[-1]) + 1, len(_CHANNELS)), np.nan)
+            grown[: len(self._rows)] = self._rows
+            self._rows = grown
+        self._rows[rows[:, np.newaxis], places] = values
+        last = int(index[-1])
+        self._newest = max(self._newest, last)
+        quick = [place for place in places if place < len(FAST_CHANNELS)]
+        self._reached[quick] = np.maximum(self._reached[quick], last)
+
+    def _take(self, count: int) -> FlightRows:
+        """Give the next rows, and forget what no later row needs."""
+        lag, size = self._lag, len(FAST_CHANNELS)
+        taken = self._rows[lag : lag + count].copy()
+        taken[:, size:] = self._rows[:count, size:]
+        first = self._first
+        times = np.arange(first, first + count) / self.rate
+        block = Block.trusted(_CHANNELS, times, taken)
+        rows = FlightRows(
+            first=first,
+            times=times,
+            values=np.column_stack((extract_signals(block), taken)),
+            fresh=self._fresh,
+        )
+        left = max(lag, self._newest + 1 - first - count + lag)
+        self._rows[:left] = self._rows[count : count + left]
+        self._rows[left : left + count] = np.nan
+        self._first += count
+        self._fresh = False
+        return rows
+
+    def _places_of(self, channels: tuple[str, ...]) -> tuple[list[int], list[int]]:
+        """Return columns of a block with these channels, and their places in a row."""
+        known = self._known.get(channels)
+        if known is None:
+            pairs = [
+                (k, _CHANNEL_INDEX[name])
+                for k, name in enumerate(channels)
+                if name in _CHANNEL_INDEX
+            ]
+            known = [column for column, _ in pairs], [place for _, place in pairs]
+            self._known[channels] = known
+        return known
+
+
+def concatenate_rows(parts: Sequence[FlightRows]) -> FlightRows:
+    """Return successive rows as one."""
+    if len(parts) == 1:
+        return parts[0]
+    return FlightRows(
+        first=parts[0].first,
+        times=np.concatenate([one.times for one in parts]),
+        values=np.concatenate([one.values for one in parts]),
+        fresh=parts[0].fresh,
+    )
+
+
+def rows_from_block(block: Block, rate: float) -> FlightRows:
+    """Return a whole block of a flight as rows; for tests and for what was recorded.
+
+    Parameters
+    ----------
+    block : Block
+        Without a pause of more than 5 s.
+    rate : float
+        Of its grid, Hz.
+    """
+    stream = FlightRowStream(rate)
+    before = list(stream.feed(block))
+    (rows,) = (*before, *stream.finish())
+    return rows
+
+
+def mask_implausible(block: Block) -> Block:
+    """Return samples without those that no instrument can mean: as good as missing."""
+    wild = np.abs(block.values) > _LARGEST
+    if not wild.any():
+        return block
+    return Block.trusted(block.channels, block.times, np.where(wild, np.nan, block.values))

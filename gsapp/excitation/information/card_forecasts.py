@@ -1,0 +1,303 @@
+"""What flying each card some more times would bring, and in which band.
+
+A card is turned out `EXECUTION_COUNT` times as this pilot flies; each gives an information matrix.
+The bounds after one, two, ... further repeats follow by drawing among them, with the luck of noise
+and gusts on top. All of it depends on the request alone, so that it may be done in slices between
+two ticks, in another process, or at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.model import Model
+from gsapp.excitation.information.flight_knowledge import axes_of
+from gsapp.excitation.information.forecast_text import describe_forecast, log_bound_reduction
+from gsapp.excitation.information.information_matrix import (
+    CombinedInformation,
+    ManeuverInformation,
+    compute_bounds,
+)
+from gsapp.excitation.information.outlook import BoundReduction, CardForecast
+from gsapp.excitation.information.pilot_error_model import (
+    UNKNOWN_NOISE_RATIO,
+    PilotErrorModel,
+    draw_executions,
+)
+from gsapp.excitation.information.planned_maneuver import CardExecution, simulate_maneuver
+from gsapp.excitation.information.predicted_bounds import predict_information
+from gsapp.excitation.information.response_noise import ResponseNoise
+from gsapp.excitation.test_points.perturbation_models import (
+    PerturbationModels,
+    linearize_level_flight,
+)
+from gsapp.flight.cards import TestCard
+from gsapp.foundation import FlightError
+from gsapp.identification.axes import Axis, axis_derivatives
+from gsapp.quantities import FloatArray
+
+EXECUTION_COUNT: Final = 8
+"""Ways in which one card may turn out; each costs a run of the model with all sensitivities."""
+DRAW_COUNT: Final = 200
+"""Of executions and surprises, from which the quantiles of a bound are taken."""
+BAND_QUANTILES: Final = (0.1, 0.5, 0.9)
+"""Quantiles of a bound: the ends of the band, and what is expected."""
+_SPEEDS: Final = 0.5
+"""Speeds are rounded to so much, m/s: nearer ones fly alike."""
+_MOST_REPEATS: Final = 6
+"""Nobody plans further ahead with one card."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnfinishedCard:
+    """A card with repeats missing."""
+
+    card: TestCard
+    missing: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ForecastRequest:
+    """All that prospects depend on.
+
+    Attributes
+    ----------
+    aircraft : Aircraft
+    model : Model
+        As known now.
+    cards : tuple of UnfinishedCard
+    totals : mapping of str to CombinedInformation
+        What was learned so far, by axis.
+    noise : mapping of str to ResponseNoise
+        By axis.
+    habits : PilotErrorModel
+    channels : frozenset of str
+        What this flight measures.
+    rate, mass, density : float
+        Hz, kg, kg/m^3.
+    wanted : mapping of str to float
+        Bounds asked for.
+    lap : float
+        From one maneuver to the next, s.
+    system : {"US", "SI"}
+        Units of the words.
+    """
+
+    aircraft: Aircraft
+    model: Model
+    cards: tuple[UnfinishedCard, ...]
+    totals: Mapping[Axis, CombinedInformation]
+    noise: Mapping[Axis, ResponseNoise]
+    habits: PilotErrorModel
+    channels: frozenset[str]
+    rate: float
+    mass: float
+    density: float
+    wanted: Mapping[str, float]
+    lap: float
+    system: str = "US"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ForecastResult:
+    """Prospects of all cards that can be judged.
+
+    Attributes
+    ----------
+    by_card : mapping of str to tuple of CardForecast
+        For one further repeat, two, ...; the best card first.
+    remarks : tuple of str
+        Why others cannot be judged.
+    """
+
+    by_card: Mapping[str, tuple[CardForecast, ...]]
+    remarks: tuple[str, ...] = ()
+
+
+ForecastSteps = Generator[None, None, ForecastResult]
+
+
+def forecast_cards(request: ForecastRequest) -> ForecastResult:
+    """Return what each card would bring, at once."""
+    steps = forecast_cards_stepwise(request)
+    while True:
+        try:
+            next(steps)
+        except StopIteration as done:
+            reply: ForecastResult = done.value
+            return reply
+
+
+def forecast_cards_stepwise(request: ForecastRequest) -> ForecastSteps:
+    """Find what each card would bring, in steps of some ten milliseconds."""
+    found: list[tuple[CardForecast, ...]] = []
+    remarks: list[str] = []
+    motions: dict[tuple[float, float], PerturbationModels] = {}
+    for one in request.cards:
+        informations: dict[Axis, list[ManeuverInformation]] = {
+            a: [] for a in axes_of(one.card.surfaces)
+        }
+        problem: FlightError | None = None
+        for execution in draw_executions(one.card, request.habits, EXECUTION_COUNT):
+            speed = _SPEEDS * round((one.card.speed + execution.speed_off) / _SPEEDS)
+            flying = speed, one.card.flap
+            try:
+                if flying not in motions:
+                    motions[flying] = _motions_at(speed, one.card, request)
+                turned_out = _card_information(one.card, execution, motions[flying], request)
+            except FlightError as error:
+                problem = error  # one that goes wrong says nothing of the others
+            else:
+                for axis, information in turned_out.items():
+                    informations[axis].append(information)
+            yield
+        if all(informations.values()):
+            found.append(_forecast_card(one, informations, request))
+        else:
+            remarks.append(f"card {one.card.id} cannot be judged: {problem}")
+        yield
+    found.sort(key=lambda repeats: -repeats[0].score)
+    return ForecastResult(by_card={one[0].card: one for one in found}, remarks=tuple(remarks))
+
+
+def _motions_at(speed: float, card: TestCard, request: ForecastRequest) -> PerturbationModels:
+    return linearize_level_flight(
+        request.aircraft,
+        request.model,
+        speed=speed,
+        density=request.density,
+        mass=request.mass,
+        flap=card.flap,
+    )
+
+
+def _card_information(
+    card: TestCard, execution: CardExecution, motions: PerturbationModels, request: ForecastRequest
+) -> dict[Axis, ManeuverInformation]:
+    """Return what a card brings in each axis if it turns out so."""
+    maneuver = simulate_maneuver(
+        card,
+        execution,
+        motions,
+        aircraft=request.aircraft,
+        model=request.model,
+        mass=request.mass,
+        rate=request.rate,
+        channels=request.channels,
+    )
+    return {
+        axis: predict_information(maneuver, axis, request.model, request.noise[axis])
+        for axis in axes_of(card.surfaces)
+    }
+
+
+def _forecast_card(
+    one: UnfinishedCard,
+    informations: Mapping[Axis, list[ManeuverInformation]],
+    request: ForecastRequest,
+) -> tuple[CardForecast, ...]:
+    repeats = min(one.missing, _MOST_REPEATS)
+    gains: list[list[BoundReduction]] = [[] for _ in range(repeats)]
+    shrunk = np.zeros(repeats)
+    for axis, matrices in informations.items():
+        heard = request.noise[axis].seconds > 0.0
+        surprise = request.habits.surprise
+        luck = (surprise.mean, surprise.spread) if heard else UNKNOWN_NOISE_RATIO
+        names, before, after = _bounds_after(request.totals[axis], matrices, luck, repeats)
+        # Shape (3, repeats, n_names).
+        bands = np.quantile(after, BAND_QUANTILES, axis=0)
+        for row in range(repeats):
+            for column, name in enumerate(names):
+                low, middle, high = bands[:, row, column].tolist()
+                gains[row].append(
+                    BoundReduction(
+                        name=name, before=before.get(name), after=middle, low=low, high=high
+                    )
+                )
+            shrunk[row] += _shrinkage(names, before, after[:, row], request)
+    seconds = request.lap / request.habits.fit_share
+    counted = max(len(_counted_derivatives(request.model)), 1)
+    found = []
+    for row in range(repeats):
+        ordered = tuple(
+            sorted(gains[row], key=lambda gain: -log_bound_reduction(gain, request.model))
+        )
+        found.append(
+            CardForecast(
+                card=one.card.id,
+                repeats=row + 1,
+                gains=ordered,
+                score=float(shrunk[0]) / counted,
+                seconds=(row + 1) * seconds,
+                words=describe_forecast(
+                    one.card, row + 1, ordered, request.model, request.wanted, request.system
+                ),
+            )
+        )
+    return tuple(found)
+
+
+def _bounds_after(
+    total: CombinedInformation,
+    informations: list[ManeuverInformation],
+    luck: tuple[float, float],
+    repeats: int,
+) -> tuple[tuple[str, ...], dict[str, float], FloatArray]:
+    """Return names, bounds now, and bounds after each repeat, shape (draws, repeats, n_names).
+
+    `luck` is mean and spread of the logarithm by which noise and gusts lift a bound.
+    """
+    seen = {name for one in informations for name in one.names}
+    now = {name: std for name, (_, std) in total.estimates().items()}
+    names = tuple(name for name in total.names if name in seen or name in now)
+    whole = [total.names.index(name) for name in names]
+    matrices = np.zeros((2, len(informations), len(names), len(names)))
+    for number, one in enumerate(informations):
+        places = np.ix_(*[[names.index(name) for name in one.names]] * 2)
+        matrices[0, number][places] = one.matrix
+        matrices[1, number][places] = one.unrest
+    random = np.random.default_rng(0)
+    chosen = random.integers(len(informations), size=(DRAW_COUNT, repeats))
+    mean, spread = luck
+    surprise = np.exp(mean + spread * random.standard_normal((DRAW_COUNT, repeats)))
+    gained = np.cumsum(matrices[:, chosen] / surprise[:, :, None, None] ** 2, axis=2)
+    place = np.ix_(whole, whole)
+    return (
+        names,
+        now,
+        compute_bounds(gained[0] + total.matrix[place], gained[1] + total.unrest[place]),
+    )
+
+
+def _counted_derivatives(model: Model) -> list[str]:
+    """Return the derivatives that bounds are wanted of: biases, and zeros, tell nothing."""
+    return [
+        name
+        for name in axis_derivatives("both")
+        if not name.endswith("_0") and model.derivative(name)
+    ]
+
+
+def _shrinkage(
+    names: tuple[str, ...], before: Mapping[str, float], after: FloatArray, request: ForecastRequest
+) -> float:
+    """Return by how much the logarithms of the bounds shrink, added up.
+
+    A bound counts from 100 % of its derivative down to what is wanted.
+    """
+    counted = _counted_derivatives(request.model)
+    total = 0.0
+    for column, name in enumerate(names):
+        if name not in counted:
+            continue
+        value = abs(request.model.derivative(name))
+        least = request.wanted.get(name, 0.0)
+        begun = max(min(before.get(name, value), value), least)
+        reached = np.clip(after[:, column], least, begun)
+        total += float(np.mean(np.log(begun / reached))) if begun > 0.0 else 0.0
+    return total

@@ -1,0 +1,283 @@
+"""What one maneuver after the other teaches: bounds, values, noise, habits of the pilot."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
+from gsapp.dynamics.model import Model
+from gsapp.excitation.doublets.verdict import InputVerdict
+from gsapp.excitation.flight_rows import FlightRows
+from gsapp.excitation.information.information_matrix import CombinedInformation
+from gsapp.excitation.information.maneuver_extraction import maneuver_from_rows
+from gsapp.excitation.information.pilot_error_model import USABLE_RESULTS, PilotErrorModel
+from gsapp.excitation.information.predicted_bounds import (
+    compute_sensitivities,
+    fit_maximum_likelihood,
+    information_from_fit,
+    noise_from_quiet_segment,
+    noise_from_residuals,
+)
+from gsapp.excitation.information.response_noise import ResponseNoise, assumed_noise, pool_noise
+from gsapp.excitation.test_points.model_update import update_model
+from gsapp.flight.cards import TestCard
+from gsapp.foundation import FlightError
+from gsapp.identification.axes import AXIS_RESPONSES, Axis
+from gsapp.identification.ftr.estimates import LiveEstimate
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.maximum_likelihood import MLSolution
+
+ESTIMATION_AXES: Final[tuple[Axis, ...]] = ("lon", "lat")
+NOISE_SEGMENT_TIME: Final = 4.0
+"""Seconds before a maneuver in which the noise is heard."""
+_SHORTEST_HEARD: Final = 2.5
+"""s; a shorter stretch says too little of the noise."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FlightKnowledge:
+    """What a flight has taught so far.
+
+    Attributes
+    ----------
+    given : Model
+        The model that the flight began with.
+    totals : mapping of str to CombinedInformation
+        By axis.
+    heard : mapping of str to tuple of ResponseNoise
+        By axis.
+    habits : PilotErrorModel
+    earned : mapping of str to LiveEstimate
+        The flight's own FTR estimates.
+    channels : frozenset of str
+        Measured in the latest maneuver.
+    rate : float
+        Of the rows, Hz.
+    mass, density : float
+        At the latest maneuver, kg, kg/m^3.
+    maneuvers : int
+        That brought something.
+    foreseen : mapping of str to float
+        Bounds expected for the latest one's input as it was flown and the noise there was, at the
+        values known before: what its fit should report.
+    remarks : tuple of str
+        Why others brought nothing.
+    """
+
+    given: Model
+    rate: float
+    mass: float
+    totals: Mapping[Axis, CombinedInformation] = field(
+        default_factory=lambda: {
+            axis: CombinedInformation.nothing(axis) for axis in ESTIMATION_AXES
+        }
+    )
+    heard: Mapping[Axis, tuple[ResponseNoise, ...]] = field(default_factory=dict)
+    habits: PilotErrorModel = field(default_factory=PilotErrorModel)
+    earned: Mapping[str, LiveEstimate] = field(default_factory=dict)
+    channels: frozenset[str] = frozenset(AXIS_RESPONSES["both"])
+    density: float = SEA_LEVEL_DENSITY
+    maneuvers: int = 0
+    foreseen: Mapping[str, float] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
+
+    def found(self) -> dict[str, tuple[float, float]]:
+        """Return value and bound of every derivative that some maneuver saw."""
+        return {
+            name: one for total in self.totals.values() for name, one in total.estimates().items()
+        }
+
+    def known(self, aircraft: Aircraft) -> Model:
+        """Return the model with what this flight has earned."""
+        own = {
+            name: LiveEstimate(name=name, value=value, std=std)
+            for name, (value, std) in self.found().items()
+        }
+        return update_model(self.given, {**self.earned, **own}, aircraft=aircraft)
+
+    def noise(self, axis: Axis, aircraft: Aircraft) -> ResponseNoise:
+        """Return the noise to be expected, as heard so far; else that of the instruments."""
+        heard = self.heard.get(axis, ())
+        if not heard:
+            return assumed_noise(aircraft, AXIS_RESPONSES[axis], self.rate)
+        return pool_noise([one for one in heard if one.responses == heard[-1].responses])
+
+    def hearing(self, axis: Axis, noise: ResponseNoise) -> FlightKnowledge:
+        """Return the knowledge with the noise of another stretch."""
+        heard = {**self.heard, axis: (*self.heard.get(axis, ()), noise)}
+        return replace(self, heard=heard)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ManeuverData:
+    """A maneuver to learn from.
+
+    Attributes
+    ----------
+    verdict : InputVerdict
+    rows : FlightRows
+        From `NOISE_SEGMENT_TIME` seconds before it to its end.
+    card : TestCard or None
+        That it was flown for.
+    mass : float
+        kg.
+    earned : mapping of str to LiveEstimate
+        By FTR until then.
+    """
+
+    verdict: InputVerdict
+    rows: FlightRows
+    card: TestCard | None
+    mass: float
+    earned: Mapping[str, LiveEstimate]
+
+
+KnowledgeUpdate = Generator[None, None, FlightKnowledge]
+
+
+def learn_from_maneuver(
+    before: FlightKnowledge, lesson: ManeuverData, aircraft: Aircraft
+) -> KnowledgeUpdate:
+    """Learn from a maneuver in steps of some ten milliseconds; give what is known then."""
+    verdict = lesson.verdict
+    habits = before.habits.after(verdict, lesson.card)
+    now = replace(
+        before,
+        habits=habits,
+        mass=lesson.mass,
+        earned=lesson.earned,
+        foreseen={},
+    )
+    if verdict.result not in USABLE_RESULTS:
+        return now
+    model = now.known(aircraft)
+    try:
+        maneuver = maneuver_from_rows(
+            lesson.rows,
+            aircraft,
+            verdict.t_start,
+            verdict.t_end,
+            id=verdict.id,
+            inputs=verdict.surfaces,
+            mass=lesson.mass,
+        )
+    except FlightError as error:
+        return _with_remark(now, verdict, error)
+    now = _with_flight_condition(now, maneuver)
+    yield
+    stop = verdict.t_start
+    start = max(stop - NOISE_SEGMENT_TIME, float(lesson.rows.times[0]))
+    for axis in ESTIMATION_AXES:
+        now = _with_measured_noise(now, lesson.rows, (start, stop), aircraft, axis)
+        yield
+    useful = False
+    for axis in axes_of(verdict.surfaces):
+        usual = now.noise(axis, aircraft)
+        try:
+            sensed = compute_sensitivities(maneuver, axis, model, usual.responses)
+            planned_for = sensed.information(usual).stds
+            yield
+            foreseen = sensed.information(sensed.own_noise()).stds
+            now = _with_bound_ratios(now, foreseen, planned_for)
+            yield
+            solution = fit_maximum_likelihood(maneuver, axis, model)
+        except FlightError as error:
+            now = _with_remark(now, verdict, error)
+            continue
+        if not solution.estimate.converged:
+            now = _with_remark(now, verdict, solution.estimate.message)
+            continue
+        yield
+        now, useful = _with_fit(now, solution, axis), True
+        yield
+    return replace(now, maneuvers=now.maneuvers + useful)
+
+
+def learn_noise(before: FlightKnowledge, rows: FlightRows, aircraft: Aircraft) -> KnowledgeUpdate:
+    """Hear the noise in the quietest part of a stretch of flight; give what is known then."""
+    now = before
+    between = _find_quietest_segment(rows)
+    for axis in ESTIMATION_AXES:
+        now = _with_measured_noise(now, rows, between, aircraft, axis)
+        yield
+    return now
+
+
+def _find_quietest_segment(rows: FlightRows) -> tuple[float, float]:
+    """Return when the `NOISE_SEGMENT_TIME` seconds begin and end in which the aircraft turns least, s."""
+    dt = float(np.median(np.diff(rows.times)))
+    length = min(round(NOISE_SEGMENT_TIME / dt), len(rows) - 1)
+    rates = np.nan_to_num(np.stack([rows[name] for name in ("p", "q", "r")]))
+    sums = np.cumsum(np.pad((rates * rates).sum(axis=0), (1, 0)))
+    first = int(np.argmin(sums[length:] - sums[:-length]))
+    return float(rows.times[first]), float(rows.times[min(first + length, len(rows) - 1)])
+
+
+def axes_of(surfaces: tuple[str, ...]) -> tuple[Axis, ...]:
+    """Return the axes that a maneuver is fitted in: longitudinal and lateral each by itself."""
+    found: list[Axis] = []
+    if "de" in surfaces:
+        found.append("lon")
+    if not {"da", "dr"}.isdisjoint(surfaces):
+        found.append("lat")
+    return tuple(found)
+
+
+def _with_flight_condition(now: FlightKnowledge, maneuver: Maneuver) -> FlightKnowledge:
+    """Return the knowledge with what is measured, how often and in what air."""
+    density = maneuver.samples("density")
+    there = density[np.isfinite(density)]
+    return replace(
+        now,
+        rate=1.0 / maneuver.dt,
+        channels=frozenset(name for name in maneuver.block.channels if maneuver.has(name)),
+        density=float(there.mean()) if there.size else now.density,
+    )
+
+
+def _with_measured_noise(
+    now: FlightKnowledge,
+    rows: FlightRows,
+    between: tuple[float, float],
+    aircraft: Aircraft,
+    axis: Axis,
+) -> FlightKnowledge:
+    """Return the knowledge with the noise heard in a stretch of flight; as it was if it cannot."""
+    start, stop = between
+    if stop - start < _SHORTEST_HEARD:
+        return now
+    try:
+        stretch = maneuver_from_rows(
+            rows, aircraft, start, stop, id="no input", inputs=(), mass=now.mass
+        )
+        return now.hearing(axis, noise_from_quiet_segment(stretch, axis, now.known(aircraft)))
+    except FlightError:
+        return now
+
+
+def _with_bound_ratios(
+    now: FlightKnowledge, foreseen: Mapping[str, float], planned_for: Mapping[str, float]
+) -> FlightKnowledge:
+    """Return the knowledge with what noise and gusts made of a maneuver's bounds."""
+    ratios = [std / planned_for[name] for name, std in foreseen.items() if name in planned_for]
+    habits = now.habits.surprised(ratios) if ratios else now.habits
+    return replace(now, habits=habits, foreseen={**now.foreseen, **foreseen})
+
+
+def _with_fit(now: FlightKnowledge, solution: MLSolution, axis: Axis) -> FlightKnowledge:
+    """Return the knowledge with what a fit brought."""
+    information = information_from_fit(solution)
+    values = {name: solution.value(name) for name in information.names}
+    totals = {**now.totals, axis: now.totals[axis].plus(information, values)}
+    return replace(now.hearing(axis, noise_from_residuals(solution, now.rate)), totals=totals)
+
+
+def _with_remark(
+    now: FlightKnowledge, verdict: InputVerdict, why: FlightError | str
+) -> FlightKnowledge:
+    return replace(now, remarks=(*now.remarks, f"{verdict.id} brought nothing: {why}"))

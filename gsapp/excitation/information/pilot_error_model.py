@@ -1,0 +1,167 @@
+"""How this pilot flies cards: learned from the flight, from what is usual to begin with."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from gsapp.dynamics.virtual_aircraft.flight_plan import INPUT_SHAPES
+from gsapp.excitation.doublets.verdict import InputVerdict
+from gsapp.excitation.information.planned_maneuver import CardExecution
+from gsapp.flight.cards import TestCard
+from gsapp.quantities.constants import FOOT
+
+PRIOR_WEIGHT: Final = 4.0
+"""What is usual counts as much as so many maneuvers seen."""
+UNKNOWN_NOISE_RATIO: Final = 1.0, 0.9
+"""Mean and spread of the logarithm of what air nobody has heard does to bounds.
+
+In calm air they are what the instruments allow; in gusts of 0.8 m/s ten times that.
+"""
+USABLE_RESULTS: Final = frozenset({"good", "too-small", "too-fast", "too-slow", "not-trimmed"})
+"""Verdicts on maneuvers that say something of the derivatives all the same."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ErrorDistribution:
+    """One number that maneuvers miss: mean and standard deviation, with what is usual in it.
+
+    Attributes
+    ----------
+    mean, spread : float
+    seen : int
+    """
+
+    mean: float
+    spread: float
+    seen: int = 0
+
+    def after(self, values: Sequence[float]) -> ErrorDistribution:
+        """Return the habit once another maneuver was seen, with all that it showed of it."""
+        weight = PRIOR_WEIGHT + self.seen
+        value = float(np.mean(values))
+        miss = value - self.mean
+        mean = self.mean + miss / (weight + 1.0)
+        seen = miss * (value - mean) + float(np.var(values))
+        variance = (weight * self.spread**2 + seen) / (weight + 1.0)
+        return ErrorDistribution(mean=mean, spread=math.sqrt(variance), seen=self.seen + 1)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PilotErrorModel:
+    """All habits that matter for what a card brings.
+
+    Attributes
+    ----------
+    size, width : ErrorDistribution
+        Logarithms of amplitude and of width over those asked for.
+    speed : ErrorDistribution
+        Off the test point, m/s.
+    surprise : ErrorDistribution
+        Logarithm of the bound under the noise that there was over the one expected for the same
+        input as it was flown: noise and gusts are never twice the same.
+    hands_off : ErrorDistribution
+        Seconds after the input that belong to the maneuver.
+    tried, fit : int
+        Maneuvers flown, and those that said something.
+    """
+
+    size: ErrorDistribution = ErrorDistribution(mean=0.0, spread=0.12)
+    width: ErrorDistribution = ErrorDistribution(mean=0.0, spread=0.12)
+    speed: ErrorDistribution = ErrorDistribution(mean=0.0, spread=3.0 * FOOT)
+    surprise: ErrorDistribution = ErrorDistribution(mean=0.0, spread=0.5)
+    hands_off: ErrorDistribution = ErrorDistribution(mean=4.0, spread=0.8)
+    tried: int = 0
+    fit: int = 0
+
+    @property
+    def fit_share(self) -> float:
+        """Return the share of maneuvers that will be fit; four of five to begin with."""
+        return (0.8 * PRIOR_WEIGHT + self.fit) / (PRIOR_WEIGHT + self.tried)
+
+    def after(self, verdict: InputVerdict, card: TestCard | None) -> PilotErrorModel:
+        """Return the habits once another maneuver was judged.
+
+        Parameters
+        ----------
+        verdict : InputVerdict
+        card : TestCard or None
+            That it was flown for.
+        """
+        fit = verdict.result in USABLE_RESULTS
+        found = replace(self, tried=self.tried + 1, fit=self.fit + fit)
+        if not fit:
+            return found
+        found = replace(
+            found, hands_off=self.hands_off.after([verdict.t_end - verdict.t_input_end])
+        )
+        if card is None or card.kind != verdict.kind or set(card.surfaces) != set(verdict.surfaces):
+            return found
+        asked = card.amplitudes
+        sizes = [
+            math.log(size / asked[name])
+            for name, size in verdict.amplitudes.items()
+            if name in asked and size > 0.0
+        ]
+        widths = [
+            math.log(width / card.width)
+            for name in card.surfaces
+            for width in verdict.halves.get(name, ())
+            if width > 0.0 and len(verdict.halves[name]) == len(INPUT_SHAPES.get(card.kind, ()))
+        ]
+        if sizes:
+            found = replace(found, size=self.size.after([float(np.mean(sizes))]))
+        if widths and card.kind == "doublet":
+            found = replace(found, width=self.width.after([float(np.mean(widths))]))
+        if verdict.V is not None:
+            found = replace(found, speed=self.speed.after([verdict.V - card.speed]))
+        return found
+
+    def surprised(self, ratios: Sequence[float]) -> PilotErrorModel:
+        """Return the habits once bounds were so many times as large as expected."""
+        return replace(self, surprise=self.surprise.after([math.log(one) for one in ratios]))
+
+
+def draw_executions(
+    card: TestCard, habits: PilotErrorModel, count: int
+) -> tuple[CardExecution, ...]:
+    """Return how a card may turn out: `count` draws, the same ones every time.
+
+    Sizes and widths miss together over a maneuver, and by half as much again from step to step
+    and from surface to surface. Draws come in pairs that miss to opposite sides.
+    """
+    random = np.random.default_rng(len(card.surfaces))
+    steps = len(INPUT_SHAPES.get(card.kind, INPUT_SHAPES["doublet"]))
+    width = 4 + 2 * len(card.surfaces) * steps
+    half = random.standard_normal(((count + 1) // 2, width))
+    draws = np.concatenate((half, -half))[:count]
+    return tuple(_create_execution(card, habits, draw.tolist(), steps) for draw in draws)
+
+
+def _create_execution(
+    card: TestCard, habits: PilotErrorModel, draw: list[float], steps: int
+) -> CardExecution:
+    size, width, speed, hands_off, *rest = draw
+    single = iter(rest)
+
+    def factors(habit: ErrorDistribution, common: float) -> Mapping[str, tuple[float, ...]]:
+        return {
+            name: tuple(
+                math.exp(habit.mean + habit.spread * (common + 0.5 * next(single)))
+                for _ in range(steps)
+            )
+            for name in card.surfaces
+        }
+
+    sizes, widths = factors(habits.size, size), factors(habits.width, width)
+    return CardExecution(
+        sizes=sizes,
+        widths=widths,
+        stagger=math.exp(habits.width.mean + habits.width.spread * width),
+        speed_off=habits.speed.mean + habits.speed.spread * speed,
+        hands_off=max(1.0, habits.hands_off.mean + habits.hands_off.spread * hands_off),
+    )

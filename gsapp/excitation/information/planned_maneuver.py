@@ -1,0 +1,208 @@
+"""Maneuvers that are not flown yet: a card as a pilot will turn it out."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.linalg import expm
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.equations import POLAR_STATES
+from gsapp.dynamics.first_order_lag import filter_first_order
+from gsapp.dynamics.flight_model import MODEL_INPUTS, FlightModel
+from gsapp.dynamics.linearization import LinearModel
+from gsapp.dynamics.model import Model
+from gsapp.dynamics.sensors import OutputModel
+from gsapp.dynamics.virtual_aircraft.flight_plan import INPUT_SHAPES
+from gsapp.excitation.test_points.perturbation_models import PerturbationModels
+from gsapp.flight.cards import TestCard
+from gsapp.identification.maneuver import Maneuver
+from gsapp.quantities import Block, FloatArray
+
+PRE_INPUT_TRIM_TIME: Final = 1.0
+"""Seconds of trim before an input, as detected maneuvers have them."""
+HAND_TIME_CONSTANT: Final = 0.1
+"""Time constant of a hand at the stick, s."""
+_SWEEP: Final = (0.3, 2.0)
+"""Frequencies of a sweep, Hz."""
+_SHOWN: Final = ("alpha", "beta", "p", "q", "r", "ax", "ay", "an", "V", "phi", "theta")
+_DRIVEN: Final = ("de", "da", "dr")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CardExecution:
+    """How a card turns out once: factors on what it asks for.
+
+    Attributes
+    ----------
+    sizes, widths : mapping of str to tuple of float
+        Of each step, by surface.
+    stagger : float
+        On the time from one surface to the next.
+    speed_off : float
+        Off the test point, m/s.
+    hands_off : float
+        After the input, s.
+    """
+
+    sizes: Mapping[str, tuple[float, ...]]
+    widths: Mapping[str, tuple[float, ...]]
+    stagger: float
+    speed_off: float
+    hands_off: float
+
+
+def simulate_maneuver(
+    card: TestCard,
+    execution: CardExecution,
+    motions: PerturbationModels,
+    *,
+    aircraft: Aircraft,
+    model: Model,
+    mass: float,
+    rate: float,
+    channels: Collection[str],
+) -> Maneuver:
+    """Return a maneuver as it will be measured, but for the noise.
+
+    Parameters
+    ----------
+    card : TestCard
+    execution : CardExecution
+    motions : PerturbationModels
+        Of the aircraft with this model and mass at the speed that it is flown at.
+    aircraft : Aircraft
+    model : Model
+        The known parameters.
+    mass : float
+        kg.
+    rate : float
+        Samples per second.
+    channels : collection of str
+        What this flight measures.
+    """
+    deflections = simulate_surfaces(card, execution, aircraft, 1.0 / rate)
+    count = next(iter(deflections.values())).size
+    states = np.tile(np.array(motions.trim.state), (count, 1))
+    inputs = np.tile(np.array(motions.trim.inputs), (count, 1))
+    for name, moved in deflections.items():
+        inputs[:, MODEL_INPUTS.index(name)] += moved
+    for linear in (motions.longitudinal, motions.lateral):
+        own = np.column_stack([deflections.get(name, np.zeros(count)) for name in linear.inputs])
+        if own.any():
+            moved = simulate_linear(linear, own, 1.0 / rate)
+            for column, name in enumerate(linear.states):
+                if name in POLAR_STATES:
+                    states[:, POLAR_STATES.index(name)] += moved[:, column]
+    flying = FlightModel(aircraft, model)
+    shown = OutputModel(flying, _SHOWN).values(tuple(states.T), tuple(inputs.T))
+    measured = {
+        name: np.broadcast_to(row, (count,)) for name, row in zip(_SHOWN, shown, strict=True)
+    }
+    measured = {name: row for name, row in measured.items() if name in channels}
+    for name in (*_DRIVEN, "throttle", "flap"):
+        measured[name] = inputs[:, MODEL_INPUTS.index(name)]
+    measured["density"] = inputs[:, MODEL_INPUTS.index("rho")]
+    return Maneuver(
+        id=card.id,
+        flight="planned",
+        aircraft=aircraft,
+        block=Block(
+            channels=tuple(measured),
+            times=np.arange(count) / rate,
+            values=np.column_stack([*measured.values()]),
+        ),
+        inputs=card.surfaces,
+        mass=mass,
+        kind=card.kind,
+    )
+
+
+def simulate_surfaces(
+    card: TestCard, execution: CardExecution, aircraft: Aircraft, dt: float
+) -> dict[str, FloatArray]:
+    """Return the deflection of each surface of a card about trim, rad, shape (n,)."""
+    histories: dict[str, FloatArray] = {}
+    edges = {
+        name: _step_times(
+            card, name, execution, PRE_INPUT_TRIM_TIME + place * execution.stagger * card.duration
+        )
+        for place, name in enumerate(card.surfaces)
+    }
+    until = max(times[-1] for times, _ in edges.values()) + execution.hands_off
+    grid = np.asarray(dt * np.arange(round(until / dt) + 1), dtype=np.float64)
+    for name, (times, values) in edges.items():
+        if card.kind == "sweep":
+            asked = _sweep(grid - times[0], times[-1] - times[0])
+        else:
+            asked = np.array((0.0, *values, 0.0))[np.searchsorted(times, grid, side="right")]
+        smooth = asked
+        for lag in (HAND_TIME_CONSTANT, getattr(aircraft.controls, name).lag):
+            keep = np.exp(-dt / lag) if lag > 0.0 else 0.0
+            smooth = filter_first_order(smooth, keep, 0.0)
+        # What counts as amplitude is half of what the surface went from end to end; of a pulse,
+        # its height.
+        full = np.ptp(smooth) if card.kind == "pulse" else 0.5 * np.ptp(smooth)
+        wanted = card.amplitudes[name] * float(np.mean(execution.sizes[name]))
+        histories[name] = smooth * (wanted / full)
+    return histories
+
+
+def _step_times(
+    card: TestCard, name: str, execution: CardExecution, begin: float
+) -> tuple[list[float], list[float]]:
+    """Return when each step of a surface begins, with the end of the last, s, and its size."""
+    units = INPUT_SHAPES.get(card.kind, INPUT_SHAPES["doublet"])
+    if card.kind == "sweep":
+        return [begin, begin + card.width * execution.widths[name][0]], [1.0]
+    times, values = [begin], []
+    for unit, size, width in zip(units, execution.sizes[name], execution.widths[name], strict=True):
+        values.append(unit * size)
+        times.append(times[-1] + card.width * width)
+    return times, values
+
+
+def _sweep(times: FloatArray, length: float) -> FloatArray:
+    low, high = _SWEEP
+    phase = 2.0 * np.pi * (low * times + 0.5 * (high - low) * times**2 / length)
+    return np.where((times >= 0.0) & (times < length), np.sin(phase), 0.0)
+
+
+def simulate_linear(linear: LinearModel, inputs: FloatArray, dt: float) -> FloatArray:
+    """Return the states of a linear model, from rest, under inputs straight between samples.
+
+    Parameters
+    ----------
+    linear : LinearModel
+    inputs : ndarray, shape (n, n_inputs)
+        In its order.
+    dt : float
+        s.
+
+    Returns
+    -------
+    ndarray, shape (n, n_states)
+    """
+    size, width = linear.B.shape
+    matrix = np.zeros((size + 2 * width, size + 2 * width))
+    matrix[:size, :size] = linear.A * dt
+    matrix[:size, size : size + width] = linear.B * dt
+    matrix[size : size + width, size + width :] = np.eye(width)
+    forward = expm(matrix)
+    Phi, level, ramp = (
+        forward[:size, :size],
+        forward[:size, size : size + width],
+        forward[:size, size + width :],
+    )
+    found = np.zeros((len(inputs), size))
+    found[1:] = inputs[:-1] @ (level - ramp).T + inputs[1:] @ ramp.T
+    # Each push goes on by one step, then all that came together by two, by four ...
+    reach = 1
+    while reach < len(found):
+        found[reach:] += found[:-reach] @ Phi.T
+        Phi = Phi @ Phi
+        reach *= 2
+    return found

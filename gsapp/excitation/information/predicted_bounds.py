@@ -1,0 +1,270 @@
+"""The bounds that maximum likelihood will report for a maneuver, from its information matrix.
+
+At known parameters no iteration is needed: one pass over the equations gives the motion and its
+sensitivities, and with the noise of the responses the bounds follow. Layout, equations and
+statistics are those of the fit itself, so that what is expected here is what it reports. The
+motion follows from the input alone; what the responses showed is not looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gsapp.dynamics.model import Model
+from gsapp.excitation.information.information_matrix import (
+    ManeuverInformation,
+    marginalize_information,
+)
+from gsapp.excitation.information.response_noise import ResponseNoise
+from gsapp.foundation import FlightError
+from gsapp.identification.axes import AXIS_RESPONSES, Axis, axis_derivatives, free_derivatives
+from gsapp.identification.campaign import secondary_input_derivatives
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.maximum_likelihood import MLSettings, MLSolution
+from gsapp.identification.maximum_likelihood.problem import EstimationProblem
+from gsapp.identification.maximum_likelihood.problem_builder import build_problem
+from gsapp.identification.maximum_likelihood.solution import build_solution
+from gsapp.identification.maximum_likelihood.solver import Solver
+from gsapp.identification.statistics import ManeuverFitData as BoundsPart
+from gsapp.identification.statistics import (
+    covariance_for_known_noise,
+    information_matrix,
+    noise_autocovariance,
+)
+from gsapp.identification.statistics.bounds import invert_information
+from gsapp.identification.statistics.correlation import default_lags
+from gsapp.quantities import FloatArray
+
+_ITERATIONS = 12
+"""Steps after which a fit is left as it is."""
+_PRIOR = 0.5
+"""Share of a derivative that it may be off where a stretch without an input is listened to."""
+_LEAST_PRIOR = 0.05
+"""The least of it, for a derivative near zero."""
+_ROUNDS = 3
+"""Of weights and step, until what is left over hardly changes."""
+_TINY = 1e-16
+"""Variance, SI: no response is known better."""
+
+
+def create_fit_settings(maneuver: Maneuver, axis: Axis, model: Model) -> MLSettings:
+    """Return how the maneuver will be fitted after the flight: what is free, what is held.
+
+    Tables 6.2.5 and 6.2.6, and what moved beside the input; the rest is held at the model's.
+    Effects of the model are left out: they hardly change what the bounds are.
+    """
+    free = free_derivatives(axis, maneuver.inputs)
+    free = (*free, *secondary_input_derivatives((maneuver,), axis, free))
+    held = {name: model.derivative(name) for name in axis_derivatives(axis) if name not in free}
+    return MLSettings(axis=axis, free=free, held=held, max_iterations=_ITERATIONS)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ManeuverSensitivities:
+    """How the responses of one maneuver depend on the unknowns of its fit.
+
+    Attributes
+    ----------
+    names : tuple of str
+        All unknowns, the free derivatives first.
+    free : int
+        How many those are.
+    responses : tuple of str
+    S : ndarray, shape (n, n_responses, n_unknowns)
+        Zero where a sample does not count.
+    residuals : ndarray, shape (n, n_responses)
+        Responses measured less those at the known parameters; of a flown maneuver they tell its
+        own noise. Zero where a sample does not count.
+    segments : tuple of slice
+        Stretches of contiguous samples.
+    rate : float
+        Samples per second.
+    """
+
+    names: tuple[str, ...]
+    free: int
+    responses: tuple[str, ...]
+    S: FloatArray
+    residuals: FloatArray
+    segments: tuple[slice, ...]
+    rate: float
+
+    def own_noise(self) -> ResponseNoise:
+        """Return the noise of the maneuver itself: what the best straight step leaves over.
+
+        A fit goes such steps until nothing changes any more; here one is enough, since only the
+        noise is asked for.
+        """
+        rest = self.residuals
+        for _ in range(_ROUNDS):
+            W = np.diag(1.0 / np.maximum(np.mean(rest * rest, axis=0), _TINY))
+            side = np.einsum("krm,kr->m", self.S, self.residuals @ W)
+            rest = self.residuals - self.S @ (_pseudo_inverse(information_matrix(self.S, W)) @ side)
+        one = BoundsPart(
+            S=self.S, v=rest, W=W, segments=None if len(self.segments) == 1 else self.segments
+        )
+        return ResponseNoise(
+            responses=self.responses,
+            rate=self.rate,
+            lagged=noise_autocovariance(one),
+            seconds=len(rest) / self.rate,
+        )
+
+    def information(self, noise: ResponseNoise) -> ManeuverInformation:
+        """Return the information under this noise, at the maneuver's own rate."""
+        heard = noise.of(self.responses)
+        W = np.diag(1.0 / heard.variances)
+        covariance = covariance_for_known_noise(
+            self.S,
+            W,
+            heard.lags(default_lags(len(self.S))),
+            segments=None if len(self.segments) == 1 else self.segments,
+        )
+        return marginalize_information(
+            self.names[: self.free], self.names, information_matrix(self.S, W), covariance
+        )
+
+
+def compute_sensitivities(
+    maneuver: Maneuver, axis: Axis, model: Model, responses: Collection[str] | None = None
+) -> ManeuverSensitivities:
+    """Return the sensitivities of a maneuver with this input at known parameters.
+
+    Parameters
+    ----------
+    maneuver : Maneuver
+        Flown or planned: its surfaces, and the air data and attitude that come with them.
+    axis : {"lon", "lat"}
+    model : Model
+        The known parameters.
+    responses : collection of str, optional
+        Those to be compared; all of the axis by default.
+
+    Raises
+    ------
+    FlightError
+        If nothing of it can be fitted, or the model diverges.
+    """
+    settings = create_fit_settings(maneuver, axis, model)
+    if responses is not None:
+        kept = tuple(name for name in AXIS_RESPONSES[axis] if name in responses)
+        settings = replace(settings, responses=kept)
+    problem = build_problem([maneuver], settings)
+    solver = Solver(problem, settings)
+    point = solver.evaluate(initial_unknowns(problem, model))
+    if point is None:
+        raise FlightError(f"the motion of maneuver {maneuver.id} diverges with the model's values")
+    (part,) = problem.parts
+    part.accept()
+    _, _, found = solver.linearize(point)
+    S = np.concatenate(found[0], axis=2).transpose(2, 0, 1)
+    (residuals,) = point.residuals
+    slices, first = [], 0
+    for segment in part.segments:
+        slices.append(slice(first, first + segment.measured.shape[1]))
+        first = slices[-1].stop
+    return ManeuverSensitivities(
+        names=problem.unknowns,
+        free=len(problem.names.all),
+        responses=part.responses,
+        S=np.ascontiguousarray(S),
+        residuals=np.concatenate(residuals, axis=1).T,
+        segments=tuple(slices),
+        rate=1.0 / maneuver.dt,
+    )
+
+
+def _pseudo_inverse(H: FloatArray) -> FloatArray:
+    """Return the inverse of an information matrix, with nothing along what it does not see."""
+    found = invert_information(H)
+    lost = ~np.isfinite(found.diagonal())
+    found[lost] = found[:, lost] = 0.0
+    return found
+
+
+def predict_information(
+    maneuver: Maneuver, axis: Axis, model: Model, noise: ResponseNoise
+) -> ManeuverInformation:
+    """Return the information that a maneuver with this input will bring under this noise.
+
+    Arguments and errors as in `compute_sensitivities`.
+    """
+    return compute_sensitivities(maneuver, axis, model, noise.responses).information(noise)
+
+
+def initial_unknowns(problem: EstimationProblem, model: Model) -> FloatArray:
+    """Return the unknowns with derivatives as known, initial states as measured, no bias."""
+    shared = [model.derivative(name) for name in problem.names.all]
+    return np.concatenate((shared, *(part.local_start for part in problem.parts)))
+
+
+def fit_maximum_likelihood(maneuver: Maneuver, axis: Axis, model: Model) -> MLSolution:
+    """Fit a maneuver by maximum likelihood from known parameters on; it takes a few rounds.
+
+    Raises
+    ------
+    FlightError
+        If nothing can be fitted, or the model diverges.
+    """
+    settings = create_fit_settings(maneuver, axis, model)
+    problem = build_problem([maneuver], settings)
+    solver = Solver(problem, settings)
+    return build_solution(problem, solver, solver.solve(initial_unknowns(problem, model)), settings)
+
+
+def information_from_fit(solution: MLSolution) -> ManeuverInformation:
+    """Return what a fit brought, as its honest covariance says."""
+    derivatives = tuple(solution.estimate.derivatives)
+    return marginalize_information(
+        derivatives, solution.names, solution.information, solution.covariance
+    )
+
+
+def noise_from_residuals(solution: MLSolution, rate: float) -> ResponseNoise:
+    """Return the noise behind the residuals of a fit of one maneuver."""
+    (part,) = solution.parts
+    one = BoundsPart(
+        S=part.sensitivities,
+        v=part.residuals,
+        W=part.weights,
+        segments=None if len(part.segments) == 1 else part.segments,
+    )
+    return ResponseNoise(
+        responses=part.responses,
+        rate=rate,
+        lagged=noise_autocovariance(one),
+        seconds=len(part.times) / rate,
+    )
+
+
+def noise_from_quiet_segment(stretch: Maneuver, axis: Axis, model: Model) -> ResponseNoise:
+    """Return the noise of a stretch of flight without an input.
+
+    What little the pilot steers there is explained by the model, bent as far as it must.
+
+    Raises
+    ------
+    FlightError
+        If nothing can be fitted, or the model diverges.
+    """
+    free = axis_derivatives(axis)
+    settings = MLSettings(
+        axis=axis, free=free, priors=_priors(free, model), max_iterations=_ITERATIONS
+    )
+    problem = build_problem([stretch], settings)
+    solver = Solver(problem, settings)
+    solution = build_solution(
+        problem, solver, solver.solve(initial_unknowns(problem, model)), settings
+    )
+    return noise_from_residuals(solution, 1.0 / stretch.dt)
+
+
+def _priors(names: tuple[str, ...], model: Model) -> Mapping[str, tuple[float, float]]:
+    found = {}
+    for name in names:
+        value = model.derivative(name)
+        found[name] = value, max(_PRIOR * abs(value), _LEAST_PRIOR)
+    return found

@@ -1,0 +1,216 @@
+"""What time is left: by the clock, by the fuel, and how many maneuvers fit into it."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.excitation.flight_rows import FlightRows
+from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION, AirborneDetector
+from gsapp.flight.maneuvers.signals import SIGNALS
+from gsapp.quantities import FloatArray
+
+DEFAULT_FLIGHT_DURATION: Final = 420.0
+"""A flight lasts seven minutes at the most, s, where nobody says otherwise."""
+LANDING_RESERVE_TIME: Final = 60.0
+"""To come home and land, with one approach gone around, s."""
+DEFAULT_MANEUVER_INTERVAL: Final = 35.0
+"""From one maneuver to the next where nothing is known yet, s: nine to twelve in a flight."""
+_SHORTEST, _LONGEST = 10.0, 120.0
+"""Laps out of these, s, were no laps: two inputs on one leg, a pause."""
+_TURNING = 100.0
+"""Above this speed, rad/s, an engine runs."""
+_CLOSED = 0.02
+"""Throttle below which an engine without a tachometer is taken to stand still."""
+_LEARNED_FROM = 30.0
+"""Seconds of flight from which on its own fuel flow counts."""
+
+
+class RemainingTimeEstimator:
+    """Counts down one flight.
+
+    Parameters
+    ----------
+    aircraft : Aircraft or None
+        Fuel on board and its flows; None: by the clock alone, from the first row on.
+    rate : float
+        Of the rows, Hz.
+    longest : float
+        s.
+
+    Attributes
+    ----------
+    took_off : float or None
+        Flight time, s; None on the ground.
+    """
+
+    def __init__(
+        self,
+        aircraft: Aircraft | None,
+        rate: float,
+        *,
+        longest: float = DEFAULT_FLIGHT_DURATION,
+    ) -> None:
+        self._aircraft = aircraft
+        self._rate = rate
+        self.longest = longest
+        self._frame = max(1, round(FRAME_DURATION * rate))
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget all; the flight begins anew."""
+        self._watch = None if self._aircraft is None else AirborneDetector(self._aircraft)
+        self._rest: FloatArray = np.empty((0, len(SIGNALS)))
+        self._next = 0
+        self.took_off: float | None = None
+        self._landed = False
+        self._burned = 0.0
+        self._burned_at_takeoff = 0.0
+        self._measured: float | None = None
+        self._measured_at_takeoff: float | None = None
+        self._inputs: list[float] = []
+
+    # --- what comes in --------------------------------------------------------------------------
+
+    def take(self, rows: FlightRows) -> None:
+        """Take in the next rows."""
+        if self._watch is None or self._aircraft is None or not len(rows):
+            return
+        first = rows.first
+        if rows.fresh or first != self._next:
+            self._rest = self._rest[:0]
+        self._next = first + len(rows)
+        self._burn(rows)
+        pending = np.concatenate((self._rest, rows.values[:, : len(SIGNALS)]))
+        start = first - len(self._rest)
+        # Frames lie on the grid of all rows, however these came.
+        skipped = -start % self._frame if not len(self._rest) else 0
+        pending, start = pending[skipped:], start + skipped
+        whole = len(pending) // self._frame * self._frame
+        frames = pending[:whole].reshape(-1, self._frame, len(SIGNALS))
+        there = np.isfinite(frames)
+        counts = there.sum(axis=1)
+        means = np.where(there, frames, 0.0).sum(axis=1) / np.maximum(counts, 1)
+        means[counts == 0] = np.nan
+        for number, mean in enumerate(means):
+            self._judge((start + number * self._frame) / self._rate, mean)
+        self._rest = pending[whole:]
+
+    def flown(self, t_input: float) -> None:
+        """Take note of a maneuver, good or bad, whose input began then (s)."""
+        self._inputs.append(t_input)
+
+    def _judge(self, time: float, means: FloatArray) -> None:
+        watch = self._watch
+        assert watch is not None  # noqa: S101 - for the type checker
+        before = watch.airborne
+        watch.add(time, means)
+        if watch.airborne and not before and self.took_off is None:
+            self.took_off = time if math.isinf(watch.since) else watch.since
+            self._burned_at_takeoff = self._burned
+            self._measured_at_takeoff = self._measured
+        self._landed = self.took_off is not None and not watch.airborne
+
+    def _burn(self, rows: FlightRows) -> None:
+        """Add up the fuel that the throttle asked for, and look at the gauge.
+
+        Engines run while they turn; where nobody measures that, while the throttle is open.
+        """
+        assert self._aircraft is not None  # noqa: S101 - for the type checker
+        mass = self._aircraft.mass
+        throttle = rows["throttle"]
+        flow = mass.fuel_flow_idle + (mass.fuel_flow_full - mass.fuel_flow_idle) * np.clip(
+            throttle, 0.0, 1.0
+        )
+        flow = np.where(np.isfinite(throttle), flow, self._usual_flow)
+        rpm = rows["rpm"]
+        running = np.where(np.isfinite(rpm), rpm > _TURNING, ~(throttle < _CLOSED))
+        flow = np.where(running, flow, 0.0)
+        # One after the other, so that pieces give what the whole gives.
+        self._burned = float(np.cumsum(np.concatenate(([self._burned], flow / self._rate)))[-1])
+        gauge = rows["fuel"]
+        seen = gauge[np.isfinite(gauge)]
+        if seen.size:
+            self._measured = float(seen[-1])
+
+    @property
+    def _usual_flow(self) -> float:
+        assert self._aircraft is not None  # noqa: S101 - for the type checker
+        mass = self._aircraft.mass
+        return 0.5 * (mass.fuel_flow_idle + mass.fuel_flow_full)
+
+    # --- what follows ---------------------------------------------------------------------------
+
+    @property
+    def lap(self) -> float:
+        """Return the time from one maneuver to the next as learned so far, s."""
+        gaps = np.diff(np.array(self._inputs))
+        laps = gaps[(gaps >= _SHORTEST) & (gaps <= _LONGEST)]
+        return float((DEFAULT_MANEUVER_INTERVAL + laps.sum()) / (1 + laps.size))
+
+    @property
+    def mass(self) -> float | None:
+        """Return the mass of the aircraft by the fuel burned so far, kg; None without aircraft."""
+        if self._aircraft is None:
+            return None
+        whole = self._aircraft.mass
+        return whole.mass - whole.fuel + (self._fuel if whole.fuel > 0.0 else 0.0)
+
+    @property
+    def _fuel(self) -> float:
+        """Return the fuel on board, kg."""
+        assert self._aircraft is not None  # noqa: S101 - for the type checker
+        if self._measured is not None:
+            return self._measured
+        return max(self._aircraft.mass.fuel - self._burned, 0.0)
+
+    def time_left(self, time: float) -> float | None:
+        """Return the seconds left for maneuvers at a flight time, by clock and fuel.
+
+        Before take-off those of the whole flight; zero once landed; None where nothing tells.
+        """
+        if self._aircraft is None:
+            return None
+        if self._landed:
+            return 0.0
+        flown = 0.0 if self.took_off is None else time - self.took_off
+        left = self.longest - flown
+        by_fuel = self._by_fuel(flown)
+        if by_fuel is not None:
+            left = min(left, by_fuel)
+        return max(left - LANDING_RESERVE_TIME, 0.0)
+
+    def _by_fuel(self, flown: float) -> float | None:
+        """Return how long the fuel lasts, s; None where the file says nothing of fuel."""
+        assert self._aircraft is not None  # noqa: S101 - for the type checker
+        mass = self._aircraft.mass
+        gauge = self._measured is not None
+        if not gauge and not (mass.fuel > 0.0 and mass.fuel_flow_full > 0.0):
+            return None
+        flow = self._usual_flow
+        if flown > _LEARNED_FROM:
+            if gauge and self._measured_at_takeoff is not None:
+                burned = self._measured_at_takeoff - self._fuel
+            else:
+                burned = self._burned - self._burned_at_takeoff
+            flow = burned / flown
+        return self._fuel / flow if flow > 0.0 else None
+
+    def maneuvers_left(self, time: float) -> int | None:
+        """Return how many maneuvers fit into the time that is left."""
+        left = self.time_left(time)
+        return None if left is None else int(left // self.lap)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Return by what the time is counted where it is not measured."""
+        if self._aircraft is None:
+            return ("no aircraft file: nobody counts fuel and flight time",)
+        if self._measured is not None:
+            return ()
+        if self._aircraft.mass.fuel > 0.0 and self._aircraft.mass.fuel_flow_full > 0.0:
+            return ("fuel is counted by the throttle; no channel measures it",)
+        return ("the aircraft file says nothing of fuel: flight time counts alone",)

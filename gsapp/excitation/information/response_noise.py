@@ -1,0 +1,113 @@
+"""The noise that maximum likelihood will find in its residuals: how strong, and of what color."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.identification.statistics.correlation import MAX_LAGS
+from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE, GRAVITY
+
+_USUAL_ANGLE: Final = 0.1 * DEGREE
+_USUAL_RATE: Final = 1.0 * DEGREE
+_USUAL_ACCELERATION: Final = 0.005 * GRAVITY
+"""Noise of instruments of which the aircraft file says nothing."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ResponseNoise:
+    """Noise of some responses, as residuals show it.
+
+    Attributes
+    ----------
+    responses : tuple of str
+    rate : float
+        Samples per second.
+    lagged : ndarray, shape (2 Lg + 1, n_responses, n_responses)
+        Autocovariance, SI; the middle one is that of lag 0.
+    seconds : float
+        Length of the stretches that it was heard in, s; 0 where it is assumed.
+    """
+
+    responses: tuple[str, ...]
+    rate: float
+    lagged: FloatArray
+    seconds: float
+
+    @property
+    def variances(self) -> FloatArray:
+        """Return the variance of each response, shape (n_responses,)."""
+        return np.asarray(self.lagged[len(self.lagged) // 2].diagonal())
+
+    def of(self, responses: Sequence[str]) -> ResponseNoise:
+        """Return the noise of some of the responses, in this order."""
+        places = [self.responses.index(name) for name in responses]
+        return ResponseNoise(
+            responses=tuple(responses),
+            rate=self.rate,
+            lagged=np.ascontiguousarray(self.lagged[:, places][:, :, places]),
+            seconds=self.seconds,
+        )
+
+    def lags(self, count: int) -> FloatArray:
+        """Return the autocovariance to at most so many lags."""
+        middle = len(self.lagged) // 2
+        reach = min(count, middle)
+        return self.lagged[middle - reach : middle + reach + 1]
+
+
+def assumed_noise(aircraft: Aircraft, responses: Sequence[str], rate: float) -> ResponseNoise:
+    """Return white noise as strong as the aircraft file says of its instruments.
+
+    That is what there is before anything was heard in flight: gusts are not in it.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+    responses : sequence of str
+    rate : float
+        Samples per second.
+    """
+    stds = [_instrument_noise(aircraft, name) for name in responses]
+    lagged = np.zeros((2 * MAX_LAGS + 1, len(stds), len(stds)))
+    lagged[MAX_LAGS] = np.diag(np.square(stds))
+    return ResponseNoise(responses=tuple(responses), rate=rate, lagged=lagged, seconds=0.0)
+
+
+def _instrument_noise(aircraft: Aircraft, name: str) -> float:
+    sensors = aircraft.sensors
+    if name in ("p", "q", "r"):
+        # A sine has an rms of its amplitude over the root of two.
+        found = math.hypot(sensors.gyro.noise, sensors.gyro.vibration / math.sqrt(2.0))
+        return found or _USUAL_RATE
+    if name in ("ax", "ay", "an"):
+        return sensors.accelerometer.noise or _USUAL_ACCELERATION
+    vane = sensors.alpha_vane if name == "alpha" else sensors.beta_vane
+    return vane.noise or _USUAL_ANGLE
+
+
+def pool_noise(heard: Sequence[ResponseNoise]) -> ResponseNoise:
+    """Return the mean over stretches of the same responses, each by its length.
+
+    Far lags come from those stretches that were long enough to show them.
+    """
+    reach = max(len(one.lagged) // 2 for one in heard)
+    total = np.zeros_like(max(heard, key=lambda one: len(one.lagged)).lagged)
+    weights = np.zeros(2 * reach + 1)
+    for one in heard:
+        own = len(one.lagged) // 2
+        part = slice(reach - own, reach + own + 1)
+        total[part] += one.seconds * one.lagged
+        weights[part] += one.seconds
+    return ResponseNoise(
+        responses=heard[0].responses,
+        rate=heard[0].rate,
+        lagged=total / weights[:, None, None],
+        seconds=float(weights[reach]),
+    )

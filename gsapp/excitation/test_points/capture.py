@@ -1,0 +1,114 @@
+"""Which test point the aircraft is holding now, without a key being pressed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from gsapp.excitation.flight_rows import FlightRows
+from gsapp.excitation.test_points.point import TestPoint
+from gsapp.quantities import BoolArray, FloatArray
+
+CAPTURE_HOLD_TIME: Final = 2.0
+"""Seconds for which a point is held before it is captured."""
+
+_STEADY = 0.6
+"""Share of the tolerance by which the speed may have changed over `CAPTURE_HOLD_TIME`."""
+_LEFT = 2.0
+"""Tolerances beyond which a captured point is left."""
+
+
+class TestPointCapture:
+    """Captures the point that is held; the nearest of several.
+
+    What comes out depends on the rows only, not on how they were cut. A point with a speed is
+    held by speed, one with an angle of attack alone by that.
+
+    Parameters
+    ----------
+    points : sequence of TestPoint
+        Those still open, in the order in which they are wanted.
+    """
+
+    def __init__(self, points: Sequence[TestPoint] = ()) -> None:
+        self._points = tuple(points)
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget what was flown."""
+        self._times = np.empty(0)
+        self._kept = np.empty((0, 2))
+        self._captured: int | None = None
+
+    def aim(self, points: Sequence[TestPoint]) -> None:
+        """Watch other points; one that was captured and is still among them stays so."""
+        known = {point: place for place, point in enumerate(points)}
+        self._captured = known.get(self.captured) if self.captured is not None else None
+        self._points = tuple(points)
+
+    @property
+    def captured(self) -> TestPoint | None:
+        """Return the point captured last, until the aircraft has left it; None for none."""
+        return None if self._captured is None else self._points[self._captured]
+
+    def take(self, rows: FlightRows) -> None:
+        """Take in the next rows."""
+        if rows.fresh:
+            self.restart()
+        if not len(rows):
+            return
+        times = np.concatenate((self._times, rows.times))
+        flow = np.concatenate((self._kept, np.column_stack((rows["V"], rows["alpha"]))))
+        old = len(self._kept)
+        if times.size < 2:
+            self._times, self._kept = times, flow
+            return
+        window = round(CAPTURE_HOLD_TIME * (times.size - 1) / float(times[-1] - times[0]))
+        misses = [self._misses(point, flow) for point in self._points]
+        held = [
+            _held(miss, _tolerance(point), window)[old:]
+            for point, miss in zip(self._points, misses, strict=True)
+        ]
+        self._judge(np.array(held).reshape(len(held), -1), [miss[old:] for miss in misses])
+        self._times, self._kept = times[-(window + 1) :], flow[-(window + 1) :]
+
+    def _misses(self, point: TestPoint, flow: FloatArray) -> FloatArray:
+        """Return how far each row is from a point, m/s or rad; NaN where not measured."""
+        if point.speed is not None:
+            return flow[:, 0] - point.speed
+        if point.alpha is not None:
+            return flow[:, 1] - point.alpha
+        return np.full(len(flow), np.nan)
+
+    def _judge(self, held: BoolArray, misses: Sequence[FloatArray]) -> None:
+        """Find what is captured after the newest rows."""
+        anywhere = np.flatnonzero(held.any(axis=0)) if held.size else np.empty(0, dtype=int)
+        since = 0
+        if anywhere.size:
+            since = int(anywhere[-1])
+            self._captured = min(
+                np.flatnonzero(held[:, since]).tolist(),
+                key=lambda place: abs(misses[place][since]) / _tolerance(self._points[place]),
+            )
+        if self._captured is not None:
+            point = self._points[self._captured]
+            after = np.abs(misses[self._captured][since:])
+            if bool((after > _LEFT * _tolerance(point)).any()):
+                self._captured = None
+
+
+def _tolerance(point: TestPoint) -> float:
+    return point.speed_tolerance if point.speed is not None else point.alpha_tolerance
+
+
+def _held(misses: FloatArray, tolerance: float, window: int) -> BoolArray:
+    """Return at which rows a point has been held for a whole window, shape (n,)."""
+    inside = np.abs(misses) <= tolerance
+    places = np.arange(misses.size)
+    outside = np.maximum.accumulate(np.where(inside, -1, places))
+    long_enough = places - outside > window
+    before = np.concatenate((np.full(min(window, misses.size), np.nan), misses[: -window or None]))
+    steady = np.abs(misses - before[: misses.size]) <= _STEADY * tolerance
+    return np.asarray(long_enough & steady, dtype=np.bool_)

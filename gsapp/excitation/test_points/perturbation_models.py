@@ -1,0 +1,188 @@
+"""The aircraft's small motions about a test point, and what an input of one radian makes of them.
+
+Everything is linear here: an answer per radian is found once, and scaled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.linalg import expm
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics import linearization
+from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
+from gsapp.dynamics.flight_model import FlightModel
+from gsapp.dynamics.linearization import LinearModel
+from gsapp.dynamics.model import Model
+from gsapp.dynamics.trim import Trim, trim
+from gsapp.dynamics.virtual_aircraft.flight_plan import INPUT_SHAPES
+from gsapp.flight.maneuvers.input_shape import smooth_samples
+from gsapp.flight.maneuvers.maneuver_grade import RESPONSE_TIME
+from gsapp.quantities import FloatArray
+
+RESPONSE_TIME_STEP: Final = 0.01
+"""Time step of the answers, s."""
+
+_STATES: Final = {"alpha": "alpha at the CG", "beta": "beta at the CG"}
+"""Flow angles of the aircraft itself, beside what its vanes show."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PerturbationModels:
+    """Linear models about level flight at a test point.
+
+    Attributes
+    ----------
+    trim : Trim
+    longitudinal, lateral : LinearModel
+        SI and radians.
+    """
+
+    trim: Trim
+    longitudinal: LinearModel
+    lateral: LinearModel
+
+    def behind(self, surface: str) -> LinearModel:
+        """Return the model that a surface (``de``, ``da``, ``dr``) acts on."""
+        return self.longitudinal if surface == "de" else self.lateral
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class InputResponse:
+    """What an input of one surface does, for each radian of its amplitude.
+
+    Attributes
+    ----------
+    times : ndarray, shape (n,)
+        Since the input began, s.
+    histories : mapping of str to ndarray, shape (n,)
+        Deviations from trim: measured channels by id, and `_STATES`; SI per rad.
+    duration : float
+        Of the input, s.
+    """
+
+    times: FloatArray
+    histories: Mapping[str, FloatArray]
+    duration: float
+
+    def swing(self, channel: str) -> float:
+        """Return the peak-to-peak answer as the grader measures it, SI per rad; 0 for none."""
+        if channel not in self.histories:
+            return 0.0
+        heard = self.times <= self.duration + RESPONSE_TIME
+        return float(np.ptp(smooth_samples(self.histories[channel][heard], RESPONSE_TIME_STEP)))
+
+
+def linearize_level_flight(
+    aircraft: Aircraft,
+    model: Model,
+    *,
+    speed: float,
+    density: float | None = None,
+    mass: float | None = None,
+    flap: float = 0.0,
+) -> PerturbationModels:
+    """Return the small motions about level flight.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+    model : Model
+    speed : float
+        True airspeed, m/s.
+    density, mass : float, optional
+        kg/m^3, kg; sea level and the aircraft file's by default.
+    flap : float
+        rad.
+
+    Raises
+    ------
+    FlightError
+        If the aircraft cannot fly so; the sentence names what is wrong.
+    """
+    flying = FlightModel(aircraft, model)
+    rho = SEA_LEVEL_DENSITY if density is None else density
+    level = trim(flying, V=speed, rho=rho, mass=mass, flap=flap)
+    return PerturbationModels(
+        trim=level,
+        longitudinal=linearization.linearize_longitudinal(flying, level),
+        lateral=linearization.linearize_lateral(flying, level),
+    )
+
+
+def simulate_input_response(
+    motions: PerturbationModels, surface: str, *, kind: str, width: float, lag: float, listen: float
+) -> InputResponse:
+    """Return the answer to an input of one surface.
+
+    Parameters
+    ----------
+    motions : PerturbationModels
+    surface : {"de", "da", "dr"}
+    kind : str
+        Shape; those without steps of their own are taken as doublets.
+    width : float
+        Of one step, s.
+    lag : float
+        Time constant of the servo, s.
+    listen : float
+        How long the answer is followed after the input, s.
+    """
+    linear = motions.behind(surface)
+    steps = INPUT_SHAPES.get(kind, INPUT_SHAPES["doublet"])
+    count = int(np.ceil((len(steps) * width + listen) / RESPONSE_TIME_STEP))
+    states, outputs = _step_response(linear, surface, max(lag, RESPONSE_TIME_STEP), count)
+    one = {
+        **{name: outputs[:, k] for k, name in enumerate(linear.outputs)},
+        **{
+            words: states[:, linear.states.index(name)]
+            for name, words in _STATES.items()
+            if name in linear.states
+        },
+    }
+    edges = np.diff([0.0, *steps, 0.0])
+    starts = [round(k * width / RESPONSE_TIME_STEP) for k in range(edges.size)]
+    return InputResponse(
+        times=RESPONSE_TIME_STEP * np.arange(count, dtype=np.float64),
+        histories={name: _superposed(line, edges, starts) for name, line in one.items()},
+        duration=len(steps) * width,
+    )
+
+
+def _superposed(line: FloatArray, edges: FloatArray, starts: Sequence[int]) -> FloatArray:
+    found = np.zeros_like(line)
+    for edge, start in zip(edges, starts, strict=True):
+        found[start:] += edge * line[: line.size - start]
+    return found
+
+
+def _step_response(
+    linear: LinearModel, surface: str, lag: float, count: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return states and outputs after a step of one radian through the servo's lag.
+
+    Returns
+    -------
+    states : ndarray, shape (count, n_states)
+    outputs : ndarray, shape (count, n_outputs)
+    """
+    column = linear.inputs.index(surface)
+    size = len(linear.states)
+    # States, the servo, and the constant one that drives it.
+    matrix = np.zeros((size + 2, size + 2))
+    matrix[:size, :size] = linear.A
+    matrix[:size, size] = linear.B[:, column]
+    matrix[size, size:] = -1.0 / lag, 1.0 / lag
+    forward = expm(RESPONSE_TIME_STEP * matrix)
+    found = np.empty((count, size + 2))
+    state = np.zeros(size + 2)
+    state[-1] = 1.0
+    for row in range(count):
+        found[row] = state
+        state = forward @ state
+    states, servo = found[:, :size], found[:, size]
+    return states, states @ linear.C.T + np.outer(servo, linear.D[:, column])

@@ -1,0 +1,181 @@
+"""Degrees in the pilot's language: shares of the stick and the position of the rate switch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Final
+
+from gsapp.aircraft import Aircraft, Control
+from gsapp.quantities.constants import DEGREE
+
+STICK_SHARES: Final = {
+    "a touch of": 0.1,
+    "quarter": 0.25,
+    "third of": 1.0 / 3.0,
+    "half": 0.5,
+    "two thirds": 2.0 / 3.0,
+    "three quarters": 0.75,
+    "full": 1.0,
+}
+"""What pilots call shares of a stick's way."""
+
+STICK_NAMES: Final = {"de": "stick", "da": "stick", "dr": "rudder"}
+"""What moves each surface, as it is said."""
+
+_EASY = (1.0 / 3.0, 0.75)
+"""Shares that a hand finds well: smaller ones are fiddly, larger ones leave no room."""
+_POSSIBLE = (0.2, 1.0)
+"""Shares for which the rate switch is left where it is."""
+_BEYOND = 1.1
+"""Share beyond which full stick is not enough."""
+
+_FACTORS: Final = {
+    "a quarter of that": 0.25,
+    "a third of that": 1.0 / 3.0,
+    "half of that": 0.5,
+    "a third less": 2.0 / 3.0,
+    "a quarter less": 0.75,
+    "a touch less": 0.9,
+    "a touch more": 1.1,
+    "a quarter more": 1.25,
+    "a third more": 4.0 / 3.0,
+    "half again": 1.5,
+    "twice": 2.0,
+    "three times": 3.0,
+    "four times": 4.0,
+}
+_MOST, _LEAST = 5.0, 0.2
+"""Factors beyond which no number is told: such an input was a mistake."""
+_SAME_WIDTH = 0.1
+"""Share by which a width may miss what is wanted without a word: no hand keeps it better."""
+
+
+def format_stick(
+    aircraft: Aircraft | None, surface: str, amplitude: float, *, rate_switch: float | None = None
+) -> str:
+    """Return a deflection as a pilot flies it: "half stick, high rate".
+
+    Parameters
+    ----------
+    aircraft : Aircraft or None
+        None leaves degrees.
+    surface : {"de", "da", "dr"}
+    amplitude : float
+        To either side, rad.
+    rate_switch : float or None
+        As measured: 1 high, 0 low; None or NaN where it is not known. A known position stays
+        where the deflection can be flown with it.
+    """
+    return format_sticks(aircraft, {surface: amplitude}, rate_switch=rate_switch)[surface]
+
+
+def format_sticks(
+    aircraft: Aircraft | None,
+    amplitudes: Mapping[str, float],
+    *,
+    rate_switch: float | None = None,
+) -> dict[str, str]:
+    """Return the words for surfaces that move in one input: one position of the switch for all.
+
+    Parameters
+    ----------
+    aircraft : Aircraft or None
+        None leaves degrees.
+    amplitudes : mapping of str to float
+        By surface, to either side, rad.
+    rate_switch : float or None
+        See `format_stick`.
+    """
+    if aircraft is None:
+        return {name: _format_degrees(size) for name, size in amplitudes.items()}
+    high = needs_high_rate(aircraft, amplitudes, rate_switch=rate_switch)
+    return {name: _stick_text(aircraft, name, size, high) for name, size in amplitudes.items()}
+
+
+def needs_high_rate(
+    aircraft: Aircraft, amplitudes: Mapping[str, float], *, rate_switch: float | None = None
+) -> bool:
+    """Return whether the rate switch should be high for these deflections.
+
+    Arguments as for `format_sticks`.
+    """
+    shares = {
+        high: [_share(aircraft, name, size, high) for name, size in amplitudes.items()]
+        for high in (True, False)
+    }
+    if rate_switch is not None and math.isfinite(rate_switch):
+        now = rate_switch > 0.5
+        if all(_POSSIBLE[0] <= share <= _POSSIBLE[1] for share in shares[now]):
+            return now
+    return min(
+        shares,
+        key=lambda high: (
+            sum(_outside(share, _EASY) for share in shares[high]),
+            sum(abs(share - 0.5) for share in shares[high]),
+        ),
+    )
+
+
+def _stick_text(aircraft: Aircraft, surface: str, amplitude: float, high: bool) -> str:
+    share, lever = _share(aircraft, surface, amplitude, high), STICK_NAMES[surface]
+    if not math.isfinite(share):
+        return _format_degrees(amplitude)
+    control: Control = getattr(aircraft.controls, surface)
+    alike = math.isclose(control.full_stick_high, control.full_stick_low, rel_tol=0.02)
+    rate = "" if alike else f", {'high' if high else 'low'} rate"
+    if share > _BEYOND:
+        return f"full {lever}{rate}, and more than that"
+    return f"{format_share(share)} {lever}{rate}"
+
+
+def _format_degrees(amplitude: float) -> str:
+    return f"{abs(amplitude) / DEGREE:.2g} deg"
+
+
+def _share(aircraft: Aircraft, surface: str, amplitude: float, high: bool) -> float:
+    """Return the share of the stick's way, from 0; infinite where the stick moves nothing."""
+    control: Control = getattr(aircraft.controls, surface)
+    way = abs(control.full_stick_high if high else control.full_stick_low)
+    return abs(amplitude) / way if way > 0.0 else math.inf
+
+
+def format_share(share: float) -> str:
+    """Return the nearest share that pilots have a word for: "two thirds"."""
+    return min(STICK_SHARES, key=lambda words: abs(STICK_SHARES[words] - share))
+
+
+def format_amplitude_change(factor: float) -> str:
+    """Return by how much an amplitude should change: "half again", "a third less".
+
+    Parameters
+    ----------
+    factor : float
+        New over old, greater than zero; a tenth more or less is the least that has words.
+    """
+    if not factor > 0.0 or factor > _MOST:
+        return "much more"
+    if factor < _LEAST:
+        return "much less"
+    return min(_FACTORS, key=lambda words: abs(math.log(_FACTORS[words] / factor)))
+
+
+def format_width_change(width: float, wanted: float) -> str:
+    """Return how long each step should be: "quicker: 0.4 s each way", "longer: 0.5 s each way".
+
+    Parameters
+    ----------
+    width : float
+        Of one step as it was flown, s.
+    wanted : float
+        s.
+    """
+    way = f"{wanted:.1f} s each way" if wanted >= 0.095 else f"{wanted:.2f} s each way"
+    if abs(width / wanted - 1.0) < _SAME_WIDTH:
+        return way
+    return f"{'quicker' if width > wanted else 'hold longer'}: {way}"
+
+
+def _outside(share: float, room: tuple[float, float]) -> float:
+    """Return how far a share lies outside of a range; 0 within."""
+    return max(room[0] - share, share - room[1], 0.0)

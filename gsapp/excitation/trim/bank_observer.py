@@ -1,0 +1,125 @@
+"""Bank without attitude: from rates, lateral acceleration and, where there is one, the beta vane.
+
+The rate of roll tells how the bank changes, and the sideways motion where it stands: a wing that
+hangs down pulls the aircraft to its side unless it turns that way,
+
+    phi' = p + tan(theta) (q sin(phi) + r cos(phi))
+    v'   = a_y + g cos(theta) sin(phi) - r V + p V tan(theta)
+
+and v stays near zero, or near V times beta. In level flight theta is the mean of a_x over g.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from gsapp.excitation.trim.two_state_filter import TwoStateKalmanFilter
+from gsapp.quantities.constants import DEGREE, GRAVITY
+
+_START: Final = (12.0 * DEGREE, 2.0)
+"""Standard deviations of bank (rad) and sideways speed (m/s) before anything was seen."""
+_ROLL_NOISE: Final = (0.6 * DEGREE) ** 2
+"""Of the integrated rate of roll, rad^2 a second: vibration, and what is left of its zero."""
+_ROLL_UNKNOWN: Final = (15.0 * DEGREE) ** 2
+"""The same without that rate."""
+_SIDE_NOISE: Final = 0.35**2
+"""Of the integrated lateral acceleration and V r, (m/s)^2 a second."""
+_SIDE_UNKNOWN: Final = 1.5**2
+"""The same without lateral acceleration."""
+_CALM_AIR: Final = 0.15
+"""Standard deviation of v about V beta in calm air, m/s."""
+_SLIPPING: Final = 1.2
+"""The same about zero, where no vane tells beta."""
+_GUST_TIME: Final = 2.0
+"""How long a gust from the side lasts, s."""
+_NOSE_TIME: Final = 2.0
+"""Time constant of the mean of a_x that tells the attitude, s; what is faster is gusts."""
+_NOSE: Final = 4.0 * DEGREE
+"""Pitch attitude where no a_x tells it."""
+
+
+class BankObserver:
+    """Follows the bank tick by tick.
+
+    Parameters
+    ----------
+    dt : float
+        Between ticks, s.
+    usual_speed : float
+        Taken where no airspeed is measured, m/s.
+
+    Attributes
+    ----------
+    bank : float
+        rad; NaN while no yaw rate is measured.
+    spread : float
+        Its standard deviation, rad.
+    nose : float
+        Pitch attitude in level flight, rad.
+    """
+
+    def __init__(self, dt: float, usual_speed: float) -> None:
+        self._dt = dt
+        self._usual_speed = usual_speed
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget everything."""
+        self._filter = TwoStateKalmanFilter((0.0, 0.0), _START)
+        self.nose = _NOSE
+        self.bank, self.spread = math.nan, _START[0]
+
+    def step(
+        self,
+        rates: tuple[float, float, float],
+        ax: float,
+        ay: float,
+        speed: float,
+        beta: float,
+        gusts: float,
+    ) -> None:
+        """Go on by one tick.
+
+        Parameters
+        ----------
+        rates : tuple of float
+            p, q, r, rad/s; NaN, as all that follows, where missing.
+        ax, ay : float
+            m/s^2.
+        speed : float
+            True airspeed, m/s.
+        beta : float
+            rad.
+        gusts : float
+            Strength of the gusts, m/s.
+        """
+        p, q, r = rates
+        if r != r:
+            self.restart()
+            return
+        dt, state = self._dt, self._filter
+        V = speed if speed > 0.5 * self._usual_speed else self._usual_speed
+        roll_noise = _ROLL_NOISE if p == p else _ROLL_UNKNOWN
+        side_noise = _SIDE_NOISE if ay == ay else _SIDE_UNKNOWN
+        p, q = (p if p == p else 0.0), (q if q == q else 0.0)
+        if ax == ax:
+            seen = (ax - q * V * self.nose) / GRAVITY
+            self.nose += dt / _NOSE_TIME * (min(max(seen, -0.4), 0.4) - self.nose)
+        phi, v = state.first, state.second
+        sine, cosine = math.sin(phi), math.cos(phi)
+        nose = math.tan(self.nose)
+        roll = p + nose * (q * sine + r * cosine)
+        pull = GRAVITY * math.cos(self.nose)
+        side = (ay if ay == ay else 0.0) + pull * sine - r * V + p * V * nose
+        state.move(
+            (phi + dt * roll, v + dt * side),
+            (0.0, dt * pull * cosine),
+            (dt * roll_noise, dt * side_noise),
+        )
+        # A gust lasts: each tick tells only a part of what independent ones would.
+        expected = V * beta if beta == beta else 0.0
+        apart = math.hypot(_CALM_AIR, gusts) if beta == beta else math.hypot(_SLIPPING, gusts)
+        state.see_second(expected, 2.0 * apart * apart * _GUST_TIME / dt)
+        self.bank = min(max(state.first, -1.5), 1.5)
+        self.spread = state.spreads[0]

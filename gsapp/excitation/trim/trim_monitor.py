@@ -1,0 +1,289 @@
+"""The trim cue, live: whether the aircraft is level, steady and at its test point.
+
+Rows become ticks of 0.05 s, ticks the motion of the last second (`senses`), and that is held
+against the stated tolerances (`judging`, `tolerances`). Fixed rules then say what to do, and
+`states` keeps them from flickering.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from typing import Final
+
+from gsapp.aircraft import Aircraft
+from gsapp.excitation.flight_rows import TICK_DURATION, FlightRows
+from gsapp.excitation.test_points.point import TestPoint
+from gsapp.excitation.trim.motion_estimator import MotionEstimator
+from gsapp.excitation.trim.state_hysteresis import (
+    ENTER_RATIO,
+    LEAVE_RATIO,
+    STEADY_TIME,
+    StateHysteresis,
+)
+from gsapp.excitation.trim.tick_means import TickMeans
+from gsapp.excitation.trim.tolerances import DEFAULT_TOLERANCES, TrimTolerances
+from gsapp.excitation.trim.trim_cue import TrimCue, TrimDeviation, TrimState
+from gsapp.excitation.trim.trim_evaluation import (
+    ATTITUDE_SOURCE,
+    MeanMotion,
+    average_motion,
+    evaluate_trim,
+    list_sources,
+    list_unmeasured,
+)
+from gsapp.excitation.trim.turbulence_monitor import WINDOW_COUNT
+
+MIN_LEG_TIME_LEFT: Final = 3.0
+"""No GO with less of the straight leg left, s."""
+_AGAIN: Final = 1.0
+"""A leg found too short stays so unless it grows by this, s."""
+_LOST_RATE: Final = 3.0
+"""Times its tolerance, over 0.3 s: a rate that ends GO at once."""
+_LOST: Final = 1.5
+"""Times its tolerance, over a second: anything that ends GO at once."""
+_RESTLESS: Final = 0.6
+"""Share of the unrest allowed beyond which means of a second go to and fro with the gusts."""
+_CALM_AGAIN: Final = 0.9
+"""Share of the unrest allowed below which air is calm again that was too rough."""
+_CALM_FOR: Final = 1.0
+"""Seconds of calm that end gusty air."""
+
+
+class TrimMonitor:
+    """Follows a flight and says whether an input may begin.
+
+    Parameters
+    ----------
+    aircraft : Aircraft or None
+        Without one, alpha is taken as its vane shows it, and an airspeed of 12 m/s is flight.
+    rate : float
+        Of the rows, Hz.
+    tolerances : TrimTolerances
+        What counts as trimmed.
+
+    Attributes
+    ----------
+    cue : TrimCue or None
+        The latest; None before the first tick.
+
+    Notes
+    -----
+    At 1 g the airspeed fixes the angle of attack. So alpha is judged only where it is measured.
+    The vane's reading is put back to the center of gravity for upwash, pitch and roll rate; what
+    its calibration leaves is far within the tolerance of a test point.
+    """
+
+    def __init__(
+        self,
+        aircraft: Aircraft | None,
+        rate: float,
+        tolerances: TrimTolerances = DEFAULT_TOLERANCES,
+    ) -> None:
+        self._aircraft = aircraft
+        self._tolerances = tolerances
+        self._tick = max(1, round(TICK_DURATION * rate))
+        self._dt = self._tick / rate
+        self._point: TestPoint | None = None
+        self._needed = 0.0
+        self._means = TickMeans(self._tick, self._dt)
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the flight; the test point stays."""
+        self._senses = MotionEstimator(self._aircraft, self._dt, self._tolerances)
+        self._changes: list[TrimCue] = []
+        self._held_until = -math.inf
+        self._begin()
+
+    def _begin(self) -> None:
+        """Forget what does not lead up to the next row."""
+        self._means.restart()
+        self._senses.restart()
+        self._keeper: StateHysteresis | None = None
+        self._steady = 0.0
+        self._rough = self._gusty = False
+        self._calm_for = 0.0
+        self._motions: deque[MeanMotion] = deque(
+            maxlen=2 * round(self._tolerances.steady / self._dt) + 1
+        )
+        self.cue: TrimCue | None = None
+
+    @property
+    def changes(self) -> tuple[TrimCue, ...]:
+        """Return one cue for each change of state since the flight began."""
+        return tuple(self._changes)
+
+    # What others know -----------------------------------------------------------------
+
+    def aim(self, point: TestPoint | None) -> None:
+        """Judge against a test point from now on; None judges steadiness alone, at any speed."""
+        self._point = point
+
+    def hold_off(self, until: float) -> None:
+        """Give no GO before this flight time, s: an input is under way."""
+        self._held_until = until
+
+    def leg_needed(self, seconds: float) -> None:
+        """Give no GO unless so many seconds from GO to the end of hands off fit before the turn.
+
+        Three seconds (`MIN_LEG_TIME_LEFT`) are the least; they are not added, or no input would fit
+        into a leg of ten.
+        """
+        self._needed = seconds
+
+    def distrust(self, channels: tuple[str, ...]) -> None:
+        """Read these channels as missing from now on; an empty tuple trusts all again."""
+        self._means.distrusted = frozenset(channels)
+
+    # Rows -----------------------------------------------------------------------------
+
+    def take(self, rows: FlightRows) -> None:
+        """Judge at the end of each whole tick of these rows."""
+        if rows.fresh:
+            self._begin()
+        ticks, stuck = self._means.take(rows)
+        times = rows.times[self._tick - 1 :: self._tick].tolist()
+        for time, names, _ in zip(times, stuck, self._senses.take(ticks), strict=True):
+            self._judge(time, names)
+
+    def _judge(self, time: float, stuck: tuple[str, ...]) -> None:
+        senses, point = self._senses, self._point
+        motion, airborne = senses.motion, senses.airborne
+        self._motions.append(motion)
+        off = (
+            evaluate_trim(motion, self._tolerances, point, attitude=senses.wings == ATTITUDE_SOURCE)
+            if airborne
+            else ()
+        )
+        wanted = self._wanted(time, off, airborne=airborne)
+        changed = False
+        if self._keeper is None:
+            self._keeper, changed = StateHysteresis(wanted, time), True
+        elif self._keeper.step(time, wanted, lost=self._lost(off, wanted)):
+            changed = True
+        state = self._keeper.state
+        blind = state == "blind"
+        leg, told_by = senses.leg, senses.leg.told_by if airborne else ""
+        self.cue = TrimCue(
+            time=time,
+            state=state,
+            since=self._keeper.since,
+            off=() if blind else self._with_unrest(off) if airborne else (),
+            judged_by=()
+            if blind
+            else list_sources(
+                motion,
+                point,
+                wings=senses.wings,
+                leg=told_by,
+            ),
+            missing=list_unmeasured(
+                motion,
+                point,
+                calm=not math.isnan(senses.unrest.share),
+                leg=told_by,
+                stuck=stuck if airborne else (),
+            ),
+            gusts=senses.unrest.gusts if airborne and self._undisturbed(time) else None,
+            leg_left=leg.left if airborne else None,
+            progress=min(self._steady / STEADY_TIME, 1.0) if state in ("hold", "go") else 0.0,
+        )
+        if changed:
+            self._changes.append(self.cue)
+
+    # Rules ----------------------------------------------------------------------------
+
+    def _wanted(self, time: float, off: Sequence[TrimDeviation], *, airborne: bool) -> TrimState:
+        """Return what the state would be if it were new."""
+        if all(math.isnan(rate) for rate in self._senses.quick):
+            self._steady = 0.0
+            return "blind"
+        if self._senses.on_ground:
+            self._steady = 0.0
+            return "ground"
+        # After a gap it takes a second until the means tell anything.
+        if not airborne or all(math.isnan(rate) for rate in self._senses.motion[:3]):
+            self._steady = 0.0
+            return "fly"
+        state = None if self._keeper is None else self._keeper.state
+        worst = off[0].share if off else 0.0
+        self._look_at_the_air(time)
+        self._steady = self._steady + self._dt if worst <= 1.0 and not self._rough else 0.0
+        held_off = time < self._held_until
+        # Whoever makes an input already has no use for a leg that holds another one.
+        if self._senses.leg.turning or (self._too_short(state) and not held_off):
+            return "turn"
+        trimmed = worst <= (LEAVE_RATIO if state in ("hold", "go") else 1.0)
+        # Gusts come and go: what three seconds together say does not.
+        near = trimmed or (
+            self._roughness() > _RESTLESS
+            and self._off_on_average() <= (_LOST if state in ("hold", "gusty") else 1.0)
+        )
+        if not near:
+            return "fly"
+        if self._gusty:
+            return "gusty"
+        if not trimmed or self._rough or held_off:
+            return "hold"
+        sure = self._steady >= STEADY_TIME and worst <= ENTER_RATIO
+        return "go" if sure or state == "go" else "hold"
+
+    def _roughness(self) -> float:
+        share = self._senses.unrest.share
+        return 0.0 if math.isnan(share) else share
+
+    def _too_short(self, state: TrimState | None) -> bool:
+        left = self._senses.leg.left
+        if left is None:
+            return False
+        least = max(MIN_LEG_TIME_LEFT, self._needed)
+        return left < least + self._senses.leg.doubt + (_AGAIN if state == "turn" else 0.0)
+
+    def _off_on_average(self) -> float:
+        """Return the share of the worst quantity over three seconds."""
+        second = (len(self._motions) - 1) // 2
+        three = average_motion([self._motions[place] for place in (0, second, 2 * second)])
+        off = evaluate_trim(
+            three, self._tolerances, self._point, attitude=self._senses.wings == ATTITUDE_SOURCE
+        )
+        return off[0].share if off else 0.0
+
+    def _look_at_the_air(self, time: float) -> None:
+        """Tell air that is too rough now, and air that has been for some seconds."""
+        roughness = self._roughness()
+        self._rough = roughness > (_CALM_AGAIN if self._rough else 1.0)
+        self._calm_for = self._calm_for + self._dt if roughness < _CALM_AGAIN else 0.0
+        if self._rough and self._senses.unrest.lasting:
+            self._gusty = self._gusty or self._undisturbed(time)
+        elif self._calm_for >= _CALM_FOR:
+            self._gusty = False
+
+    def _undisturbed(self, time: float) -> bool:
+        """Return whether unrest means gusts: no input and no answer to one lies so near."""
+        return time > self._held_until + WINDOW_COUNT
+
+    def _lost(self, off: Sequence[TrimDeviation], wanted: TrimState) -> bool:
+        """Return whether GO must end at once."""
+        if wanted in ("blind", "turn") or (off and off[0].share > _LOST):
+            return True
+        limits = self._tolerances
+        rates = (limits.roll_rate, limits.pitch_rate, limits.yaw_rate)
+        return any(
+            abs(rate) > _LOST_RATE * limit
+            for rate, limit in zip(self._senses.quick, rates, strict=True)
+        )
+
+    def _with_unrest(self, off: tuple[TrimDeviation, ...]) -> tuple[TrimDeviation, ...]:
+        """Add the unrest, in its place by size."""
+        unrest = self._senses.unrest
+        if math.isnan(unrest.share):
+            return off
+        restless = TrimDeviation(
+            quantity="unrest",
+            amount=unrest.gusts or 0.0,
+            share=unrest.share,
+            channel=unrest.worst,
+        )
+        return tuple(sorted((*off, restless), key=lambda one: -one.share))

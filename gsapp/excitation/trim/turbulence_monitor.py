@@ -1,0 +1,133 @@
+"""How restless the aircraft is about its steady motion, and how strong gusts are by that.
+
+Of each channel the power about the straight line of a second is known at every tick. Three such
+seconds end to end say how restless it is now, five whether that lasts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from typing import Final
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
+from gsapp.excitation.trim.tolerances import TrimTolerances
+
+TURBULENCE_CHANNELS: Final = ("p", "q", "r", "an", "alpha", "beta")
+"""Channels by which unrest is judged."""
+
+_LASTING: Final = 0.5
+"""Share of the tolerance that each of the last seconds exceeds in gusts that last: the answer to
+an input fills some of them only."""
+WINDOW_COUNT: Final = 5
+"""Windows of a second by which unrest is found to last, or gusts to be strong."""
+_VANE_TO_GUST: Final = 2.8
+"""Standard deviation of a gust over that of V alpha within a second: the rest is slower, and the
+aircraft turns its nose into the wind."""
+_LIFT_SLOPE: Final = 4.5
+"""Lift per radian of an aircraft of usual shape, where only accelerations tell of gusts."""
+_LIFT: Final = TURBULENCE_CHANNELS.index("an")
+_ALPHA: Final = TURBULENCE_CHANNELS.index("alpha")
+_SLOWEST: Final = 5.0
+"""Airspeed below which flow angles mean nothing, m/s."""
+
+
+class TurbulenceMonitor:
+    """Follows unrest tick by tick.
+
+    Parameters
+    ----------
+    aircraft : Aircraft or None
+        Mass and wing area turn accelerations into gusts.
+    tolerances : TrimTolerances
+    second : int
+        Ticks of the window in which the powers were taken.
+
+    Attributes
+    ----------
+    share : float
+        Of the most restless channel, root mean square over its tolerance; NaN where no channel
+        tells.
+    worst : str
+        That channel.
+    lasting : bool
+        Whether it has been restless for some seconds.
+    gusts : float or None
+        m/s.
+    """
+
+    def __init__(self, aircraft: Aircraft | None, tolerances: TrimTolerances, second: int) -> None:
+        self._loading = (
+            None
+            if aircraft is None
+            else 2.0 * aircraft.mass.mass / (aircraft.geometry.wing_area * _LIFT_SLOPE)
+        )
+        self._second = second
+        self._now = max(1, round(tolerances.calm / tolerances.steady))
+        self._limits = (
+            tolerances.unrest_roll_rate,
+            tolerances.unrest_pitch_rate,
+            tolerances.unrest_yaw_rate,
+            tolerances.unrest_an,
+            tolerances.unrest_alpha,
+            tolerances.unrest_beta,
+        )
+        self._floor = [0.0] * len(TURBULENCE_CHANNELS)
+        self._ground = 0
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the motion; what was learned on the ground stays."""
+        self._past: deque[Sequence[float]] = deque(maxlen=(WINDOW_COUNT - 1) * self._second + 1)
+        self.share, self.worst, self.lasting = math.nan, "", False
+        self.gusts: float | None = None
+
+    def learn(self, powers: Sequence[float]) -> None:
+        """Take in what is to be seen of a standing aircraft: noise and vibration."""
+        self._ground += 1
+        self._floor = [
+            floor + (power - floor) / self._ground if power == power else floor
+            for floor, power in zip(self._floor, powers, strict=True)
+        ]
+
+    def step(self, powers: Sequence[float], speed: float) -> None:
+        """Go on by one tick.
+
+        Parameters
+        ----------
+        powers : sequence of float
+            Of `TURBULENCE_CHANNELS`, SI squared; NaN where missing.
+        speed : float
+            True airspeed, m/s.
+        """
+        self._past.append(self._with_alpha(powers, speed))
+        seconds = [self._past[place] for place in range(len(self._past) - 1, -1, -self._second)]
+        self.share, self.worst, self.lasting = math.nan, "", False
+        for place, limit in enumerate(self._limits):
+            floor = self._floor[place]
+            clean = [max(one[place] - floor, 0.0) for one in seconds if one[place] == one[place]]
+            recent = clean[: self._now]
+            if not recent:
+                continue
+            share = math.sqrt(sum(recent) / len(recent)) / limit
+            if not share <= self.share:
+                self.share, self.worst = share, TURBULENCE_CHANNELS[place]
+                self.lasting = len(clean) >= WINDOW_COUNT and min(clean) > (_LASTING * limit) ** 2
+        self.gusts = self._gusts(seconds, speed)
+
+    def _with_alpha(self, powers: Sequence[float], speed: float) -> Sequence[float]:
+        """Put what the lift tells of alpha in place of a vane that is not there."""
+        if powers[_ALPHA] == powers[_ALPHA] or self._loading is None or not speed > _SLOWEST:
+            return powers
+        lift = max(powers[_LIFT] - self._floor[_LIFT], 0.0)
+        told = lift * (self._loading / (SEA_LEVEL_DENSITY * speed * speed)) ** 2
+        return (*powers[:_ALPHA], told, *powers[_ALPHA + 1 :])
+
+    def _gusts(self, seconds: list[Sequence[float]], speed: float) -> float | None:
+        alpha = [one[_ALPHA] for one in seconds if one[_ALPHA] == one[_ALPHA]]
+        if not alpha or not speed > _SLOWEST:
+            return None
+        bump = max(sum(alpha) / len(alpha) - self._floor[_ALPHA], 0.0)
+        return _VANE_TO_GUST * speed * math.sqrt(bump)

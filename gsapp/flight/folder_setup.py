@@ -1,0 +1,122 @@
+"""Preparing a flight folder: copies of all that is in force, before the first byte comes."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from calibration import certificate_paths, load_certificates
+from gsapp.aircraft import load_aircraft
+from gsapp.aircraft.aircraft_loader import SHIPPED_AIRCRAFT as AIRCRAFT
+from gsapp.decoding.channel_map import SHIPPED_CHANNEL_MAPS as CHANNEL_MAPS
+from gsapp.decoding.channel_map import load_channel_map
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.info import FlightInfo
+
+log = logging.getLogger(__name__)
+
+
+def prepare_flight_folder(
+    path: Path | str,
+    *,
+    name: str = "",
+    aircraft: str | Path | None = None,
+    channel_map: str | Path | None = None,
+    calibration: str | Path | None = None,
+    source: str = "",
+    notes: str = "",
+    tell: Callable[[str], object] = log.warning,
+) -> FlightFolder:
+    """Make a flight folder that holds what its record is to be read with.
+
+    A folder that has some of it already keeps what the flight began with.
+
+    Parameters
+    ----------
+    path : Path or str
+        The folder; made if missing.
+    name : str
+        What the crew calls the flight; empty takes the folder's name.
+    aircraft, channel_map : str, Path or None
+        Names of shipped files, or paths; None keeps no copy.
+    calibration : str, Path or None
+        Name of a shipped set of certificates, or a folder of them; None takes the set that the
+        channel map names, if any.
+    source : str
+        LINK that the flight comes over.
+    notes : str
+        For people.
+    tell : callable
+        Takes a sentence for each thing asked for that differs from what the flight began with.
+
+    Raises
+    ------
+    GroundStationError
+        If the folder cannot be made, or one of the files holds mistakes.
+    """
+    aircraft_file = None if aircraft is None else AIRCRAFT.find(aircraft)
+    if aircraft_file is not None:
+        load_aircraft(aircraft_file)
+    map_file = None if channel_map is None else CHANNEL_MAPS.find(channel_map)
+    asked = bool(calibration)
+    if map_file is not None:
+        named = load_channel_map(map_file).certificates
+        calibration = named if calibration is None else calibration
+    if calibration:
+        load_certificates(calibration)
+    folder = FlightFolder.create(
+        path,
+        FlightInfo(
+            name=name,
+            source=source,
+            aircraft=aircraft_file.stem if aircraft_file else "",
+            channel_map=map_file.stem if map_file else "",
+            notes=notes,
+        ),
+    )
+    if aircraft_file is not None and _needs_copy(
+        folder, "aircraft", [folder.aircraft_file], [aircraft_file], aircraft_file.stem, tell
+    ):
+        folder.keep_aircraft(aircraft_file)
+    if map_file is not None and _needs_copy(
+        folder, "channel map", [folder.channel_map_file], [map_file], map_file.stem, tell
+    ):
+        folder.keep_channel_map(map_file)
+    if calibration:
+        files = certificate_paths(calibration)
+        # The set that a map names was not asked for by anybody.
+        listen = tell if asked else _ignore_message
+        kept = folder.certificate_files()
+        if _needs_copy(folder, "certificates", kept, files, str(calibration), listen):
+            folder.keep_certificates(files)
+    return folder
+
+
+def _needs_copy(
+    folder: FlightFolder,
+    what: str,
+    kept: Iterable[Path],
+    wanted: Iterable[Path],
+    asked: str,
+    tell: Callable[[str], object],
+) -> bool:
+    """Return whether the folder holds no copy yet; tell if the one it holds is another."""
+    held = sorted(path.read_bytes() for path in kept if path.is_file())
+    if held and held != sorted(path.read_bytes() for path in wanted):
+        tell(_kept_copy_text(folder, what, asked))
+    return not held
+
+
+def _ignore_message(_sentence: str) -> None:
+    """Tell nobody."""
+
+
+def _kept_copy_text(folder: FlightFolder, what: str, asked: str) -> str:
+    known = folder.info()
+    began = {"aircraft": known.aircraft, "channel map": known.channel_map} if known else {}
+    name = f" '{began[what]}'" if began.get(what) and began[what] != asked else ""
+    return (
+        f"{folder.path} keeps the {what}{name} that the flight began with: '{asked}' differs from "
+        "it and is not used; record into a new folder to read the flight with it"
+    )

@@ -1,0 +1,214 @@
+"""Whether the aircraft flies, frame by frame, from whatever tells it.
+
+With airspeed: faster than it could fly slower, with hysteresis. Without it (a flight may lose its
+air data altogether): from the slow part of the rates, which stays near zero on wheels whatever the
+sticks do, and from altitude above the place where it stood.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.atmosphere import SEA_LEVEL_DENSITY
+from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS
+from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE, GRAVITY
+
+FRAME_DURATION: Final = 0.5
+"""Length of one frame, s: everything is decided at its end."""
+
+_LIFT_LIMIT = 1.2
+"""Greatest lift coefficient assumed where the aircraft file gives no stall speed."""
+_UP, _DOWN = 1.05, 0.9
+"""Of the stall speed: flies above the one, has landed below the other."""
+_ROLLING = 0.3
+"""Of the stall speed: below it the aircraft stands, in what wind there may be."""
+_FRAMES_TO_CHANGE = 2
+_CONTRADICTIONS = 12
+"""Frames of turning at a low airspeed after which the airspeed is not believed."""
+
+_TURNING = 4.0 * DEGREE
+"""A mean pitch or roll rate over a frame that wheels do not allow."""
+_STILL = 2.5 * DEGREE
+_ACTIVE_FRAMES = 4
+_ACTIVE_WITHIN = 16
+_STILL_FRAMES = 40
+_STILL_AT_END = 6
+_CLIMBED = 12.0
+"""Above the ground it stood on, m: more than static pressure wanders."""
+_STANDING_FRAMES = 8
+_NEAR_GROUND = 6.0
+
+
+class AirborneDetector:
+    """Follows one flight.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+        Its stall speed, else wing area and mass, tell how fast it must be to fly.
+
+    Attributes
+    ----------
+    airborne : bool
+    since : float
+        When the present state began, s; ``-inf`` for a record that begins in it.
+    judged_by : str
+        What told it, in words.
+    standing : bool or None
+        Whether the airspeed says that it does not even roll; None where it does not tell.
+    """
+
+    def __init__(self, aircraft: Aircraft) -> None:
+        self._speed = _SpeedCriterion(flying_speed(aircraft))
+        self._motion = _MotionCriterion()
+        self.airborne = False
+        self.since = -math.inf
+        self.judged_by = "nothing"
+        self.standing: bool | None = None
+        self._first = True
+        self._still_since = math.nan
+        self._rolling = _ROLLING * flying_speed(aircraft)
+
+    def add(self, time: float, means: FloatArray) -> None:
+        """Take in the means of a frame.
+
+        Parameters
+        ----------
+        time : float
+            Of its first sample, s.
+        means : ndarray, shape (len(SIGNALS),)
+            NaN where a channel had no sample.
+        """
+        speed = float(means[SIGNAL_COLUMNS["V"]])
+        self._motion.add(means)
+        self._speed.add(speed, moving=self._motion.turning)
+        if math.isfinite(speed) and not self._speed.distrusted:
+            flies, self.judged_by = self._speed.flies, "airspeed"
+            self.standing = speed < self._rolling
+        else:
+            flies, self.judged_by = self._motion.flies, self._motion.told_by
+            self.standing = None
+            if self._speed.distrusted:
+                self.judged_by += (
+                    " (the airspeed stays below flying speed while the aircraft rolls and pitches)"
+                )
+        by_motion = self.standing is None
+        self._still_since = (
+            time - (self._motion.still - 1) * FRAME_DURATION if by_motion else math.nan
+        )
+        if flies != self.airborne:
+            self.airborne = flies
+            # Stillness is believed late, and was there long before.
+            self.since = time if flies or not by_motion else self._still_since
+            if self._first:
+                self.since = -math.inf
+        self._first = False
+
+    @property
+    def landing(self) -> float | None:
+        """Return when a landing seems to have been, s, that the record's end left undecided."""
+        long_enough = self._motion.still >= _STILL_AT_END and self._motion.low
+        if self.airborne and self.standing is None and self.since > -math.inf and long_enough:
+            return self._still_since
+        return None
+
+
+class _SpeedCriterion:
+    """Flies above one airspeed, has landed below another."""
+
+    def __init__(self, flying_speed: float) -> None:
+        self._flying_speed = flying_speed
+        self._against = _FRAMES_TO_CHANGE
+        self._contradicted = 0
+        self.flies = False
+
+    @property
+    def distrusted(self) -> bool:
+        """Whether the airspeed was low for long while the aircraft turned in the air."""
+        return self._contradicted >= _CONTRADICTIONS
+
+    def add(self, speed: float, *, moving: bool) -> None:
+        if not math.isfinite(speed):
+            return
+        if self.distrusted:
+            return
+        if self.flies:
+            self._contradicted = 0
+        elif moving:
+            self._contradicted += 1
+        wanted = speed > (_DOWN if self.flies else _UP) * self._flying_speed
+        self._against = 0 if wanted == self.flies else self._against + 1
+        if self._against >= _FRAMES_TO_CHANGE:
+            self.flies, self._against = wanted, 0
+
+
+class _MotionCriterion:
+    """Flies when it rolls and pitches, or has climbed; has landed when long still and low."""
+
+    def __init__(self) -> None:
+        self._active: deque[bool] = deque(maxlen=_ACTIVE_WITHIN)
+        self._standing: list[float] = []
+        self._ground: float | None = None
+        self.still = 0
+        self.low = True
+        self.flies = False
+        self.told_by = "nothing"
+
+    @property
+    def turning(self) -> bool:
+        """Whether it rolls or pitches in this frame as wheels do not allow."""
+        return bool(self._active) and self._active[-1]
+
+    def add(self, means: FloatArray) -> None:
+        altitude = float(means[SIGNAL_COLUMNS["altitude"]])
+        rates = [abs(float(means[SIGNAL_COLUMNS[name]])) for name in ("p", "q")]
+        known = [rate for rate in rates if math.isfinite(rate)]
+        self._active.append(max(known, default=0.0) > _TURNING)
+        if not known and not math.isfinite(altitude):
+            if not self.still and self.told_by == "nothing":
+                # Nothing tells flight from ground: all counts as flown.
+                self.flies = True
+            return
+        turning = max(known, default=0.0)
+        self.still = self.still + 1 if turning < _STILL else 0
+        height = self._height(altitude, turning)
+        self.low = height is None or height < _NEAR_GROUND
+        self.told_by = (
+            " and ".join(
+                name
+                for name, there in (("rates", bool(known)), ("altitude", height is not None))
+                if there
+            )
+            or "altitude"
+        )
+        if not self.flies:
+            climbed = height is not None and height > _CLIMBED
+            self.flies = climbed or sum(self._active) >= _ACTIVE_FRAMES
+        elif self.still >= _STILL_FRAMES and self.low:
+            self.flies = False
+            self._active.clear()
+
+    def _height(self, altitude: float, turning: float) -> float | None:
+        """Return the height above where it stood, m; None before it has stood anywhere."""
+        if not math.isfinite(altitude):
+            return None
+        if self._ground is None and not self.flies:
+            self._standing = [*self._standing, altitude] if turning < _STILL else []
+            if len(self._standing) >= _STANDING_FRAMES:
+                self._ground = float(np.median(self._standing))
+        return None if self._ground is None else altitude - self._ground
+
+
+def flying_speed(aircraft: Aircraft) -> float:
+    """Return the airspeed (m/s) below which an aircraft does not fly."""
+    if aircraft.limits.stall_speed > 0.0:
+        return aircraft.limits.stall_speed
+    weight = aircraft.mass.mass * GRAVITY
+    area = aircraft.geometry.wing_area
+    return math.sqrt(2.0 * weight / (SEA_LEVEL_DENSITY * area * _LIFT_LIMIT))

@@ -1,0 +1,118 @@
+"""Instruments that showed nothing but the end of their range, or nothing new: not measured.
+
+A vane with a broken wire stands at one end for the whole maneuver. What the others measured is
+worth as much as if it had never been mounted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.flight.maneuvers.clipping import clipping_ranges, is_at_range_limit
+from gsapp.flight.maneuvers.signals import SURFACE_HALVES, SURFACES
+from gsapp.flight.maneuvers.stuck_sensors import is_stuck, sensor_noise
+from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE
+
+AIRSPEED: Final = ("V", "Vc", "qbar", "dynamic_pressure")
+"""Channels that all come from the one probe."""
+
+_SHARE: Final = 0.95
+"""Share of a maneuver's samples at the end of the range from which an instrument is dead."""
+_BEYOND_TRAVEL: Final = 0.5
+"""Share of its travel that no surface ever goes beyond it: what reads more is a broken wire."""
+_NO_SPEED: Final = 0.3
+"""An aircraft that answers to its surfaces flies faster than this share of its stall speed."""
+_FEWEST: Final = 20
+_FEWEST_STILL: Final = 40
+"""Among so many samples noise reaches over four of its standard deviations."""
+_PARTNER_MOVED: Final = 1.0 * DEGREE
+"""A half of a surface that stays where it is while the other moves so far is stuck."""
+
+
+def find_dead_instruments(
+    samples: Callable[[str], FloatArray], aircraft: Aircraft
+) -> dict[str, tuple[str, ...]]:
+    """Return the instruments that were dead over a maneuver.
+
+    Parameters
+    ----------
+    samples : callable
+        Gives the samples (SI) of a channel within the maneuver, missing ones as NaN or left out;
+        empty or all NaN for a channel that there is not.
+    aircraft : Aircraft
+
+    Returns
+    -------
+    dict of str to tuple of str
+        In words what it is, and its channels: ``{"alpha": ("alpha",), "airspeed": AIRSPEED}``.
+    """
+    found: dict[str, tuple[str, ...]] = {}
+    for name, limits in clipping_ranges(aircraft).items():
+        values = _finite_samples(samples(name))
+        if values.size >= _FEWEST and is_at_range_limit(values, limits).mean() >= _SHARE:
+            found[name] = (name,)
+    for name, (low, high) in _surface_travels(aircraft).items():
+        values = _finite_samples(samples(name))
+        beyond = _BEYOND_TRAVEL * (high - low)
+        gone = (values < low - beyond) | (values > high + beyond)
+        if values.size >= _FEWEST and gone.mean() >= _SHARE:
+            found[name] = (name,)
+    speed = _finite_samples(samples("V"))
+    if speed.size >= _FEWEST and float(speed.max()) < _NO_SPEED * aircraft.limits.stall_speed:
+        found["airspeed"] = AIRSPEED
+    pressure = _finite_samples(samples("dynamic_pressure"))
+    if pressure.size >= _FEWEST and is_stuck(pressure):
+        # No maneuver is flown at one speed to the last bit: the tube is blocked, the sensor stuck.
+        found["airspeed"] = AIRSPEED
+    return {**found, **_find_stuck_sensors(samples, sensor_noise(aircraft))}
+
+
+def _find_stuck_sensors(
+    samples: Callable[[str], FloatArray], noise: Mapping[str, float]
+) -> dict[str, tuple[str, ...]]:
+    """Return what moves by less than its own noise, and halves of surfaces that stay behind.
+
+    What is the same to the last bit may be a motion that there was not; what to make of it is for
+    those to say who know what was moved.
+    """
+    found: dict[str, tuple[str, ...]] = {}
+    for name in ("alpha", "beta", "p", "q", "r"):
+        values = _finite_samples(samples(name))
+        if values.size >= _FEWEST_STILL and is_stuck(values, noise[name]) and not is_stuck(values):
+            found[name] = (name,)
+    for surface, halves in SURFACE_HALVES.items():
+        shown = [_finite_samples(samples(name)) for name in halves]
+        for name, own, other in zip(halves, shown, shown[::-1], strict=True):
+            if (
+                min(own.size, other.size) >= _FEWEST_STILL
+                and is_stuck(own, noise[name])
+                and np.ptp(other) > _PARTNER_MOVED
+            ):
+                found[name] = (name, surface)
+    return found
+
+
+def _surface_travels(aircraft: Aircraft) -> dict[str, tuple[float, float]]:
+    """Return how far each surface goes, rad."""
+    return {name: getattr(aircraft.controls, name).travel for name in SURFACES}
+
+
+def dead_instruments_text(instruments: dict[str, tuple[str, ...]]) -> str:
+    """Return a sentence on what was dead; empty for nothing."""
+    if not instruments:
+        return ""
+    *first, last = instruments
+    listed = f"{', '.join(first)} and {last}" if first else last
+    return (
+        f"{listed} {'were' if first else 'was'} dead, at the end of the range, beyond it or the "
+        "same throughout: taken as not measured"
+    )
+
+
+def _finite_samples(values: FloatArray) -> FloatArray:
+    return values[np.isfinite(values)]

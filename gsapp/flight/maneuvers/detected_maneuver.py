@@ -1,0 +1,208 @@
+"""What the detection gives: one found maneuver, with its grade."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Final, Literal
+
+from gsapp.foundation import FlightError
+
+Grade = Literal["A", "B", "C", "D"]
+
+GRADES: Final[Mapping[Grade, str]] = {
+    "A": "good: as asked, no defect",
+    "B": "usable: one small defect, or not as asked (amplitude, width, trim)",
+    "C": "poor: several small defects or a large one; expect wide bounds",
+    "D": "unfit: too little, too much or broken; keep it out of a fit",
+}
+"""Grades and what they mean."""
+
+GRADED_BY_PROGRAM: Final = "program"
+"""Gave a grade by what the samples show."""
+GRADED_BY_CREW: Final = "crew"
+"""Gave a grade by what people know; the program does not overrule it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DetectedManeuver:  # noqa: PLW1641 - the decorator makes the hash
+    """One maneuver of a flight, found in its record or named by hand.
+
+    Attributes
+    ----------
+    id : str
+        Within its flight; numbers in order of time where nobody named it.
+    t_start : float
+        First sample, s of flight time; about a second of trim comes before the input.
+    t_end : float
+        Last sample, s: the pilot took over again, or the answer has died down.
+    inputs : tuple of str
+        Surfaces moved, of ``de``, ``da``, ``dr``, in this order.
+    kind : str
+        Shape of the main input: ``doublet``, ``3-2-1-1``, ``pulse``, ``multistep``,
+        ``sweep``; ``none`` where no surface moved.
+    amplitude : float or None
+        Half the peak-to-peak deflection of the main input, rad; of a pulse its height. The main
+        one makes the quickest step, as a share of its travel.
+    grade : {"A", "B", "C", "D"}
+        See `GRADES`.
+    reasons : tuple of str
+        What the grade was lowered for, in words; empty for an A.
+    V : float or None
+        Airspeed at the start, m/s; None where not measured.
+    alpha : float or None
+        Angle of attack at the start, as measured at the vane, rad.
+    t_input, t_input_end : float
+        When the first surface began to move and when the last one was back, s.
+    amplitudes : mapping of str to float
+        Amplitude of each input, rad.
+    note : str
+        What a person wrote beside it.
+    graded_by : str
+        `GRADED_BY_PROGRAM` or `GRADED_BY_CREW`.
+    use : bool or None
+        Whether a person wants it in estimates; None leaves it to the grade.
+    """
+
+    id: str
+    t_start: float
+    t_end: float
+    inputs: tuple[str, ...]
+    kind: str
+    amplitude: float | None
+    grade: Grade
+    reasons: tuple[str, ...] = ()
+    V: float | None = None
+    alpha: float | None = None
+    t_input: float = math.nan
+    t_input_end: float = math.nan
+    amplitudes: Mapping[str, float] = field(default_factory=dict)
+    note: str = ""
+    graded_by: str = GRADED_BY_PROGRAM
+    use: bool | None = None
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether all of it is the same; what is not known equals itself.
+
+        From Python 3.13 on data classes compare number by number, and NaN equals nothing.
+        """
+        if not isinstance(other, DetectedManeuver):
+            return NotImplemented
+        return self.to_record() == other.to_record()
+
+    def after_verdict(
+        self, result: str, advice: str, grade: Grade | None = None
+    ) -> DetectedManeuver:
+        """Return the maneuver graded no better than its verdict allows.
+
+        Only an input with the verdict good can be an A. A grade given by hand stays.
+
+        Parameters
+        ----------
+        result : str
+            As in `gsapp.excitation.doublets.verdict.InputVerdict`: ``good``, ``too-large`` ...
+        advice : str
+            In words; becomes a reason.
+        grade : {"A", "B", "C", "D"}, optional
+            Of the verdict.
+        """
+        verdict: Grade = "A" if result == "good" else "B"
+        limit: Grade = max(grade or "A", verdict)
+        if limit <= self.grade or self.graded_by == GRADED_BY_CREW:
+            return self
+        return replace(self, grade=limit, reasons=(*self.reasons, advice))
+
+    def used(self, *, alone: bool = False) -> bool:
+        """Return whether it takes part in estimates.
+
+        Where nobody decided the grade does: unfit ones stay out. One that is alone in its flight
+        stays in; what it cannot give is said by its estimate.
+        """
+        return (alone or self.grade != "D") if self.use is None else self.use
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the fixed fields for programs: SI units, absent = None."""
+        return {
+            "id": self.id,
+            "t_start": round(self.t_start, 6),
+            "t_end": round(self.t_end, 6),
+            "inputs": list(self.inputs),
+            "kind": self.kind,
+            "amplitude": _finite_or_none(self.amplitude),
+            "grade": self.grade,
+            "reasons": list(self.reasons),
+            "V": _finite_or_none(self.V),
+            "alpha": _finite_or_none(self.alpha),
+        }
+
+    def to_record(self) -> dict[str, Any]:
+        """Return everything, for storing; `from_record` reads it back."""
+        return {
+            **self.to_json(),
+            "t_start": self.t_start,
+            "t_end": self.t_end,
+            "t_input": _finite_or_none(self.t_input),
+            "t_input_end": _finite_or_none(self.t_input_end),
+            "amplitudes": dict(self.amplitudes),
+            "note": self.note,
+            "graded_by": self.graded_by,
+            "use": self.use,
+        }
+
+    @staticmethod
+    def from_record(record: object) -> DetectedManeuver:
+        """Return the maneuver that `to_record` made, or that a program wrote with less.
+
+        Raises
+        ------
+        FlightError
+            If it is none.
+        """
+        if not isinstance(record, dict):
+            raise FlightError("a stored maneuver is no JSON object; find the maneuvers anew")
+        try:
+            grade = str(record["grade"])
+            if grade not in GRADES:
+                raise ValueError(f"there is no grade {grade}")
+            found = DetectedManeuver(
+                id=str(record["id"]),
+                t_start=float(record["t_start"]),
+                t_end=float(record["t_end"]),
+                inputs=tuple(str(name) for name in record["inputs"]),
+                kind=str(record["kind"]),
+                amplitude=_float_or_none(record.get("amplitude")),
+                grade=grade,  # type: ignore[arg-type]  # checked above
+                reasons=tuple(str(text) for text in record.get("reasons", ())),
+                V=_float_or_none(record.get("V")),
+                alpha=_float_or_none(record.get("alpha")),
+                t_input=_or_nan(record.get("t_input")),
+                t_input_end=_or_nan(record.get("t_input_end")),
+                amplitudes={
+                    str(name): float(size) for name, size in record.get("amplitudes", {}).items()
+                },
+                note=str(record.get("note", "")),
+                graded_by=str(record.get("graded_by", GRADED_BY_PROGRAM)),
+                use=None if record.get("use") is None else bool(record["use"]),
+            )
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise FlightError(
+                f"a stored maneuver cannot be read ({error}); find the maneuvers anew"
+            ) from error
+        if not found.t_start < found.t_end:
+            raise FlightError(
+                f"the stored maneuver {found.id} ends before it begins; find the maneuvers anew"
+            )
+        return found
+
+
+def _finite_or_none(value: float | None) -> float | None:
+    return None if value is None or not math.isfinite(value) else value
+
+
+def _float_or_none(value: Any) -> float | None:
+    return None if value is None else float(value)
+
+
+def _or_nan(value: Any) -> float:
+    return math.nan if value is None else float(value)

@@ -1,0 +1,402 @@
+"""The maneuvers of a flight: found and corrected by hand, or named, or the whole of a record."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.decoding.derived_channels import source_instruments
+from gsapp.flight.events import EventLog, convert_to_flown_clock, events_path, read_events
+from gsapp.flight.flight import Flight
+from gsapp.flight.maneuvers.detected_maneuver import GRADES, DetectedManeuver, Grade
+from gsapp.flight.maneuvers.detection import build_maneuver, check_detectable, run_detector
+from gsapp.flight.maneuvers.edit_log import ManeuverEditLog, apply_edits
+from gsapp.flight.maneuvers.input_shape import LOOK_BACK, SurfaceInput, measure_plain_input
+from gsapp.flight.maneuvers.maneuver_grade import RESPONSE_CHANNELS, GradingContext, ManeuverSamples
+from gsapp.flight.maneuvers.noise_floor import NoiseFloor
+from gsapp.flight.maneuvers.rapid_moves import SECONDARY_INPUT_RATIO, measure_moved_inputs
+from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACE_HALVES, SURFACES, extract_signals
+from gsapp.foundation import FlightError
+from gsapp.quantities.constants import DEGREE
+
+SHORT_FLIGHT_DURATION: Final = 60.0
+"""A flight shorter than this, s, with one maneuver at most is that maneuver, whole."""
+
+_GRADE: Final[Mapping[str, Grade]] = {grade: grade for grade in GRADES}
+_MOVED_OVER_NOISE, _MOVED_SHARE = 6.0, 0.015
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ManeuverWindow:
+    """A stretch of one flight, s of flight time; the first flight is number 1."""
+
+    flight: int
+    start: float
+    stop: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlightManeuvers:
+    """The maneuvers of a flight and what they were judged by.
+
+    Attributes
+    ----------
+    maneuvers : tuple of DetectedManeuver
+    noise : NoiseFloor
+    judged_by : str
+        What told whether it flew, in words.
+    remarks : tuple of str
+        Sentences for the crew: stuck surfaces, a record taken whole, changes by hand.
+    on_ground : tuple of str
+        Ids of windows that were named while the aircraft was on the ground.
+    """
+
+    maneuvers: tuple[DetectedManeuver, ...]
+    noise: NoiseFloor
+    judged_by: str
+    remarks: tuple[str, ...] = ()
+    on_ground: tuple[str, ...] = ()
+
+
+def parse_maneuver_windows(texts: Sequence[str], flights: int = 1) -> tuple[ManeuverWindow, ...]:
+    """Read ``START:STOP`` or ``K:START:STOP``.
+
+    Parameters
+    ----------
+    texts : sequence of str
+        As given with ``--maneuver``.
+    flights : int
+        How many flights there are; with more than one, each text must say which it means.
+
+    Raises
+    ------
+    FlightError
+        If one cannot be read, or names a flight that is not there.
+    """
+    return tuple(_window(text, flights) for text in texts)
+
+
+def _window(text: str, flights: int) -> ManeuverWindow:
+    parts = text.strip().split(":")
+    usage = "write START:STOP in seconds, as 139.5:146, or K:START:STOP for the K-th flight"
+    try:
+        numbers = [float(part) for part in parts]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (2, 3) or not all(math.isfinite(number) for number in numbers):
+        raise FlightError(f"the maneuver '{text}' cannot be read; {usage}")
+    start, stop = numbers[-2:]
+    if not start < stop:
+        what = "is empty" if start == stop else "ends before it begins"
+        raise FlightError(f"the maneuver '{text}' {what}; {usage}")
+    if len(numbers) == 2:
+        if flights > 1:
+            raise FlightError(
+                f"the maneuver '{text}' does not say which of the {flights} flights it belongs to; "
+                f"write 1:{text} for the first one"
+            )
+        return ManeuverWindow(flight=1, start=start, stop=stop)
+    if numbers[0] != int(numbers[0]) or not 1 <= numbers[0] <= flights:
+        counted = "there is 1 flight" if flights == 1 else f"there are {flights} flights"
+        raise FlightError(f"the maneuver '{text}' names flight {parts[0]}, but {counted}")
+    return ManeuverWindow(flight=int(numbers[0]), start=start, stop=stop)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordedVerdict:
+    """A verdict as the crew was told it, or as a debrief gives it.
+
+    Attributes
+    ----------
+    t_input : float
+        When the input began, s.
+    result : str
+        ``good``, ``too-large`` ...
+    advice : str
+        In words.
+    grade : {"A", "B", "C", "D"} or None
+        None in records from before there was one.
+    """
+
+    t_input: float
+    result: str
+    advice: str
+    grade: Grade | None = None
+
+
+def read_recorded_verdicts(flight: Flight) -> tuple[RecordedVerdict, ...]:
+    """Return the verdicts among the events of a flight; none of a flight that nobody watched."""
+    return tuple(
+        RecordedVerdict(
+            t_input=float(event.data["t_input"]),
+            result=str(event.data.get("result", "good")),
+            advice=event.text,
+            grade=_GRADE.get(str(event.data.get("grade"))),
+        )
+        for event in convert_to_flown_clock(read_events(events_path(flight.path)).events)
+        if event.kind == "verdict" and isinstance(event.data.get("t_input"), (int, float))
+    )
+
+
+def apply_verdicts(
+    found: DetectedManeuver, verdicts: Sequence[RecordedVerdict]
+) -> DetectedManeuver:
+    """Return a maneuver graded as the verdict on its input allows; see `after_verdict`."""
+    for one in verdicts:
+        if found.t_start <= one.t_input < found.t_end:
+            found = found.after_verdict(one.result, one.advice, one.grade)
+    return found
+
+
+class ManeuverAssessor:
+    """Looks at any stretch of one flight as at a maneuver: which inputs moved, how good it is.
+
+    Parameters
+    ----------
+    flight : Flight
+    aircraft : Aircraft
+    noise : NoiseFloor
+        From the detection.
+    """
+
+    def __init__(self, flight: Flight, aircraft: Aircraft, noise: NoiseFloor) -> None:
+        self._flight = flight
+        self._setting = GradingContext(aircraft=aircraft, noise=noise)
+        self._times = flight.block.times
+        self._rows = extract_signals(flight.block)
+        self._verdicts = read_recorded_verdicts(flight)
+
+    def after_verdicts(self, found: DetectedManeuver) -> DetectedManeuver:
+        """Return a maneuver graded as the verdicts recorded in flight allow."""
+        return apply_verdicts(found, self._verdicts)
+
+    def assess(self, name: str, start: float, stop: float) -> DetectedManeuver:
+        """Return the stretch from start to stop (s) as a maneuver, graded.
+
+        Raises
+        ------
+        FlightError
+            If it lies outside the flight.
+        """
+        low, high = np.searchsorted(self._times, (start - 1e-9, stop + 1e-9))
+        if high - low < 2:
+            raise FlightError(
+                f"the flight '{self._flight.name}' has no samples from {start:g} to {stop:g} s; "
+                f"it runs from {self._times[0]:.2f} to {self._times[-1]:.2f} s"
+            )
+        times, rows = self._times[low:high], self._rows[low:high]
+        inputs = self._inputs(low, high)
+        begin, end = float(times[0]), float(times[-1])
+        passage = ManeuverSamples(
+            times=times,
+            rows=rows,
+            t_input=min((one.t_start for one in inputs), default=begin),
+            t_input_end=max((one.t_end for one in inputs), default=end),
+            t_end=end,
+        )
+        found = build_maneuver(name, passage, self._setting, inputs)
+        return self.after_verdicts(replace(found, t_start=begin, t_end=end))
+
+    def _inputs(self, low: int, high: int) -> list[SurfaceInput]:
+        times, rows = self._times[low:high], self._rows[low:high]
+        plain = []
+        for surface in SURFACES:
+            samples = rows[:, SIGNAL_COLUMNS[surface]]
+            one = measure_plain_input(surface, times, samples)
+            least = max(
+                _MOVED_OVER_NOISE * self._setting.noise.of(surface),
+                _MOVED_SHARE * self._setting.half_travel(surface),
+            )
+            if one is not None and one.amplitude > least:
+                plain.append(one)
+        # The record may go on into steering, which goes far as well, but not quickly.
+        moves = {
+            one.surface: one.quickest / self._setting.half_travel(one.surface) for one in plain
+        }
+        quickest = max(moves.values(), default=0.0)
+        plain = [one for one in plain if moves[one.surface] >= SECONDARY_INPUT_RATIO * quickest]
+        return sorted(
+            (self._better(one, low, high) for one in plain), key=lambda one: -moves[one.surface]
+        )
+
+    def _better(self, one: SurfaceInput, low: int, high: int) -> SurfaceInput:
+        """Return the input measured against its trim, where the stretch shows one."""
+        moves = {one.surface: (one.t_start + LOOK_BACK, one.t_end)}
+        measured = measure_moved_inputs(
+            self._times[low:high], self._rows[low:high], moves, self._setting
+        )
+        return measured[0] if measured and measured[0].kind != "retrim" else one
+
+
+def collect_maneuvers(
+    flight: Flight,
+    aircraft: Aircraft,
+    *,
+    given: Sequence[str] = (),
+    number: int = 1,
+    flights: int = 1,
+    as_found: bool = False,
+) -> FlightManeuvers:
+    """Return the maneuvers of a flight with all that is worth saying.
+
+    Changes made by hand, which stand among the events of the flight, count.
+
+    Parameters
+    ----------
+    flight : Flight
+    aircraft : Aircraft
+        As that flight flew it.
+    given : sequence of str
+        ``START:STOP`` or ``K:START:STOP``, s. Those for this flight take the place of what would
+        be found; which inputs moved is seen from the samples.
+    number, flights : int
+        Which flight of how many this is, for ``K``. A flight that no text names is searched.
+    as_found : bool
+        Whether to leave out what was changed by hand.
+
+    Raises
+    ------
+    FlightError
+        If no surface was measured, or a text cannot be read or lies outside the flight.
+    """
+    windows = [one for one in parse_maneuver_windows(given, flights) if one.flight == number]
+    try:
+        check_detectable(flight)
+    except FlightError as error:
+        raise FlightError("; ".join((str(error), *uncalibrated_text(flight)))) from None
+    detector = run_detector(flight, aircraft)
+    found = detector.finish()
+    remarks = list(surface_remarks(flight))
+    on_ground: tuple[str, ...] = ()
+    assessor = ManeuverAssessor(flight, aircraft, detector.noise)
+    found = tuple(assessor.after_verdicts(one) for one in found)
+    if windows:
+        found = tuple(
+            assessor.assess(str(place), window.start, window.stop)
+            for place, window in enumerate(windows, start=1)
+        )
+        # Without airspeed a steady flight may look like standing.
+        if detector.judged_by == "airspeed":
+            grounded = [one for one in found if not detector.flew(one.t_start, one.t_end)]
+            on_ground = tuple(one.id for one in grounded)
+            remarks += map(ground_window_text, grounded)
+    elif flight.duration < SHORT_FLIGHT_DURATION and len(found) <= 1:
+        times = flight.block.times
+        whole = assessor.assess("1", float(times[0]), float(times[-1]))
+        # Where the detection saw the input, it knows its inputs and shape better.
+        found = (replace(found[0], t_start=whole.t_start, t_end=whole.t_end) if found else whole,)
+        remarks.append(f"the record of {flight.duration:.1f} s is taken as one maneuver, whole")
+    if not windows and not as_found:
+        log = ManeuverEditLog(EventLog(events_path(flight.path)), found)
+        found, said = apply_edits(log, assessor.assess)
+        remarks += said
+    return FlightManeuvers(
+        maneuvers=found,
+        noise=detector.noise,
+        judged_by=detector.judged_by,
+        remarks=tuple(remarks),
+        on_ground=on_ground,
+    )
+
+
+def ground_window_text(maneuver: DetectedManeuver) -> str:
+    """Return why a window in which the aircraft was on the ground is not used."""
+    return (
+        f"maneuver {maneuver.id} is left out: it was not flown; from {maneuver.t_start:.2f} to "
+        f"{maneuver.t_end:.2f} s the aircraft was on the ground, by its airspeed"
+    )
+
+
+def list_maneuvers(
+    flight: Flight,
+    aircraft: Aircraft,
+    given: Sequence[str] = (),
+    *,
+    number: int = 1,
+    flights: int = 1,
+) -> tuple[DetectedManeuver, ...]:
+    """Return the maneuvers of a flight: given, or found, or the whole of a short record.
+
+    See `collect_maneuvers`.
+    """
+    return collect_maneuvers(
+        flight, aircraft, given=given, number=number, flights=flights
+    ).maneuvers
+
+
+def surface_remarks(flight: Flight) -> tuple[str, ...]:
+    """Return sentences about surfaces that were not measured or never moved."""
+    rows = extract_signals(flight.block)
+    behind, bare = _instruments_by_channel(flight), set(flight.uncalibrated)
+    found = []
+    for surface in SURFACES:
+        samples = rows[:, SIGNAL_COLUMNS[surface]]
+        samples = samples[np.isfinite(samples)]
+        if not samples.size and bare & set(behind.get(surface, ())):
+            found.append(f"{surface} is uncalibrated: its inputs cannot be seen")
+        elif not samples.size:
+            found.append(f"{surface} was not measured: its inputs cannot be seen")
+        elif samples.size > 100 and not float(np.ptp(samples)) > 0.0:
+            still = f"stands still at {samples[0] / DEGREE:.2f} deg in every sample"
+            measured = {surface, *SURFACE_HALVES.get(surface, ("rudder",))} & set(
+                flight.block.channels
+            )
+            found.append(
+                f"{surface} {still}: its sensor looks stuck or unplugged"
+                if measured
+                else f"{surface} was not measured, and {surface}_command {still}: look which servo "
+                "the channel map names"
+            )
+    return tuple(found)
+
+
+def explain_no_maneuvers(flight: Flight, found: Sequence[DetectedManeuver] = ()) -> str:
+    """Return why a flight gives no maneuver to use.
+
+    Parameters
+    ----------
+    flight : Flight
+    found : sequence of DetectedManeuver
+        Those that were found and are not used.
+    """
+    causes = [*uncalibrated_text(flight)]
+    if causes:
+        return "; ".join(causes)
+    causes += surface_remarks(flight)
+    for one in found:
+        why = "excluded by hand" if one.use is False else "; ".join(one.reasons)
+        causes.append(f"maneuver {one.id} is left out: {why or 'unfit'}")
+    if not found:
+        other = "other " if causes else ""
+        causes.append(f"no {other}input was quick, returned to trim and was answered in the air")
+    return "; ".join(causes)
+
+
+def _instruments_by_channel(flight: Flight) -> dict[str, tuple[str, ...]]:
+    """Return the instruments behind each channel, calibrated or not."""
+    measured = [name for name, each in flight.sources.items() if each.kind != "derived"]
+    return source_instruments([*measured, *flight.uncalibrated])
+
+
+def uncalibrated_text(flight: Flight) -> tuple[str, ...]:
+    """Return which inputs and answers of a flight are volts only, for want of a certificate."""
+    bare = set(flight.uncalibrated)
+    if not bare:
+        return ()
+    behind = _instruments_by_channel(flight)
+    answers = dict.fromkeys(name for names in RESPONSE_CHANNELS.values() for name in names)
+    parts = []
+    for what, names in (("inputs", SURFACES), ("answers", answers)):
+        lacking = [one for name in names for one in behind.get(name, ()) if one in bare]
+        if lacking:
+            parts.append(f"{what} {', '.join(dict.fromkeys(lacking))}")
+    if not parts:
+        return ()
+    return (
+        f"uncalibrated, volts only: {'; '.join(parts)}: add their certificates (--calibration)",
+    )

@@ -1,0 +1,308 @@
+"""The shape of one surface's input: where it begins and ends, how large it is, what it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+
+from gsapp.quantities import FloatArray
+
+InputKind = Literal["doublet", "3-2-1-1", "pulse", "multistep", "sweep", "retrim"]
+"""Shape of an input; see `classify_input`."""
+
+LOOK_BACK = 0.15
+"""A surface that goes a good way within this time, s, is moved on purpose."""
+
+_TRIM = 0.8
+"""Length of the stretch before an input in which the surface is trimmed, s."""
+_ASIDE = 0.35
+"""Share of the largest excursion beyond which the surface is held to one side."""
+_BEGUN = 0.1
+_SMOOTHED = 0.05
+_SHORTEST_RUN = 0.06
+_EDGE = 0.4
+"""The most that a surface takes from one side to the other in one go, s."""
+_LONGEST_HOLD = 3.0
+"""A surface held to one side for longer, s, was retrimmed and not displaced."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SurfaceInput:
+    """What one surface did.
+
+    Attributes
+    ----------
+    surface : str
+    t_start, t_end : float
+        When it left its trim and when it was back, s.
+    amplitude : float
+        Half the peak-to-peak deflection, rad; of a pulse its height.
+    before, after : float
+        Where it stood, rad.
+    runs : tuple of (int, float)
+        Side (+1, -1) and duration (s) of each excursion.
+    unrest : float
+        Peak-to-peak in the stretch before, rad.
+    largest, quickest : float
+        Its largest excursion from trim, and the most it went within `LOOK_BACK`, rad.
+    balance : float
+        The smaller side over the larger one.
+    kind : InputKind
+    """
+
+    surface: str
+    t_start: float
+    t_end: float
+    amplitude: float
+    before: float
+    after: float
+    runs: tuple[tuple[int, float], ...]
+    unrest: float
+    largest: float
+    quickest: float
+    balance: float
+    kind: InputKind
+
+    @property
+    def abruptness(self) -> float:
+        """Return its quickest move over its largest excursion: steering builds up, inputs step."""
+        return self.quickest / self.largest
+
+    @property
+    def returned(self) -> bool:
+        """Return whether it came back to about where it was."""
+        return abs(self.after - self.before) < 0.5 * self.amplitude
+
+    @property
+    def unmistakable(self) -> bool:
+        """Return whether it stepped from side to side as no steering does.
+
+        About its trim, that is: a surface that is retrimmed in one step crosses the line between
+        old and new trim as well, but ends twice its amplitude away.
+        """
+        return (
+            self.kind in ("doublet", "3-2-1-1")
+            and self.abruptness > 0.9
+            and self.balance > 0.4
+            and abs(self.after - self.before) < self.amplitude
+            and self.unrest < 1.2 * self.amplitude
+        )
+
+
+def smooth_samples(samples: FloatArray, dt: float) -> FloatArray:
+    """Return the centered mean over about 0.05 s; NaN where a sample is missing."""
+    half = round(0.5 * _SMOOTHED / dt)
+    if half < 1 or samples.size < 2 * half + 1:
+        return samples
+    padded = np.concatenate((np.full(half, samples[0]), samples, np.full(half, samples[-1])))
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1)
+    return np.asarray(windows.mean(axis=1))
+
+
+def measure_surface_input(
+    surface: str,
+    times: FloatArray,
+    samples: FloatArray,
+    first: float,
+    last: float,
+    noise: float,
+    *,
+    left: bool = False,
+) -> SurfaceInput | None:
+    """Measure an input around the quick moves of its surface.
+
+    Parameters
+    ----------
+    surface : str
+    times, samples : ndarray, shape (n,)
+        s and rad, from a good second before to a good second after the moves.
+    first, last : float
+        Times of the first and the last quick move, s; each looks back over `LOOK_BACK`.
+    noise : float
+        Standard deviation of the surface's signal, rad.
+    left : bool
+        Whether its last quick move left it away from trim: it counts from where it stood before
+        until then, and from where it was left afterwards.
+
+    Returns
+    -------
+    SurfaceInput or None
+        None where samples are missing, or nothing stands out.
+    """
+    there = np.isfinite(samples)
+    times, samples = times[there], samples[there]
+    if times.size < 8:
+        return None
+    level = smooth_samples(samples, float(np.median(np.diff(times))))
+    begin = first - LOOK_BACK
+    calm = (times >= begin - _TRIM) & (times < begin - 0.02)
+    rest = (times > last + 0.2) & (times <= last + 1.0)
+    moved = (times >= begin - 0.1) & (times <= last + 0.3)
+    if calm.sum() < 3 or moved.sum() < 4:
+        return None
+    before = float(np.median(level[calm]))
+    after = float(np.median(level[rest])) if rest.sum() >= 3 else float(level[-1])
+    inside, at = level[moved], times[moved]
+    # The trim need not come back to where it was: half way between is fair to both ends.
+    trim = np.linspace(before, after, inside.size)
+    if left:
+        trim = np.where(at < last - LOOK_BACK, before, after)
+    away = inside - trim
+    largest = float(np.max(np.abs(away)))
+    if not largest > 4.0 * noise:
+        return None
+    runs, edges = _find_excursions(at, away, _ASIDE * largest)
+    if not runs:
+        return None
+    threshold = max(_BEGUN * largest, 3.0 * noise)
+    t_start, t_end = _trim_departure_and_return(times, level, edges, before, after, threshold)
+    both = len({side for side, _ in runs}) == 2
+    amplitude = 0.5 * float(np.ptp(away)) if both else largest
+    return SurfaceInput(
+        surface=surface,
+        t_start=t_start,
+        t_end=t_end,
+        amplitude=amplitude,
+        before=before,
+        after=after,
+        runs=tuple(runs),
+        unrest=float(np.ptp(level[calm])),
+        largest=largest,
+        quickest=_max_step(at, inside),
+        balance=_side_ratio(away),
+        kind=classify_input(runs),
+    )
+
+
+def measure_plain_input(
+    surface: str, times: FloatArray, samples: FloatArray
+) -> SurfaceInput | None:
+    """Measure how a surface moved in a stretch about which nothing is known.
+
+    Its first and last tenth stand for the trim.
+
+    Returns
+    -------
+    SurfaceInput or None
+        None where there are too few samples, or they are all alike.
+    """
+    there = np.isfinite(samples)
+    times, samples = times[there], samples[there]
+    if times.size < 8:
+        return None
+    level = smooth_samples(samples, float(np.median(np.diff(times))))
+    edge = max(level.size // 10, 2)
+    before, after = float(np.median(level[:edge])), float(np.median(level[-edge:]))
+    away = level - np.linspace(before, after, level.size)
+    largest = float(np.max(np.abs(away)))
+    if not largest > 0.0:
+        return None
+    runs, edges = _find_excursions(times, away, _ASIDE * largest)
+    if not runs:
+        return None
+    t_start, t_end = _trim_departure_and_return(
+        times, level, edges, before, after, _BEGUN * largest
+    )
+    both = len({side for side, _ in runs}) == 2
+    kind = classify_input(runs)
+    return SurfaceInput(
+        surface=surface,
+        t_start=t_start,
+        t_end=t_end,
+        amplitude=0.5 * float(np.ptp(away)) if both else largest,
+        before=before,
+        after=after,
+        runs=tuple(runs),
+        unrest=float(np.ptp(level[:edge])),
+        largest=largest,
+        quickest=_max_step(times, level),
+        balance=_side_ratio(away),
+        kind="multistep" if kind == "retrim" else kind,
+    )
+
+
+def _side_ratio(away: FloatArray) -> float:
+    sides = sorted((max(float(away.max()), 0.0), max(float(-away.min()), 0.0)))
+    return sides[0] / sides[1] if sides[1] > 0.0 else 0.0
+
+
+def _max_step(times: FloatArray, level: FloatArray) -> float:
+    """Return the most that a level changes within `LOOK_BACK`."""
+    earlier = np.searchsorted(times, times - LOOK_BACK - 1e-9)
+    return float(np.max(np.abs(level - level[earlier])))
+
+
+def _find_excursions(
+    times: FloatArray, away: FloatArray, threshold: float
+) -> tuple[list[tuple[int, float]], tuple[float, float]]:
+    """Return side and duration of each excursion, and when the first begins and the last ends."""
+    side = np.where(away > threshold, 1, np.where(away < -threshold, -1, 0))
+    cuts = np.flatnonzero(np.diff(side)) + 1
+    bounds = [0, *cuts.tolist(), side.size]
+    pieces = [
+        (int(side[low]), float(times[low]), float(times[min(high, side.size - 1)]))
+        for low, high in pairwise(bounds)
+    ]
+    held = [piece for piece in pieces if piece[0] and piece[2] - piece[1] >= _SHORTEST_RUN]
+    joined: list[tuple[int, float, float]] = []
+    for piece in held:
+        if joined and joined[-1][0] == piece[0] and piece[1] - joined[-1][2] < 0.15:
+            joined[-1] = (piece[0], joined[-1][1], piece[2])
+        else:
+            joined.append(piece)
+    # A side is left for good where the next one is reached: a short step is not lost in its edges.
+    gaps = [later[1] - piece[2] for piece, later in pairwise(joined)]
+    edge = min(gaps, default=0.0)
+    runs = [
+        (piece[0], (later[1] if later[1] - piece[2] < _EDGE else piece[2] + edge) - piece[1])
+        for piece, later in pairwise(joined)
+    ]
+    runs += [(sign, stop + min(edge, _EDGE) - start) for sign, start, stop in joined[-1:]]
+    ends = (joined[0][1], joined[-1][2]) if joined else (float("nan"), float("nan"))
+    return runs, ends
+
+
+def _trim_departure_and_return(
+    times: FloatArray,
+    level: FloatArray,
+    edges: tuple[float, float],
+    before: float,
+    after: float,
+    threshold: float,
+) -> tuple[float, float]:
+    """Return when the surface last was in trim before, and first is back after."""
+    early = np.flatnonzero((times <= edges[0]) & (np.abs(level - before) < threshold))
+    late = np.flatnonzero((times >= edges[1]) & (np.abs(level - after) < 1.5 * threshold))
+    start = float(times[early[-1]]) if early.size else edges[0]
+    end = float(times[late[0]]) if late.size else edges[1]
+    return start, end
+
+
+def classify_input(runs: list[tuple[int, float]]) -> InputKind:
+    """Name the shape of an input by its excursions.
+
+    Returns
+    -------
+    str
+        ``pulse`` (one side), ``doublet`` (one side, then the other), ``3-2-1-1`` (four, each
+        shorter than the one before but the last), ``sweep`` (seven or more), ``multistep`` (all
+        else), ``retrim`` where a side is held for long.
+    """
+    lengths = [length for _, length in runs]
+    if max(lengths) > _LONGEST_HOLD:
+        return "retrim"
+    if len(runs) == 1:
+        return "pulse"
+    if len(runs) == 2:
+        return "doublet" if min(lengths) > 0.25 * max(lengths) else "pulse"
+    if len(runs) == 4:
+        unit = sum(lengths) / 7.0
+        misses = [
+            length / unit - wanted for length, wanted in zip(lengths, (3, 2, 1, 1), strict=True)
+        ]
+        if max(abs(miss) for miss in misses) < 0.9:
+            return "3-2-1-1"
+    return "sweep" if len(runs) >= 7 else "multistep"

@@ -1,0 +1,316 @@
+"""Changing the list of maneuvers by hand, with nothing lost: every change can be taken back.
+
+A change takes some maneuvers out of the list and puts others in: moving an edge puts in the same
+one with other times, merging puts one in for several. The list as found stays untouched beneath,
+so that what stands is the found ones with the changes applied in order. Changes are kept as
+events of the flight; every window that follows them shows the same list.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Final, Protocol
+
+from gsapp.flight.maneuvers.detected_maneuver import (
+    GRADED_BY_CREW,
+    GRADED_BY_PROGRAM,
+    GRADES,
+    DetectedManeuver,
+    Grade,
+)
+from gsapp.foundation import FlightError, UnknownNameError
+
+_SAME_EDGE: Final = 1e-6
+"""Seconds between edges that are the same."""
+
+
+class AssessFunction(Protocol):
+    """Looks at a stretch of the flight; see `gsapp.flight.maneuvers.flight_maneuvers.ManeuverAssessor.assess`."""
+
+    def __call__(self, name: str, start: float, stop: float) -> DetectedManeuver:
+        """Return the stretch from start to stop, s, as a maneuver."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ManeuverEdit:
+    """One change.
+
+    Attributes
+    ----------
+    words : str
+        What was done, for the history on screen.
+    removed : tuple of str
+        Ids of the maneuvers taken out.
+    added : tuple of DetectedManeuver
+        Put in.
+    stretches : tuple of (float, float)
+        Where each of those taken out lay, s; empty in files of former versions.
+    number : int
+        Which change of the events file it is, from 1; 0 before it was written.
+    remark : str
+        What had to be done to apply it to a list that was found otherwise; empty for nothing.
+    """
+
+    words: str
+    removed: tuple[str, ...] = ()
+    added: tuple[DetectedManeuver, ...] = ()
+    stretches: tuple[tuple[float, float], ...] = ()
+    number: int = field(default=0, compare=False)
+    remark: str = field(default="", compare=False)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the data of an event."""
+        return {
+            "removed": list(self.removed),
+            "stretches": [list(stretch) for stretch in self.stretches],
+            "added": [maneuver.to_record() for maneuver in self.added],
+        }
+
+    @staticmethod
+    def from_json(words: str, data: Any) -> ManeuverEdit:
+        """Return the change that an event tells of.
+
+        Raises
+        ------
+        FlightError
+            If it holds none.
+        """
+        removed, added = data.get("removed"), data.get("added")
+        if not isinstance(removed, list) or not isinstance(added, list):
+            raise FlightError(f"the event '{words}' holds no change of maneuvers; leave it out")
+        try:
+            stretches = tuple((float(low), float(high)) for low, high in data.get("stretches", ()))
+        except (TypeError, ValueError) as error:
+            raise FlightError(
+                f"the event '{words}' does not say where its maneuvers lay; leave it out"
+            ) from error
+        return ManeuverEdit(
+            words=words,
+            removed=tuple(str(name) for name in removed),
+            added=tuple(DetectedManeuver.from_record(record) for record in added),
+            stretches=stretches if len(stretches) == len(removed) else (),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EditableManeuverList:
+    """The maneuvers of a flight with all changes so far. Each change gives a new book.
+
+    Attributes
+    ----------
+    found : tuple of DetectedManeuver
+        As the detection gave them.
+    edits : tuple of ManeuverEdit
+        In force, in the order in which they were made.
+    undone : tuple of ManeuverEdit
+        Taken back, the latest last; `redo` brings it again.
+    """
+
+    found: tuple[DetectedManeuver, ...] = ()
+    edits: tuple[ManeuverEdit, ...] = ()
+    undone: tuple[ManeuverEdit, ...] = ()
+
+    @property
+    def maneuvers(self) -> tuple[DetectedManeuver, ...]:
+        """Return what stands, in order of time."""
+        standing = {maneuver.id: maneuver for maneuver in self.found}
+        for edit in self.edits:
+            for name in edit.removed:
+                standing.pop(name, None)
+            standing.update((maneuver.id, maneuver) for maneuver in edit.added)
+        return tuple(sorted(standing.values(), key=lambda one: (one.t_start, one.id)))
+
+    def __getitem__(self, name: str) -> DetectedManeuver:
+        """Return the maneuver of that id.
+
+        Raises
+        ------
+        UnknownNameError
+            If none stands under it.
+        """
+        maneuvers = self.maneuvers
+        for maneuver in maneuvers:
+            if maneuver.id == name:
+                return maneuver
+        there = ", ".join(maneuver.id for maneuver in maneuvers) or "none"
+        raise UnknownNameError(f"there is no maneuver '{name}'; there are {there}")
+
+    # Changes --------------------------------------------------------------------------
+
+    def apply(self, edit: ManeuverEdit) -> EditableManeuverList:
+        """Return a book with one change more; what had been taken back is gone."""
+        standing = {maneuver.id: maneuver for maneuver in self.maneuvers}
+        missing = [name for name in edit.removed if name not in standing]
+        if missing:
+            raise UnknownNameError(
+                f"'{edit.words}' changes the maneuver '{missing[0]}', which is not there any more"
+            )
+        taken = set(standing).difference(edit.removed)
+        for maneuver in edit.added:
+            if not maneuver.id or maneuver.id in taken:
+                raise FlightError(
+                    f"'{edit.words}' needs a name of its own; '{maneuver.id}' is taken or empty"
+                )
+            taken.add(maneuver.id)
+        if not edit.stretches:
+            lay = tuple((standing[name].t_start, standing[name].t_end) for name in edit.removed)
+            edit = replace(edit, stretches=lay)
+        return replace(self, edits=(*self.edits, edit), undone=())
+
+    def move(
+        self,
+        name: str,
+        assess: AssessFunction,
+        *,
+        t_start: float | None = None,
+        t_end: float | None = None,
+    ) -> EditableManeuverList:
+        """Move one or both edges (s); inputs and grade are judged anew.
+
+        A grade that a person gave stays.
+
+        Raises
+        ------
+        FlightError
+            If the end would come before the start, or no samples lie between.
+        """
+        old = self[name]
+        start = old.t_start if t_start is None else t_start
+        stop = old.t_end if t_end is None else t_end
+        new = _with_crew_entries(assess(name, *_check_order(start, stop)), old)
+        words = f"move {name} to {new.t_start:.2f} to {new.t_end:.2f} s"
+        return self.apply(ManeuverEdit(words=words, removed=(name,), added=(new,)))
+
+    def add(
+        self, assess: AssessFunction, t_start: float, t_end: float, name: str = ""
+    ) -> EditableManeuverList:
+        """Add a stretch (s) that the detection did not take for a maneuver."""
+        given = name or self.free_name()
+        new = assess(given, *_check_order(t_start, t_end))
+        return self.apply(ManeuverEdit(words=f"add {given} at {new.t_start:.2f} s", added=(new,)))
+
+    def remove(self, *names: str) -> EditableManeuverList:
+        """Take maneuvers out, as one change."""
+        found = tuple(self[name].id for name in dict.fromkeys(names))
+        return self.apply(ManeuverEdit(words=f"remove {', '.join(found)}", removed=found))
+
+    def merge(self, names: Sequence[str], assess: AssessFunction) -> EditableManeuverList:
+        """Make one of several, from the first start to the last end.
+
+        Raises
+        ------
+        FlightError
+            If there are fewer than two.
+        """
+        if len(set(names)) < 2:
+            raise FlightError("merging takes two maneuvers or more; name them")
+        parts = sorted((self[name] for name in dict.fromkeys(names)), key=lambda one: one.t_start)
+        new = assess(parts[0].id, parts[0].t_start, max(part.t_end for part in parts))
+        notes = "; ".join(part.note for part in parts if part.note)
+        words = f"merge {', '.join(part.id for part in parts)}"
+        removed = tuple(part.id for part in parts)
+        return self.apply(
+            ManeuverEdit(words=words, removed=removed, added=(replace(new, note=notes),))
+        )
+
+    def rename(self, name: str, new: str) -> EditableManeuverList:
+        """Give a maneuver another id."""
+        renamed = replace(self[name], id=new.strip())
+        return self.apply(
+            ManeuverEdit(words=f"rename {name} to {new}", removed=(name,), added=(renamed,))
+        )
+
+    def annotate(self, name: str, note: str) -> EditableManeuverList:
+        """Write a note beside a maneuver, in place of the former one."""
+        noted = replace(self[name], note=note)
+        return self.apply(ManeuverEdit(words=f"note on {name}", removed=(name,), added=(noted,)))
+
+    def regrade(
+        self, name: str, grade: Grade | None, assess: AssessFunction, reason: str = ""
+    ) -> EditableManeuverList:
+        """Give a maneuver the grade that a person finds right; None leaves it to the program.
+
+        Raises
+        ------
+        FlightError
+            If there is no such grade.
+        """
+        old = self[name]
+        if grade is None:
+            mine = replace(old, graded_by=GRADED_BY_PROGRAM)
+            new = self.judged(mine, assess)
+            words = f"grade {name} by the samples again"
+        elif grade in GRADES:
+            reasons = (reason.strip(),) if reason.strip() else ()
+            new = replace(old, grade=grade, reasons=reasons, graded_by=GRADED_BY_CREW)
+            words = f"grade {name} {grade}"
+        else:
+            raise FlightError(f"there is no grade '{grade}'; grades are {', '.join(GRADES)}")
+        return self.apply(ManeuverEdit(words=words, removed=(name,), added=(new,)))
+
+    def decide(self, name: str, use: bool) -> EditableManeuverList:
+        """Let a maneuver take part in estimates, or not, whatever its grade.
+
+        A decision that says no more than the grade is none, and does not outlast it.
+        """
+        old = self[name]
+        alone = len(self.maneuvers) == 1
+        by_grade = replace(old, use=None).used(alone=alone)
+        decided = replace(old, use=None if use == by_grade else use)
+        words = f"use {name} in estimates" if use else f"leave {name} out of estimates"
+        return self.apply(ManeuverEdit(words=words, removed=(name,), added=(decided,)))
+
+    def judged(self, maneuver: DetectedManeuver, assess: AssessFunction) -> DetectedManeuver:
+        """Return a maneuver as the samples show it now, with what people wrote of it.
+
+        One with edges as they were found is what the detection says; others are looked at anew.
+
+        Raises
+        ------
+        FlightError
+            If it lies outside the flight.
+        """
+        for one in self.found:
+            edges = (one.t_start - maneuver.t_start, one.t_end - maneuver.t_end)
+            if max(map(abs, edges)) <= _SAME_EDGE:
+                return _with_crew_entries(one, maneuver)
+        return _with_crew_entries(assess(maneuver.id, maneuver.t_start, maneuver.t_end), maneuver)
+
+    def undo(self) -> EditableManeuverList:
+        """Take the latest change back; the same book where there is none."""
+        if not self.edits:
+            return self
+        return replace(self, edits=self.edits[:-1], undone=(*self.undone, self.edits[-1]))
+
+    def redo(self) -> EditableManeuverList:
+        """Bring back what was taken back last; the same book where there is none."""
+        if not self.undone:
+            return self
+        return replace(self, edits=(*self.edits, self.undone[-1]), undone=self.undone[:-1])
+
+    def free_name(self, names: Iterable[str] = ()) -> str:
+        """Return an id that neither a maneuver here has nor one of these."""
+        # Nor one that was taken out: what was estimated from it keeps its name.
+        ever = (*self.found, *(one for edit in self.edits for one in edit.added))
+        used = {maneuver.id for maneuver in ever}.union(names)
+        number = len(used) + 1
+        while str(number) in used:
+            number += 1
+        return str(number)
+
+
+def _with_crew_entries(maneuver: DetectedManeuver, former: DetectedManeuver) -> DetectedManeuver:
+    """Return a maneuver with what people say of it: id, note, use, and the grade they gave."""
+    kept = replace(maneuver, id=former.id, note=former.note, use=former.use)
+    if former.graded_by == GRADED_BY_PROGRAM:
+        return kept
+    return replace(kept, grade=former.grade, reasons=former.reasons, graded_by=former.graded_by)
+
+
+def _check_order(start: float, stop: float) -> tuple[float, float]:
+    if not start < stop:
+        raise FlightError(
+            f"a maneuver from {start:g} to {stop:g} s ends before it begins; swap the edges"
+        )
+    return start, stop

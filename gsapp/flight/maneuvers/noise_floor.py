@@ -1,0 +1,204 @@
+"""The noise floor of each channel, from stretches in which nothing but noise is to be seen.
+
+Before take-off the engines run for about 80 s: what the channels then show is vibration, noise
+of the instruments and steps of the converter. It is measured in windows of two seconds, each
+freed of its straight line (a high-pass at about half a hertz), and the median over the windows
+stands against range-check pulses and run-ups. A record without such a stretch takes its quietest
+windows instead.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gsapp.flight.maneuvers.signals import RATES, SIGNAL_COLUMNS, SIGNALS, SURFACES
+from gsapp.quantities import FloatArray
+
+WINDOW_DURATION = 2.0
+"""Length of one window, s."""
+
+_LAST_BEFORE_AIRBORNE = 8
+"""Windows dropped before being recognized as airborne: the take-off run is no quiet stretch."""
+_FEWEST_ON_GROUND = 2
+_QUIETEST = 0.15
+"""Share of the windows in the air that count as quiet."""
+_MOST_KEPT = 400
+_RATE_COLUMNS = [SIGNAL_COLUMNS[name] for name in RATES]
+_TURNING = 100.0
+"""Above this speed, rad/s, an engine runs."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoiseFloor:
+    """Standard deviation of what each channel shows when nothing happens.
+
+    Attributes
+    ----------
+    std : mapping of str to float
+        By channel, SI. A channel without samples is absent.
+    source : str
+        Where it was measured, in words.
+    seconds : float
+        Length of the stretches it was measured in, s.
+    stands : bool
+        Whether it was measured before take-off: no flying changes it any more.
+    """
+
+    std: Mapping[str, float] = field(default_factory=dict)
+    source: str = "not measured"
+    seconds: float = 0.0
+    stands: bool = False
+
+    def of(self, name: str) -> float:
+        """Return the standard deviation of a channel; 0 where it is not known."""
+        return self.std.get(name, 0.0)
+
+
+def window_noise(rows: FloatArray) -> FloatArray:
+    """Return the standard deviation about the straight line of each column.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (n, m)
+        Evenly spaced; NaN counts as missing.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        NaN where less than half of the samples are there.
+    """
+    count = len(rows)
+    place = np.arange(count, dtype=np.float64) - 0.5 * (count - 1)
+    there = np.isfinite(rows)
+    present = there.sum(axis=0)
+    safe = np.maximum(present, 1)
+    filled = np.where(there, rows, 0.0)
+    mean = filled.sum(axis=0) / safe
+    offset = np.where(there, rows - mean, 0.0)
+    lever = np.where(there, place[:, None], 0.0)
+    lever = np.where(there, lever - lever.sum(axis=0) / safe, 0.0)
+    power = (lever * lever).sum(axis=0)
+    slope = (lever * offset).sum(axis=0) / np.where(power > 0.0, power, 1.0)
+    rest = offset - slope * lever
+    variance = (rest * rest).sum(axis=0) / np.maximum(present - 2, 1)
+    return np.where(present >= max(0.5 * count, 4), np.sqrt(variance), np.nan)
+
+
+class NoiseFloorEstimator:
+    """Collects windows and says what the noise floor is so far."""
+
+    def __init__(self) -> None:
+        self._ground: list[FloatArray] = []
+        self._turning: list[FloatArray] = []
+        self._recent: list[tuple[FloatArray, bool]] = []
+        self._air: list[FloatArray] = []
+        self._flown = False
+        self._floor: NoiseFloor | None = None
+
+    def add(self, rows: FloatArray, *, airborne: bool, standing: bool | None = None) -> None:
+        """Take in one window.
+
+        Parameters
+        ----------
+        rows : ndarray, shape (n, len(SIGNALS))
+        airborne : bool
+        standing : bool or None
+            Whether the airspeed says that it does not roll either; None where it does not tell.
+        """
+        noise = window_noise(rows)
+        if airborne:
+            # What was measured on the ground stands.
+            if not (self._flown and self._on_ground):
+                self._floor = None
+            # The run and the rotation were on the ground still, and were not quiet.
+            self._flown = True
+            self._recent = []
+            self._keep(self._air, noise)
+        elif not self._flown and standing is not False:
+            self._floor = None
+            # A comparison with a missing engine speed is false.
+            self._recent.append((noise, bool((rows[:, SIGNAL_COLUMNS["rpm"]] > _TURNING).any())))
+            if standing or len(self._recent) > _LAST_BEFORE_AIRBORNE:
+                noise, turning = self._recent.pop(0)
+                self._keep(self._turning if turning else self._ground, noise)
+
+    @property
+    def floor(self) -> NoiseFloor:
+        """Return the noise floor as far as it is known."""
+        if self._floor is None:
+            self._floor = self._measure()
+        return self._floor
+
+    @staticmethod
+    def _keep(kept: list[FloatArray], noise: FloatArray) -> None:
+        kept.append(noise)
+        if len(kept) > _MOST_KEPT:
+            del kept[::2]
+
+    @property
+    def _on_ground(self) -> bool:
+        return len(self._turning or self._ground) >= _FEWEST_ON_GROUND
+
+    def _measure(self) -> NoiseFloor:
+        if self._turning:
+            running, told = self._turning, " with the engines running"
+        else:
+            running = _vibrating_windows(self._ground)
+            told = " while the gyros shook" if len(running) < len(self._ground) else ""
+        if len(running) >= _FEWEST_ON_GROUND:
+            length = WINDOW_DURATION * len(running)
+            return NoiseFloor(
+                std=_by_channel(_ground_noise(np.array(running))),
+                source=f"{length:.0f} s before take-off{told}",
+                seconds=length,
+                stands=self._flown,
+            )
+        windows = self._air or [*self._ground, *(noise for noise, _ in self._recent)]
+        if not windows:
+            return NoiseFloor()
+        length = WINDOW_DURATION * math.ceil(_QUIETEST * len(windows))
+        return NoiseFloor(
+            std=_by_channel(_column_quantiles(np.array(windows), 0.5 * _QUIETEST)),
+            source=f"the quietest {length:.0f} s of the record",
+            seconds=length,
+        )
+
+
+def _vibrating_windows(windows: list[FloatArray]) -> list[FloatArray]:
+    """Return the windows in which the gyros shake as they do with engines; all if they never do."""
+    if not windows:
+        return []
+    rates = np.array(windows)[:, _RATE_COLUMNS]
+    known = np.isfinite(rates)
+    shaking = np.where(known, rates, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
+    level = float(np.quantile(shaking, 0.75))
+    return [window for window, size in zip(windows, shaking, strict=True) if size >= 0.4 * level]
+
+
+def _ground_noise(windows: FloatArray) -> FloatArray:
+    """Return the noise on the ground: engines always shake, surfaces move in the range check."""
+    found = _column_quantiles(windows, 0.5)
+    calm = [SIGNAL_COLUMNS[name] for name in SURFACES]
+    found[calm] = _column_quantiles(windows[:, calm], 0.2)
+    return found
+
+
+def _column_quantiles(windows: FloatArray, share: float) -> FloatArray:
+    """Return the value of each column below which a share of its windows lies; NaN for none."""
+    # Missing ones are sorted behind all others.
+    ordered = np.sort(windows, axis=0)
+    present = np.isfinite(windows).sum(axis=0)
+    place = (share * np.maximum(present - 1, 0)).astype(np.int64)
+    return np.asarray(ordered[place, np.arange(windows.shape[1])])
+
+
+def _by_channel(values: FloatArray) -> dict[str, float]:
+    return {
+        name: float(value)
+        for name, value in zip(SIGNALS, values, strict=True)
+        if math.isfinite(value)
+    }

@@ -1,0 +1,287 @@
+"""Quick moves of the surfaces: what tells an input made on purpose from steering.
+
+A surface that is moved on purpose goes further within `LOOK_BACK` than steering ever does; how far
+steering goes is learned from the flight itself. Used by the detection, frame by frame, and by
+whoever watches inputs while they happen.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+
+from gsapp.flight.maneuvers.input_shape import (
+    LOOK_BACK,
+    SurfaceInput,
+    measure_surface_input,
+    smooth_samples,
+)
+from gsapp.flight.maneuvers.maneuver_grade import GradingContext
+from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SURFACES
+from gsapp.quantities import FloatArray
+
+INPUT_END_PAUSE: Final = 1.3
+"""Seconds without a quick move after which an input is over, if the surfaces are back."""
+INPUT_END_PAUSE_DISPLACED: Final = 2.6
+"""The same if they are not: the longest step of an input."""
+SECONDARY_INPUT_RATIO: Final = 0.25
+"""An input this quick beside the quickest, both as shares of travel, belongs to the maneuver."""
+
+UNAMBIGUOUS_SHAPES: Final = ("doublet", "3-2-1-1")
+"""Shapes that steering hardly makes."""
+
+_LEAST_MOVE = 0.02
+"""Share of half the travel that a quick move takes at least."""
+_OVER_NOISE, _OVER_STEERING = 7.0, 3.0
+_STEERING_SHARE = 0.8
+_STEERING_FRAMES = 240
+_FEWEST_STEERING_FRAMES = 12
+_ABRUPT, _ABRUPT_IF_ODD = 0.35, 0.5
+"""Share of its excursion that an input covers within `LOOK_BACK`, doublet or 3-2-1-1, and
+any other shape."""
+_STRONG = 0.35
+"""Share of the quickest move of a surface that the steps of one input reach."""
+_AROUND = 1.5
+"""Seconds before the first quick move in which the first step is looked for."""
+_SURELY = 1.3
+"""A step from side to side is no accident this far over the threshold of a quick move."""
+_FREE_IF_CLEAR, _FREE_IF_ODD = 0.4, 1.0
+"""Seconds without a stick after a doublet or 3-2-1-1, and after any other shape."""
+
+
+class RapidMoveDetector:
+    """How far each surface goes within `LOOK_BACK`, and how far steering goes.
+
+    Parameters
+    ----------
+    setting : GradingContext
+        The aircraft, for its travel.
+    rate : float
+        Samples per second.
+
+    Attributes
+    ----------
+    thresholds : list of float
+        By surface, rad: a quick move goes further.
+    half_travel : list of float
+        By surface, rad.
+    """
+
+    def __init__(self, setting: GradingContext, rate: float) -> None:
+        self.lag = max(round(LOOK_BACK * rate), 1)
+        self.half_travel = [setting.half_travel(name) for name in SURFACES]
+        self.thresholds = [_LEAST_MOVE * travel for travel in self.half_travel]
+        self._steering = [deque[float](maxlen=_STEERING_FRAMES) for _ in SURFACES]
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin a stretch of samples without a gap; what was learned stays."""
+        self._tail = np.full((self.lag + 2, len(SURFACES)), np.nan)
+
+    def measure(self, rows: FloatArray) -> FloatArray:
+        """Return how far each surface went within `LOOK_BACK`, rad, shape (n, 3).
+
+        Single wild samples are voted out by their two predecessors. 0 where samples are missing.
+
+        Parameters
+        ----------
+        rows : ndarray, shape (n, >= 3)
+            The samples that follow those of the last call; the surfaces come first.
+        """
+        surfaces = np.concatenate((self._tail, rows[:, : len(SURFACES)]))
+        self._tail = surfaces[-(self.lag + 2) :]
+        one, two, three = surfaces[:-2], surfaces[1:-1], surfaces[2:]
+        voted = np.maximum(np.minimum(one, two), np.minimum(np.maximum(one, two), three))
+        moves = np.abs(voted[self.lag :] - voted[: -self.lag])
+        return np.where(np.isnan(moves), 0.0, moves)
+
+    def learn(self, frames: Iterable[FloatArray]) -> None:
+        """Take the furthest moves of frames of half a second, shape (3,), for steering."""
+        for peaks in frames:
+            for place, seen in enumerate(self._steering):
+                seen.append(float(peaks[place]))
+
+    def settle(self, setting: GradingContext) -> None:
+        """Draw the thresholds anew from the noise floor and from the steering seen so far."""
+        for place, name in enumerate(SURFACES):
+            seen = sorted(self._steering[place])
+            steering = 0.0
+            if len(seen) >= _FEWEST_STEERING_FRAMES:
+                steering = seen[int(_STEERING_SHARE * len(seen))]
+            self.thresholds[place] = max(
+                _LEAST_MOVE * self.half_travel[place],
+                _OVER_NOISE * setting.noise.of(name),
+                _OVER_STEERING * steering,
+            )
+
+
+def find_strong_moves(
+    times: FloatArray, rows: FloatArray, moved: Iterable[str], first: float, last: float, lag: int
+) -> dict[str, tuple[float, float]]:
+    """Return first and last quick move of each surface, without steering around them, s.
+
+    Parameters
+    ----------
+    times, rows : ndarray, shape (n,) and (n, len(SIGNALS))
+    moved : iterable of str
+        Surfaces that made quick moves.
+    first, last : float
+        Time of the first and the last of all quick moves, s.
+    lag : int
+        Samples in `LOOK_BACK`.
+    """
+    # The first and the last step are half as large as those between, and may be less than
+    # quick by themselves.
+    inside = (times >= first - _AROUND) & (times <= last + 0.5)
+    found = {}
+    for place, surface in enumerate(SURFACES):
+        if surface not in moved:
+            continue
+        samples = rows[:, place]
+        moves = np.zeros(times.size)
+        moves[lag:] = np.abs(samples[lag:] - samples[:-lag])
+        moves = np.where(inside & np.isfinite(moves), moves, 0.0)
+        strongest = int(np.argmax(moves))
+        least = _STRONG * float(moves[strongest])
+        strong = np.flatnonzero(moves > least)
+        if strong.size:
+            at = int(np.searchsorted(strong, strongest))
+            found[surface] = _cluster(times[strong], min(at, strong.size - 1))
+    return found
+
+
+def _cluster(times: FloatArray, strongest: int) -> tuple[float, float]:
+    """Return first and last of the times that hang together with the strongest one, s."""
+    parted = np.flatnonzero(np.diff(times) > INPUT_END_PAUSE_DISPLACED)
+    low = int(np.searchsorted(parted, strongest))
+    first = int(parted[low - 1]) + 1 if low > 0 else 0
+    last = int(parted[low]) if low < parted.size else times.size - 1
+    return float(times[first]), float(times[last])
+
+
+def find_pilot_takeover(
+    times: FloatArray,
+    rows: FloatArray,
+    last: float,
+    setting: GradingContext,
+    rate: float,
+    *,
+    stood: Mapping[str, float] = MappingProxyType({}),
+    least: float = 0.0,
+) -> float | None:
+    """Return when the pilot took over after the last quick move, s; None if not yet.
+
+    Parameters
+    ----------
+    times, rows : ndarray, shape (n,) and (n, len(SIGNALS))
+        From the last quick move on, or from before.
+    last : float
+        Its time, s.
+    setting : GradingContext
+    rate : float
+        Samples per second.
+    stood : mapping of str to float
+        Where surfaces stood before it all, rad: one that goes back there is let go, not taken.
+    least : float
+        What moves less is no hand, rad.
+    """
+    rest = last + 0.3
+    calm = (times >= rest) & (times < rest + 0.4)
+    earliest: float | None = None
+    for place, surface in enumerate(SURFACES):
+        samples = rows[:, SIGNAL_COLUMNS[surface]]
+        level = samples[calm]
+        if not np.isfinite(level).any():
+            continue
+        margin = max(
+            0.3 * _LEAST_MOVE * setting.half_travel(SURFACES[place]),
+            5.0 * setting.noise.of(surface),
+            least,
+        )
+        held = float(np.nanmedian(level))
+        away = distance_outside_range(
+            smooth_samples(samples, 1.0 / rate), held, stood.get(surface, held)
+        )
+        off = away > margin
+        gone = np.flatnonzero(off & (times > rest + 0.2))
+        if gone.size:
+            at = float(times[gone[0]])
+            earliest = at if earliest is None else min(earliest, at)
+    return earliest
+
+
+def distance_outside_range(samples: FloatArray, one: float, other: float) -> FloatArray:
+    """Return how far samples lie outside of what is between two levels, 0 for those inside."""
+    low, high = min(one, other), max(one, other)
+    return np.asarray(np.maximum(np.maximum(low - samples, samples - high), 0.0))
+
+
+def is_deliberate_input(main: SurfaceInput, free: float, threshold: float) -> bool:
+    """Return whether an input looks like one made on purpose.
+
+    The less its shape tells, the calmer it must be before and after. Large steps to both sides
+    leave no doubt even if the pilot takes over at once. One to a single side is no maneuver then:
+    steering in a fright looks the same.
+
+    Parameters
+    ----------
+    main : SurfaceInput
+    free : float
+        Time without a stick after it, s.
+    threshold : float
+        Of a quick move of its surface, rad.
+    """
+    # What steering does may have been learned since the move was taken for quick.
+    if main.quickest < threshold:
+        return False
+    if main.unmistakable and main.quickest > _SURELY * threshold:
+        return True
+    clear = main.kind in UNAMBIGUOUS_SHAPES
+    if main.kind == "retrim" or main.abruptness < (_ABRUPT if clear else _ABRUPT_IF_ODD):
+        return False
+    if main.unrest > (0.6 if clear else 0.35) * main.amplitude:
+        return False
+    return main.returned and free > (_FREE_IF_CLEAR if clear else _FREE_IF_ODD)
+
+
+def measure_moved_inputs(
+    times: FloatArray,
+    rows: FloatArray,
+    moves: dict[str, tuple[float, float]],
+    setting: GradingContext,
+) -> list[SurfaceInput]:
+    """Measure the inputs of a maneuver, the one of the quickest step first, as share of travel.
+
+    Parameters
+    ----------
+    times, rows : ndarray, shape (n,) and (n, len(SIGNALS))
+    moves : dict
+        First and last quick move (s) of each surface that made any.
+    setting : GradingContext
+    """
+    found = []
+    for surface, (first, last) in moves.items():
+        noise = setting.noise.of(surface)
+        one = measure_surface_input(
+            surface, times, rows[:, SIGNAL_COLUMNS[surface]], first, last, noise
+        )
+        if one is not None:
+            found.append(one)
+    # Steering may go further than an input, but not as quickly.
+    sizes = {one.surface: one.quickest / setting.half_travel(one.surface) for one in found}
+    found.sort(key=lambda one: -sizes[one.surface])
+    return [one for one in found if one is found[0] or _belongs_to_main_input(one, found[0], sizes)]
+
+
+def _belongs_to_main_input(one: SurfaceInput, main: SurfaceInput, sizes: dict[str, float]) -> bool:
+    """Return whether an input is part of the maneuver that the main one makes."""
+    return (
+        sizes[one.surface] >= SECONDARY_INPUT_RATIO * sizes[main.surface]
+        and one.abruptness > _ABRUPT
+        and one.t_start < main.t_end + INPUT_END_PAUSE
+        and one.t_end > main.t_start - INPUT_END_PAUSE
+    )

@@ -1,0 +1,52 @@
+"""Instruments that show nothing new over a maneuver.
+
+A potentiometer that is stuck still passes a converter, and its volts are corrected by a supply that
+is measured too: the last digits go on flickering. What lives has noise of its own, which reaches
+from end to end over several standard deviations within some dozen samples. So what moves by less
+than one of them shows neither the aircraft nor itself.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.flight.maneuvers.signals import SURFACE_HALVES
+from gsapp.quantities import FloatArray
+
+_SAME: Final = 1e-9
+"""Share of its size that a value may change by, brought to another time, and still be the same."""
+
+
+def sensor_noise(aircraft: Aircraft) -> dict[str, float]:
+    """Return the noise (standard deviation, SI) of vanes, gyros and surfaces; or zero."""
+    sensors = aircraft.sensors
+    surfaces = (
+        "de",
+        "da",
+        "dr",
+        "rudder",
+        *(half for pair in SURFACE_HALVES.values() for half in pair),
+    )
+    return {
+        "alpha": sensors.alpha_vane.noise,
+        "beta": sensors.beta_vane.noise,
+        **dict.fromkeys(("p", "q", "r"), sensors.gyro.noise),
+        **dict.fromkeys(surfaces, sensors.surfaces.noise),
+    }
+
+
+def is_stuck(samples: FloatArray, noise: float = 0.0) -> bool:
+    """Return whether samples move by less than the noise of their own instrument.
+
+    Parameters
+    ----------
+    samples : ndarray, shape (n,)
+        Those that are there, some dozen at least.
+    noise : float
+        Standard deviation; zero where it is not known: then only what is the same to the last bit
+        stands still.
+    """
+    return bool(np.ptp(samples) <= max(noise, _SAME * float(np.abs(samples).max())))

@@ -1,0 +1,381 @@
+"""How two clocks stand to each other over a flight: offset, drift, and how sure both are.
+
+Stretches of the flight are compared one by one, each with its own lag; a straight line through the
+lags is the offset and the drift. Where the lags lie on no line, the records are not of one motion,
+however alike they look in one place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from gsapp.flight.onboard_log.cross_correlation import (
+    RecordLag,
+    common_channels,
+    fill_omitted_rows,
+    find_lag,
+)
+from gsapp.flight.onboard_log.log_state import LogClock
+from gsapp.quantities import Block, FloatArray
+
+_WINDOW = 10.0
+"""Seconds of a stretch: several periods of what an aircraft of this size does."""
+_MOST_WINDOWS = 80
+_MOST_CHANNELS = 12
+_SMOOTH = 0.3
+"""Seconds over which both are smoothed alike before they are compared.
+
+The radio carries a few samples a second, and what lies between them is a straight line; smoothed,
+both hold the same. It is symmetric, so that it moves nothing.
+"""
+_SMOOTH_PERIODS = 2.0
+"""Or over so many samples of the radio, where it carries fewer."""
+_LEAST_THERE = 0.6
+_LEAST_ALIKE = 0.9
+_LEAST_AGREEING = 0.5
+_MOST_DRIFT = 1e-3
+"""Of any clock: bad crystals do 200 ppm."""
+_LEAST_SEARCH = 0.5
+_BEYOND_DOUBT = 3.0
+"""Standard deviations from which on a drift is corrected."""
+_FLOOR = 2e-4
+"""Seconds; no lag of a stretch is believed to be better than this."""
+_OUTSIDE = 4.0
+_ROUNDS = 3
+_FEW = 6
+_LEAST_SCATTER = 0.3
+_NORMAL = 1.4826
+"""From the median of absolute deviations to a standard deviation."""
+
+
+class ClockAlignmentError(Exception):
+    """Two records that cannot be aligned; says why, to stand after a colon."""
+
+
+class _SegmentLag(NamedTuple):
+    """What one channel says of one stretch.
+
+    Attributes
+    ----------
+    at : float
+        Middle of the stretch, s of flight time.
+    channel : str
+    lag : float
+        To be added to the log's time there, s.
+    std : float
+        s.
+    """
+
+    at: float
+    channel: str
+    lag: float
+    std: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _LagLine:
+    """Lags as ``offset + slope * (time - at)``."""
+
+    at: float
+    offset: float
+    offset_std: float
+    slope: float
+    slope_std: float | None
+    agreeing: int
+
+
+def align_clocks(
+    live: Block, log: Block, rate: float, *, leave_out: Collection[str] = ()
+) -> LogClock:
+    """Find how the clock of a log stands to that of a live record of the same motion.
+
+    Parameters
+    ----------
+    live, log : Block
+        On the grid ``k / rate``.
+    rate : float
+        Rows per second.
+    leave_out : collection of str
+        Channels that are not to be compared, such as those timed by their arrival.
+
+    Returns
+    -------
+    LogClock
+        Offset and drift with their standard deviations.
+
+    Raises
+    ------
+    ClockAlignmentError
+        If nothing moves alike, or not everywhere alike.
+    """
+    names = common_channels(live, log, leave_out)
+    if not names:
+        raise ClockAlignmentError("no channel that moves is in both")
+    coarse = find_lag(live, log, rate, names)
+    if not coarse.good:
+        raise ClockAlignmentError(
+            f"no channel of both moves alike (correlation {max(coarse.correlation, 0.0):.2f}, of "
+            f"{', '.join(names)})"
+        )
+    every = common_channels(live, log, leave_out, _MOST_CHANNELS)
+    lags = _segment_lags(live, log, rate, every, coarse)
+    windows = len({one.at for one in lags})
+    if not windows:
+        raise ClockAlignmentError(
+            f"they look alike somewhere (correlation {coarse.correlation:.2f}), but no stretch of "
+            f"{_WINDOW:g} s does in detail"
+        )
+    line = _fit_lag_line(lags)
+    if line.agreeing < _LEAST_AGREEING * windows:
+        raise ClockAlignmentError(
+            f"only {line.agreeing} of {windows} stretches of motion lie where one clock would put "
+            "them"
+        )
+    if abs(line.slope) > _MOST_DRIFT and abs(line.slope) > _BEYOND_DOUBT * (line.slope_std or 0.0):
+        raise ClockAlignmentError(
+            f"one clock would gain {abs(line.slope) * 1e6:.0f} ppm on the other, more than any does"
+        )
+    drifts = line.slope_std is not None and abs(line.slope) > _BEYOND_DOUBT * line.slope_std
+    # Lags are over flight time; offset and drift over the log's own, parts in a million apart.
+    return LogClock(
+        offset=line.offset,
+        offset_std=line.offset_std,
+        drift=-line.slope,
+        drift_std=line.slope_std,
+        drifts=drifts,
+        at=line.at - line.offset,
+        correlation=coarse.correlation,
+        windows=windows,
+        agreeing=line.agreeing,
+    )
+
+
+def _segment_lags(
+    live: Block, log: Block, rate: float, names: Sequence[str], coarse: RecordLag
+) -> list[_SegmentLag]:
+    """Return the lags of stretches of the live record that move, one each `_WINDOW` seconds."""
+    live_first, live_values = fill_omitted_rows(live, names, rate)
+    log_first, log_values = fill_omitted_rows(log, names, rate)
+    periods = [_period(column) for column in live_values.T]
+    widths = [
+        2 * round(0.5 * max(_SMOOTH * rate, _SMOOTH_PERIODS * period)) + 1 for period in periods
+    ]
+    live_values, log_values = (
+        _smooth_columns(live_values, widths),
+        _smooth_columns(log_values, widths),
+    )
+    start = max(live_first, log_first + coarse.rows)
+    stop = min(live_first + len(live_values), log_first + coarse.rows + len(log_values))
+    search = max(_LEAST_SEARCH, _MOST_DRIFT * (stop - start) / rate)
+    reach = max(min(round(search * rate), (stop - start) // 8), 2)
+    # The log is looked at a little before and behind each stretch, and smoothing takes its ends.
+    edge = reach + min(max(widths) // 2, (stop - start) // 8)
+    start, stop = start + edge, stop - edge
+    if stop - start < min(widths):
+        return []
+    rows = min(round(_WINDOW * rate), stop - start)
+    count = (stop - start) // rows
+    begins = start + (stop - start - rows) * np.arange(count) // max(count - 1, 1)
+    if count > _MOST_WINDOWS:
+        motion = [
+            np.nansum(_relative_range(live_values, each - live_first, rows))
+            for each in begins.tolist()
+        ]
+        begins = np.sort(begins[np.argsort(motion, kind="stable")[-_MOST_WINDOWS:]])
+    found = []
+    for begin in begins.tolist():
+        part = live_values[begin - live_first : begin - live_first + rows]
+        other = _slice(log_values, begin - coarse.rows - reach - log_first, rows + 2 * reach)
+        for column, name in enumerate(names):
+            alone = widths[column] + periods[column]
+            lag = _lag_of_channel(part[:, column], other[:, column], reach, alone)
+            if lag is not None:
+                found.append(
+                    _SegmentLag(
+                        at=(begin + 0.5 * rows) / rate,
+                        channel=name,
+                        lag=(coarse.rows + lag[0]) / rate,
+                        std=max(lag[1] / rate, _FLOOR),
+                    )
+                )
+    return found
+
+
+def _period(values: FloatArray) -> float:
+    """Return how many rows lie between two samples of a channel that was laid on a grid.
+
+    Between samples it is a straight line.
+    """
+    bends = np.abs(np.diff(values, 2))
+    there = np.isfinite(bends)
+    if not there.any():
+        return 1.0
+    rounding = 1e-9 * max(float(np.nanmax(np.abs(values))), 1e-300)
+    return float(there.sum() / max(np.count_nonzero(bends[there] > rounding), 1))
+
+
+def _relative_range(values: FloatArray, start: int, rows: int) -> FloatArray:
+    """Return how far each channel moves in a stretch, as a share of how far it ever does."""
+    part = values[start : start + rows]
+    there = ~np.isnan(part)
+    low = np.where(there, part, np.inf).min(axis=0)
+    high = np.where(there, part, -np.inf).max(axis=0)
+    whole = np.nanmax(values, axis=0) - np.nanmin(values, axis=0)
+    moved: FloatArray = np.where(high > low, high - low, 0.0) / np.where(whole > 0.0, whole, 1.0)
+    return moved
+
+
+def _slice(values: FloatArray, start: int, rows: int) -> FloatArray:
+    """Return rows of an array, NaN beyond its ends."""
+    part = np.full((rows, values.shape[1]), np.nan)
+    first, last = max(start, 0), min(start + rows, len(values))
+    if last > first:
+        part[first - start : last - start] = values[first:last]
+    return part
+
+
+def _smooth_columns(values: FloatArray, widths: Sequence[int]) -> FloatArray:
+    """Return columns smoothed by symmetric bells; NaN where any row of a bell is missing."""
+    result = np.full_like(values, np.nan)
+    for column, width in enumerate(widths):
+        if len(values) < width:
+            continue
+        bell = np.hanning(width + 2)[1:-1]
+        there = ~np.isnan(values[:, column])
+        filled = np.where(there, values[:, column], 0.0)
+        whole = np.convolve(there, np.ones(width), mode="same") >= width - 0.5
+        smooth = np.convolve(filled, bell / bell.sum(), mode="same")
+        result[whole, column] = smooth[whole]
+    return result
+
+
+def _lag_of_channel(
+    live: FloatArray, log: FloatArray, reach: int, alone: float
+) -> tuple[float, float] | None:
+    """Return the lag of a stretch, in rows from the coarse one, and its standard deviation.
+
+    Parameters
+    ----------
+    live : ndarray, shape (n,)
+    log : ndarray, shape (n + 2 reach,)
+    reach : int
+        Rows to try either way.
+    alone : float
+        Rows apart from which on what is left is independent.
+
+    Returns
+    -------
+    tuple of float or None
+        None where the two are not alike.
+    """
+    there = np.flatnonzero(~np.isnan(live))
+    if there.size < _LEAST_THERE * live.size:
+        return None
+    # Row k of the views is the log as seen `reach - k` rows later than the coarse lag has it.
+    views = np.lib.stride_tricks.sliding_window_view(log, live.size)
+    views = views[:, there]
+    measured = live[there]
+    whole: npt.NDArray[np.bool_] = np.isfinite(views.sum(axis=1))
+    if not whole[reach]:
+        return None
+    measured = measured - measured.mean()
+    with np.errstate(invalid="ignore"):
+        views = views - views.mean(axis=1, keepdims=True)
+        apart = np.where(whole, np.square(views - measured).sum(axis=1), np.inf)
+    best = int(np.argmin(apart))
+    energy = float(measured @ measured)
+    if not 0 < best < 2 * reach or not np.isfinite(apart[best - 1 : best + 2]).all():
+        return None
+    if not apart[best] < (1.0 - _LEAST_ALIKE**2) * energy:
+        return None
+    before, here, after = apart[best - 1 : best + 2].tolist()
+    curve = before - 2.0 * here + after
+    if not curve > 0.0:
+        return None
+    vertex = best + 0.5 * (before - after) / curve
+    # Smoothed rows are not independent: as many as are left count.
+    rest = alone * max(here, 0.0) / max(measured.size - 2, 1)
+    std = float(np.sqrt(2.0 * rest / curve))
+    return reach - vertex, max(std, 1e-3)
+
+
+def _fit_lag_line(lags: Sequence[_SegmentLag]) -> _LagLine:
+    """Return the line through the lags, leaving out stretches that lie far beside it.
+
+    A channel whose lags scatter by more than they say counts less, and the other way round.
+    """
+    channels = sorted({one.channel for one in lags})
+    column = np.array([channels.index(one.channel) for one in lags])
+    stretches, row = np.unique([one.at for one in lags], return_inverse=True)
+    each = np.array([one.lag for one in lags])
+    stds = np.array([one.std for one in lags])
+    for _ in range(_ROUNDS):
+        weights = np.bincount(row, stds**-2, minlength=stretches.size)
+        means = np.bincount(row, each * stds**-2, minlength=stretches.size) / weights
+        # By medians first, which no stray lag moves.
+        slope = _median_slope(stretches, means)
+        middle = float(np.median(means - slope * stretches))
+        rest = each - middle - slope * stretches[row]
+        excess = np.array(
+            [_robust_std(rest[column == k] / stds[column == k]) for k in range(len(channels))]
+        )
+        stds = np.maximum(stds * np.maximum(excess, _LEAST_SCATTER)[column], _FLOOR)
+    weights = np.bincount(row, stds**-2, minlength=stretches.size)
+    means = np.bincount(row, each * stds**-2, minlength=stretches.size) / weights
+    beside = np.abs(means - middle - slope * stretches)
+    usual = max(_robust_std(beside), 2.0 * _FLOOR)
+    kept = beside <= _OUTSIDE * np.maximum(usual, weights**-0.5)
+    return _fit_weighted_line(stretches[kept], means[kept], weights[kept])
+
+
+def _robust_std(values: FloatArray) -> float:
+    """Return a standard deviation about zero that strays do not move; 1 for a few."""
+    if values.size < _FEW:
+        return 1.0
+    return _NORMAL * float(np.median(np.abs(values)))
+
+
+def _fit_weighted_line(times: FloatArray, lags: FloatArray, weights: FloatArray) -> _LagLine:
+    """Return the weighted line through lags of stretches that agree."""
+    at = float(weights @ times / weights.sum())
+    offset = float(weights @ lags / weights.sum())
+    arm = float(weights @ (times - at) ** 2)
+    if times.size < 3 or not arm > 0.0:
+        spread = float(np.std(lags)) if times.size > 1 else 0.0
+        return _LagLine(
+            at=at,
+            offset=offset,
+            offset_std=max(float(weights.sum() ** -0.5), spread),
+            slope=0.0,
+            slope_std=None,
+            agreeing=int(times.size),
+        )
+    slope = float(weights @ ((times - at) * (lags - offset)) / arm)
+    left = lags - offset - slope * (times - at)
+    # How far they scatter counts, not what they say, where there are enough to tell.
+    told = 1.0 if times.size - 2 < _FEW else 0.0
+    excess = max(float(weights @ left**2) / (times.size - 2), told)
+    # What straight lines between samples leave is alike everywhere: more stretches do not help.
+    offset_std = max(float(np.sqrt(excess / weights.sum())), 0.5 * _FLOOR)
+    slope_std = max(float(np.sqrt(excess / arm)), 2.0 * _FLOOR / float(np.ptp(times)))
+    return _LagLine(
+        at=at,
+        offset=offset,
+        offset_std=offset_std,
+        slope=slope,
+        slope_std=slope_std,
+        agreeing=int(times.size),
+    )
+
+
+def _median_slope(times: FloatArray, lags: FloatArray) -> float:
+    """Return the median of the slopes between all pairs of lags."""
+    first, second = np.triu_indices(times.size, 1)
+    if not first.size:
+        return 0.0
+    return float(np.median((lags[second] - lags[first]) / (times[second] - times[first])))

@@ -1,0 +1,192 @@
+"""What a flight is read with: channel map, certificates, aircraft, rate of the grid."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from calibration import Certificate, load_certificates
+from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.decoding.channel_map import ChannelMap, load_channel_map
+from gsapp.decoding.decoder import Decoder
+from gsapp.flight.certificates import AppliedCertificates
+from gsapp.flight.events import events_path, read_selected_system
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.info import FlightInfo
+from gsapp.foundation import FlightError
+from gsapp.foundation.files import path_lexists
+
+DEFAULT_AIRCRAFT = "b777"
+"""The shipped aircraft file taken where neither the user nor the flight names one."""
+DEFAULT_GRID_RATE = 100.0
+"""Samples per second of the grid where nothing else is said."""
+
+NameOrPath = str | Path
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlightReadSettings:
+    """What shapes the numbers of a flight, beside the record itself.
+
+    Attributes
+    ----------
+    channel_map : ChannelMap or None
+        None leaves it to be guessed from the record.
+    certificates : mapping of str to Certificate, or None
+        By channel; None takes those that the map names.
+    given : str
+        What `certificates` were given as, in place of the flight's own; empty where they are its
+        own.
+    own : mapping of str to Certificate, or None
+        Those kept with the flight; None if none are.
+    aircraft : Aircraft or None
+        For limits and instrument ranges.
+    rate : float or None
+        Of the grid, Hz; None leaves it to the reader.
+    system : int or None
+        The flown system that the crew has chosen; None leaves it to the map and the record.
+    """
+
+    channel_map: ChannelMap | None = None
+    certificates: Mapping[str, Certificate] | None = None
+    given: str = ""
+    own: Mapping[str, Certificate] | None = None
+    aircraft: Aircraft | None = None
+    rate: float | None = None
+    system: int | None = None
+
+    @classmethod
+    def find(
+        cls,
+        path: Path,
+        *,
+        channel_map: ChannelMap | NameOrPath | None = None,
+        certificates: NameOrPath | None = None,
+        aircraft: Aircraft | NameOrPath | None = None,
+        rate: float | None = None,
+    ) -> FlightReadSettings:
+        """Find what a flight is read with: what is given, else what lies in its folder.
+
+        Parameters
+        ----------
+        path : Path
+            Flight folder or file. The folder need not hold anything yet.
+        channel_map, certificates, aircraft : name, path or object
+            In place of those in the folder.
+        rate : float, optional
+            In place of that of ``flight.toml``.
+
+        Raises
+        ------
+        FileProblemsError
+            If one of the files holds mistakes.
+        UnknownNameError
+            If something of a given name does not exist.
+        """
+        own = None
+        if path.is_dir():
+            folder = FlightFolder(path=path)
+            info = folder.info()
+            rate = rate or (info.grid_rate if info else None)
+            if channel_map is None and path_lexists(folder.channel_map_file):
+                channel_map = folder.channel_map_file
+            if folder.certificate_files():
+                own = load_certificates(folder.calibration_folder)
+        if isinstance(channel_map, (str, Path)):
+            channel_map = load_channel_map(channel_map)
+        return FlightReadSettings(
+            channel_map=channel_map,
+            certificates=own if certificates is None else load_certificates(certificates),
+            given="" if certificates is None else str(certificates),
+            own=own,
+            aircraft=find_aircraft(path, aircraft),
+            rate=rate,
+            system=read_selected_system(events_path(path)),
+        )
+
+    @property
+    def grid_rate(self) -> float:
+        """Return the rate of the grid of a decoded record, Hz."""
+        return self.rate or DEFAULT_GRID_RATE
+
+    def decoder(self, channel_map: ChannelMap) -> Decoder:
+        """Return a decoder of the flight's raw records with a map."""
+        return Decoder(
+            channel_map,
+            certificates=self.certificates_for(channel_map),
+            aircraft=self.aircraft,
+            rate=self.grid_rate,
+            system=self.system,
+        )
+
+    def certificates_for(self, channel_map: ChannelMap) -> Mapping[str, Certificate]:
+        """Return the certificates in force with a map.
+
+        Raises
+        ------
+        FlightError
+            If some were given, and the map has nothing to calibrate.
+        """
+        if self.given and not any(entry.calibration for entry in channel_map.entries):
+            raise FlightError(
+                f"the certificates of '{self.given}' cannot be applied: the channel map "
+                f"'{channel_map.name}' calibrates no channel, its messages hold engineering "
+                "units; leave out --calibration, or give a map of the raw volts with --map"
+            )
+        if self.certificates is not None:
+            return self.certificates
+        return load_certificates(channel_map.certificates) if channel_map.certificates else {}
+
+    def used_with(self, channel_map: ChannelMap | None) -> AppliedCertificates:
+        """Return which certificates count, and which would by themselves; see `certificates_for`.
+
+        Parameters
+        ----------
+        channel_map : ChannelMap or None
+            None where columns are read that were calibrated before.
+        """
+        used = {} if channel_map is None else self.certificates_for(channel_map)
+        return AppliedCertificates(used=used, given=self.given, own=self.own)
+
+
+def find_aircraft(path: Path, given: Aircraft | NameOrPath | None = None) -> Aircraft | None:
+    """Return the aircraft that is given, else the copy in the flight's folder; None for neither.
+
+    Parameters
+    ----------
+    path : Path
+        Flight folder or file.
+    given : name, path or Aircraft, optional
+
+    Raises
+    ------
+    FileProblemsError
+        If the file holds mistakes.
+    UnknownNameError
+        If there is none of that name.
+    """
+    if given is None and path.is_dir():
+        copy = FlightFolder(path=path).aircraft_file
+        given = copy if path_lexists(copy) else None
+    return load_aircraft(given) if isinstance(given, (str, Path)) else given
+
+
+def assumed_aircraft_text(flight: str, card: FlightInfo | None) -> str:
+    """Return that a flight without an aircraft file is taken for the usual aircraft's, in words.
+
+    Empty where its card names that aircraft.
+
+    Parameters
+    ----------
+    flight : str
+        Its name.
+    card : FlightInfo or None
+    """
+    if card is not None and card.aircraft.lower() == DEFAULT_AIRCRAFT:
+        return ""
+    return (
+        f"no aircraft file was named and none lies with '{flight}': geometry, mass, inertia and "
+        f"limits of the {DEFAULT_AIRCRAFT.upper()} are taken; name the file of the one that flew "
+        "(--aircraft FILE)"
+    )

@@ -1,0 +1,258 @@
+"""From the tables of a foreign log to channels on the grid, by a channel map.
+
+The numbers take the road of the live decoder (`gsapp.decoding.pipeline`): scale, unit and
+calibration, linear interpolation, nothing across more than 2.5 sample periods, the better source
+while it lives, derived channels where nobody measures them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from calibration.certificate import Certificate
+from gsapp.aircraft import Aircraft
+from gsapp.decoding.channel_map import TABLE, ChannelMap, FieldRef, MapEntry
+from gsapp.decoding.conversions import CONVERSIONS
+from gsapp.decoding.pipeline import ChannelSource, Pipeline
+from gsapp.flight.readers.log_table import ForeignLog, LogTable
+from gsapp.flight.uniform_grid import combine_on_grid
+from gsapp.foundation import FlightError, UnitError, UnmappedError
+from gsapp.foundation.name_suggestions import format_names
+from gsapp.quantities import Block, FloatArray, channel, normalize_unit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MappedLog:
+    """What a map finds in a log.
+
+    Attributes
+    ----------
+    block : Block
+        On the grid ``k / rate``.
+    sources : mapping of str to ChannelSource
+        Of every channel in it.
+    remarks : tuple of str
+        What was noticed, in words.
+    """
+
+    block: Block
+    sources: Mapping[str, ChannelSource]
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _MatchedEntry:
+    """One entry of the map, fitted to the log."""
+
+    entry: MapEntry
+    times: FloatArray
+    fields: Mapping[str, FloatArray]
+
+
+def map_log(
+    log: ForeignLog,
+    channel_map: ChannelMap,
+    *,
+    certificates: Mapping[str, Certificate],
+    rate: float,
+    aircraft: Aircraft | None = None,
+) -> MappedLog:
+    """Lay the channels that a map names in a log on the grid.
+
+    Parameters
+    ----------
+    log : ForeignLog
+        The log.
+    channel_map : ChannelMap
+        Names messages and fields. Where the log states a unit itself, and the map neither scales
+        nor converts, the log is believed.
+    certificates : mapping of str to Certificate
+        For the entries that give volts.
+    rate : float
+        Rows per second.
+    aircraft : Aircraft, optional
+        For the ranges of its instruments.
+
+    Returns
+    -------
+    MappedLog
+        Channels that the log lacks are absent.
+
+    Raises
+    ------
+    FlightError
+        If the log holds nothing of what the map names.
+    """
+    remarks: list[str] = []
+    found = [
+        each
+        for place, entry in enumerate(channel_map.entries)
+        if (each := _match_entry(log, entry, place, remarks)) is not None
+    ]
+    if not found:
+        holds = f". It holds: {format_names(log.messages, 20)}" if log.messages else ""
+        raise UnmappedError(
+            f"{log.path} holds nothing of what the channel map '{channel_map.name}' names; give "
+            f"another with --map{holds}"
+        )
+    pipeline = Pipeline(
+        replace(channel_map, entries=tuple(each.entry for each in found)),
+        certificates=certificates,
+        aircraft=aircraft,
+        rate=rate,
+        vehicle_time=lambda _: True,
+    )
+    homes = {(each.entry.message, each.entry.selector, each.entry.time): each for each in found}
+    first, last = np.inf, -np.inf
+    for number, stream in enumerate(pipeline.streams):
+        entry = stream.outputs[0].entry
+        home = homes[entry.message, entry.selector, entry.time]
+        first, last = min(first, home.times[0]), max(last, home.times[-1])
+        micros = np.rint(home.times * 1e6).astype(np.int64).tolist()
+        pipeline.push(number, micros, micros, home.fields)
+    blocks = pipeline.pull(round(first * 1e6), round(last * 1e6), final=True)
+    block = combine_on_grid(blocks, pipeline.grid.rate)
+    counted = pipeline.counted_sources()
+    return MappedLog(
+        block=block,
+        sources={name: counted[name] for name in block.channels},
+        remarks=(*dict.fromkeys(remarks), *clipped_remarks(pipeline.clipped)),
+    )
+
+
+def clipped_remarks(clipped: Mapping[str, int]) -> tuple[str, ...]:
+    """Return in words how many samples lay outside calibration or instrument range."""
+    return tuple(
+        f"{name} outside its calibrated range ({count} sample{'s' if count != 1 else ''})"
+        for name, count in sorted(clipped.items())
+    )
+
+
+def resample_to_grid(path: Path, block: Block, rate: float) -> Block:
+    """Lay columns with uneven times, or another rate, on the grid ``k / rate``.
+
+    Each channel by its own samples: one that is missing in every other row is not a gap.
+    """
+    entries = tuple(
+        MapEntry(
+            channel=name,
+            source=name,
+            message=TABLE,
+            inputs=(FieldRef(field=name),),
+            unit=channel(name).unit,
+        )
+        for name in block.channels
+        if not np.isnan(block[name]).all()
+    )
+    if not entries:
+        raise FlightError(f"{path} holds no samples, so that there is nothing to lay on a grid")
+    table = LogTable(times=block.times, fields={name: block[name] for name in block.channels})
+    mapped = map_log(
+        ForeignLog(path=path, tables={(TABLE, ""): table}),
+        ChannelMap(name=path.name, entries=entries, format="table"),
+        certificates={},
+        rate=rate,
+    )
+    # Columns are engineering data: nothing is derived that their author left out.
+    return mapped.block.select([entry.channel for entry in entries])
+
+
+def _match_entry(
+    log: ForeignLog, entry: MapEntry, place: int, remarks: list[str]
+) -> _MatchedEntry | None:
+    """Fit an entry to the log; None if the log does not have it."""
+    table = _table(log, entry)
+    if table is None:
+        return None
+    inputs = _inputs(table, entry)
+    if inputs is None:
+        return None
+    fitted = replace(
+        entry, inputs=tuple(inputs), unit=_unit(entry, table, remarks), time=entry.time or ""
+    )
+    there = np.ones(table.times.size, dtype=bool)
+    for values in inputs.values():
+        there &= np.isfinite(values) & ~np.isin(values, entry.missing)
+    if not there.any():
+        return None
+    if there.all():
+        return _MatchedEntry(entry=fitted, times=table.times, fields=table.fields)
+    # A stream of its own: samples missing of one field are no gap in another, nor in this one if
+    # it merely comes in every tenth row.
+    return _MatchedEntry(
+        entry=replace(fitted, time=f"{fitted.time}#{place}"),
+        times=table.times[there],
+        fields={
+            name: values[there]
+            for name, values in table.fields.items()
+            if _is_used_field(name, inputs)
+        },
+    )
+
+
+def _is_used_field(name: str, inputs: Mapping[FieldRef, FloatArray]) -> bool:
+    return any(ref.field == name for ref in inputs)
+
+
+def _table(log: ForeignLog, entry: MapEntry) -> LogTable | None:
+    selector = entry.selector
+    if entry.message == TABLE:
+        return log.table(TABLE, entry.time or "")
+    if selector is None or not selector.field:
+        return log.table(entry.message, selector.value if selector else "")
+    table = log.table(entry.message, "")
+    if table is None or selector.field not in table.fields or not _is_number(selector.value):
+        return None
+    rows = table.fields[selector.field] == float(selector.value)
+    return table.where(rows) if rows.any() else None
+
+
+def _is_number(text: str) -> bool:
+    return text.replace(".", "", 1).isdigit()
+
+
+def _inputs(table: LogTable, entry: MapEntry) -> dict[FieldRef, FloatArray] | None:
+    """Return the numbers that an entry takes, a whole array spread to its elements."""
+    refs = list(entry.inputs)
+    if entry.convert is not None and len(refs) == 1 and refs[0].index is None:
+        name = refs[0].field
+        if CONVERSIONS[entry.convert].inputs > 1:
+            count = CONVERSIONS[entry.convert].inputs
+            refs = [FieldRef(field=name, index=index) for index in range(count)]
+    found: dict[FieldRef, FloatArray] = {}
+    for ref in refs:
+        values = table.fields.get(ref.field)
+        if values is None:
+            return None
+        if ref.index is None:
+            if values.ndim != 1:
+                return None
+            found[ref] = values
+        elif values.ndim == 2 and ref.index < values.shape[1]:
+            found[ref] = values[:, ref.index]
+        else:
+            return None
+    return found
+
+
+def _unit(entry: MapEntry, table: LogTable, remarks: list[str]) -> str:
+    """Return the unit of the field: that of the log, where it states one that fits."""
+    stated = table.units.get(entry.inputs[0].field, "")
+    if not stated or entry.scale != 1.0 or entry.offset != 0.0 or entry.convert is not None:
+        return entry.unit
+    try:
+        unit = normalize_unit(
+            stated, "voltage" if entry.calibration else channel(entry.channel).quantity
+        )
+    except UnitError:
+        return entry.unit
+    if unit != entry.unit:
+        remarks.append(
+            f"the log gives {entry.source} in {unit}, the channel map in {entry.unit}; the log is "
+            "believed"
+        )
+    return unit

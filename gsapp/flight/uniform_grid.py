@@ -1,0 +1,166 @@
+"""From blocks and columns to one uniform grid."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from gsapp.quantities import Block, FloatArray
+
+MAX_FILLED_GAP = 60.0
+"""Seconds without any sample that are still filled with missing rows.
+
+A longer pause, such as the night between two flights in one record, keeps one missing row at
+either end and costs no memory in between.
+"""
+
+IndexArray = npt.NDArray[np.int64]
+
+
+def grid_row_indices(present: IndexArray, rate: float) -> IndexArray:
+    """Return the sample indices of a grid that covers those present.
+
+    Parameters
+    ----------
+    present : ndarray of int64, shape (m,)
+        Indices that hold a sample, in any order.
+    rate : float
+        Samples per second.
+
+    Returns
+    -------
+    ndarray of int64
+        Increasing by one, but for pauses longer than `MAX_FILLED_GAP`.
+    """
+    found = np.unique(present)
+    if not found.size:
+        return found
+    cuts = np.flatnonzero(np.diff(found) > MAX_FILLED_GAP * rate)
+    firsts = found[np.concatenate(([0], cuts + 1))]
+    lasts = found[np.concatenate((cuts, [found.size - 1]))]
+    parts = []
+    for place, (first, last) in enumerate(zip(firsts.tolist(), lasts.tolist(), strict=True)):
+        before = 1 if place > 0 else 0
+        after = 1 if place < firsts.size - 1 else 0
+        parts.append(np.arange(first - before, last + after + 1, dtype=np.int64))
+    return np.concatenate(parts)
+
+
+def combine_on_grid(blocks: Iterable[Block], rate: float) -> Block:
+    """Lay blocks of different channels on one grid.
+
+    Parameters
+    ----------
+    blocks : iterable of Block
+        On the grid ``k / rate``; successive blocks of a channel do not overlap.
+    rate : float
+        Samples per second.
+
+    Returns
+    -------
+    Block
+        Every channel with a sample, in the order met, NaN where it has none.
+    """
+    channels: dict[str, int] = {}
+    pieces: list[tuple[list[int], IndexArray, FloatArray]] = []
+    for block in blocks:
+        present = ~np.isnan(block.values)
+        used = np.flatnonzero(present.any(axis=0)).tolist()
+        if not used:
+            continue
+        columns = [channels.setdefault(block.channels[place], len(channels)) for place in used]
+        filled = present.any(axis=1)
+        index = np.rint(block.times[filled] * rate).astype(np.int64)
+        pieces.append((columns, index, block.values[filled][:, used]))
+    indices = [index for _, index, _ in pieces]
+    rows = grid_row_indices(np.concatenate(indices) if indices else np.empty(0, np.int64), rate)
+    values = np.full((rows.size, len(channels)), np.nan)
+    for columns, index, samples in pieces:
+        values[np.searchsorted(rows, index)[:, np.newaxis], columns] = samples
+    return Block(channels=tuple(channels), times=rows / rate, values=values)
+
+
+def overlay_on_grid(blocks: Sequence[Block], rate: float) -> Block:
+    """Lay blocks on one grid; where two have a sample of one channel, the later block's counts.
+
+    Parameters
+    ----------
+    blocks : sequence of Block
+        On the grid ``k / rate``; they may overlap.
+    rate : float
+        Samples per second.
+
+    Returns
+    -------
+    Block
+        Every channel, those of the last block first, NaN where none has a sample.
+    """
+    names = tuple(dict.fromkeys(name for block in reversed(blocks) for name in block.channels))
+    indices = [np.rint(block.times * rate).astype(np.int64) for block in blocks]
+    rows = grid_row_indices(np.concatenate(indices) if indices else np.empty(0, np.int64), rate)
+    values = np.full((rows.size, len(names)), np.nan)
+    for block, index in zip(blocks, indices, strict=True):
+        places = np.searchsorted(rows, index)
+        for name in block.channels:
+            samples = block[name]
+            there = ~np.isnan(samples)
+            values[places[there], names.index(name)] = samples[there]
+    return Block(channels=names, times=rows / rate, values=values)
+
+
+def median_step(times: FloatArray) -> float:
+    """Return the median spacing of increasing times, s; NaN for fewer than two."""
+    return float(np.median(np.diff(times))) if times.size > 1 else math.nan
+
+
+def find_uniform_grid(times: FloatArray) -> tuple[FloatArray, IndexArray] | None:
+    """Find the even grid that times lie on, if they do.
+
+    Times that miss the grid by no more than the rounding of their last printed digit lie on it.
+
+    Parameters
+    ----------
+    times : ndarray, shape (n,)
+        Increasing, s.
+
+    Returns
+    -------
+    grid : ndarray, shape (m,)
+        The times given, where they are even to nine digits, else the even times that they
+        round; with a row for each missing sample (but see `MAX_FILLED_GAP`).
+    index : ndarray of int64, shape (n,)
+        Row of each time given in `grid`.
+    None
+        If the times are uneven.
+    """
+    if times.size < 2:
+        return times, np.zeros(times.size, np.int64)
+    step = median_step(times)
+    counts = np.concatenate(([0], np.cumsum(np.rint(np.diff(times) / step)))).astype(np.int64)
+    if np.any(np.diff(counts) < 1):
+        return None
+    # Least squares for the step, so that 0.017, 0.033, 0.050 is 60 Hz and not 58.8.
+    centered = counts - counts.mean()
+    step = float(centered @ (times - times.mean()) / (centered @ centered))
+    start = float(np.mean(times - counts * step))
+    miss = float(np.max(np.abs(times - (start + counts * step))))
+    exact = miss <= 1e-9 * max(1.0, float(np.max(np.abs(times))))
+    if not exact and miss > max(_max_rounding_error(times), 1e-3 * step):
+        return None
+    rows = grid_row_indices(counts, 1.0 / step)
+    index: IndexArray = np.searchsorted(rows, counts).astype(np.int64)
+    grid: FloatArray = np.asarray(start + rows * step, dtype=np.float64)
+    if exact:
+        grid[index] = times
+    return grid, index
+
+
+def _max_rounding_error(times: FloatArray) -> float:
+    """Return the most that rounding to the printed digits can have moved the times, s."""
+    for digits in range(7):
+        if np.allclose(times, np.round(times, digits), rtol=0.0, atol=1e-9):
+            return 0.51 * 10.0**-digits
+    return 0.0

@@ -1,0 +1,442 @@
+"""The data compatibility check."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.sensors import pitot_airspeed, velocity_at
+from gsapp.foundation import FlightError
+from gsapp.identification.compatibility.axis_hypotheses import (
+    AxisCorrectionResult,
+    evaluate_signs,
+    find_axis_corrections,
+)
+from gsapp.identification.compatibility.instrument_error_fit import (
+    LARGEST_DELAY,
+    InstrumentErrorFit,
+    SegmentFit,
+    at_limit,
+    fit_instrument_errors,
+    free_errors,
+    is_motion_significant,
+    nominal_value,
+)
+from gsapp.identification.compatibility.instrument_text import (
+    channel_title,
+    format_error,
+    format_error_with_bound,
+    format_quantity,
+    join_names,
+)
+from gsapp.identification.compatibility.redundancy import compare_redundant_sensors
+from gsapp.identification.compatibility.results import (
+    CompatibilityResult,
+    InstrumentParameter,
+    InstrumentVerdict,
+)
+from gsapp.identification.compatibility.segments import (
+    CompatibilitySegment,
+    PreparedSegments,
+    prepare_segments,
+)
+from gsapp.identification.compatibility.settings import (
+    ACCELERATION_CHANNELS,
+    KINEMATIC_INPUTS,
+    KINEMATIC_OUTPUTS,
+    OBSERVABLE_SHARE,
+    RATE_CHANNELS,
+    CompatibilitySettings,
+)
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.results import ResponseFit, ResponseHistory
+from gsapp.identification.statistics import response_fit
+
+RECONSTRUCTED_CHANNELS = ("V", "alpha", "beta", "p", "q", "r", "phi", "theta")
+"""Channels of `CompatibilityResult.reconstructed`."""
+_SIGNIFICANT_SIGMAS = 3.0
+"""Bounds by which an error must exceed the tolerable."""
+_MAX_SLOW_NOISE: Mapping[str, float] = {
+    "V": 1.0, "alpha": 0.01, "beta": 0.01, "phi": 0.035, "theta": 0.035,
+}  # fmt: skip
+"""Slow noise of a channel (rms of averages, SI) beyond which the instrument is in question."""
+_MAX_GYRO_NOISE_RATIO = 1000.0
+"""Power over that of its own white noise with which a gyro contradicts the others as no gusts make
+it: 500 at most in gusts of 2 m/s, 4000 and more with a rate or an angle in another unit."""
+_MAX_FINAL_STEP = 4.0
+"""Bounds by which a fit was about to move on when it ended, from which it is no proof: 2.2 at most
+of good instruments whose errors hardly show, 6 and more with a vane in another unit."""
+_GUST_WARNING_SPEED = 0.3
+"""Change of the air's speed over a second (m/s) that is worth a warning."""
+
+
+def check_compatibility(
+    maneuvers: Sequence[Maneuver],
+    aircraft: Aircraft | None = None,
+    settings: CompatibilitySettings | None = None,
+) -> CompatibilityResult:
+    """Check whether the instruments are consistent with one another: kinematics alone.
+
+    Several maneuvers are taken together: errors of instruments are common to them, each has a
+    start of its own.
+
+    Parameters
+    ----------
+    maneuvers : sequence of Maneuver
+    aircraft : Aircraft, optional
+        In place of the one that each maneuver knows.
+    settings : CompatibilitySettings, optional
+
+    Raises
+    ------
+    FlightError
+        If no maneuver is given. All else that is missing or unfit is said in `warnings`.
+    """
+    if not maneuvers:
+        raise FlightError("there is no maneuver to check instruments by; give at least one")
+    chosen = settings or CompatibilitySettings()
+    prepared = prepare_segments(maneuvers, aircraft)
+    comparisons, disagreements = compare_redundant_sensors(maneuvers, chosen)
+    stuck = (*_stuck_verdicts(prepared), *disagreements)
+    if not prepared.stretches:
+        return CompatibilityResult(
+            maneuvers=(),
+            verdicts=stuck,
+            comparisons=comparisons,
+            converged=False,
+            warnings=tuple(prepared.warnings),
+            summary="the instruments cannot be compared: " + "; ".join(prepared.warnings),
+        )
+    channels = prepared.channels
+    free = free_errors(chosen, channels)
+    first = fit_instrument_errors(prepared.stretches, chosen, free, bounds=False)
+    found = AxisCorrectionResult(
+        stretches=tuple(prepared.stretches), fit=first, remedies=(), verdicts=()
+    )
+    if chosen.try_signs:
+        found = find_axis_corrections(prepared.stretches, first, chosen, channels)
+    if not found.fit.stretches:
+        raise FlightError(
+            "the instruments cannot be compared: no motion that rates and accelerations make fits "
+            f"the rest; {_failure_cause(prepared.stretches, chosen)}"
+        )
+    noises = [one.noise for one in found.fit.stretches]
+    begin = found.fit if found.fit.converged else None
+    final = fit_instrument_errors(found.stretches, chosen, free, noises=noises, begin=begin)
+    if not final.stretches:
+        # Quiet stretches may have no way back from the usual start under the noise found.
+        final = fit_instrument_errors(found.stretches, chosen, free, noises=noises, begin=found.fit)
+    found = AxisCorrectionResult(
+        stretches=found.stretches,
+        fit=final,
+        remedies=found.remedies,
+        verdicts=found.verdicts,
+    )
+    parameters = _parameters(final, chosen)
+    histories = tuple(_history(one) for one in final.stretches)
+    verdicts = (
+        *stuck,
+        *found.verdicts,
+        *_error_verdicts(parameters, chosen),
+        *_unexplained_verdicts(final),
+    )
+    warnings = [*prepared.warnings, *_gust_warnings(final)]
+    if not final.converged:
+        warnings.append(
+            "the fit of instrument errors did not converge; take its values as a hint only"
+        )
+    return CompatibilityResult(
+        maneuvers=tuple(dict.fromkeys(one.maneuver for one in prepared.stretches)),
+        parameters=parameters,
+        signs=evaluate_signs(found, chosen, channels),
+        fit=_fits(histories),
+        histories=histories,
+        reconstructed=tuple(_motion(one) for one in final.stretches),
+        noise=_noise(prepared),
+        gust=_gust_intensity(final),
+        verdicts=verdicts,
+        comparisons=comparisons,
+        remedies=tuple(one.name for one in found.remedies),
+        iterations=final.iterations,
+        converged=final.converged,
+        warnings=tuple(warnings),
+        summary=_summary(verdicts, channels, final, chosen),
+    )
+
+
+def _stuck_verdicts(prepared: PreparedSegments) -> tuple[InstrumentVerdict, ...]:
+    return tuple(
+        InstrumentVerdict(
+            kind="stuck",
+            channels=(name,),
+            sentence=f"{channel_title(name)} stays constant in maneuver {join_names(where)}: the instrument is "
+            "stuck or not connected; it is left out",
+        )
+        for name, where in prepared.stuck.items()
+    )
+
+
+def _parameters(
+    found: InstrumentErrorFit, settings: CompatibilitySettings
+) -> dict[str, InstrumentParameter]:
+    parameters = {}
+    for place, name in enumerate(found.free):
+        std = float(np.sqrt(max(found.covariance[place, place], 0.0)))
+        plausible = settings.plausible_size(name)
+        why = _why_unknown(found, name, std, plausible)
+        parameters[name] = InstrumentParameter(
+            value=None if why else found.errors[name],
+            std=None if why else std,
+            nominal=nominal_value(name),
+            status="not-observable" if why else "estimated",
+            why=why,
+        )
+    return parameters
+
+
+def _is_masked_by_noise(found: InstrumentErrorFit, name: str) -> bool:
+    """Return whether noise hides the motion by which a scale or a delay of a vane is seen."""
+    channel, _, kind = name.partition(".")
+    if channel not in KINEMATIC_OUTPUTS or kind == "bias":
+        return False
+    return not any(name in one.clear for one in found.stretches)
+
+
+def _why_unknown(found: InstrumentErrorFit, name: str, std: float, plausible: float) -> str:
+    """Return why the fit gives no estimate of an error; empty where it gives one."""
+    channel, _, kind = name.partition(".")
+    unclear = _is_masked_by_noise(found, name)
+    if not unclear and at_limit(name, found.errors[name]):
+        return (
+            f"the best fit lies beyond {format_error(name, LARGEST_DELAY)}, too long for the "
+            "delay of an instrument; look for another error"
+        )
+    if unclear or (std > 0.9 * plausible and kind != "bias"):
+        return f"{channel_title(channel)} hardly moves beyond the noise in these maneuvers"
+    if std > OBSERVABLE_SHARE * plausible:
+        return (
+            f"the data leave {format_error(name, std)} open, where "
+            f"{format_error(name, plausible)} was plausible before: other errors would show "
+            "alike; fly more or other maneuvers"
+        )
+    return ""
+
+
+def _error_verdicts(
+    parameters: Mapping[str, InstrumentParameter], settings: CompatibilitySettings
+) -> list[InstrumentVerdict]:
+    """Return verdicts on errors that surely exceed what is tolerable."""
+    found = []
+    for name, one in parameters.items():
+        if one.value is None or one.std is None:
+            continue
+        excess = abs(one.value - one.nominal) - settings.tolerable_size(name)
+        if excess <= _SIGNIFICANT_SIGMAS * one.std:
+            continue
+        channel, _, kind = name.partition(".")
+        size = abs(one.value) if kind == "delay" else one.value
+        value, std = format_error_with_bound(name, size, one.std)
+        spread = f"{value} \N{PLUS-MINUS SIGN} {std}"
+        way = "late" if one.value > 0.0 else "early"
+        said = {
+            "bias": f"{channel_title(channel)} is off by {spread}",
+            "scale": f"{channel_title(channel)} shows {spread} times what the other instruments say",
+            "delay": f"{channel_title(channel)} is {spread} {way} against the gyros",
+        }[kind]
+        found.append(
+            InstrumentVerdict(
+                kind="bias" if kind == "bias" else "scale" if kind == "scale" else "delay",
+                channels=(channel,),
+                sentence=f"{said}; check its calibration"
+                if kind != "delay"
+                else f"{said}; state it in the aircraft file",
+                value=one.value,
+                std=one.std,
+            )
+        )
+    return found
+
+
+def _unexplained_verdicts(found: InstrumentErrorFit) -> list[InstrumentVerdict]:
+    """Return verdicts on channels that go their own ways, by no error of a simple kind."""
+    verdicts = []
+    for name in KINEMATIC_OUTPUTS:
+        slow = [
+            (float(one.noise.show[row] * one.predictor.show[row]) ** 0.5, one)
+            for one in found.stretches
+            if name in one.stretch.measured
+            and one.noise.show[row := one.found.channels.index(name)] > 4.0
+        ]
+        if not slow:
+            continue
+        size, worst = max(slow, key=lambda pair: pair[0])
+        if size > _MAX_SLOW_NOISE[name]:
+            verdicts.append(
+                InstrumentVerdict(
+                    kind="unexplained",
+                    channels=(name,),
+                    sentence=f"{channel_title(name)} contradicts rates and accelerations by "
+                    f"{format_quantity(name, size)} (rms) in maneuver {worst.stretch.maneuver}, by no "
+                    "bias, scale or delay; look at the instrument itself",
+                    before=size,
+                    seen_in=name,
+                )
+            )
+    return [*verdicts, *_inconsistent_gyro_verdicts(found)]
+
+
+def _inconsistent_gyro_verdicts(found: InstrumentErrorFit) -> list[InstrumentVerdict]:
+    """Return verdicts on gyros that only noise many times their own would reconcile with the rest.
+
+    So looks a channel in another unit: its scale is too far off to be found by small steps.
+    """
+    verdicts = []
+    for place, name in enumerate(("p", "q", "r")):
+        worst = max(found.stretches, key=lambda one: float(one.noise.drive[place]))
+        power = float(worst.noise.drive[place])
+        if power <= _MAX_GYRO_NOISE_RATIO or name in worst.stretch.absent:
+            continue
+        verdicts.append(
+            InstrumentVerdict(
+                kind="unexplained",
+                channels=(name,),
+                sentence=f"{channel_title(name)} and the other instruments show two different motions in "
+                f"maneuver {worst.stretch.maneuver}: they would agree only were its noise "
+                f"{power**0.5:.0f} times what it is; look at its unit and at that of the angles",
+                before=(power * float(worst.predictor.drive[place])) ** 0.5,
+                seen_in=name,
+            )
+        )
+    return verdicts
+
+
+def _gust_intensity(found: InstrumentErrorFit) -> dict[str, float]:
+    densities = np.array(
+        [one.noise.drive[6:] * one.predictor.drive[6:] for one in found.stretches]
+    ).mean(axis=0)
+    return dict(zip(("u", "v", "w"), (float(one) for one in np.sqrt(densities)), strict=True))
+
+
+def _gust_warnings(found: InstrumentErrorFit) -> list[str]:
+    strong = {
+        name: size for name, size in _gust_intensity(found).items() if size > _GUST_WARNING_SPEED
+    }
+    if not strong:
+        return []
+    said = ", ".join(f"{size:.1f} m/s along {name}" for name, size in strong.items())
+    return [
+        f"the air moved, by {said} over a second: airspeed, alpha and beta contain it, and bounds "
+        "are wide accordingly"
+    ]
+
+
+def _noise(prepared: PreparedSegments) -> dict[str, float]:
+    found: dict[str, list[float]] = {}
+    for stretch in prepared.stretches:
+        for name, size in stretch.noise.items():
+            if name in stretch.driving or name in stretch.measured:
+                found.setdefault(name, []).append(size)
+    return {name: float(np.median(sizes)) for name, sizes in found.items()}
+
+
+def _summary(
+    verdicts: Sequence[InstrumentVerdict],
+    channels: Sequence[str],
+    found: InstrumentErrorFit,
+    settings: CompatibilitySettings,
+) -> str:
+    if verdicts:
+        return "; ".join(one.sentence for one in verdicts)
+    names = join_names([channel_title(name) for name in channels])
+    if found.converged:
+        return f"{names} are consistent with one another: what a model misses is in the model"
+    stretches = [one.stretch for one in found.stretches]
+    cause = ""
+    if found.step > _MAX_FINAL_STEP or _is_quiet(stretches, settings):
+        cause = f"; {_failure_cause(stretches, settings)}"
+    return (
+        f"no contradiction is found between {names}, and none is ruled out, since the fit did not "
+        f"converge{cause}"
+    )
+
+
+def _is_quiet(stretches: Sequence[CompatibilitySegment], settings: CompatibilitySettings) -> bool:
+    """Return whether no gyro, or without gyros no accelerometer, shows more than noise."""
+    return not any(
+        is_motion_significant(one, name, settings.rate)
+        for one in stretches
+        for name in next(
+            (g for g in (RATE_CHANNELS, ACCELERATION_CHANNELS) if not one.absent.issuperset(g)), ()
+        )
+        if name not in one.absent
+    )
+
+
+def _failure_cause(
+    stretches: Sequence[CompatibilitySegment], settings: CompatibilitySettings
+) -> str:
+    """Return the likeliest reason why the fit of these stretches has no outcome."""
+    if _is_quiet(stretches, settings):
+        return "the aircraft hardly moves in these maneuvers: choose windows with inputs"
+    absent = set[str]().union(*(one.absent for one in stretches))
+    if absent:
+        names = join_names([channel_title(name) for name in KINEMATIC_INPUTS if name in absent])
+        return f"{names} {'is' if len(absent) == 1 else 'are'} missing"
+    return "look whether all channels are in the units that the channel map says"
+
+
+# --- histories ----------------------------------------------------------------------------------
+
+
+def _history(one: SegmentFit) -> ResponseHistory:
+    kept = [name for name in one.found.channels if name in one.stretch.measured]
+    rows = [one.found.channels.index(name) for name in kept]
+    return ResponseHistory(
+        maneuver=one.stretch.maneuver,
+        times=one.stretch.times,
+        channels=tuple(kept),
+        measured=np.column_stack([one.stretch.shown[name] for name in kept]),
+        computed=one.found.computed[:, rows],
+    )
+
+
+def _fits(histories: Sequence[ResponseHistory]) -> dict[str, ResponseFit]:
+    found = {}
+    for name in KINEMATIC_OUTPUTS:
+        pairs = [
+            (one.measured[:, row], one.computed[:, row])
+            for one in histories
+            if name in one.channels
+            for row in [one.channels.index(name)]
+        ]
+        if pairs:
+            measured, computed = (np.concatenate(side) for side in zip(*pairs, strict=True))
+            found[name] = response_fit(measured, computed)
+    return found
+
+
+def _motion(one: SegmentFit) -> ResponseHistory:
+    """Return the motion at the center of gravity beside what the instruments show."""
+    path, stretch = one.found.path, one.stretch
+    place = stretch.aircraft.sensors.accelerometer.position
+    velocity = (path.velocity[:, 0], path.velocity[:, 1], path.velocity[:, 2])
+    rates = (path.rates[:, 0], path.rates[:, 1], path.rates[:, 2])
+    u, v, w = velocity_at((-place[0], -place[1], -place[2]), velocity, rates)
+    V = pitot_airspeed((u, v, w))
+    computed = np.column_stack((V, np.arctan2(w, u), np.arcsin(v / V), *rates, *path.attitude))
+    shown = {**stretch.driving, **{name: stretch.shown[name] for name in stretch.measured}}
+    nothing = np.full(len(V), np.nan)
+    return ResponseHistory(
+        maneuver=stretch.maneuver,
+        times=stretch.times,
+        channels=RECONSTRUCTED_CHANNELS,
+        measured=np.column_stack(
+            [
+                nothing if name in stretch.absent else shown.get(name, nothing)
+                for name in RECONSTRUCTED_CHANNELS
+            ]
+        ),
+        computed=computed,
+    )

@@ -1,0 +1,567 @@
+"""Errors common to all stretches, with a start for each, by Gauss-Newton."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gsapp.identification.compatibility.instrument_prediction import (
+    INITIAL_STATE_NAMES,
+    InitialState,
+    Prediction,
+    channel_sensitivities,
+    estimate_accelerometer_bias,
+    estimate_initial_state,
+    predict_channels,
+)
+from gsapp.identification.compatibility.kalman_predictor import (
+    ErrorStateModel,
+    NoiseLevels,
+    SteadyKalmanGain,
+    block_average,
+    build_error_state_model,
+    estimate_noise_levels,
+    kalman_gain_pair,
+    neg2_log_likelihood,
+    samples_per_average,
+    whiten_residuals,
+)
+from gsapp.identification.compatibility.segments import CompatibilitySegment
+from gsapp.identification.compatibility.settings import ACCELERATION_CHANNELS, CompatibilitySettings
+from gsapp.identification.statistics import ManeuverFitData, joint_covariance
+from gsapp.quantities import FloatArray
+
+_SPEED_AT_START, _TURN_AT_START = 10.0, 0.5
+"""Standard deviations of a start before anything was measured: m/s, rad."""
+_STEP_TOLERANCE = 0.02
+"""A step smaller than this share of a bound is the last."""
+_NOISE_UPDATE_STEP, _NOISE_UPDATE_INTERVAL, _MAX_NOISE_UPDATES = 0.3, 4, 2
+"""The noise is looked for where steps are this small, or after so many; so many times."""
+LARGEST_DELAY = 0.2
+"""Of an instrument against the gyros, s, either way."""
+_MAX_ROTATION_STEP = 0.5
+"""Of a start in one step, rad."""
+_MAX_COST_GROWTH, _HALVINGS = 1.02, 3
+_RIDGE = 1e-12
+_MAX_SPEED = 1e3
+"""Velocities (m/s) beyond this are no flight."""
+_MOTION_OVER_NOISE, _CHANGE_OVER_NOISE = (10.0, 20.0), (5.0, 25.0)
+"""Variance of the motion over that of the noise in it, for a scale to be seen; for a delay.
+
+The first over white noise, to take part in the fit; the second over all noise, to be reported.
+"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SegmentFit:
+    """One stretch of a fit.
+
+    Attributes
+    ----------
+    stretch : CompatibilitySegment
+    start : InitialState
+    found : Prediction
+    predictor : ErrorStateModel
+    noise : NoiseLevels
+    gain : SteadyKalmanGain
+    left : ndarray, shape (m, n_channels)
+        What the predictor leaves of the averaged residuals.
+    seen, clear : frozenset of str
+        Scales and delays of vanes that the stretch has a say in; those seen through all noise.
+    S : ndarray, shape (m, n_channels, n_free + 5)
+        The same of the sensitivities.
+    """
+
+    stretch: CompatibilitySegment
+    start: InitialState
+    found: Prediction
+    predictor: ErrorStateModel
+    noise: NoiseLevels
+    gain: SteadyKalmanGain
+    left: FloatArray
+    seen: frozenset[str]
+    clear: frozenset[str]
+    S: FloatArray
+
+    def residuals(self) -> FloatArray:
+        """Return measured minus computed, shape (n, n_channels)."""
+        shown = np.column_stack([self.stretch.shown[name] for name in self.found.channels])
+        return np.asarray(shown - self.found.computed, dtype=np.float64)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class InstrumentErrorFit:
+    """A fit to all stretches.
+
+    Attributes
+    ----------
+    free : tuple of str
+        Errors estimated.
+    errors : mapping of str to float
+        Values, scales as factors.
+    covariance : ndarray, shape (n_free, n_free)
+    stretches : tuple of SegmentFit
+    origin : ndarray, shape (n_free + 5 n_stretches,)
+        How far errors and starts have moved.
+    unlikelihood : float
+        Twice the negative log-likelihood, errors weighed by what is plausible.
+    iterations : int
+    converged : bool
+    step : float
+        The largest that errors and starts were about to move, in their bounds, when it ended.
+    """
+
+    free: tuple[str, ...]
+    errors: Mapping[str, float]
+    covariance: FloatArray
+    stretches: tuple[SegmentFit, ...]
+    origin: FloatArray
+    unlikelihood: float
+    iterations: int
+    converged: bool
+    step: float
+
+    def rms(self, channel: str) -> float:
+        """Return the residual of one channel, rms over all stretches; SI."""
+        parts = [
+            one.residuals()[:, one.found.channels.index(channel)]
+            for one in self.stretches
+            if channel in one.found.channels
+        ]
+        return float(np.sqrt(np.nanmean(np.concatenate(parts) ** 2))) if parts else np.nan
+
+
+def free_errors(settings: CompatibilitySettings, channels: Sequence[str]) -> tuple[str, ...]:
+    """Return those of the errors to be estimated whose instrument is there."""
+    return tuple(name for name in settings.free if name.partition(".")[0] in channels)
+
+
+def nominal_value(name: str) -> float:
+    """Return what an error is for a faultless instrument."""
+    return 1.0 if name.endswith(".scale") else 0.0
+
+
+def fit_instrument_errors(
+    stretches: Sequence[CompatibilitySegment],
+    settings: CompatibilitySettings,
+    free: Sequence[str],
+    *,
+    noises: Sequence[NoiseLevels] | None = None,
+    iterations: int | None = None,
+    bounds: bool = True,
+    begin: InstrumentErrorFit | None = None,
+) -> InstrumentErrorFit:
+    """Fit errors and starts.
+
+    Parameters
+    ----------
+    stretches : sequence of CompatibilitySegment
+    settings : CompatibilitySettings
+    free : sequence of str
+    noises : sequence of NoiseLevels, optional
+        Of the stretches, held; by default the likeliest are looked for.
+    iterations : int, optional
+        In place of the settings'.
+    bounds : bool
+        Whether the covariance is corrected for what color is left; it takes as long as a step.
+    begin : InstrumentErrorFit, optional
+        Of the same stretches and the same free errors.
+    """
+    most = settings.iterations if iterations is None else iterations
+    free = tuple(free)
+    plausible = np.array([settings.plausible_size(name) for name in free])
+    errors = {name: nominal_value(name) for name in free} if begin is None else dict(begin.errors)
+    starts = (
+        [estimate_initial_state(stretch, errors) for stretch in stretches]
+        if begin is None
+        else [part.start for part in begin.stretches]
+    )
+    chosen = (
+        list(noises) if noises is not None else [NoiseLevels.white(len(s.shown)) for s in stretches]
+    )
+    size = len(free) + len(INITIAL_STATE_NAMES) * len(stretches)
+    prior = np.zeros(size)
+    prior[: len(free)] = 1.0 / plausible**2
+    prior[len(free) :] = np.tile(
+        [1.0 / _SPEED_AT_START**2] * 3 + [1.0 / _TURN_AT_START**2] * 2, len(stretches)
+    )
+    origin = np.zeros(size) if begin is None else begin.origin.copy()
+    if begin is None:
+        guess = np.mean(
+            [
+                estimate_accelerometer_bias(one, start)
+                for one, start in zip(stretches, starts, strict=True)
+            ],
+            axis=0,
+        )
+        for axis, name in enumerate(ACCELERATION_CHANNELS):
+            if (label := f"{name}.bias") in free:
+                largest = settings.plausible_size(label)
+                errors[label] = float(np.clip(guess[axis], -largest, largest))
+                origin[free.index(label)] = errors[label]
+        starts = [estimate_initial_state(stretch, errors) for stretch in stretches]
+    number, calm, phase, converged = 0, 0, 0 if noises is None else _MAX_NOISE_UPDATES, False
+    parts: list[SegmentFit] = []
+    seen: list[frozenset[str] | None] = [None] * len(stretches)
+    least, halved = np.inf, 0
+    full, share = np.zeros(size), 1.0
+    look, step, before = False, np.zeros(size), (errors, starts, origin)
+    while True:
+        latest = [
+            _linearize_segment(stretch, settings, errors, start, free, noise, look=look, seen=known)
+            for stretch, start, noise, known in zip(stretches, starts, chosen, seen, strict=True)
+        ]
+        sound = [one for one in latest if one is not None]
+        cost = _cost(sound, prior, origin) if len(sound) == len(latest) else np.inf
+        if (
+            not cost <= _MAX_COST_GROWTH * least
+            and (np.isinf(cost) or not look)
+            and halved < _HALVINGS
+        ):
+            # The step led too far: a part of it may not.
+            if not parts:
+                return _diverged_fit(free, before, parts, number)
+            number, halved, step = number + 1, halved + 1, 0.25 * step
+            errors, starts, origin = _apply_step(free, before, step)
+            continue
+        if np.isinf(cost):
+            return _diverged_fit(free, before, parts, number)
+        parts, least, halved = sound, cost, 0
+        chosen = [part.noise for part in parts]
+        if phase >= _MAX_NOISE_UPDATES:
+            seen = [part.seen for part in parts]
+        covariance, g = _normal_equations(parts, len(free), prior, origin)
+        step = covariance @ g
+        size_of_step = float((np.abs(step) / np.sqrt(covariance.diagonal())).max())
+        if converged or number >= most:
+            break
+        number += 1
+        calm += 1
+        look = phase < _MAX_NOISE_UPDATES and (
+            size_of_step < _NOISE_UPDATE_STEP or calm >= _NOISE_UPDATE_INTERVAL
+        )
+        if look:
+            phase, calm = phase + 1, 0
+        converged = phase >= _MAX_NOISE_UPDATES and not look and size_of_step < _STEP_TOLERANCE
+        # Where delays change which noise counts, full steps may go to and fro for ever.
+        full, last = step, full
+        share = (
+            0.5 * share
+            if phase >= _MAX_NOISE_UPDATES and _reverses_last_step(full, last, covariance)
+            else share
+        )
+        step = _limit_step(share * full, free, errors)
+        before = (errors, starts, origin)
+        errors, starts, origin = _apply_step(free, before, step)
+    likely = sum(
+        float(neg2_log_likelihood(part.left[None], part.gain.covariance[None])[0]) for part in parts
+    )
+    if bounds:
+        covariance = joint_covariance(
+            [
+                ManeuverFitData(
+                    S=part.S, v=part.left, W=part.gain.weight, columns=_columns(place, len(free))
+                )
+                for place, part in enumerate(parts)
+            ],
+            size,
+            prior=np.diag(prior),
+        )
+    return InstrumentErrorFit(
+        free=free,
+        errors=errors,
+        covariance=covariance[: len(free), : len(free)],
+        stretches=tuple(parts),
+        origin=origin,
+        unlikelihood=likely + float(prior @ origin**2),
+        iterations=number,
+        converged=converged,
+        step=size_of_step,
+    )
+
+
+def _reverses_last_step(step: FloatArray, last: FloatArray, covariance: FloatArray) -> bool:
+    """Return whether a step leads back by most of the last one, in its bounds."""
+    variance = covariance.diagonal()
+    return bool((step * last / variance).sum() < -0.5 * (last**2 / variance).sum())
+
+
+_FitState = tuple[dict[str, float], list[InitialState], FloatArray]
+
+
+def _apply_step(free: Sequence[str], before: _FitState, step: FloatArray) -> _FitState:
+    """Return errors, starts and how far they have moved in all after a step."""
+    errors, starts, origin = before
+    return (
+        {name: errors[name] + float(change) for name, change in zip(free, step, strict=False)},
+        [
+            start.moved(step[_columns(place, len(free))[len(free) :]])
+            for place, start in enumerate(starts)
+        ],
+        origin + step,
+    )
+
+
+def _cost(parts: Sequence[SegmentFit], prior: FloatArray, origin: FloatArray) -> float:
+    """Return the sum of squares that a step makes smaller."""
+    total = float(prior @ origin**2)
+    for part in parts:
+        left = np.nan_to_num(part.left)
+        total += float(np.sum((left @ part.gain.weight) * left))
+    return total
+
+
+def _normal_equations(
+    parts: Sequence[SegmentFit], shared: int, prior: FloatArray, origin: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the covariance and the gradient of the normal equations."""
+    H: FloatArray = np.diag(prior)
+    g: FloatArray = -prior * origin
+    for place, part in enumerate(parts):
+        columns = _columns(place, shared)
+        S, left = _mask_sensitivities(part.S, part.left), np.nan_to_num(part.left)
+        flat = S.reshape(-1, S.shape[2])
+        weighted: FloatArray = (part.gain.weight @ S).reshape(flat.shape)
+        H[np.ix_(columns, columns)] += flat.T @ weighted
+        g[columns] += weighted.T @ left.ravel()
+    scale = 1.0 / np.sqrt(H.diagonal())
+    inverted = np.linalg.inv(H * scale * scale[:, None] + _RIDGE * np.eye(len(H)))
+    return np.asarray(inverted * scale * scale[:, None], dtype=np.float64), g
+
+
+def _diverged_fit(
+    free: tuple[str, ...], before: _FitState, parts: Sequence[SegmentFit], number: int
+) -> InstrumentErrorFit:
+    """Return the last state of a fit before it left all bounds; no stretches if it had none."""
+    errors, _, origin = before
+    return InstrumentErrorFit(
+        free=free,
+        errors=errors,
+        covariance=np.full((len(free), len(free)), np.inf),
+        stretches=tuple(parts),
+        origin=origin,
+        unlikelihood=np.inf,
+        iterations=number,
+        converged=False,
+        step=np.inf,
+    )
+
+
+def _columns(place: int, shared: int) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+    first = shared + len(INITIAL_STATE_NAMES) * place
+    return np.concatenate((np.arange(shared), np.arange(first, first + len(INITIAL_STATE_NAMES))))
+
+
+def _mask_sensitivities(S: FloatArray, left: FloatArray) -> FloatArray:
+    return np.asarray(np.where(np.isfinite(left)[:, :, None], S, 0.0), dtype=np.float64)
+
+
+def at_limit(name: str, value: float) -> bool:
+    """Return whether the fit stopped a delay where it may go no further: then it is no estimate."""
+    return name.endswith(".delay") and abs(value) > 0.999 * LARGEST_DELAY
+
+
+def _limit_step(step: FloatArray, free: Sequence[str], errors: Mapping[str, float]) -> FloatArray:
+    """Return the step with scales kept away from zero and delays within reason."""
+    turns = np.abs(step[len(free) :].reshape(-1, len(INITIAL_STATE_NAMES))[:, 3:]).max()
+    found: FloatArray = step * min(1.0, _MAX_ROTATION_STEP / max(turns, 1e-300))
+    for place, name in enumerate(free):
+        value = errors[name] + found[place]
+        if name.endswith(".scale"):
+            value = min(max(value, 0.1), 10.0)
+        elif name.endswith(".delay"):
+            value = min(max(value, -LARGEST_DELAY), LARGEST_DELAY)
+        found[place] = value - errors[name]
+    return found
+
+
+def _linearize_segment(
+    stretch: CompatibilitySegment,
+    settings: CompatibilitySettings,
+    errors: Mapping[str, float],
+    start: InitialState,
+    free: Sequence[str],
+    noise: NoiseLevels,
+    *,
+    look: bool,
+    seen: frozenset[str] | None = None,
+) -> SegmentFit | None:
+    """Return a stretch with all that a step needs; None where the motion left all bounds."""
+    with np.errstate(all="ignore"):
+        found = predict_channels(stretch, errors, start)
+    if not np.abs(found.path.velocity).max() < _MAX_SPEED:
+        return None
+    shown = np.column_stack([stretch.shown[name] for name in found.channels])
+    counted = np.isfinite(shown)
+    predictor = build_error_state_model(stretch, found, errors, settings.rate)
+    v = block_average(shown - found.computed, counted, predictor.width)
+    if look:
+        noise = estimate_noise_levels(predictor, v, noise)
+    S = block_average(
+        channel_sensitivities(stretch, errors, start, found, free), counted, predictor.width
+    )
+    white = NoiseLevels.white(len(found.channels))
+    chosen, calm = kalman_gain_pair(predictor, noise, white)
+    with np.errstate(all="ignore"):
+        left = whiten_residuals(predictor, chosen.K, v[:, :, None])[:, :, 0]
+    if not np.nanmax(np.abs(left)) < _MAX_SPEED:
+        return None
+    shift = v - left
+    expected = block_average(shown, counted, predictor.width) - left
+    levels = [
+        _motion_and_noise_variances(predictor, white, calm.covariance),
+        _motion_and_noise_variances(predictor, noise, chosen.covariance),
+    ]
+    seen, clear = _use_predicted_motion(
+        S, expected, shift, found.channels, free, errors, predictor.step, levels, seen
+    )
+    return SegmentFit(
+        stretch=stretch,
+        start=start,
+        found=found,
+        predictor=predictor,
+        noise=noise,
+        gain=chosen,
+        left=left,
+        seen=seen,
+        clear=clear,
+        S=np.nan_to_num(whiten_residuals(predictor, chosen.K, S)),
+    )
+
+
+def _use_predicted_motion(
+    S: FloatArray,
+    expected: FloatArray,
+    shift: FloatArray,
+    channels: Sequence[str],
+    free: Sequence[str],
+    errors: Mapping[str, float],
+    step: float,
+    levels: Sequence[tuple[FloatArray, FloatArray]],
+    frozen: frozenset[str] | None,
+) -> tuple[frozenset[str], frozenset[str]]:
+    """Let scale and delay of vanes see the motion as predicted, not as integrated.
+
+    Where an aircraft hardly moves, integrated noise is all the motion there seems to be; a vane
+    that does not follow it would be given a scale of zero. The prediction has had most of that
+    noise taken out. Where the noise left is still not small beside the motion, the stretch has
+    no say.
+
+    Parameters
+    ----------
+    S : ndarray, shape (m, n_channels, n_free + 5)
+        Of averages; changed.
+    expected, shift : ndarray, shape (m, n_channels)
+        Averages that the predictor expects, and by how much they differ from the integrated ones.
+    step : float
+        Between averages, s.
+    levels : sequence of two pairs of ndarray, shape (n_channels,)
+        Variance of what the predictor expects, and of what noise adds over one step: for white
+        noise and for the noise that was found.
+    frozen : frozenset of str or None
+        Errors that the stretch has a say in, once that was decided.
+
+    Returns
+    -------
+    seen, clear : frozenset of str
+        The same by white noise, and those seen through the noise that was found, too.
+    """
+    moving: list[set[str]] = [set(), set()]
+    seen: set[str] | frozenset[str] = moving[0] if frozen is None else frozen
+    for row, name in enumerate(channels):
+        scale = errors.get(f"{name}.scale", 1.0)
+        ideal = (expected[:, row] - errors.get(f"{name}.bias", 0.0)) / scale
+        if (label := f"{name}.scale") in free:
+            motion = np.nanvar(expected[:, row]) * scale**2
+            for found, (late, _), ratio in zip(moving, levels, _MOTION_OVER_NOISE, strict=True):
+                if motion > ratio * late[row]:
+                    found.add(label)
+            # Of a scale that is not seen, what it does to the mean is left.
+            known = ideal if label in seen else np.full_like(ideal, np.nanmean(ideal))
+            S[:, row, free.index(label)] = known
+        if (label := f"{name}.delay") in free:
+            column = free.index(label)
+            # The integrated motion, put right backwards in time: what is shown now must not be in
+            # the expectation that it is compared with.
+            change = np.diff(shift[:, row], prepend=shift[:1, row])
+            S[:, row, column] -= np.nan_to_num(change) / step
+            motion = np.nanmean(S[:, row, column] ** 2) * step**2
+            for found, (_, walked), ratio in zip(moving, levels, _CHANGE_OVER_NOISE, strict=True):
+                if motion > ratio * walked[row]:
+                    found.add(label)
+            if label not in seen:
+                S[:, row, column] = 0.0
+    return frozenset(seen), frozenset(seen) & moving[1]
+
+
+def _motion_and_noise_variances(
+    predictor: ErrorStateModel, noise: NoiseLevels, covariance: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return variances of what the predictor expects and of what noise adds in a step."""
+    H = predictor.H.mean(axis=0)
+    Q = np.einsum("d,dij->ij", noise.drive * predictor.drive, predictor.process)
+    late = np.maximum(covariance.diagonal() - noise.show * predictor.show, 0.0)
+    return late, np.asarray(np.einsum("ri,ij,rj->r", H, Q, H), dtype=np.float64)
+
+
+def is_motion_significant(stretch: CompatibilitySegment, channel: str, rate: float) -> bool:
+    """Return whether what a gyro or accelerometer shows is motion rather than noise.
+
+    Parameters
+    ----------
+    stretch : CompatibilitySegment
+    channel : str
+    rate : float
+        Averages per second that are compared.
+    """
+    samples = stretch.driving.get(channel)
+    if samples is None or channel in stretch.absent:
+        return samples is None
+    width = samples_per_average(stretch, rate)
+    means = block_average(samples[:, None], np.ones((samples.size, 1), dtype=bool), width)
+    noise = stretch.noise[channel] ** 2 / width
+    return float(np.var(means)) > _MOTION_OVER_NOISE[1] * noise
+
+
+def scale_bounds(
+    found: InstrumentErrorFit, settings: CompatibilitySettings, channels: Sequence[str]
+) -> dict[str, float]:
+    """Return how well the scale of each channel would be known were it free beside the others.
+
+    Infinite where the data do not see it.
+    """
+    names = [f"{name}.scale" for name in channels]
+    free = (*found.free, *(name for name in names if name not in found.free))
+    size = len(free) + len(INITIAL_STATE_NAMES) * len(found.stretches)
+    H = np.zeros((size, size))
+    places = np.arange(len(found.free))
+    H[places, places] = 1.0 / np.array([settings.plausible_size(n) for n in found.free]) ** 2
+    H[range(len(free), size), range(len(free), size)] = 1e-6
+    for place, one in enumerate(found.stretches):
+        part = _linearize_segment(
+            one.stretch, settings, found.errors, one.start, free, one.noise, look=False
+        )
+        if part is None:
+            continue
+        columns = _columns(place, len(free))
+        S = _mask_sensitivities(part.S, part.left)
+        for name, label in zip(channels, names, strict=True):
+            if not is_motion_significant(one.stretch, name, settings.rate):
+                S[:, :, free.index(label)] = 0.0
+        flat = S.reshape(-1, S.shape[2])
+        H[np.ix_(columns, columns)] += flat.T @ (part.gain.weight @ S).reshape(flat.shape)
+    bounds = {}
+    for name, label in zip(channels, names, strict=True):
+        own = free.index(label)
+        others = [k for k in range(size) if k != own and not len(found.free) <= k < len(free)]
+        information = H[own, own]
+        if own < len(found.free):
+            information -= 1.0 / settings.plausible_size(label) ** 2
+        rest = H[np.ix_(others, others)]
+        scale = 1.0 / np.sqrt(rest.diagonal())
+        shared = H[others, own] * scale
+        information -= shared @ np.linalg.solve(rest * scale * scale[:, None], shared)
+        bounds[name] = float(information**-0.5) if information > 1e-9 else np.inf
+    return bounds

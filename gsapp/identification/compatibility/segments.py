@@ -1,0 +1,277 @@
+"""What the instruments of a maneuver show, cut into unbroken stretches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.decoding.air_data import true_airspeed
+from gsapp.foundation import FlightError
+from gsapp.identification.compatibility.instrument_text import join_names
+from gsapp.identification.compatibility.settings import KINEMATIC_INPUTS, KINEMATIC_OUTPUTS
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.motion import measured_motion
+from gsapp.identification.smoothing import contiguous_slices, interpolate_missing
+from gsapp.quantities import BoolArray, FloatArray
+
+MAX_BRIDGED_GAP = 0.15
+"""Rates and accelerations missing for longer (s) break a maneuver in two."""
+MIN_DURATION = 2.0
+"""A stretch shorter than this (s) is left out."""
+MIN_SEGMENT_SAMPLES = 40
+_CALIBRATED = ("V", "alpha", "beta")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CompatibilitySegment:
+    """Unbroken samples of one maneuver.
+
+    Attributes
+    ----------
+    maneuver : str
+    aircraft : Aircraft
+    times : ndarray, shape (n,)
+        Flight time, s.
+    dt : float
+    driving : mapping of str to ndarray, shape (n,)
+        Rates (rad/s) and specific forces (m/s^2; an positive up) as shown, none missing.
+    shown : mapping of str to ndarray, shape (n,)
+        V, alpha, beta, phi, theta as shown; NaN where missing.
+    absent : frozenset of str
+        Of `driving`: those that no instrument measured and that are zero here.
+    noise : mapping of str to float
+        White noise of each, rms of a sample.
+    guessed_speed : float or None
+        m/s, where airspeed was not measured; `shown` then holds it as V.
+    """
+
+    maneuver: str
+    aircraft: Aircraft
+    times: FloatArray
+    dt: float
+    driving: Mapping[str, FloatArray]
+    shown: Mapping[str, FloatArray]
+    absent: frozenset[str]
+    noise: Mapping[str, float]
+    guessed_speed: float | None = None
+
+    @property
+    def measured(self) -> frozenset[str]:
+        """Return the channels of `shown` that an instrument shows."""
+        guessed = {"V"} if self.guessed_speed is not None else set()
+        return frozenset(self.shown.keys() - guessed)
+
+    def exchanged(
+        self, signs: Mapping[str, float], order: Mapping[str, str]
+    ) -> CompatibilitySegment:
+        """Return the stretch with signs turned and channels read from one another's place."""
+
+        def remedied(table: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+            both = {**self.driving, **self.shown}
+            return {name: signs.get(name, 1.0) * both[order.get(name, name)] for name in table}
+
+        noise = {name: self.noise[order.get(name, name)] for name in self.noise}
+        return replace(
+            self, driving=remedied(self.driving), shown=remedied(self.shown), noise=noise
+        )
+
+
+@dataclass(slots=True)
+class PreparedSegments:
+    """Stretches of all maneuvers, and what there is to say about the channels.
+
+    Attributes
+    ----------
+    stretches : list of CompatibilitySegment
+    stuck : dict of str to list of str
+        Channels that stayed constant while the aircraft moved, with the maneuvers.
+    warnings : list of str
+    """
+
+    stretches: list[CompatibilitySegment] = field(default_factory=list)
+    stuck: dict[str, list[str]] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Return the channels that at least one stretch has, in order."""
+        present = set[str]()
+        for stretch in self.stretches:
+            present |= (stretch.driving.keys() - stretch.absent) | stretch.measured
+        return tuple(name for name in (*KINEMATIC_INPUTS, *KINEMATIC_OUTPUTS) if name in present)
+
+
+def estimate_white_noise(samples: FloatArray) -> float:
+    """Return the white noise (rms of a sample) of a signal, from where no aircraft moves.
+
+    The median power between a quarter and nearly half of the sample rate, tones left aside.
+
+    Parameters
+    ----------
+    samples : ndarray, shape (n,)
+        None missing.
+    """
+    count = samples.size
+    centered = samples - np.linspace(samples[:5].mean(), samples[-5:].mean(), count)
+    power = np.abs(np.fft.rfft(np.hanning(count) * centered)) ** 2 / (0.375 * count)
+    high = power[count // 4 : int(0.48 * count)]
+    # The median of an exponential distribution is ln 2 of its mean.
+    return float(np.sqrt(np.median(high) / np.log(2.0))) if high.size else 0.0
+
+
+def prepare_segments(maneuvers: Sequence[Maneuver], aircraft: Aircraft | None) -> PreparedSegments:
+    """Collect the stretches of maneuvers.
+
+    Parameters
+    ----------
+    maneuvers : sequence of Maneuver
+    aircraft : Aircraft, optional
+        In place of the one that each maneuver knows.
+    """
+    found = PreparedSegments()
+    for maneuver in maneuvers:
+        _prepare_maneuver(found, maneuver, aircraft or maneuver.aircraft)
+    found.warnings[:] = dict.fromkeys(found.warnings)
+    return found
+
+
+def _prepare_maneuver(found: PreparedSegments, maneuver: Maneuver, aircraft: Aircraft) -> None:
+    title = f"maneuver {maneuver.id}"
+    count = len(maneuver.block)
+    if count < MIN_SEGMENT_SAMPLES:
+        found.warnings.append(
+            f"{title} has {count} samples; too few to compare instruments by: "
+            f"give at least {MIN_SEGMENT_SAMPLES}"
+        )
+        return
+    dt = maneuver.dt
+    signals = {name: maneuver.samples(name) for name in (*KINEMATIC_INPUTS, *KINEMATIC_OUTPUTS)}
+    signals["V"], guessed = _airspeed_or_guess(maneuver, signals["V"])
+    _drop_stuck(found, maneuver, signals)
+    there = {name for name, samples in signals.items() if np.isfinite(samples).any()}
+    absent = frozenset(name for name in KINEMATIC_INPUTS if name not in there)
+    shown = [name for name in KINEMATIC_OUTPUTS if name in there]
+    if not there & {"alpha", "beta", "V", "phi", "theta"}:
+        found.warnings.append(
+            f"{title}: alpha, beta, airspeed and attitude are all missing; rates and "
+            "accelerations alone have nothing to contradict"
+        )
+        return
+    if len(absent) == len(KINEMATIC_INPUTS):
+        found.warnings.append(
+            f"{title}: no rate and no acceleration was measured; there is nothing to make a "
+            "motion from"
+        )
+        return
+    missing = [name for name in (*KINEMATIC_INPUTS, *_CALIBRATED) if name not in there]
+    if missing:
+        found.warnings.append(
+            f"{title}: {join_names(missing)} {'was' if len(missing) == 1 else 'were'} not measured; "
+            "what only they could tell stays open"
+        )
+    broken = _unbridgeable_gaps(signals, KINEMATIC_INPUTS, absent, dt)
+    kept = 0
+    for piece in contiguous_slices(~broken):
+        visible = {
+            name: signals[name][piece]
+            for name in shown
+            if np.isfinite(signals[name][piece]).sum() >= MIN_SEGMENT_SAMPLES // 2
+        }
+        if not visible or piece.stop - piece.start < max(MIN_SEGMENT_SAMPLES, MIN_DURATION / dt):
+            continue
+        kept += 1
+        driving = {
+            name: np.zeros(piece.stop - piece.start)
+            if name in absent
+            else interpolate_missing(signals[name][piece], ~np.isfinite(signals[name][piece]))
+            for name in KINEMATIC_INPUTS
+        }
+        if guessed is not None:
+            visible["V"] = np.full(piece.stop - piece.start, guessed)
+        found.stretches.append(
+            CompatibilitySegment(
+                maneuver=maneuver.id,
+                aircraft=aircraft,
+                times=maneuver.block.times[piece],
+                dt=dt,
+                driving=driving,
+                shown=visible,
+                absent=absent,
+                noise=_white_noise_levels(driving, visible, absent, aircraft),
+                guessed_speed=guessed,
+            )
+        )
+    if not kept:
+        found.warnings.append(
+            f"{title}: no {MIN_DURATION:g} s in a row have rates, accelerations and anything to "
+            "compare them with"
+        )
+
+
+def _airspeed_or_guess(maneuver: Maneuver, samples: FloatArray) -> tuple[FloatArray, float | None]:
+    """Return airspeed as shown, from whichever air data there are, or a guess at it."""
+    if np.isfinite(samples).any():
+        return samples, None
+    for name in ("qbar", "dynamic_pressure"):
+        if maneuver.has(name):
+            rho = measured_motion(maneuver).input("rho")
+            qbar = maneuver.samples(name)
+            return np.where(np.isfinite(qbar), true_airspeed(qbar, rho), np.nan), None
+    try:
+        return samples, float(measured_motion(maneuver).state("V").mean())
+    except FlightError:
+        return samples, 30.0
+
+
+def _drop_stuck(
+    found: PreparedSegments, maneuver: Maneuver, signals: dict[str, FloatArray]
+) -> None:
+    """Take out channels that stayed constant while others moved."""
+    for name, samples in signals.items():
+        seen = samples[np.isfinite(samples)]
+        if seen.size >= MIN_SEGMENT_SAMPLES and not np.ptp(seen):
+            found.stuck.setdefault(name, []).append(maneuver.id)
+            signals[name] = np.full_like(samples, np.nan)
+
+
+def _unbridgeable_gaps(
+    signals: Mapping[str, FloatArray], names: Sequence[str], absent: frozenset[str], dt: float
+) -> BoolArray:
+    """Return the samples in gaps of the driving channels too long to bridge, shape (n,)."""
+    count = next(iter(signals.values())).size
+    found = np.zeros(count, dtype=bool)
+    for name in names:
+        if name in absent:
+            continue
+        for gap in contiguous_slices(~np.isfinite(signals[name])):
+            at_end = gap.start == 0 or gap.stop == count
+            if at_end or (gap.stop - gap.start) * dt > MAX_BRIDGED_GAP:
+                found[gap] = True
+    return found
+
+
+def _white_noise_levels(
+    driving: Mapping[str, FloatArray],
+    shown: Mapping[str, FloatArray],
+    absent: frozenset[str],
+    aircraft: Aircraft,
+) -> dict[str, float]:
+    sensors = aircraft.sensors
+    stated = {
+        **dict.fromkeys(("p", "q", "r"), sensors.gyro.noise),
+        **dict.fromkeys(("ax", "ay", "an"), sensors.accelerometer.noise),
+        "alpha": sensors.alpha_vane.noise,
+        "beta": sensors.beta_vane.noise,
+    }
+    smallest = {"V": 0.01, **dict.fromkeys(("ax", "ay", "an"), 1e-3)}
+    noise = {}
+    for name, samples in {**driving, **shown}.items():
+        if name in absent:
+            continue
+        clean = interpolate_missing(samples, ~np.isfinite(samples))
+        floor = max(0.3 * stated.get(name, 0.0), smallest.get(name, 1e-5))
+        noise[name] = max(estimate_white_noise(clean), floor)
+    return noise

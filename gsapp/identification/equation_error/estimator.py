@@ -1,0 +1,326 @@
+"""Derivatives by equation error: every coefficient regressed on what the build-up multiplies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from gsapp.dynamics.buildup import linear_variables
+from gsapp.dynamics.model import Model
+from gsapp.foundation import FlightError
+from gsapp.identification.axes import (
+    AXIS_COEFFICIENTS,
+    AXIS_SURFACES,
+    Axis,
+    axis_derivatives,
+    free_derivatives,
+)
+from gsapp.identification.coefficient_histories import coefficient_history
+from gsapp.identification.coefficients import Coefficients
+from gsapp.identification.equation_error.delay_estimation import (
+    DELAYED_CHANNELS,
+    estimate_relative_delay,
+)
+from gsapp.identification.equation_error.equations import (
+    DRIFT_DEGREE,
+    DRIFT_PREFIX,
+    VARIABLE_TEXT,
+    CoefficientCache,
+    build_equation,
+    excitation_threshold,
+    response_fit_of_equation,
+)
+from gsapp.identification.equation_error.regression import (
+    Equation,
+    Regression,
+    instrument_inflation,
+    solve_equation,
+)
+from gsapp.identification.equation_error.smoothed_coefficients import smooth_coefficients
+from gsapp.identification.instrument_effects import effective_records
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.motion import MeasuredMotion, measured_motion
+from gsapp.identification.results import DerivativeEstimate, Estimate, ResponseFit
+from gsapp.identification.stuck_channels import check_estimate_support, remove_stuck_channels
+from gsapp.identification.zero_offsets import add_offset_uncertainty, constant_term_offsets
+
+
+def estimate(
+    maneuvers: Sequence[Maneuver],
+    axis: Axis,
+    *,
+    free: Sequence[str] | None = None,
+    held: Mapping[str, float] | None = None,
+    stand_ins: Mapping[str, float] | None = None,
+    model: Model | None = None,
+    cutoff: float | None = None,
+    motions: Sequence[MeasuredMotion] | None = None,
+    delays: Mapping[str, float] | Literal["estimate"] | None = None,
+) -> Estimate:
+    """Estimate derivatives from one maneuver, or from several in one stacked regression.
+
+    Parameters
+    ----------
+    maneuvers : sequence of Maneuver
+    axis : {"lon", "lat", "both"}
+    free : sequence of str, optional
+        Derivatives to estimate; by default those of tables 6.2.5 and 6.2.6 for the surfaces moved
+        as the input. The share of another surface that moved beside is then fitted, not reported.
+    held : mapping of str to float, optional
+        Derivatives held at a value.
+    stand_ins : mapping of str to float, optional
+        As in `gsapp.identification.motion.measured_motion`.
+    model : Model, optional
+        Derivatives that are not free take its values; its effects are taken as known.
+    cutoff : float, optional
+        Of the smoothing, Hz; by default chosen from the data.
+    motions : sequence of MeasuredMotion, optional
+        If they are known already, one for each maneuver.
+    delays : mapping of str to float or "estimate", optional
+        How late channels come, as in `gsapp.identification.coefficients.reconstruct_coefficients`;
+        an empty mapping says that none does. By default a delay that shows is warned of.
+        ``"estimate"`` finds how late vanes and surfaces come against the gyros
+        (`gsapp.identification.equation_error.delay_estimation`), undoes what is proven, and widens
+        the bounds by what is not known of it.
+
+    Returns
+    -------
+    Estimate
+        `fit` is by coefficient (``CN`` ...), and so are the `histories` of a single maneuver. What
+        was not earned has no number and says why.
+
+    Raises
+    ------
+    FlightError
+        If there is no maneuver, or the airspeed is missing and nothing can stand in for it.
+    """
+    if not maneuvers:
+        raise FlightError("there is no maneuver to estimate from; name at least one")
+    if motions is not None:
+        return _from_motions(
+            maneuvers, axis, motions, free=free, held=held, model=model, cutoff=cutoff,
+            delays=delays,
+        )  # fmt: skip
+    whole, remarks = remove_stuck_channels(maneuvers, axis)
+    records, left = effective_records(whole, model)
+    motions = [measured_motion(maneuver, stand_ins=stand_ins) for maneuver in records]
+    found = _from_motions(
+        records, axis, motions, free=free, held=held, model=left, cutoff=cutoff, delays=delays
+    )
+    return check_estimate_support(found, whole, stand_ins or {}, remarks)
+
+
+def _from_motions(
+    maneuvers: Sequence[Maneuver],
+    axis: Axis,
+    motions: Sequence[MeasuredMotion],
+    *,
+    free: Sequence[str] | None,
+    held: Mapping[str, float] | None,
+    model: Model | None,
+    cutoff: float | None,
+    delays: Mapping[str, float] | Literal["estimate"] | None,
+) -> Estimate:
+    known = delays if isinstance(delays, Mapping) else {}
+    found = smooth_coefficients(maneuvers, motions, model=model, cutoff=cutoff, delays=known)
+    inputs = {name for maneuver in maneuvers for name in maneuver.inputs}
+    # Delays that the caller knows are believed.
+    shift = (
+        None if isinstance(delays, Mapping) else estimate_relative_delay(found, axis, tuple(inputs))
+    )
+    proven = shift is not None and abs(shift[0]) > max(_SIGNIFICANT_SIGMAS * shift[1], _LEAST_SHIFT)
+    plain = _estimate_from_coefficients(found, maneuvers, axis, free=free, held=held, model=model)
+    if shift is None or not proven:
+        return plain
+    told = (
+        f"vanes and surfaces come {1e3 * shift[0]:.1f} +- {1e3 * shift[1]:.1f} ms "
+        f"{'late' if shift[0] > 0.0 else 'early'} against the gyros"
+    )
+    if delays != "estimate":
+        bent = f"{told}: derivatives of the moments are bent by it, and no bound holds that"
+        return replace(plain, warnings=(*plain.warnings, bent))
+    late = dict.fromkeys(DELAYED_CHANNELS, shift[0])
+    right = smooth_coefficients(maneuvers, motions, model=model, cutoff=cutoff, delays=late)
+    better = _estimate_from_coefficients(right, maneuvers, axis, free=free, held=held, model=model)
+    return _widen_bounds(better, plain, shift, f"{told}, which is undone")
+
+
+_SIGNIFICANT_SIGMAS = 3.0
+_LEAST_SHIFT = 1e-3
+"""A shift is proven at three bounds; below a millisecond it does no harm."""
+
+
+def _widen_bounds(
+    better: Estimate, plain: Estimate, shift: tuple[float, float], told: str
+) -> Estimate:
+    """Return the estimate with the uncertainty of the shift in its bounds."""
+    slopes = np.zeros(len(better.free))
+    for index, name in enumerate(better.free):
+        now, before = better.value(name), plain.value(name)
+        if now is not None and before is not None:
+            slopes[index] = (now - before) / shift[0]
+    covariance = better.covariance + shift[1] ** 2 * np.outer(slopes, slopes)
+    derivatives = dict(better.derivatives)
+    for index, name in enumerate(better.free):
+        wider = float(np.sqrt(covariance[index, index]))
+        derivatives[name] = replace(derivatives[name], std=wider)
+    return replace(
+        better,
+        derivatives=derivatives,
+        covariance=covariance,
+        nuisance={f"{one}.shift.surfaces": shift for one in better.maneuvers},
+        warnings=(*better.warnings, told),
+    )
+
+
+def _estimate_from_coefficients(
+    found: Sequence[Coefficients],
+    maneuvers: Sequence[Maneuver],
+    axis: Axis,
+    *,
+    free: Sequence[str] | None,
+    held: Mapping[str, float] | None,
+    model: Model | None,
+) -> Estimate:
+    inputs = {name for maneuver in maneuvers for name in maneuver.inputs}
+    wanted = free_derivatives(axis, inputs) if free is None else tuple(free)
+    fixed = {} if model is None else {name: model.derivative(name) for name in model.derivatives}
+    fixed = {name: value for name, value in fixed.items() if name not in wanted}
+    fixed.update(held or {})
+    derivatives = {
+        name: DerivativeEstimate(value=fixed[name], status="held")
+        if name in fixed
+        else DerivativeEstimate(value=None, status="unknown", why="it was not set free")
+        for name in axis_derivatives(axis)
+    }
+    # Left out of the equation, a surface that the pilot moved all the same would bend the rest.
+    beside = [] if free is not None else _secondary_input_derivatives(axis, wanted, fixed, found)
+    warnings = [remark for one in found for remark in one.remarks]
+    if beside:
+        surfaces = dict.fromkeys(VARIABLE_TEXT[name.partition("_")[2]] for name in beside)
+        warnings.append(
+            f"the {' and the '.join(surfaces)} moved too, though not as the input; the share of "
+            "that is fitted beside the rest"
+        )
+    blocks: list[Regression] = []
+    fits: dict[str, ResponseFit] = {}
+    poor: list[str] = []
+    cache = CoefficientCache()
+    fitted = dict(fixed)
+    courses: dict[str, int] = {}
+    for coefficient in AXIS_COEFFICIENTS[axis]:
+        names = [f"{coefficient}_{suffix}" for suffix in ("0", *linear_variables(coefficient))]
+        names = [name for name in names if name in (*wanted, *beside) and name not in fixed]
+        if not names:
+            continue
+        formed = build_equation(coefficient, names, fixed, found, cache)
+        derivatives.update(formed.unearned)
+        warnings += formed.remarks
+        if formed.equation is None:
+            continue
+        solution, weak = _solve_with_instruments(formed.equation)
+        if weak:
+            poor.append(coefficient)
+        fits[coefficient] = response_fit_of_equation(formed.equation, solution)
+        blocks.append(solution)
+        fitted.update(zip(solution.names, solution.values.tolist(), strict=True))
+        courses[coefficient] = -1
+        if any(name.startswith(DRIFT_PREFIX) for name in solution.names):
+            courses[coefficient] = DRIFT_DEGREE
+        for index, name in enumerate(solution.names):
+            if name in derivatives and name not in formed.unearned:
+                derivatives[name] = DerivativeEstimate(
+                    value=float(solution.values[index]),
+                    std=float(solution.std[index]),
+                    cramer_rao=float(np.sqrt(solution.white[index, index])),
+                )
+    if poor:
+        warnings.append(
+            f"the surfaces explain too little of the motion behind {', '.join(poor)} (gusts?) to "
+            "make up for noise in its regressors; slopes may come out small"
+        )
+    for name in beside:
+        why = "it was not set free; its share was fitted beside the rest"
+        derivatives[name] = DerivativeEstimate(value=None, status="unknown", why=why)
+    names_free, covariance = _join_covariances(blocks, derivatives)
+    # Maneuvers fitted together have offsets of their own; each is drawn with its own fit.
+    shown = coefficient_history(found[0], fitted, courses) if len(found) == 1 else None
+    estimated = Estimate(
+        method="ee",
+        axis=axis,
+        maneuvers=tuple(maneuver.id for maneuver in maneuvers),
+        derivatives=derivatives,
+        free=names_free,
+        covariance=covariance,
+        fit=fits,
+        histories=() if shown is None else (shown,),
+        iterations=1,
+        converged=bool(names_free),
+        warnings=tuple(dict.fromkeys(warnings)),
+        message="solved directly" if names_free else "no derivative could be estimated",
+    )
+    qbars = [one.variables["qbar"] for one in found]
+    return add_offset_uncertainty(estimated, constant_term_offsets(maneuvers, qbars))
+
+
+def _secondary_input_derivatives(
+    axis: Axis,
+    wanted: Sequence[str],
+    fixed: Mapping[str, float],
+    found: Sequence[Coefficients],
+) -> list[str]:
+    """Return the derivatives, not wanted, of surfaces that were measured and moved."""
+    moved = [
+        surface
+        for surface in AXIS_SURFACES[axis]
+        if all(surface in one.measured for one in found)
+        and any(
+            np.std(one.variables[surface]) > excitation_threshold(surface, one) for one in found
+        )
+    ]
+    return [
+        name
+        for name in axis_derivatives(axis)
+        if name.partition("_")[2] in moved and name not in wanted and name not in fixed
+    ]
+
+
+def _solve_with_instruments(equation: Equation) -> tuple[Regression, bool]:
+    """Solve with instruments where they are strong enough, else by least squares.
+
+    Also return whether they were too weak.
+    """
+    if (equation.Z == equation.X).all():
+        return solve_equation(equation), False
+    if instrument_inflation(equation) > _WEAK_INSTRUMENT_INFLATION:
+        return solve_equation(equation.by_least_squares), True
+    return solve_equation(equation), False
+
+
+_WEAK_INSTRUMENT_INFLATION = 1.7
+"""Growth of the bounds at which instruments cost more than the noise that they avoid."""
+
+
+def _join_covariances(
+    blocks: Sequence[Regression], derivatives: Mapping[str, DerivativeEstimate]
+) -> tuple[tuple[str, ...], np.ndarray[tuple[int, int], np.dtype[np.float64]]]:
+    """Return names and covariance of all that was estimated."""
+    names: list[str] = []
+    parts = []
+    for block in blocks:
+        kept = [
+            index
+            for index, name in enumerate(block.names)
+            if name in derivatives and derivatives[name].status == "estimated"
+        ]
+        names += [block.names[index] for index in kept]
+        parts.append(block.covariance[np.ix_(kept, kept)])
+    covariance = np.zeros((len(names), len(names)))
+    at = 0
+    for part in parts:
+        covariance[at : at + len(part), at : at + len(part)] = part
+        at += len(part)
+    return tuple(names), covariance

@@ -1,0 +1,168 @@
+"""The regressions of one axis over a flight: records are opened, closed, forgotten."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from gsapp.identification.ftr.axis_dynamics import AxisDynamics
+from gsapp.identification.ftr.channels import FTRAxis, axis_regressors
+from gsapp.identification.ftr.information import RecordInformation
+from gsapp.identification.ftr.regression import solve_records
+from gsapp.identification.ftr.regression_rows import RegressionRows
+from gsapp.identification.ftr.residual_covariance import ScratchBuffer
+from gsapp.identification.ftr.settings import FrequencyBand, FTRSettings
+from gsapp.identification.ftr.solution import FTRSolution, SolvableInformation, solve_estimates
+from gsapp.identification.ftr.state_file import ArrayTable, add_prefix, strip_prefix
+from gsapp.identification.ftr.transform import RunningTransform
+
+_LEAST_FREEDOM = 4.0
+"""Real equations beyond the unknowns that a record needs for its information to be kept."""
+
+
+class AxisRegression:
+    """The three regressions of one axis: open record, closed ones, latest solution.
+
+    Parameters
+    ----------
+    axis : {"lon", "lat"}
+    settings : FTRSettings
+    dt : float
+        Sample time, s.
+    block : int
+        Samples of a block.
+    body : AxisDynamics
+
+    Attributes
+    ----------
+    past, own : RecordInformation
+        Of the closed records, and of the open one by itself.
+    solution : FTRSolution or None
+        The latest, U = 1.
+    """
+
+    def __init__(
+        self, axis: FTRAxis, settings: FTRSettings, dt: float, block: int, body: AxisDynamics
+    ) -> None:
+        self.settings, self.body = settings, body
+        self.band: FrequencyBand = settings.longitudinal if axis == "lon" else settings.lateral
+        self.p = len(axis_regressors(axis))
+        self.transform = RunningTransform(
+            self.p, self.band, settings.spacing, settings.forgetting, dt, block
+        )
+        length = block * dt
+        self._longest_gap = max(1, round(settings.longest_gap / length))
+        self._fade = 1.0 if settings.forgetting is None else math.exp(-length / settings.forgetting)
+        self._scratch = ScratchBuffer()
+        self._record: int | None = None
+        if settings.gate == "always" and settings.forgetting is None:
+            seconds = settings.record_length or 1.0 / settings.spacing
+            self._record = max(1, round(seconds / length))
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget all records."""
+        self.past = self.checkpoint = RecordInformation.none(self.p)
+        self.solution: FTRSolution | None = None
+        self.begin()
+
+    def open_window(self) -> None:
+        """Begin a window, which may have to be gone through again."""
+        self.checkpoint = self.past
+        self.begin()
+
+    def rewind(self) -> None:
+        """Go back to where the window began."""
+        self.past = self.checkpoint
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin a record; what the open one said is forgotten."""
+        self.transform.start()
+        self.own = RecordInformation.none(self.p)
+        self.open = False
+        self.silent = 0
+
+    def close(self) -> None:
+        """Keep what the open record said, and begin another."""
+        earned = self.own.freedom >= _LEAST_FREEDOM
+        if earned.any():
+            self.past = self.past.plus(self.own.of(earned))
+        self.begin()
+
+    def advance(self, first: int, rows: RegressionRows) -> FTRSolution:
+        """Take in blocks from number `first` on; return the estimates after each."""
+        heard = np.asarray((rows.valid[:, 1:] & rows.valid[:, :-1]).any(axis=1)).tolist()
+        parts: list[SolvableInformation] = []
+        start = 0
+        for k, something in enumerate(heard):
+            boundary = self._record is not None and (first + k) % self._record == 0
+            lost = self.open and not something and self.silent + 1 >= self._longest_gap
+            if boundary or lost:
+                parts += self._stretch(rows, start, k)
+                start = k
+                self.close()
+            self.open = self.open or something
+            self.silent = 0 if something else self.silent + 1
+        parts += self._stretch(rows, start, len(heard))
+        together = solve_estimates(SolvableInformation.joined(parts), self.body)
+        self.solution = together.at(-1)
+        return together
+
+    def _stretch(self, rows: RegressionRows, start: int, stop: int) -> list[SolvableInformation]:
+        """Take in blocks of one record."""
+        if stop == start:
+            return []
+        part = slice(start, stop)
+        transforms = self.transform.advance(
+            rows.columns[part], rows.valid[part], rows.running[part]
+        )
+        before = [self.past] * (stop - start)
+        if self._fade < 1.0 and self.past.listened.any():
+            for place in range(len(before)):
+                self.past = before[place] = self.past.faded(self._fade)
+        found, self.own = solve_records(
+            transforms,
+            self.band,
+            self.settings.spacing,
+            RecordInformation.stacked(before),
+            self.body,
+            self._scratch,
+        )
+        return found
+
+    def conclude(self) -> FTRSolution:
+        """Return the estimates from closed records alone."""
+        self.solution = solve_estimates(
+            SolvableInformation.of_past(RecordInformation.stacked([self.past])), self.body
+        )
+        return self.solution
+
+    def state(self) -> ArrayTable:
+        """Return all that is remembered, for `restore`."""
+        table: ArrayTable = {
+            "open": np.array(self.open),
+            "silent": np.array(self.silent),
+        }
+        parts = {
+            "transform": self.transform.state(),
+            "past": self.past.state(),
+            "checkpoint": self.checkpoint.state(),
+            "own": self.own.state(),
+        }
+        if self.solution is not None:
+            parts["solution"] = self.solution.state()
+        return {**table, **add_prefix(parts)}
+
+    def restore(self, table: Mapping[str, npt.NDArray[np.generic]]) -> None:
+        """Go on from what `state` gave."""
+        self.open, self.silent = bool(table["open"]), int(table["silent"])
+        self.transform.restore(strip_prefix("transform", table))
+        self.past = RecordInformation.from_state(strip_prefix("past", table), self.p)
+        self.checkpoint = RecordInformation.from_state(strip_prefix("checkpoint", table), self.p)
+        self.own = RecordInformation.from_state(strip_prefix("own", table), self.p)
+        solution = strip_prefix("solution", table)
+        self.solution = FTRSolution.from_state(solution) if solution else None

@@ -1,0 +1,480 @@
+"""`FTR`: derivatives with bounds while the aircraft still flies."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from gsapp.aircraft import Aircraft
+from gsapp.foundation import FlightError, UnknownNameError
+from gsapp.identification.axes import AXIS_COEFFICIENTS, axis_derivatives, derivatives_of
+from gsapp.identification.ftr.axis_regression import AxisRegression
+from gsapp.identification.ftr.channels import FTRAxis
+from gsapp.identification.ftr.equations import RegressionEquations
+from gsapp.identification.ftr.estimate_evaluation import evaluate_estimates
+from gsapp.identification.ftr.estimate_log import EstimateLog, EstimateSnapshot
+from gsapp.identification.ftr.estimates import (
+    EstimateHistory,
+    LiveEstimate,
+    estimate_history,
+    live_estimate_at,
+)
+from gsapp.identification.ftr.information import RecordInformation
+from gsapp.identification.ftr.known_effects import KnownEffects
+from gsapp.identification.ftr.regression_rows import RegressionRows, split_into_blocks
+from gsapp.identification.ftr.row_assembler import RowAssembler
+from gsapp.identification.ftr.settings import FTRSettings
+from gsapp.identification.ftr.solution import FTRSolution
+from gsapp.identification.ftr.state_file import (
+    STATE_FILE_VERSION,
+    ArrayTable,
+    add_prefix,
+    read_state,
+    strip_prefix,
+    write_state,
+)
+from gsapp.identification.ftr.windows import EstimationWindow
+from gsapp.identification.memory_allocator import retain_freed_memory
+from gsapp.quantities import Block, FloatArray
+
+FTR_AXES: tuple[FTRAxis, ...] = ("lon", "lat")
+
+
+class FTR:
+    """Fourier transform regression on a flight as it comes in.
+
+    It is a consumer of a session's feed: `feed` takes blocks of some channels, in order, however
+    they were cut, `settle` concludes; nothing that it gives depends on the cutting.
+    `settings.updates` times a second of flight it renews the estimates of the six equations.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+    settings : FTRSettings, optional
+    rate : float
+        Samples per second of the grid that samples lie on.
+    origin : float
+        A time that lies on that grid, s.
+    axes : sequence of {"lon", "lat"}
+    measured : iterable of str, optional
+        Channels known to be measured. By default that shows: a channel that was silent for half
+        a second is not.
+    mass : float, optional
+        Where there is no channel for it, at the start, kg; the aircraft file's by default.
+    burning : bool
+        Whether fuel burns off that mass as the throttle asks.
+    aligned : bool
+        Whether channels that instruments record late were brought to their right time already;
+        by default FTR does that by the aircraft file.
+    known : KnownEffects, optional
+        Coefficients that are not the derivatives' doing, to be left out.
+
+    Raises
+    ------
+    FlightError
+        If the rate is too low for the band.
+    """
+
+    def __init__(
+        self,
+        aircraft: Aircraft,
+        settings: FTRSettings | None = None,
+        *,
+        rate: float,
+        origin: float = 0.0,
+        axes: Sequence[FTRAxis] = FTR_AXES,
+        measured: Iterable[str] | None = None,
+        mass: float | None = None,
+        burning: bool = True,
+        aligned: bool = False,
+        known: KnownEffects | None = None,
+    ) -> None:
+        retain_freed_memory()
+        self.aircraft = aircraft
+        self.settings = settings or FTRSettings()
+        if not rate > 0.0:
+            raise FlightError(f"FTR needs a positive sample rate, not {rate:g} Hz")
+        for axis in axes:
+            band = self.settings.longitudinal if axis == "lon" else self.settings.lateral
+            if 0.4 * rate < band.lowest + 5 * self.settings.spacing:
+                raise FlightError(
+                    f"{rate:g} samples a second are too few for a band up to "
+                    f"{band.highest:g} Hz; record faster or lower the band"
+                )
+        self.rate, self.origin = rate, origin
+        self.axes = tuple(axes)
+        self.block = max(2, round(rate / self.settings.updates))
+        dt = 1.0 / rate
+        self._equations = RegressionEquations(
+            aircraft,
+            self.settings,
+            dt,
+            self.axes,
+            measured=measured,
+            mass=mass,
+            burning=burning,
+            aligned=aligned,
+        )
+        self._known = known
+        self._rows = RowAssembler(rate, self.block, self._equations.ahead)
+        self._runs = {
+            axis: AxisRegression(axis, self.settings, dt, self.block, self._equations.body(axis))
+            for axis in self.axes
+        }
+        self.names = tuple(name for axis in self.axes for name in axis_derivatives(axis))
+        self._lookback = max(1, round(self.settings.lookback * rate / self.block))
+        self._log = EstimateLog(self.names)
+        self._forget()
+
+    # --- the consumer of a feed -----------------------------------------------------------------
+
+    def feed(self, block: Block) -> None:
+        """Take in the next samples of some channels."""
+        if self.origin:
+            block = Block(
+                channels=block.channels, times=block.times - self.origin, values=block.values
+            )
+        self._rows.feed(block)
+
+    def settle(self) -> None:
+        """Renew the estimates, after all blocks of a step."""
+        for number, rows in self._rows.complete():
+            self._take(number, rows)
+
+    def reset(self) -> None:
+        """Forget everything; the flight begins anew."""
+        self._rows.restart()
+        self._equations.restart()
+        for run in self._runs.values():
+            run.restart()
+        self._log.clear()
+        self._forget()
+
+    def finish(self) -> None:
+        """Take in what was held back for samples that will not come; the flight is over."""
+        for number, rows in self._rows.flush():
+            self._take(number, rows)
+
+    def _forget(self) -> None:
+        self._next: int | None = None  # number of the block to come
+        self._last: dict[FTRAxis, RegressionRows] = {}  # the last row of each axis
+        self._ring: deque[tuple[int, dict[FTRAxis, RegressionRows]]] = deque(maxlen=self._lookback)
+        self._window: EstimationWindow | None = None
+
+    # --- windows --------------------------------------------------------------------------------
+
+    def begin(self, start: float) -> None:
+        """Listen from a time on (s), which may lie up to `FTRSettings.lookback` back.
+
+        Raises
+        ------
+        FlightError
+            If FTR listens always, or a window is open, or the start is too long ago.
+        """
+        self._must_be_gated()
+        if self._window is not None:
+            raise FlightError(
+                f"FTR listens since {self._window.start:.1f} s; end that maneuver first"
+            )
+        start -= self.origin
+        if self._ring and self._ring.maxlen == len(self._ring):
+            oldest = self._ring[0][0] * self.block / self.rate
+            if start < oldest:
+                raise FlightError(
+                    f"FTR remembers the flight from {oldest + self.origin:.1f} s on; a maneuver "
+                    f"cannot begin at {start + self.origin:.1f} s; raise lookback"
+                )
+        self._window = EstimationWindow(start=start)
+        for run in self._runs.values():
+            run.open_window()
+        self._replay()
+
+    def end(self, stop: float) -> None:
+        """Listen up to a time (s), then keep what the maneuver said.
+
+        Takes effect as soon as all samples up to there have come.
+
+        Raises
+        ------
+        FlightError
+            If no window is open, or it would end before it began.
+        """
+        self._must_be_gated()
+        if self._window is None:
+            raise FlightError("FTR listens to no maneuver; begin one first")
+        if stop - self.origin <= self._window.start:
+            raise FlightError(
+                f"a maneuver cannot end at {stop:.2f} s: it began at "
+                f"{self._window.start + self.origin:.2f} s"
+            )
+        self._window.stop = stop - self.origin
+        if self._next is not None:
+            self._window.overrun = self._next > self._blocks_of(self._window)[1] - 1
+        self._close_if_due()
+
+    def _must_be_gated(self) -> None:
+        if self.settings.gate == "always":
+            raise FlightError("FTR listens always; choose the gate 'maneuvers' for windows")
+
+    def _replay(self) -> None:
+        """Run the open window over the blocks remembered."""
+        window = self._window
+        if window is None:
+            return
+        first, end = self._blocks_of(window)
+        inside = [(number, rows) for number, rows in self._ring if first <= number < end]
+        if not inside:
+            return
+        self._advance(
+            inside[0][0],
+            {axis: RegressionRows.joined([rows[axis] for _, rows in inside]) for axis in self.axes},
+        )
+
+    def _blocks_of(self, window: EstimationWindow) -> tuple[int, int]:
+        return window.blocks(self.rate, self.block)
+
+    def _close_if_due(self) -> None:
+        window = self._window
+        if window is None or window.stop is None or self._next is None:
+            return
+        if self._next < self._blocks_of(window)[1]:
+            return
+        if window.overrun:
+            # Anew, so that what counts does not depend on when the end became known.
+            for run in self._runs.values():
+                run.rewind()
+            self._replay()
+        for run in self._runs.values():
+            run.close()
+        self._window = None
+        running = {axis: rows.running for axis, rows in self._last.items()}
+        moments = {axis: run.conclude() for axis, run in self._runs.items()}
+        self._log_moments(self._next - 1, moments, running)
+
+    # --- blocks ---------------------------------------------------------------------------------
+
+    def _take(self, first: int, values: FloatArray) -> None:
+        """Take in whole blocks."""
+        N = self.block
+        blocks = (len(values) - 1 - self._equations.ahead) // N
+        follows = self._next == first
+        self._next = first + blocks
+        shaped: dict[FTRAxis, RegressionRows] = {}
+        whole = self._equations.rows(values)
+        if self._known is not None:
+            after = first * N + 1
+            whole = {axis: self._known.without(axis, one, after) for axis, one in whole.items()}
+        for axis, rows in whole.items():
+            before = self._last.get(axis) if follows else None
+            shaped[axis] = split_into_blocks(rows, before, blocks, N)
+            self._last[axis] = RegressionRows(
+                valid=rows.valid[-1:], columns=rows.columns[-1:], running=rows.running[-1:]
+            )
+        if self.settings.gate == "maneuvers":
+            for k in range(blocks):
+                self._ring.append(
+                    (first + k, {axis: rows.part(k) for axis, rows in shaped.items()})
+                )
+            if self._window is None:
+                return
+            if self._window.stop is not None:
+                _, end = self._blocks_of(self._window)
+                shaped = {axis: rows.first_blocks(end - first) for axis, rows in shaped.items()}
+        self._advance(first, shaped)
+        self._close_if_due()
+
+    def _advance(self, first: int, rows: Mapping[FTRAxis, RegressionRows]) -> None:
+        """Run whole blocks through the regressions, and keep the estimates."""
+        if not len(rows[self.axes[0]].valid):
+            return
+        moments = {
+            axis: run.advance(
+                first,
+                rows[axis]
+                if self._window is None
+                else self._window.masked(first, rows[axis], self.rate, self.block),
+            )
+            for axis, run in self._runs.items()
+        }
+        running = {axis: one.running[:, -1] for axis, one in rows.items()}
+        self._log_moments(first, moments, running)
+
+    def _log_moments(
+        self,
+        first: int,
+        moments: Mapping[FTRAxis, FTRSolution],
+        running: Mapping[FTRAxis, npt.NDArray[np.bool_]],
+    ) -> None:
+        count = len(moments[self.axes[0]].theta)
+        times = self.origin + (first + 1 + np.arange(count)) * self.block / self.rate
+        parts = []
+        for axis in self.axes:
+            solution = moments[axis]
+            parts.append(
+                EstimateSnapshot.of(
+                    solution, *evaluate_estimates(solution, self.settings, running[axis])
+                )
+            )
+        self._log.append(times, EstimateSnapshot.side_by_side(parts))
+
+    # --- what it found --------------------------------------------------------------------------
+
+    @property
+    def time(self) -> float | None:
+        """Return the time of the latest estimates, s; None before the first."""
+        return self._log.last
+
+    def estimates(self, time: float | None = None) -> dict[str, LiveEstimate]:
+        """Return all derivatives as they stood at a time (s), by default now.
+
+        Empty before the first update.
+        """
+        row = self._log.row_at(time)
+        if row is None:
+            return {}
+        missing = self.unavailable() if time is None else {}
+        return {
+            name: live_estimate_at(self._log, name, row, self.settings, missing)
+            for name in self.names
+        }
+
+    def history(self, name: str) -> EstimateHistory:
+        """Return all estimates of one derivative.
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such derivative.
+        """
+        if name not in self.names:
+            raise UnknownNameError(
+                f"FTR does not estimate '{name}'; it estimates {', '.join(self.names)}"
+            )
+        return estimate_history(self._log, name)
+
+    def covariance(self, names: Sequence[str]) -> FloatArray:
+        """Return the covariance of the latest estimates; coefficients are independent."""
+        out = np.zeros((len(names), len(names)))
+        for axis, run in self._runs.items():
+            if run.solution is None:
+                continue
+            for index, coefficient in enumerate(AXIS_COEFFICIENTS[axis]):
+                block = run.solution.covariance_with_bias(index)
+                own = derivatives_of(coefficient)
+                rows = [k for k, name in enumerate(names) if name in own]
+                places = [own.index(names[k]) for k in rows]
+                out[np.ix_(rows, rows)] = block[np.ix_(places, places)]
+        return out
+
+    def unavailable(self) -> dict[str, str]:
+        """Return the coefficients whose equation cannot run now, with the reason in words."""
+        found: dict[str, str] = {}
+        for axis in self.axes:
+            found.update(self._equations.why_not(axis))
+        return found
+
+    def remarks(self) -> tuple[str, ...]:
+        """Return what stands in for what was not measured, in words."""
+        return self._equations.remarks()
+
+    # --- records of other flights ---------------------------------------------------------------
+
+    def information(self) -> dict[FTRAxis, RecordInformation]:
+        """Return what the closed records say."""
+        return {axis: run.past for axis, run in self._runs.items()}
+
+    def remember(self, information: Mapping[FTRAxis, RecordInformation]) -> None:
+        """Start from what earlier records said."""
+        for axis, run in self._runs.items():
+            if axis in information:
+                run.past = information[axis]
+
+    # --- saved state ----------------------------------------------------------------------------
+
+    def save(self, path: Path) -> None:
+        """Write everything to an ``.npz`` file from which `load` goes on, bit by bit the same."""
+        window = self._window
+        table: ArrayTable = {
+            "next": np.array([] if self._next is None else [self._next], dtype=np.int64),
+            "window": np.array(
+                []
+                if window is None
+                else [
+                    window.start,
+                    np.nan if window.stop is None else window.stop,
+                    float(window.overrun),
+                ]
+            ),
+            "ring": np.array([number for number, _ in self._ring], dtype=np.int64),
+        }
+        parts: dict[str, Mapping[str, npt.NDArray[np.generic]]] = {
+            "rows": self._rows.state(),
+            "equations": self._equations.state(),
+            "log": self._log.state(),
+        }
+        for axis, run in self._runs.items():
+            parts[f"run.{axis}"] = run.state()
+            if axis in self._last:
+                parts[f"last.{axis}"] = self._last[axis].state()
+            if self._ring:
+                parts[f"ring.{axis}"] = RegressionRows.joined(
+                    [rows[axis] for _, rows in self._ring]
+                ).state()
+        write_state(path, self._about(), {**table, **add_prefix(parts)})
+
+    def load(self, path: Path) -> None:
+        """Go on from a state that `save` wrote, with the same aircraft and settings.
+
+        Raises
+        ------
+        FlightError
+            If the file cannot be read, or comes from another aircraft, rate or settings.
+        """
+        table = read_state(path, self._about())
+        try:
+            self._restore(table)
+        except (KeyError, ValueError, IndexError) as error:
+            self.reset()
+            raise FlightError(f"the state in {path} is not complete ({error})") from error
+
+    def _restore(self, table: Mapping[str, npt.NDArray[np.generic]]) -> None:
+        self._rows.restore(strip_prefix("rows", table))
+        self._equations.restore(strip_prefix("equations", table))
+        self._log.restore(strip_prefix("log", table))
+        self._next = int(table["next"][0]) if table["next"].size else None
+        self._forget_but_next()
+        if table["window"].size:
+            start, stop, over = (float(x) for x in np.asarray(table["window"], dtype=np.float64))
+            self._window = EstimationWindow(
+                start=start, stop=None if np.isnan(stop) else stop, overrun=bool(over)
+            )
+        numbers = np.asarray(table["ring"], dtype=np.int64).tolist()
+        ring = {}
+        for axis, run in self._runs.items():
+            run.restore(strip_prefix(f"run.{axis}", table))
+            last = strip_prefix(f"last.{axis}", table)
+            if last:
+                self._last[axis] = RegressionRows.from_state(last)
+            if numbers:
+                ring[axis] = RegressionRows.from_state(strip_prefix(f"ring.{axis}", table))
+        for k, number in enumerate(numbers):
+            self._ring.append((number, {axis: rows.part(k) for axis, rows in ring.items()}))
+
+    def _forget_but_next(self) -> None:
+        upcoming = self._next
+        self._forget()
+        self._next = upcoming
+
+    def _about(self) -> dict[str, object]:
+        return {
+            "version": STATE_FILE_VERSION,
+            "aircraft": self.aircraft.model_dump(mode="json"),
+            "settings": self.settings.as_table(),
+            "rate": self.rate,
+            "origin": self.origin,
+            "axes": list(self.axes),
+        }

@@ -1,0 +1,360 @@
+"""Three linear models, judged on a flight that none of them saw: section 7.4 of the source.
+
+Models are fitted on the maneuvers of one flight, or several, and driven by the measured inputs of
+another from its first to its last maneuver, without correction. What counts is the RMS error of
+each variable over the range of the measured one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import signal
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.linearization import LinearModel
+from gsapp.dynamics.sensors import Vector
+from gsapp.foundation import FlightError
+from gsapp.identification.linear_models.batch_least_squares import batch_least_squares
+from gsapp.identification.linear_models.derivative_conversion import (
+    SteadyCondition,
+    lateral_model,
+    longitudinal_model,
+    solve_steady_flight,
+)
+from gsapp.identification.linear_models.discrete_model import (
+    DiscreteModel,
+    InputOutputRecord,
+    discretize,
+)
+from gsapp.identification.linear_models.prediction_error import refine_by_prediction_error
+from gsapp.identification.linear_models.signals import (
+    LinearAxis,
+    LinearModelSignals,
+    all_linear_model_signals,
+    linear_model_signals,
+)
+from gsapp.identification.linear_models.subspace import identify_subspace_model
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.motion import measured_motion
+from gsapp.identification.statistics import response_fit
+from gsapp.quantities import FloatArray
+
+DRAG_DERIVATIVES = ("CA_0", "CA_alpha")
+"""Without these nothing is known of how speed changes."""
+_SUBSPACE_RATE = 50.0
+"""Subspace models are made at this rate, Hz: quicker samples only lengthen the horizon."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class EvaluatedModel:
+    """One linear model and how it did.
+
+    Attributes
+    ----------
+    model : LinearModel
+        Continuous, SI.
+    rms_over_range_pct : mapping of str to float
+        Over the whole of the flight it was judged on, by output.
+    by_maneuver_pct : mapping of str to float
+        The same over its maneuvers alone, each with a level and a start of its own.
+    remarks : tuple of str
+    """
+
+    model: LinearModel
+    rms_over_range_pct: Mapping[str, float]
+    by_maneuver_pct: Mapping[str, float]
+    remarks: tuple[str, ...] = ()
+
+
+def mean_condition(maneuvers: Sequence[Maneuver]) -> SteadyCondition:
+    """Return the steady condition that maneuvers have in common: means of their first moments."""
+    rows = []
+    for maneuver in maneuvers:
+        motion = measured_motion(maneuver)
+        first = slice(0, max(1, round(0.3 / maneuver.dt)))
+        V, alpha = motion.state("V")[first].mean(), motion.state("alpha")[first].mean()
+        de, rho = motion.input("de")[first].mean(), motion.input("rho")[first].mean()
+        rows.append((V, alpha, de, rho, maneuver.mass))
+    V, alpha, de, rho, mass = (float(value) for value in np.mean(rows, axis=0))
+    return SteadyCondition(U1=V, alpha1=alpha, de1=de, rho=rho, mass=mass)
+
+
+def with_accelerometer_outputs(model: LinearModel, position: Vector) -> LinearModel:
+    """Return the model with an and ay as an accelerometer at a place shows them.
+
+    To first order in the motion a_n grows by x q', a_y by x r' - z p'.
+    """
+    x, _, z = position
+    C, D = model.C.copy(), model.D.copy()
+    for output, arms in (("an", {"q": x}), ("ay", {"r": x, "p": -z})):
+        if output not in model.outputs:
+            continue
+        row = model.outputs.index(output)
+        for state, arm in arms.items():
+            if state in model.states:
+                C[row] += arm * model.A[model.states.index(state)]
+                D[row] += arm * model.B[model.states.index(state)]
+    return replace(model, C=C, D=D)
+
+
+def model_from_derivatives(
+    aircraft: Aircraft,
+    condition: SteadyCondition,
+    axis: LinearAxis,
+    derivatives: Mapping[str, float],
+) -> LinearModel:
+    """Return the linear model of derivatives (maximum likelihood, say), accelerometer in place.
+
+    Speed and pitch angle are held where drag is not known: what damps the phugoid would be missing.
+    """
+    known = all(name in derivatives for name in DRAG_DERIVATIVES)
+    steady, completed = condition, derivatives
+    if known:
+        steady, completed = solve_steady_flight(aircraft, condition, derivatives)
+    if axis == "lat":
+        model = lateral_model(aircraft, steady, completed)
+    else:
+        model = longitudinal_model(aircraft, steady, completed)
+        if not known:
+            model = without_slow_states(model)
+    return with_accelerometer_outputs(model, aircraft.sensors.accelerometer.position)
+
+
+def without_slow_states(model: LinearModel) -> LinearModel:
+    """Return a model with speed and pitch angle held.
+
+    Over minutes the pilot flies the path; a model that flies it open loop only drifts. The
+    source's own longitudinal matrix has an empty column for V.
+    """
+    kept = [k for k, name in enumerate(model.states) if name not in ("V", "theta")]
+    return replace(
+        model,
+        states=tuple(model.states[k] for k in kept),
+        A=model.A[np.ix_(kept, kept)],
+        B=model.B[kept],
+        C=model.C[:, kept],
+    )
+
+
+def subspace_model(
+    stretches: Sequence[LinearModelSignals], *, order: int | None
+) -> tuple[DiscreteModel, tuple[str, ...]]:
+    """Return the model of subspace start and prediction error, with remarks."""
+    dt = stretches[0].dt
+    step = max(1, round(1.0 / (_SUBSPACE_RATE * dt)))
+    records = [_decimate_signals(one, step) for one in stretches]
+    start = identify_subspace_model(records, dt * step, order=order)
+    refined = refine_by_prediction_error(records, start.model, start.starts)
+    remarks = [f"order {start.order}" + ("" if order else ", chosen from the data")]
+    if not refined.converged:
+        remarks.append("the refinement had not settled when it was stopped")
+    return refined.model, tuple(remarks)
+
+
+def evaluate_linear_models(
+    fitted: Sequence[Maneuver],
+    judged: Sequence[Maneuver],
+    whole: Maneuver,
+    axis: LinearAxis,
+    derivatives: Mapping[str, float],
+    *,
+    order: int | None,
+) -> dict[str, EvaluatedModel]:
+    """Fit the three models and judge them.
+
+    Parameters
+    ----------
+    fitted : sequence of Maneuver
+        What they are fitted on.
+    judged : sequence of Maneuver
+        Maneuvers of the other flight.
+    whole : Maneuver
+        All of the other flight from its first to its last maneuver.
+    axis : {"lon", "lat"}
+    derivatives : mapping of str to float
+        Means of the maximum likelihood estimates over `fitted`.
+    order : int, optional
+        Of the subspace model; None lets the data choose.
+
+    Returns
+    -------
+    dict
+        ``bls``, ``subspace``, ``ml``.
+
+    Raises
+    ------
+    FlightError
+        If a channel is missing, or the maneuvers are too few or too short.
+    """
+    dt = whole.dt
+    models = fit_models(fitted, axis, derivatives, order=order)
+    flight = linear_model_signals(whole, axis)
+    parts = [one for maneuver in judged for one in linear_model_signals(maneuver, axis)]
+    return {
+        name: EvaluatedModel(
+            model=one.model,
+            rms_over_range_pct=_output_errors(one.at(dt), flight, own_start=False),
+            by_maneuver_pct=_output_errors(one.at(dt), parts, own_start=True),
+            remarks=one.remarks,
+        )
+        for name, one in models.items()
+    }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FittedModel:
+    """A linear model as it is reported and as it is driven.
+
+    Attributes
+    ----------
+    model : LinearModel
+        Continuous, SI, all states.
+    driven : LinearModel
+        What is simulated: without the states that a pilot flies.
+    remarks : tuple of str
+    """
+
+    model: LinearModel
+    driven: LinearModel
+    remarks: tuple[str, ...] = ()
+
+    def at(self, dt: float) -> DiscreteModel:
+        """Return the model at a sample time (s)."""
+        return discretize(self.driven, dt)
+
+
+def fit_models(
+    fitted: Sequence[Maneuver],
+    axis: LinearAxis,
+    derivatives: Mapping[str, float],
+    *,
+    order: int | None,
+) -> dict[str, FittedModel]:
+    """Fit the three models.
+
+    Parameters
+    ----------
+    fitted : sequence of Maneuver
+    axis : {"lon", "lat"}
+    derivatives : mapping of str to float
+        Means of the maximum likelihood estimates over `fitted`.
+    order : int, optional
+        Of the subspace model; None lets the data choose.
+
+    Returns
+    -------
+    dict
+        ``bls``, ``subspace``, ``ml``.
+
+    Raises
+    ------
+    FlightError
+        If a channel is missing, or the maneuvers are too few or too short.
+    """
+    if not fitted:
+        raise FlightError("there is no maneuver to fit a linear model on")
+    stretches = all_linear_model_signals(fitted, axis)
+    inputs, outputs = stretches[0].input_names, stretches[0].output_names
+    found, remarks = subspace_model(stretches, order=order)
+    condition = mean_condition(fitted)
+    continuous = replace(found.continuous(inputs, outputs), about=condition.about)
+    derived = model_from_derivatives(fitted[0].aircraft, condition, axis, derivatives)
+    derived = _select_outputs(derived, outputs)
+    least = replace(batch_least_squares(stretches).model, about=condition.about)
+    return {
+        "bls": FittedModel(model=least, driven=least),
+        "subspace": FittedModel(model=continuous, driven=continuous, remarks=remarks),
+        "ml": FittedModel(model=derived, driven=without_slow_states(derived)),
+    }
+
+
+def _select_outputs(model: LinearModel, outputs: Sequence[str]) -> LinearModel:
+    rows = [model.outputs.index(name) for name in outputs]
+    return replace(model, outputs=tuple(outputs), C=model.C[rows], D=model.D[rows])
+
+
+def _decimate_signals(one: LinearModelSignals, step: int) -> InputOutputRecord:
+    """Return a stretch about its mean, filtered both ways before samples are left out."""
+    signals = np.hstack([one.inputs, one.outputs])
+    # About its trim instead, an error of the trim would look like a state that integrates.
+    signals = signals - signals.mean(axis=0)
+    if step > 1:
+        sections = signal.butter(4, 0.8 / step, output="sos")
+        signals = signal.sosfiltfilt(sections, signals, axis=0)[::step]
+    width = one.inputs.shape[1]
+    return InputOutputRecord(inputs=signals[:, :width], outputs=signals[:, width:])
+
+
+def simulate_outputs(
+    model: DiscreteModel, one: LinearModelSignals, *, own_start: bool
+) -> FloatArray:
+    """Return the outputs that a model computes from the measured inputs of a stretch.
+
+    Parameters
+    ----------
+    model : DiscreteModel
+    one : LinearModelSignals
+    own_start : bool
+        Whether the level and the motion that the stretch began with are given; else the level
+        alone.
+
+    Returns
+    -------
+    ndarray, shape (n, n_outputs)
+        Not finite where the model runs away.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        y = model.simulate(one.inputs - one.inputs.mean(axis=0))
+        missed = one.outputs - y
+        # Outputs differ by a constant: the level that the model does not know.
+        return y + (_free_response(model, missed) if own_start else missed.mean(axis=0))
+
+
+def _output_errors(
+    model: DiscreteModel, stretches: Sequence[LinearModelSignals], *, own_start: bool
+) -> dict[str, float]:
+    """Return RMS over range by output, percent; infinite where the model runs away."""
+    if not stretches:
+        return {}
+    z = np.vstack([one.outputs for one in stretches])
+    y = np.vstack([simulate_outputs(model, one, own_start=own_start) for one in stretches])
+    return errors_over_range(z, y, stretches[0].output_names)
+
+
+def errors_over_range(z: FloatArray, y: FloatArray, names: Sequence[str]) -> dict[str, float]:
+    """Return RMS error over range (percent) of each column; infinite where y is not finite.
+
+    Parameters
+    ----------
+    z, y : ndarray, shape (n, len(names))
+        Measured and computed.
+    names : sequence of str
+    """
+    found = {}
+    for column, name in enumerate(names):
+        bad = not np.isfinite(y[:, column]).all()
+        fit = response_fit(z[:, column], np.nan_to_num(y[:, column]))
+        found[name] = math.inf if bad else fit.rms_over_range_pct
+    return found
+
+
+def _free_response(model: DiscreteModel, missed: FloatArray) -> FloatArray:
+    """Return the level and the motion from a start of its own that make up for most, (n, p).
+
+    Few maneuvers begin in trim; what a maneuver began with is not the model's error.
+    """
+    count, width = missed.shape
+    still = np.zeros((count, model.B.shape[1]))
+    columns = [model.simulate(still, start).ravel() for start in np.eye(model.order)]
+    columns += [np.tile(level, count) for level in np.eye(width)]
+    table = np.column_stack(columns)
+    # Outputs of different size count alike.
+    scale = np.tile(1.0 / np.maximum(missed.std(axis=0), 1e-12), count)
+    if not np.isfinite(table).all() or not np.isfinite(missed).all():
+        return np.full(missed.shape, np.nan)
+    solved = np.linalg.lstsq(table * scale[:, None], missed.ravel() * scale, rcond=None)[0]
+    return np.asarray((table @ solved).reshape(missed.shape), dtype=np.float64)

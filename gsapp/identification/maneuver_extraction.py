@@ -1,0 +1,262 @@
+"""Flights made into maneuvers: what estimation and the search for a missing effect begin with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from gsapp.aircraft import Aircraft, load_aircraft
+from gsapp.flight import Flight, load_flight
+from gsapp.flight.flown_aircraft import FlownAircraft, apply_flight_info
+from gsapp.flight.maneuvers import (
+    DetectedManeuver,
+    collect_maneuvers,
+    explain_no_maneuvers,
+    parse_maneuver_windows,
+)
+from gsapp.flight.maneuvers.flight_maneuvers import FlightManeuvers, ground_window_text
+from gsapp.flight.read_settings import DEFAULT_AIRCRAFT, assumed_aircraft_text, find_aircraft
+from gsapp.identification.maneuver import Maneuver, cut_maneuver, mass_over_flight
+from gsapp.quantities import FloatArray
+from gsapp.quantities.fields import Position
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class OpenedFlight:
+    """A flight that maneuvers can be cut from.
+
+    Attributes
+    ----------
+    flight : Flight
+    file : Aircraft
+        The aircraft by its file.
+    carded : FlownAircraft
+        The aircraft by the flight card.
+    mass : ndarray, shape (n,)
+        At every sample, kg.
+    assumed : str
+        Where nobody said which aircraft flew it: which one is taken, in words.
+    """
+
+    flight: Flight
+    file: Aircraft
+    carded: FlownAircraft
+    mass: FloatArray
+    assumed: str = ""
+
+    @property
+    def aircraft(self) -> Aircraft:
+        """Return the aircraft as that flight flew it."""
+        return self.carded.aircraft
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Return what opening it had to say."""
+        assumed = (self.assumed,) if self.assumed else ()
+        return (*assumed, *self.flight.remarks, *self.carded.remarks)
+
+    def cut(
+        self,
+        id: str,  # noqa: A002 - the name in the fixed JSON
+        t_start: float,
+        t_end: float,
+        inputs: Sequence[str],
+        kind: str,
+    ) -> Maneuver:
+        """Return the maneuver from t_start to t_end, s; see `cut_maneuver`."""
+        cut = cut_maneuver(
+            self.flight, self.aircraft, t_start, t_end, id=id, inputs=inputs, kind=kind,
+            mass=self.mass,
+        )  # fmt: skip
+        return correct_for_burned_fuel(cut, self.carded)
+
+
+def open_flight(
+    path: Path,
+    *,
+    aircraft: str | None = None,
+    channel_map: str | None = None,
+    calibration: str | None = None,
+) -> OpenedFlight:
+    """Open a flight with the aircraft that flew it; see `open_flights_with_maneuvers` for the parameters."""
+    flight = load_flight(path, channel_map=channel_map, certificates=calibration, aircraft=aircraft)
+    file = find_aircraft(path, aircraft)
+    assumed = assumed_aircraft_text(flight.name, flight.info) if file is None else ""
+    own = file or load_aircraft(DEFAULT_AIRCRAFT)
+    carded = apply_flight_info(own, flight.info)
+    return OpenedFlight(
+        flight=flight,
+        file=own,
+        carded=carded,
+        mass=mass_over_flight(flight, carded.aircraft),
+        assumed=assumed,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FlightWithManeuvers:
+    """A flight with its maneuvers.
+
+    Attributes
+    ----------
+    flight : Flight
+    file : Aircraft
+        The aircraft by its file.
+    aircraft : Aircraft
+        As that flight flew it.
+    surveyed : tuple of DetectedManeuver
+        All of the flight, ids within it.
+    maneuvers : tuple of Maneuver
+        Those to be used; with several flights their ids begin with the flight's number.
+    remarks : tuple of str
+    cg_shift : tuple of float
+        From the CG of the aircraft file to the one at take-off, m.
+    assumed : str
+        As in `OpenedFlight`; it stands among the remarks, too.
+    why_none : str
+        Why there is no maneuver to use; empty where there is one.
+    """
+
+    flight: Flight
+    file: Aircraft
+    aircraft: Aircraft
+    surveyed: tuple[DetectedManeuver, ...]
+    maneuvers: tuple[Maneuver, ...]
+    remarks: tuple[str, ...]
+    cg_shift: Position = (0.0, 0.0, 0.0)
+    assumed: str = ""
+    why_none: str = ""
+
+
+def open_flights_with_maneuvers(
+    paths: Sequence[Path],
+    *,
+    aircraft: str | None,
+    channel_map: str | None = None,
+    calibration: str | None = None,
+    given: Sequence[str] = (),
+    every_grade: bool = False,
+    as_found: bool = False,
+    doing: Callable[[str], object] | None = None,
+) -> tuple[FlightWithManeuvers, ...]:
+    """Open flights and cut their maneuvers.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+    aircraft : str or None
+        Name or path; None takes the copy in each flight folder, else ``b777``.
+    channel_map : str, optional
+    calibration : str, optional
+        Certificates in place of those kept with the flights: a folder, or a shipped set.
+    given : sequence of str
+        ``START:STOP`` or ``K:START:STOP`` in place of what would be found.
+    every_grade : bool
+        Whether maneuvers graded unfit (D) stay in.
+    as_found : bool
+        Whether to leave out what was changed by hand.
+    doing : callable, optional
+        Told what is being done, in words, before each step.
+
+    Raises
+    ------
+    GroundStationError
+        If a flight or file cannot be read, or a window cannot.
+    """
+    count = len(paths)
+    # A window that names no flight of these is told before anything is read.
+    windows = parse_maneuver_windows(given, count)
+    flown: list[FlightWithManeuvers] = []
+    for number, path in enumerate(paths, start=1):
+        if doing is not None:
+            doing(f"reading {path.name}")
+        opened = open_flight(
+            path, aircraft=aircraft, channel_map=channel_map, calibration=calibration
+        )
+        if doing is not None:
+            doing(f"looking for maneuvers in {path.name}")
+        surveyed = collect_maneuvers(
+            opened.flight, opened.aircraft, given=given, number=number, flights=count,
+            as_found=as_found,
+        )  # fmt: skip
+        named = any(window.flight == number for window in windows)
+        prefix = f"{number}:" if count > 1 else ""
+        flown.append(
+            cut_flight_maneuvers(opened, surveyed, prefix=prefix, every_grade=named or every_grade)
+        )
+    return tuple(flown)
+
+
+def cut_flight_maneuvers(
+    opened: OpenedFlight, surveyed: FlightManeuvers, *, prefix: str = "", every_grade: bool = False
+) -> FlightWithManeuvers:
+    """Cut the maneuvers that were found in a flight.
+
+    Parameters
+    ----------
+    opened : OpenedFlight
+    surveyed : FlightManeuvers
+        Of that flight.
+    prefix : str
+        Put before their ids: ``2:`` in the second of several flights.
+    every_grade : bool
+        Whether those stay in that are graded unfit (D), or that a person left out.
+    """
+    found = surveyed.maneuvers
+    remarks = [*opened.remarks, *surveyed.remarks]
+    if not every_grade:
+        alone = len(found) == 1
+        remarks += [
+            f"maneuver {one.id} is left out: {_exclusion_reason(one)}"
+            for one in found
+            if not one.used(alone=alone)
+        ]
+        found = tuple(one for one in found if one.used(alone=alone))
+    # Wheels and hands move it there: kinematics would blame instruments, a model its derivatives.
+    grounded = [one for one in found if one.id in surveyed.on_ground]
+    found = tuple(one for one in found if one not in grounded)
+    return FlightWithManeuvers(
+        flight=opened.flight,
+        file=opened.file,
+        aircraft=opened.aircraft,
+        surveyed=surveyed.maneuvers,
+        cg_shift=opened.carded.shift,
+        maneuvers=tuple(
+            opened.cut(prefix + one.id, one.t_start, one.t_end, one.inputs, one.kind)
+            for one in found
+        ),
+        remarks=tuple(remarks),
+        assumed=opened.assumed,
+        why_none="" if found else _why_none(opened.flight, surveyed, grounded),
+    )
+
+
+def _why_none(
+    flight: Flight, surveyed: FlightManeuvers, grounded: Sequence[DetectedManeuver]
+) -> str:
+    if grounded:
+        return "; ".join(ground_window_text(one) for one in grounded)
+    return explain_no_maneuvers(flight, surveyed.maneuvers)
+
+
+def no_maneuvers_text(flown: Sequence[FlightWithManeuvers]) -> str:
+    """Return why none of some flights gives a maneuver, flight by flight."""
+    return "; ".join(f"{one.flight.name}: {one.why_none}" for one in flown)
+
+
+def _exclusion_reason(maneuver: DetectedManeuver) -> str:
+    if maneuver.use is False:
+        return "by hand"
+    return "; ".join(maneuver.reasons) or "unfit"
+
+
+def correct_for_burned_fuel(maneuver: Maneuver, carded: FlownAircraft) -> Maneuver:
+    """Return a maneuver with the aircraft that was left when it was flown."""
+    then = carded.after(carded.aircraft.mass.mass - maneuver.mass)
+    return replace(
+        maneuver,
+        aircraft=then.aircraft,
+        cg_shift=then.shift,
+        remarks=(*carded.remarks, *maneuver.remarks),
+    )

@@ -1,0 +1,163 @@
+"""Constants in place of an airspeed or an angle of attack that was not measured, with their error.
+
+The source's flight B had lost both, and was analyzed with averages of the other flights. A constant
+is wrong by as much as other maneuvers differ; what that does to each derivative is found by
+fitting again with the constant moved by that much, and goes into the bounds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.motion import CRUISE_OVER_STALL
+from gsapp.identification.results import DerivativeEstimate, Estimate
+from gsapp.quantities import FloatArray
+from gsapp.quantities.constants import DEGREE
+
+_TRIM_DURATION: Final = 1.0
+"""Seconds at the start of a maneuver that tell the conditions it was flown at."""
+_DEFAULT_SPREAD: Final = 0.1
+"""Share of the speed by which a guess from the stall speed is uncertain."""
+_PRIOR_WEIGHT: Final = 2.0
+"""How many maneuvers such a guess of the spread is worth: two that happen to agree prove little."""
+_VARIABLE_TEXT: Final = {"V": "airspeed", "alpha": "angle of attack"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AssumedConstant:
+    """A constant and how wrong it may be, SI.
+
+    Attributes
+    ----------
+    value, std : float
+    """
+
+    value: float
+    std: float
+
+
+def campaign_assumed_constants(maneuvers: Sequence[Maneuver]) -> dict[str, AssumedConstant]:
+    """Return what stands in for airspeed (m/s) and angle of attack (rad) where they are missing.
+
+    Parameters
+    ----------
+    maneuvers : sequence of Maneuver
+        Of a campaign: means and spread over those that measured them; where none did, what the
+        aircraft file suggests, cruise speed and the middle of the linear range.
+    """
+    if not maneuvers:
+        return {}
+    limits = maneuvers[0].aircraft.limits
+    low, high = limits.alpha_linear
+    cruise = CRUISE_OVER_STALL * limits.stall_speed
+    guessed = {
+        "V": AssumedConstant(value=cruise, std=_DEFAULT_SPREAD * cruise),
+        "alpha": AssumedConstant(value=0.5 * (low + high), std=0.25 * (high - low)),
+    }
+    found = {}
+    for name, guess in guessed.items():
+        flown = [value for one in maneuvers if (value := _trim_mean(one, name)) is not None]
+        if flown:
+            found[name] = _mean_over_maneuvers(np.array(flown), guess.std)
+        elif guess.std > 0.0:
+            found[name] = guess
+    return found
+
+
+def _mean_over_maneuvers(flown: FloatArray, guess: float) -> AssumedConstant:
+    """Return what another maneuver was flown at: the mean, as uncertain as they scatter."""
+    center = float(flown.mean())
+    squares = float(np.sum((flown - center) ** 2)) + _PRIOR_WEIGHT * guess**2
+    variance = squares / (_PRIOR_WEIGHT + flown.size - 1) * (1.0 + 1.0 / flown.size)
+    return AssumedConstant(value=center, std=float(np.sqrt(variance)))
+
+
+def _trim_mean(maneuver: Maneuver, name: str) -> float | None:
+    if not maneuver.has(name):
+        return None
+    early = maneuver.samples(name)[maneuver.block.times <= maneuver.t_start + _TRIM_DURATION]
+    early = early[np.isfinite(early)]
+    return float(early.mean()) if early.size else None
+
+
+def required_constants(
+    maneuvers: Sequence[Maneuver], known: Mapping[str, AssumedConstant], given: Mapping[str, float]
+) -> dict[str, AssumedConstant]:
+    """Return which of the stand-ins some maneuver needs; a constant given by the user comes first.
+
+    Parameters
+    ----------
+    maneuvers : sequence of Maneuver
+        Fitted together.
+    known : mapping of str to AssumedConstant
+    given : mapping of str to float
+        By the user, who answers for them.
+    """
+    return {
+        name: one
+        for name, one in known.items()
+        if name not in given and any(not maneuver.has(name) for maneuver in maneuvers)
+    }
+
+
+def fit_with_assumed_constants(
+    stand_ins: Mapping[str, AssumedConstant], fit: Callable[[Mapping[str, float]], Estimate]
+) -> Estimate:
+    """Return an estimate whose bounds hold the error of what stood in.
+
+    Parameters
+    ----------
+    stand_ins : mapping of str to AssumedConstant
+    fit : callable
+        Estimates with such constants.
+    """
+    values = {name: one.value for name, one in stand_ins.items()}
+    found = fit(values)
+    if not stand_ins or not found.converged:
+        return found
+    moved = []
+    for name, one in stand_ins.items():
+        changed = fit({**values, name: one.value + one.std})
+        if not changed.converged:
+            changed = fit({**values, name: one.value - one.std})
+        moved.append(changed)
+    said = tuple(
+        f"the bounds allow for {_std_text(name, one)} of error in the {_VARIABLE_TEXT[name]} that stands in"
+        for name, one in stand_ins.items()
+    )
+    widened = _widen_bounds(found, moved)
+    return replace(widened, warnings=(*widened.warnings, *said))
+
+
+def _std_text(name: str, one: AssumedConstant) -> str:
+    return f"{one.std:.1f} m/s" if name == "V" else f"{one.std / DEGREE:.1f} deg"
+
+
+def _widen_bounds(found: Estimate, moved: Sequence[Estimate]) -> Estimate:
+    """Return an estimate with the squares of what each change made of it added to its bounds."""
+    covariance = np.array(found.covariance)
+    derivatives = dict(found.derivatives)
+    kept = []
+    for place, name in enumerate(found.free):
+        values = [one.value(name) for one in moved]
+        if any(value is None for value in values):
+            derivatives[name] = DerivativeEstimate(
+                value=None,
+                status="unknown",
+                why="it was not earned with another value of what stands in for a missing channel",
+            )
+        else:
+            kept.append(place)
+    names = [found.free[place] for place in kept]
+    covariance = covariance[np.ix_(kept, kept)]
+    for one in moved:
+        change = np.array([(one.value(name) or 0.0) - (found.value(name) or 0.0) for name in names])
+        covariance += np.outer(change, change)
+    for place, name in enumerate(names):
+        derivatives[name] = replace(derivatives[name], std=float(np.sqrt(covariance[place, place])))
+    return replace(found, derivatives=derivatives, free=tuple(names), covariance=covariance)

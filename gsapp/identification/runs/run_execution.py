@@ -1,0 +1,155 @@
+"""A run: from flights with their maneuvers to an outcome."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from gsapp.aircraft import file_warnings
+from gsapp.dynamics.model import load_model
+from gsapp.flight.catalog import FlightEntry
+from gsapp.flight.maneuvers import uncalibrated_text
+from gsapp.foundation import FlightError, UnknownNameError
+from gsapp.foundation.name_suggestions import did_you_mean
+from gsapp.identification.campaign import CampaignProgressCallback, run_campaign
+from gsapp.identification.runs.flight_cache import CachedFlight, FlightCache
+from gsapp.identification.runs.inputs import (
+    flight_open_requests,
+    input_files,
+    run_versions,
+    weights_file,
+    with_absolute_paths,
+)
+from gsapp.identification.runs.maneuver_selection import (
+    StatusCallback,
+    in_requested_order,
+    select_maneuvers,
+    selected_maneuvers,
+)
+from gsapp.identification.runs.outcome import SAME_SAMPLES_TEXT, RunOutcome
+from gsapp.identification.runs.request import RunRequest
+from gsapp.identification.summary import summarize_campaign
+from gsapp.identification.summary.campaign_linear_models import build_linear_models
+
+
+def execute_run(
+    request: RunRequest,
+    *,
+    flights: FlightCache | None = None,
+    doing: StatusCallback | None = None,
+    progress: CampaignProgressCallback | None = None,
+) -> RunOutcome:
+    """Estimate as asked.
+
+    Parameters
+    ----------
+    request : RunRequest
+    flights : FlightCache, optional
+        Flights that are open already; those of this run are open there afterwards.
+    doing : callable, optional
+        Told what is being done before the fits begin.
+    progress : callable, optional
+        Told of the fits; returning False stops.
+
+    Returns
+    -------
+    RunOutcome
+        Its request names every maneuver and weight that was used: run again, it gives the same
+        numbers to the last bit.
+
+    Raises
+    ------
+    GroundStationError
+        If a flight or file cannot be read, a maneuver is not where it should be, or none of the
+        axis asked for is left.
+    CanceledError
+        If `progress` returned False.
+    """
+    shelf = FlightCache() if flights is None else flights
+    request = with_absolute_paths(request)
+    model = request.settings.model
+    if model is None and request.model:
+        model = load_model(request.model)
+    file = weights_file(request)
+    flown = select_maneuvers(request, shelf, doing=doing)
+    shelved = [shelf.open(opening) for opening in flight_open_requests(request)]
+    if not any(own.cut for own in flown):
+        why = "; ".join(
+            f"{one.opened.flight.name}: {own.why_none}"
+            for one, own in zip(shelved, flown, strict=True)
+            if own.why_none
+        )
+        raise FlightError(
+            f"no maneuver to estimate from{': ' if why else ''}{why}; name windows with "
+            "--maneuver START:STOP, or see what 'gsapp maneuvers' finds"
+        )
+    settings = replace(
+        request.settings,
+        weights=request.settings.weights
+        if file is None
+        else {one.opened.flight.name: file.for_flight(one.opened.flight.name) for one in shelved},
+        likelihood=replace(request.settings.likelihood, model=model),
+    )
+    result = run_campaign(in_requested_order(request, flown), settings, progress=progress)
+    ids = {one.maneuver.id for one in result.results}
+    unknown = [name for name in request.without if name not in ids]
+    if unknown:
+        hint = did_you_mean(unknown[0], ids, f"there are {', '.join(sorted(ids))}")
+        raise UnknownNameError(f"no maneuver '{unknown[0]}' to exclude from the means; {hint}")
+    summary = summarize_campaign(result, without=request.without)
+    models, why_not = build_linear_models(result, summary)
+    read = [
+        f"{one.opened.flight.name}: {remark}"
+        for one, own in zip(shelved, flown, strict=True)
+        for remark in own.remarks
+    ]
+    # Of mass and inertia: moments rest on them.
+    doubts = [
+        f"{one.opened.file.name}: {doubt}"
+        for one in shelved
+        for doubt in file_warnings(one.opened.file)
+    ]
+    return RunOutcome(
+        request=replace(request, maneuvers=selected_maneuvers(request, flown), settings=settings),
+        aircraft=shelved[0].opened.aircraft.name,
+        result=result,
+        summary=summary,
+        models=models,
+        remarks=tuple(
+            dict.fromkeys((*_duplicate_flight_warnings(shelved), *doubts, *read, *why_not))
+        ),
+        inputs=input_files(request, shelved),
+        versions=run_versions(),
+        uncalibrated=tuple(
+            f"{one.opened.flight.name}: {words}"
+            for one in shelved
+            for words in uncalibrated_text(one.opened.flight)
+        ),
+        flights=tuple(
+            FlightEntry.of(
+                one.opened.flight,
+                own.stored,
+                aircraft=one.opened.aircraft.name,
+                complete=not (request.maneuvers or request.given),
+            )
+            for one, own in zip(shelved, flown, strict=True)
+        ),
+    )
+
+
+def _duplicate_flight_warnings(shelved: Sequence[CachedFlight]) -> Iterator[str]:
+    """Say of flights that are copies of one another that they narrow the bounds of the means."""
+    blocks = [one.opened.flight.block for one in shelved]
+    for (place, one), (other_place, other) in combinations(enumerate(blocks, start=1), 2):
+        if (
+            one.channels == other.channels
+            and np.array_equal(one.times, other.times)
+            and np.array_equal(one.values, other.values, equal_nan=True)
+        ):
+            yield (
+                f"{SAME_SAMPLES_TEXT} flights {place} and {other_place}: their maneuvers count twice, "
+                "and the bounds of the means are too narrow; leave one of the two out"
+            )

@@ -1,0 +1,203 @@
+"""Channels that show one value through a whole maneuver, and surfaces that nobody saw move.
+
+What a stuck instrument did not see must not pass for a motion that was not there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from gsapp.flight.maneuvers.stuck_sensors import is_stuck, sensor_noise
+from gsapp.foundation import FlightError
+from gsapp.identification.axes import AXIS_SURFACES, Axis
+from gsapp.identification.deflections import COMMAND_CHANNELS
+from gsapp.identification.derivative_signs import suspicious_signs
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.results import DerivativeEstimate, Estimate
+
+MIN_MANEUVER_SAMPLES: Final = 40
+"""That a maneuver must hold: fewer than the unknowns can be told from."""
+_EXCITED_STATES: Final[Mapping[Axis, tuple[str, ...]]] = {
+    "lon": ("alpha", "q"),
+    "lat": ("beta", "p", "r"),
+    "both": ("alpha", "q", "beta", "p", "r"),
+}
+"""What an input of each axis must move."""
+_SURFACE_TEXT: Final = {"de": "elevator", "da": "ailerons", "dr": "rudder"}
+
+
+def check_sample_count(maneuver: Maneuver) -> None:
+    """Raise `FlightError` where a maneuver has too few samples for anything."""
+    count = len(maneuver.block)
+    if count < MIN_MANEUVER_SAMPLES:
+        raise FlightError(
+            f"maneuver {maneuver.id} of '{maneuver.flight}' has {count} samples; at least "
+            f"{MIN_MANEUVER_SAMPLES} are needed: widen the cut"
+        )
+
+
+def _is_stuck(maneuver: Maneuver, channel: str) -> bool:
+    """Return whether a channel was measured and moves by less than its own noise."""
+    samples = maneuver.samples(channel)
+    samples = samples[np.isfinite(samples)]
+    return samples.size >= MIN_MANEUVER_SAMPLES and is_stuck(
+        samples, sensor_noise(maneuver.aircraft)[channel]
+    )
+
+
+def remove_stuck_channels(
+    maneuvers: Sequence[Maneuver], axis: Axis
+) -> tuple[list[Maneuver], list[str]]:
+    """Return maneuvers without the instruments that are stuck, and what to say of those.
+
+    For methods that take motion as it was measured.
+
+    Raises
+    ------
+    FlightError
+        If a maneuver has too few samples.
+    """
+    found: list[Maneuver] = []
+    said: list[str] = []
+    for maneuver in maneuvers:
+        check_sample_count(maneuver)
+        whole, stuck = without_stuck_channels(maneuver, axis)
+        found.append(whole)
+        said += [f"maneuver {maneuver.id}: {one}" for one in stuck]
+    return found, said
+
+
+def unmeasured_surfaces_text(unseen: Mapping[str, str], evidence: str = "") -> str:
+    """Return in a sentence why nothing is earned where a surface was not seen.
+
+    Parameters
+    ----------
+    unseen : mapping of str to str
+        From `unmeasured_surfaces`; not empty.
+    evidence : str
+        That it moved.
+    """
+    name, words = next(iter(unseen.items()))
+    said = f"{words}, {evidence}" if evidence else words
+    return (
+        f"{said}: if it moved, every value is wrong; repair the record, or answer for its rest "
+        f"with a constant (--stand-in {name}=0)"
+    )
+
+
+def withhold_values(found: Estimate, why: str) -> Estimate:
+    """Return an estimate none of whose numbers is earned."""
+    return replace(
+        found,
+        derivatives={
+            name: DerivativeEstimate(value=None, status="unknown", why=why)
+            if one.status == "estimated"
+            else one
+            for name, one in found.derivatives.items()
+        },
+        free=(),
+        covariance=np.empty((0, 0)),
+        warnings=(why, *found.warnings),
+    )
+
+
+def check_estimate_support(
+    found: Estimate, maneuvers: Sequence[Maneuver], given: Collection[str], remarks: Sequence[str]
+) -> Estimate:
+    """Return an estimate by a method that takes motion as measured, with what is to be said.
+
+    Where a surface is stuck nothing is earned: such a method has no residuals to tell whether it
+    moved. Where nothing is stuck, reversed signs are named.
+
+    Parameters
+    ----------
+    found : Estimate
+    maneuvers : sequence of Maneuver
+        That it is from.
+    given : collection of str
+        As for `unmeasured_surfaces`.
+    remarks : sequence of str
+        From `remove_stuck_channels`.
+    """
+    unseen = {
+        name: words
+        for maneuver in maneuvers
+        for name, words in unmeasured_surfaces(maneuver, found.axis, given)
+        if maneuver.has(name)
+    }
+    signs = () if unseen or remarks else suspicious_signs(found)
+    found = replace(found, warnings=(*remarks, *signs, *found.warnings))
+    return withhold_values(found, unmeasured_surfaces_text(unseen)) if unseen else found
+
+
+def without_stuck_channels(maneuver: Maneuver, axis: Axis) -> tuple[Maneuver, tuple[str, ...]]:
+    """Return a maneuver without the instruments that are stuck, and what to say of each.
+
+    Parameters
+    ----------
+    maneuver : Maneuver
+    axis : {"lon", "lat", "both"}
+        Only what its surfaces must have moved can be told from what rests.
+    """
+    if set(AXIS_SURFACES[axis]).isdisjoint(maneuver.inputs):
+        return maneuver, ()
+    stuck = [name for name in _EXCITED_STATES[axis] if _is_stuck(maneuver, name)]
+    if not stuck:
+        return maneuver, ()
+    block = maneuver.block
+    kept = block.select([name for name in block.channels if name not in stuck])
+    said = tuple(
+        f"{name} stays at {_constant_value(maneuver, name):g} throughout: its instrument is stuck and "
+        "counts as not there"
+        for name in stuck
+    )
+    return replace(maneuver, block=kept), said
+
+
+def unmeasured_surfaces(
+    maneuver: Maneuver, axis: Axis, given: Collection[str] = ()
+) -> Iterator[tuple[str, str]]:
+    """Yield each surface of an axis whose motion nobody saw, with that in words.
+
+    Parameters
+    ----------
+    maneuver : Maneuver
+    axis : {"lon", "lat", "both"}
+    given : collection of str
+        Surfaces that the user gave a constant for, and so answers for.
+    """
+    controls = maneuver.aircraft.controls
+    kinds = {"de": controls.de.kind, "da": controls.da.kind, "dr": controls.dr.kind}
+    for name in AXIS_SURFACES[axis]:
+        if name in given:
+            continue
+        if not maneuver.has(name):
+            yield (
+                name,
+                f"the {_SURFACE_TEXT[name]} ({name}) was not measured{_command_only_hint(maneuver, name)}",
+            )
+        elif _is_stuck(maneuver, name) and kinds[name] == "position":
+            # A command that nobody gave is known to rest.
+            yield (
+                name,
+                f"{name} stays at {_constant_value(maneuver, name):.4g} rad throughout (stuck?)",
+            )
+
+
+def _constant_value(maneuver: Maneuver, channel: str) -> float:
+    return float(np.nanmax(maneuver.samples(channel)))
+
+
+def _command_only_hint(maneuver: Maneuver, name: str) -> str:
+    """Return what can be done where the command of a surface is all that was recorded."""
+    command = COMMAND_CHANNELS[name]
+    if not maneuver.has(command):
+        return ""
+    return (
+        f', but its command ({command}) was: write kind = "command" with lag and delay of the '
+        f"servo under [controls.{name}] of the aircraft file, and that will do"
+    )

@@ -1,0 +1,87 @@
+"""How far values scatter beyond their bounds, and what that says of the bounds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.stats import chi2
+
+from gsapp.quantities import FloatArray
+
+_MAD_TO_STD: Final = 1.4826
+"""Standard deviation of a normal distribution over its median absolute deviation."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoundConsistency:
+    """Scatter against bounds.
+
+    Attributes
+    ----------
+    ratio : float
+        Scatter over what the bounds promise; 1 if they are honest.
+    p_value : float
+        Chance of at least so large a ratio, were they honest and the derivative the same in all
+        maneuvers.
+    between : float
+        Standard deviation from maneuver to maneuver that the bounds do not explain, per radian
+        (Paule and Mandel's estimate); 0 if they explain all.
+    """
+
+    ratio: float
+    p_value: float
+    between: float
+
+
+def assess_bound_consistency(values: FloatArray, stds: FloatArray) -> BoundConsistency | None:
+    """Return how values scatter against their bounds, shapes (n,); None for fewer than three."""
+    if values.size < 3:
+        return None
+    squares = _weighted_squares(values, stds, 0.0)
+    freedom = values.size - 1
+    return BoundConsistency(
+        ratio=math.sqrt(squares / freedom),
+        p_value=float(chi2.sf(squares, freedom)),
+        between=_paule_mandel_std(values, stds),
+    )
+
+
+def _weighted_squares(values: FloatArray, stds: FloatArray, between: float) -> float:
+    """Return the sum of squared deviations from the weighted mean, in units of their variance."""
+    weights = 1.0 / (stds**2 + between**2)
+    mean = weights @ values / weights.sum()
+    return float(weights @ (values - mean) ** 2)
+
+
+def _paule_mandel_std(values: FloatArray, stds: FloatArray) -> float:
+    freedom = values.size - 1
+    if _weighted_squares(values, stds, 0.0) <= freedom:
+        return 0.0
+    most = 2.0 * float(np.ptp(values))
+    return float(
+        brentq(lambda tau: _weighted_squares(values, stds, tau) - freedom, 0.0, most, rtol=1e-6)
+    )
+
+
+def robust_center(values: FloatArray, stds: FloatArray) -> tuple[float, float]:
+    """Return a center and a spread between maneuvers that a few wild values do not move.
+
+    Parameters
+    ----------
+    values, stds : ndarray, shape (n,)
+
+    Returns
+    -------
+    center, between : float
+        Weighted median, and the standard deviation beyond the bounds by the median of absolute
+        deviations.
+    """
+    order = np.argsort(values)
+    heaped = np.cumsum(1.0 / stds[order])
+    center = float(values[order][np.searchsorted(heaped, 0.5 * heaped[-1])])
+    spread = _MAD_TO_STD * float(np.median(np.abs(values - center)))
+    return center, math.sqrt(max(spread**2 - float(np.median(stds)) ** 2, 0.0))

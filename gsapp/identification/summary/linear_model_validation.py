@@ -1,0 +1,367 @@
+"""Three linear models, judged on maneuvers that none of them saw: section 7.4 of the source.
+
+Batch least squares, subspace and prediction error, and the derivatives through appendix A are made
+from some of a campaign's maneuvers and driven by the measured inputs of the others. The
+derivatives are estimated anew for it, so that nothing of the others is in them.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+from gsapp.foundation import FlightError
+from gsapp.identification.axes import AXIS_SURFACES
+from gsapp.identification.campaign import CampaignProgressCallback, CampaignResult, run_campaign
+from gsapp.identification.linear_models.model_comparison import (
+    FittedModel,
+    errors_over_range,
+    fit_models,
+    simulate_outputs,
+)
+from gsapp.identification.linear_models.signals import (
+    LINEAR_INPUTS,
+    LINEAR_OUTPUTS,
+    LinearAxis,
+    LinearModelSignals,
+    linear_model_signals,
+)
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.moment_reference import derivatives_about_flown_cg
+from gsapp.identification.results import EstimationMethod
+from gsapp.identification.summary.campaign_linear_models import (
+    AXIS_NAMES,
+    check_required_derivatives,
+    known_derivatives,
+)
+from gsapp.identification.summary.campaign_summary import summarize_campaign
+from gsapp.quantities import FloatArray
+
+SUBSPACE_ORDERS: Final[Mapping[LinearAxis, int]] = {"lon": 2, "lat": 4}
+"""States of the subspace models: as many as the rigid airplane has without the path it flies."""
+
+
+_MIN_RANGE_SHARE: Final = 0.02
+"""Of the usual range of a response, below which its instrument is taken as broken."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ValidationTrace:
+    """A stretch of a maneuver that was kept out, measured and computed.
+
+    Attributes
+    ----------
+    maneuver, flight : str
+    times : ndarray, shape (n,)
+        s of flight time.
+    inputs : ndarray, shape (n, n_inputs)
+        As measured, SI.
+    measured : ndarray, shape (n, n_outputs)
+        SI; flow angles at the center of gravity, accelerations where the instrument sits.
+    computed : mapping of str to ndarray, shape (n, n_outputs)
+        By model, from the inputs alone, with a level and a start of its own.
+    """
+
+    maneuver: str
+    flight: str
+    times: FloatArray
+    inputs: FloatArray
+    measured: FloatArray
+    computed: Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AxisValidation:
+    """The models of one axis.
+
+    Attributes
+    ----------
+    axis : {"lon", "lat"}
+    inputs, outputs : tuple of str
+        Channels of the traces.
+    models : mapping of str to FittedModel
+        ``bls``, ``subspace``, ``ml``; the last are the derivatives of the campaign's own method.
+    errors : mapping of str to mapping of str to float
+        RMS error over range, percent, by model and output, over the traces; infinite where a
+        model runs away.
+    whole : mapping of str to mapping of str to float
+        The same over the whole of the flights kept out, each from its first to its last maneuver
+        without a start of its own (tables 7.4.1 and 7.4.2); empty where no flight was.
+    traces : tuple of ValidationTrace
+    fitted, judged : tuple of str
+        Maneuvers.
+    flights : tuple of str
+        Names of whole flights that were kept out; empty where single maneuvers were.
+    """
+
+    axis: LinearAxis
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    models: Mapping[str, FittedModel]
+    errors: Mapping[str, Mapping[str, float]]
+    traces: tuple[ValidationTrace, ...]
+    fitted: tuple[str, ...]
+    judged: tuple[str, ...]
+    flights: tuple[str, ...] = ()
+    whole: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LinearModelValidation:
+    """The models of a campaign.
+
+    Attributes
+    ----------
+    axes : mapping of str to AxisValidation
+        Those that could be compared.
+    method : {"ml", "ee", "ftr"}
+        Of the derivatives.
+    remarks : tuple of str
+        Why an axis is missing, or a judgment of it; which maneuvers were no use.
+    """
+
+    axes: Mapping[LinearAxis, AxisValidation] = field(default_factory=dict)
+    method: EstimationMethod = "ml"
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _ValidationSplit:
+    """What models are fitted on and what they are judged on."""
+
+    fitted: tuple[Maneuver, ...]
+    judged: tuple[Maneuver, ...]
+    flights: tuple[str, ...]
+
+
+ExtractedManeuver = Callable[[str, float, float], Maneuver]
+"""Cuts a flight by its number (empty where there is only one) from one time to another, s."""
+
+
+def validate_linear_models(
+    result: CampaignResult,
+    *,
+    keep_out: Collection[str] = (),
+    without: Collection[str] = (),
+    cut: ExtractedManeuver | None = None,
+    progress: CampaignProgressCallback | None = None,
+) -> LinearModelValidation:
+    """Fit the linear models on a part of a campaign's maneuvers and judge them on the rest.
+
+    Parameters
+    ----------
+    result : CampaignResult
+    keep_out : collection of str
+        Numbers of the flights to judge on, as the ids of their maneuvers begin. Empty: for each
+        axis the last flight that flew it; where only one did, every other maneuver of each kind.
+    without : collection of str
+        Maneuvers that count nowhere.
+    cut : callable, optional
+        With it the models are judged on the whole of the flights kept out, too.
+    progress : callable, optional
+        As of `run_campaign`.
+
+    Raises
+    ------
+    CanceledError
+        If `progress` returned False.
+    """
+    every = [one.maneuver for one in result.results if one.maneuver.id not in without]
+    splits: dict[LinearAxis, _ValidationSplit] = {}
+    remarks = []
+    for axis, words in AXIS_NAMES.items():
+        flown = [one for one in every if one.inputs and set(one.inputs) <= set(AXIS_SURFACES[axis])]
+        own, lacking = _complete_maneuvers(flown, axis)
+        if lacking:
+            remarks.append(
+                f"{', '.join(lacking)}: left out of the {words} models, which need "
+                f"{', '.join(dict.fromkeys((*LINEAR_INPUTS[axis], *LINEAR_OUTPUTS[axis])))} in every maneuver"
+            )
+        if not own:
+            continue
+        split = _split_maneuvers(own, keep_out)
+        if split is None:
+            remarks.append(f"no {words} models are compared: {_too_few_text(own, keep_out)}")
+        else:
+            splits[axis] = split
+    if not splits:
+        return LinearModelValidation(method=result.settings.method, remarks=tuple(remarks))
+    out = {one.id for split in splits.values() for one in split.judged}
+    means = _reestimate_means(result, [one for one in every if one.id not in out], progress)
+    found: dict[LinearAxis, AxisValidation] = {}
+    for axis, split in splits.items():
+        try:
+            check_required_derivatives(axis, means)
+            found[axis] = _validate_axis(axis, split, means)
+        except FlightError as error:
+            remarks.append(f"no {AXIS_NAMES[axis]} models are compared: {error}")
+            continue
+        if cut is not None and split.flights:
+            try:
+                found[axis] = replace(
+                    found[axis], whole=_whole_flight_errors(found[axis], every, split, cut)
+                )
+            except FlightError as error:
+                remarks.append(f"no {AXIS_NAMES[axis]} models are judged on whole flights: {error}")
+    return LinearModelValidation(axes=found, method=result.settings.method, remarks=tuple(remarks))
+
+
+def _complete_maneuvers(
+    flown: Sequence[Maneuver], axis: LinearAxis
+) -> tuple[list[Maneuver], tuple[str, ...]]:
+    """Return the maneuvers in which everything was measured, and the ids of the others.
+
+    An instrument that shows next to nothing of what it shows elsewhere is broken.
+    """
+    stretches: dict[str, tuple[LinearModelSignals, ...]] = {}
+    for one in flown:
+        # What lacks a channel stays without a stretch.
+        with contextlib.suppress(FlightError):
+            stretches[one.id] = linear_model_signals(one, axis)
+    moves = {
+        name: np.ptp(np.vstack([part.outputs for part in parts]), axis=0)
+        for name, parts in stretches.items()
+        if parts
+    }
+    usual = np.median(np.array(list(moves.values())), axis=0) if moves else 0.0
+    own = [
+        one
+        for one in flown
+        if one.id in moves and bool(np.all(moves[one.id] > _MIN_RANGE_SHARE * usual))
+    ]
+    return own, tuple(one.id for one in flown if one not in own)
+
+
+def maneuver_flight_number(maneuver: str) -> str:
+    """Return the number of the flight in the id of a maneuver; empty where there is only one."""
+    return maneuver.rpartition(":")[0]
+
+
+def _split_maneuvers(own: Sequence[Maneuver], keep_out: Collection[str]) -> _ValidationSplit | None:
+    flights = list(dict.fromkeys(maneuver_flight_number(one.id) for one in own))
+    chosen = set(keep_out) & set(flights)
+    if not keep_out and len(flights) > 1:
+        chosen = {flights[-1]}
+    if chosen:
+        judged = [one for one in own if maneuver_flight_number(one.id) in chosen]
+        names = tuple(dict.fromkeys(one.flight for one in judged))
+    elif keep_out:
+        return None
+    else:
+        judged, names = _every_other(own), ()
+    fitted = tuple(one for one in own if one not in judged)
+    # A model is judged on what it was made for: a surface that no fitted maneuver moved is none.
+    known = {surface for one in fitted for surface in one.inputs}
+    judged = [one for one in judged if set(one.inputs) <= known]
+    return (
+        _ValidationSplit(fitted=fitted, judged=tuple(judged), flights=names)
+        if fitted and judged
+        else None
+    )
+
+
+def _every_other(own: Sequence[Maneuver]) -> list[Maneuver]:
+    """Return the second, fourth, ... maneuver of each set of inputs."""
+    seen: dict[tuple[str, ...], int] = {}
+    judged = []
+    for one in own:
+        kind = tuple(sorted(one.inputs))
+        seen[kind] = seen.get(kind, 0) + 1
+        if seen[kind] % 2 == 0:
+            judged.append(one)
+    return judged
+
+
+def _too_few_text(own: Sequence[Maneuver], keep_out: Collection[str]) -> str:
+    surfaces = " or ".join(dict.fromkeys(surface for one in own for surface in one.inputs))
+    if keep_out:
+        return f"the flights to judge on, or all others, hold no maneuver that moves {surfaces}"
+    return f"it takes a second maneuver that moves {surfaces}, to judge them on"
+
+
+def _reestimate_means(
+    result: CampaignResult, maneuvers: Sequence[Maneuver], progress: CampaignProgressCallback | None
+) -> dict[str, float]:
+    """Return the derivatives that some maneuvers of a campaign give, estimated anew."""
+    settings = replace(result.settings, joint=False)
+    summary = summarize_campaign(run_campaign(maneuvers, settings, progress=progress))
+    means = {name: one.value.mean for name, one in summary.derivatives.items()}
+    return known_derivatives(settings, means)
+
+
+def _validate_axis(
+    axis: LinearAxis, split: _ValidationSplit, values: Mapping[str, float]
+) -> AxisValidation:
+    first = split.judged[0]
+    # The models are those of the aircraft as it flew where they are judged.
+    derivatives = derivatives_about_flown_cg(values, first.cg_shift, first.aircraft.geometry)
+    models = fit_models(split.fitted, axis, derivatives, order=SUBSPACE_ORDERS[axis])
+    traces = tuple(trace for one in split.judged for trace in _validation_traces(one, axis, models))
+    if not traces:
+        raise FlightError("the maneuvers to judge them on hold gaps throughout")
+    stretch = linear_model_signals(split.fitted[0], axis)[0]
+    measured = np.vstack([one.measured for one in traces])
+    return AxisValidation(
+        axis=axis,
+        inputs=stretch.input_names,
+        outputs=stretch.output_names,
+        models=models,
+        errors={
+            name: errors_over_range(
+                measured, np.vstack([one.computed[name] for one in traces]), stretch.output_names
+            )
+            for name in models
+        },
+        traces=traces,
+        fitted=tuple(one.id for one in split.fitted),
+        judged=tuple(one.id for one in split.judged),
+        flights=split.flights,
+    )
+
+
+def _whole_flight_errors(
+    one: AxisValidation, every: Sequence[Maneuver], split: _ValidationSplit, cut: ExtractedManeuver
+) -> dict[str, dict[str, float]]:
+    """Return the errors over the whole of the flights kept out, by model and output."""
+    stretches: list[LinearModelSignals] = []
+    for number in dict.fromkeys(maneuver_flight_number(judged.id) for judged in split.judged):
+        flown = [maneuver for maneuver in every if maneuver_flight_number(maneuver.id) == number]
+        start = min(maneuver.t_start for maneuver in flown)
+        stop = max(maneuver.t_end for maneuver in flown)
+        stretches += linear_model_signals(cut(number, start, stop), one.axis)
+    if not stretches:
+        raise FlightError("they hold gaps throughout")
+    measured = np.vstack([part.outputs for part in stretches])
+    return {
+        name: errors_over_range(
+            measured,
+            np.vstack(
+                [simulate_outputs(model.at(part.dt), part, own_start=False) for part in stretches]
+            ),
+            one.outputs,
+        )
+        for name, model in one.models.items()
+    }
+
+
+def _validation_traces(
+    maneuver: Maneuver, axis: LinearAxis, models: Mapping[str, FittedModel]
+) -> list[ValidationTrace]:
+    return [
+        ValidationTrace(
+            maneuver=maneuver.id,
+            flight=maneuver.flight,
+            times=one.times,
+            inputs=one.inputs,
+            measured=one.outputs,
+            computed={
+                name: simulate_outputs(model.at(one.dt), one, own_start=True)
+                for name, model in models.items()
+            },
+        )
+        for one in linear_model_signals(maneuver, axis)
+    ]

@@ -1,0 +1,215 @@
+"""The answer of a search for a missing effect in words and rows: for the screen, HTML and paper."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+
+from gsapp.discrepancy.effect_catalog import find_effect
+from gsapp.discrepancy.results import (
+    ChangedValue,
+    Disagreement,
+    DiscrepancyResult,
+    FoundEffect,
+    Gap,
+)
+from gsapp.dynamics.buildup import COEFFICIENT_TITLES
+from gsapp.foundation import UnknownNameError
+from gsapp.quantities import FloatArray, channel, clock_text, convert_value_and_std, from_si
+
+HEADLINES = {
+    "effects-found": "The model lacks something, and it has a name.",
+    "values-wrong": "The model has the right terms with wrong values; refitting them is enough.",
+    "model-adequate": "The model is adequate: what is left is noise.",
+    "ambiguous": "The model lacks something that these flights cannot tell apart.",
+    "unexplained": "The model lacks something that no effect of the catalog explains.",
+    "not-observable": "These flights cannot show whether the model lacks anything.",
+}
+"""What each verdict means, as a sentence."""
+
+_COEFFICIENTS = {**COEFFICIENT_TITLES, "CX": "force along x", "CZ": "force along z"}
+_CLASSES = {
+    "A": "seen even when all derivatives are free",
+    "B": "seen by kinematics",
+    "C": "seen only against trusted values",
+}
+
+
+def coefficient_label(coefficient: str) -> str:
+    """Return "pitching moment (Cm)"."""
+    words = _COEFFICIENTS.get(coefficient)
+    return f"{words} ({coefficient})" if words else coefficient
+
+
+def effect_class_text(effect_class: str) -> str:
+    """Return what the class of an effect means."""
+    return _CLASSES[effect_class]
+
+
+def closed_gap_text(found: DiscrepancyResult) -> str:
+    """Return how much of the reducible gap was closed, as a sentence."""
+    gap = found.gap
+    where = f"maneuver{'s' if len(gap.on) != 1 else ''} {', '.join(gap.on)}"
+    if not gap.on:
+        return "No maneuver was kept out, so nothing shows how the model does on new data."
+    if gap.closed is None:
+        return f"On {where}, kept out of naming and fitting, there was no gap to close."
+    spread = "" if gap.closed_std is None else f" ± {100.0 * gap.closed_std:.0f}"
+    if gap.closed < 0.0:
+        return f"On {where}, kept out of naming and fitting, the gap has not shrunk."
+    return (
+        f"On {where}, kept out of naming and fitting, {100.0 * gap.closed:.0f}{spread} % of the "
+        "gap that a model can close was closed."
+    )
+
+
+def disturbance_text(found: DiscrepancyResult) -> str:
+    """Return what is said of gusts; empty where there were none."""
+    gust = found.disturbance.get("gust")
+    if not gust:
+        return ""
+    std = found.disturbance.get("gust_std")
+    spread = "" if std is None else f" ± {std:.2f}"
+    return f"The air was not calm: gusts of {gust:.2f}{spread} m/s (rms). They are no model effect."
+
+
+def disagreement_sentence(one: Disagreement) -> str:
+    """Return where one disagreement is, as a sentence."""
+    times = one.rms / one.noise_floor if one.noise_floor > 0.0 else math.inf
+    region = f", {one.region.words}" if one.region else ""
+    start, end = (clock_text(time, decimals=1) for time in (one.t_start, one.t_end))
+    where = f"Maneuver {one.maneuver}, {start} to {end}{region}"
+    if not one.coefficient:
+        return f"{where}: the instrument of {one.channel} is off by {times:.1f} times the noise."
+    return (
+        f"{where}: the {coefficient_label(one.coefficient)} is off by {times:.1f} times the "
+        f"noise, most in {one.channel}."
+    )
+
+
+def format_p_value(p_value: float) -> str:
+    """Return a probability without more digits than it earns."""
+    if not math.isfinite(p_value):
+        return ""
+    return (
+        "< 1e-12" if p_value < 1e-12 else f"{p_value:.1e}" if p_value < 0.01 else f"{p_value:.2f}"
+    )
+
+
+def effect_text(one: FoundEffect, system: str) -> str:
+    """Return what was found, with its size and how sure that is, as a sentence."""
+    sizes = ", ".join(
+        " ".join(filter(None, (f"{name} = {size}", unit)))
+        for _, name, size, unit in parameter_rows((one,), system)
+    )
+    sure = f"confidence {format_confidence(one)}" if not one.forced else format_confidence(one)
+    return f"{one.title[:1].upper()}{one.title[1:]} ({one.effect}): {sizes}; {sure}."
+
+
+def _others(one: FoundEffect) -> list[str]:
+    return [name for name in one.one_of if name != one.effect]
+
+
+def format_confidence(one: FoundEffect) -> str:
+    """Return the confidence in an effect, in percent; never a certainty."""
+    if one.forced:
+        return "put in by hand"
+    alone = f"{100.0 * one.confidence:.0f} %"
+    return f"{alone}; cannot be told from {', '.join(_others(one))}" if one.one_of else alone
+
+
+def gain_text(gain: float) -> str:
+    """Return a gain in log-likelihood with its sign, no more digits than matter."""
+    return f"{gain:+.0f}" if abs(gain) >= 100.0 else f"{gain:+.1f}"
+
+
+def probability_text(evidence: float) -> str:
+    """Return a probability among candidates, in percent; never none and never all."""
+    if evidence > 0.999:
+        return "> 99.9 %"
+    return "< 0.1 %" if evidence < 0.001 else f"{100.0 * evidence:.1f} %"
+
+
+def value_with_std(value: float, std: float | None) -> str:
+    """Return a value and its standard deviation, as many digits as the latter earns (two)."""
+    if not math.isfinite(value):
+        return "unknown"
+    if std is None or not math.isfinite(std) or std <= 0.0:
+        return f"{value:.4g}"
+    digits = max(0, 1 - math.floor(math.log10(std)))
+    if digits > 6:
+        return f"{value:.3g} ± {std:.1g}"
+    return f"{value:.{digits}f} ± {std:.{digits}f}"
+
+
+def parameter_unit(effect: str, parameter: str) -> str:
+    """Return the SI unit of a parameter; empty for pure numbers and what is not in the catalog."""
+    try:
+        known = find_effect(effect)
+    except UnknownNameError:
+        return ""
+    return next((one.unit for one in known.parameters if one.name == parameter), "")
+
+
+def parameter_rows(
+    effects: Sequence[FoundEffect], system: str
+) -> tuple[tuple[str, str, str, str], ...]:
+    """Return effect, parameter, value with spread, unit, in the units of a system."""
+    rows = []
+    for one in effects:
+        for name, (value, std) in one.parameters.items():
+            shown, spread, unit = convert_value_and_std(
+                value, std, parameter_unit(one.effect, name), system
+            )
+            rows.append((one.effect, name, value_with_std(shown, spread), unit))
+    return tuple(rows)
+
+
+def rms_rows(gap: Gap, units: Literal["US", "SI"]) -> tuple[tuple[str, str, str, str], ...]:
+    """Return channel with unit, RMS before, after, and of the noise, in the units of display."""
+    rows = []
+    for name, one in gap.channels.items():
+        spec = channel(name)
+        unit = spec.display_unit(units)
+        zero = from_si(0.0, unit, spec.quantity)
+        before, after, floor = (
+            f"{from_si(value, unit, spec.quantity) - zero:.3g}"
+            for value in (one.before, one.after, one.floor)
+        )
+        rows.append((f"{name} [{unit}]" if unit else name, before, after, floor))
+    return tuple(rows)
+
+
+def change_text(value: ChangedValue) -> str:
+    """Return by how many standard deviations a derivative moved."""
+    return f"{(value.after - value.before) / value.std:+.1f}" if value.std > 0.0 else ""
+
+
+def residual_map(found: DiscrepancyResult, step: int) -> FloatArray:
+    """Return measured less computed of each channel over its noise floor, RMS, under one model.
+
+    Parameters
+    ----------
+    found : DiscrepancyResult
+    step : int
+        Place among the steps.
+
+    Returns
+    -------
+    ndarray, shape (n_maneuvers, n_channels)
+        In the order of the answer's maneuvers and channels; NaN where a channel lacks.
+    """
+    sizes = np.full((len(found.maneuvers), len(found.channels)), np.nan)
+    for row, view in enumerate(found.maneuvers):
+        for place, name in enumerate(view.channels):
+            left = view.measured[:, place] - view.computed[step][:, place]
+            left = left[np.isfinite(left)]
+            floor = view.floor.get(name, 0.0)
+            if left.size and floor > 0.0 and name in found.channels:
+                column = found.channels.index(name)
+                with np.errstate(over="ignore"):
+                    sizes[row, column] = np.sqrt(np.mean(left**2)) / floor
+    return sizes

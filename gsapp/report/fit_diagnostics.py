@@ -1,0 +1,105 @@
+"""How far single fits carry: whether residuals are white, bounds, what cannot be told apart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from gsapp.identification.axes import Axis
+from gsapp.identification.campaign import CampaignResult
+from gsapp.identification.results import Estimate
+from gsapp.report.document import DocumentPart, DocumentSection, DocumentTable
+from gsapp.report.fit_diagnostic_figures import (
+    HIGH_CORRELATION,
+    bounds_figure,
+    correlated_pairs,
+    correlation_figure,
+)
+from gsapp.report.residual_text import RESIDUAL_COLUMNS, residual_rows
+
+_MOST_PAIRS: Final = 20
+"""Pairs of derivatives that are listed as hardly told apart."""
+_AXIS_TEXT: Final[Mapping[Axis, str]] = {
+    "lon": "longitudinal",
+    "lat": "lateral",
+    "both": "six degrees of freedom",
+}
+
+
+def fit_diagnostics_section(result: CampaignResult) -> DocumentSection:
+    """Return the section on how far single fits carry: residuals, bounds, correlations."""
+    parts: list[DocumentPart] = []
+    residuals = residual_rows(result)
+    if residuals:
+        parts.append(
+            DocumentTable(
+                caption="Residuals: in how many fits they may be white noise, and the share of "
+                "their power where the aircraft moves (median over the fits)",
+                columns=RESIDUAL_COLUMNS,
+                rows=residuals,
+                numeric=frozenset(range(1, len(RESIDUAL_COLUMNS))),
+            )
+        )
+    rows = _correlated(result)
+    if rows:
+        parts.append(
+            DocumentTable(
+                caption="Derivatives that a single maneuver can hardly tell apart: correlations "
+                f"beyond {HIGH_CORRELATION} in size"
+                + (f", the {_MOST_PAIRS} found most often" if len(rows) > _MOST_PAIRS else ""),
+                columns=("one", "other", "in how many fits", "correlation there"),
+                rows=rows[:_MOST_PAIRS],
+                numeric=frozenset({2, 3}),
+            )
+        )
+    for estimate, subject in _typical_fits(result):
+        pictures = (bounds_figure(estimate, subject), correlation_figure(estimate, subject))
+        parts += [
+            replace(one, name=f"{one.name}-{estimate.axis}") for one in pictures if one is not None
+        ]
+    return DocumentSection(title="Residuals, bounds and correlations", parts=tuple(parts))
+
+
+def _typical_fits(result: CampaignResult) -> list[tuple[Estimate, str]]:
+    """Return the fit of all maneuvers together, or the best single one, of each axis."""
+    if result.joint:
+        return [
+            (one, f"{len(one.maneuvers)} maneuvers together ({_AXIS_TEXT[one.axis]})")
+            for one in result.joint
+        ]
+    best: dict[str, tuple[float, Estimate, str]] = {}
+    for one in result.results:
+        estimate = one.estimate
+        if estimate is None or not estimate.converged or len(estimate.free) < 2:
+            continue
+        subject = f"maneuver {one.maneuver.id} of {one.maneuver.flight}"
+        found = (_median_bound(estimate), estimate, subject)
+        best[estimate.axis] = min(best.get(estimate.axis, found), found, key=lambda fit: fit[0])
+    return [(estimate, subject) for _, estimate, subject in best.values()]
+
+
+def _median_bound(estimate: Estimate) -> float:
+    """Return the median bound over value of a fit; the fewer it earned, the less it is worth."""
+    shares = [
+        abs(one.std / one.value)
+        for one in estimate.derivatives.values()
+        if one.status == "estimated" and one.value and one.std
+    ]
+    return float(np.median(shares)) / len(shares) if shares else np.inf
+
+
+def _correlated(result: CampaignResult) -> tuple[tuple[str, str, str, str], ...]:
+    """Return the pairs that are close in some fit, those close most often first."""
+    every = [one.estimate for one in result.results if one.estimate is not None]
+    close: dict[tuple[str, str], list[float]] = {}
+    for estimate in (*result.joint, *every):
+        for one, other, value in correlated_pairs(estimate):
+            close.setdefault((one, other), []).append(value)
+    ordered = sorted(close.items(), key=lambda pair: (-len(pair[1]), pair[0]))
+    return tuple(
+        (one, other, str(len(values)), f"{float(np.median(values)):+.3f}")
+        for (one, other), values in ordered
+    )

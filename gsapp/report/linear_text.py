@@ -1,0 +1,238 @@
+"""Linear models in words, rows and JSON: error tables 7.4.1 and 7.4.2 of the source, modes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Final
+
+from gsapp.dynamics.linearization import LinearModel, Mode
+from gsapp.foundation import FlightError
+from gsapp.identification.campaign import CampaignProgressCallback
+from gsapp.identification.linear_models.signals import LinearAxis
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.results import EstimationMethod
+from gsapp.identification.runs.flight_cache import FlightCache
+from gsapp.identification.runs.inputs import flight_open_requests
+from gsapp.identification.runs.outcome import RunOutcome
+from gsapp.identification.summary.linear_model_validation import (
+    AxisValidation,
+    LinearModelValidation,
+    validate_linear_models,
+)
+
+AXIS_TITLES: Final[Mapping[LinearAxis, str]] = {
+    "lon": "longitudinal",
+    "lat": "lateral-directional",
+}
+MODEL_NAMES: Final[Mapping[str, str]] = {
+    "bls": "batch least squares",
+    "subspace": "subspace + PEM",
+    "ml": "derivatives, appendix A",
+}
+"""The three models; what the derivatives are of, `model_name` says."""
+_DERIVATIVES: Final[Mapping[EstimationMethod, str]] = {
+    "ml": "maximum likelihood, appendix A",
+    "ee": "equation error, appendix A",
+    "ftr": "FTR, appendix A",
+}
+NEUTRAL_TIME_CONSTANT: Final = 1000.0
+"""Time constant beyond which a motion neither dies nor grows in any flight, s."""
+MODE_COLUMNS: Final = (
+    "mode", "pole [1/s]", "frequency [rad/s]", "damping ratio", "time constant [s]",
+)  # fmt: skip
+
+
+def compare_linear_models(
+    outcome: RunOutcome,
+    validate: Collection[Path] = (),
+    *,
+    flights: FlightCache | None = None,
+    progress: CampaignProgressCallback | None = None,
+) -> LinearModelValidation:
+    """Compare three linear models on flights or maneuvers that were not used to fit them.
+
+    Parameters
+    ----------
+    outcome : RunOutcome
+    validate : collection of Path
+        Flights of the outcome to judge on. Empty: for each axis the last flight that flew it;
+        where only one did, every other maneuver of each kind.
+    flights : FlightCache, optional
+        Flights that are open already.
+    progress : callable, optional
+        As of `gsapp.identification.campaign.run_campaign`.
+
+    Raises
+    ------
+    FlightError
+        If a flight is not one of the outcome, or all of them are named.
+    CanceledError
+        If `progress` returned False.
+    """
+    numbers = validation_flight_numbers(outcome.request.flights, validate)
+    shelf = FlightCache() if flights is None else flights
+    openings = flight_open_requests(outcome.request)
+
+    def cut(number: str, start: float, stop: float) -> Maneuver:
+        opened = shelf.open(openings[int(number or "1") - 1]).opened
+        return opened.cut("whole", start, stop, (), "")
+
+    return validate_linear_models(
+        outcome.result,
+        keep_out=numbers,
+        without=outcome.summary.without,
+        cut=cut,
+        progress=progress,
+    )
+
+
+def validation_flight_numbers(
+    flights: Sequence[Path], validate: Collection[Path]
+) -> tuple[str, ...]:
+    """Return the numbers of the flights to judge on among all.
+
+    Raises
+    ------
+    FlightError
+        If a flight is not among them, or all of them are named.
+    """
+    known = [path.absolute() for path in flights]
+    wanted = {path.absolute() for path in validate}
+    unknown = [path.name for path in validate if path.absolute() not in known]
+    if unknown:
+        raise FlightError(
+            f"linear models cannot be judged on {', '.join(unknown)}, which is not among the "
+            "flights of this report; name one of these"
+        )
+    if wanted and wanted == set(known):
+        raise FlightError(
+            "all flights are to judge the linear models and none is left to fit them on; name "
+            "fewer of them"
+        )
+    return tuple(str(number) for number, path in enumerate(known, start=1) if path in wanted)
+
+
+def model_name(name: str, method: EstimationMethod) -> str:
+    """Return what a model is called: the third is made from derivatives of some method."""
+    return _DERIVATIVES[method] if name == "ml" else MODEL_NAMES[name]
+
+
+def validation_text(one: AxisValidation) -> str:
+    """Return in a sentence what the models of an axis were fitted on, and judged on."""
+    judged = (
+        f"{_count(one.judged)} of {' and '.join(one.flights)}"
+        if one.flights
+        else f"{_count(one.judged)} (every other one of each kind)"
+    )
+    return (
+        f"The {AXIS_TITLES[one.axis]} models were fitted on {_count(one.fitted)} and judged on "
+        f"{judged} that none of them saw: driven by the measured inputs alone, each maneuver with "
+        "a level and a start of its own."
+    )
+
+
+def _count(maneuvers: tuple[str, ...]) -> str:
+    number = len(maneuvers)
+    return f"{number} maneuver{'' if number == 1 else 's'}"
+
+
+def error_rows(
+    outputs: Sequence[str], errors: Mapping[str, Mapping[str, float]]
+) -> tuple[tuple[str, ...], ...]:
+    """Return RMS error over range in percent, a row for each variable, a column for each model.
+
+    The least of each row carries a star.
+
+    Parameters
+    ----------
+    outputs : sequence of str
+    errors : mapping of str to mapping of str to float
+        By model and output: `AxisValidation.errors`, or ``whole``.
+    """
+    rows = []
+    for name in outputs:
+        found = [own[name] for own in errors.values()]
+        rows.append((name, *(_error(value, min(found)) for value in found)))
+    return tuple(rows)
+
+
+def _error(value: float, least: float) -> str:
+    if not math.isfinite(value):
+        return "runs away"
+    return f"{value:.2f} *" if value == least else f"{value:.2f}"
+
+
+def mode_rows(model: LinearModel) -> tuple[tuple[str, ...], ...]:
+    """Return a row for each mode, as `MODE_COLUMNS` has them.
+
+    A real mode has a time constant alone, a pair frequency and damping too; what grows is said.
+    """
+    return tuple(
+        (
+            mode.name,
+            f"{mode.pole.real:+.3f}" + (f" ± {mode.pole.imag:.3f}i" if mode.pole.imag else ""),
+            f"{mode.frequency:.2f}" if mode.pole.imag else "",
+            f"{mode.damping:.2f}" if mode.pole.imag else "",
+            _time_constant(mode),
+        )
+        for mode in model.modes()
+    )
+
+
+def _time_constant(mode: Mode) -> str:
+    if not abs(mode.time_constant) < NEUTRAL_TIME_CONSTANT:
+        return "neutral"
+    return f"{abs(mode.time_constant):.2f}" + (" (grows)" if mode.time_constant < 0.0 else "")
+
+
+def comparison_json(comparison: LinearModelValidation) -> dict[str, Any]:
+    """Return a comparison for programs: the JSON of ``gsapp linear-models``, and what judged."""
+    content: dict[str, Any] = {"lon": None, "lat": None}
+    for axis, one in comparison.axes.items():
+        content[axis] = {
+            name: {
+                **linear_model_json(fitted.model),
+                "rms_over_range_pct": _numbers(one.whole.get(name, {})),
+                "by_maneuver_pct": _numbers(one.errors[name]),
+                "fitted_on": list(one.fitted),
+                "judged_on": list(one.judged),
+                "remarks": list(fitted.remarks),
+            }
+            for name, fitted in one.models.items()
+        }
+    content["remarks"] = list(comparison.remarks)
+    return content
+
+
+def linear_model_json(model: LinearModel) -> dict[str, Any]:
+    """Return matrices, names and modes of a linear model, and what it is about, SI."""
+    return {
+        "about": None if model.about is None else asdict(model.about),
+        **{key: getattr(model, key).tolist() for key in ("A", "B", "C", "D")},
+        "states": list(model.states),
+        "inputs": list(model.inputs),
+        "outputs": list(model.outputs),
+        "modes": [
+            {
+                "name": mode.name,
+                "real": mode.pole.real,
+                "imag": mode.pole.imag,
+                "frequency": mode.frequency,
+                "damping": number_or_none(mode.damping),
+                "time_constant": number_or_none(mode.time_constant),
+            }
+            for mode in model.modes()
+        ],
+    }
+
+
+def _numbers(values: Mapping[str, float]) -> dict[str, float | None]:
+    return {name: number_or_none(value) for name, value in values.items()}
+
+
+def number_or_none(value: float) -> float | None:
+    """Return a number as JSON has it: None for what is not finite."""
+    return float(value) if math.isfinite(value) else None

@@ -1,0 +1,60 @@
+"""All that is watched for alarms in the samples of a flight."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from gsapp.quantities import Block
+from gsapp.session.alarms import AlarmRegistry
+from gsapp.session.limit_monitor import LimitMonitor
+from gsapp.session.limits import LimitSet
+from gsapp.session.message_presence import MessagePresenceMonitor
+
+
+class AlarmMonitor:
+    """Watches the samples of a flight for alarms: limits and instruments that fall silent.
+
+    Parameters
+    ----------
+    board : AlarmRegistry
+        Where alarms go.
+    limits : LimitSet
+        The rules.
+    rate : float
+        Of the grid, Hz.
+    group : callable
+        What carries a channel; see `MessagePresenceMonitor`.
+    together : callable
+        Whether two channels come in the same blocks; see `LimitMonitor`.
+    """
+
+    def __init__(
+        self,
+        board: AlarmRegistry,
+        limits: LimitSet,
+        rate: float,
+        group: Callable[[str], str | None],
+        together: Callable[[str, str], bool],
+    ) -> None:
+        self._board = board
+        self._limits = LimitMonitor(limits, board, rate, together)
+        self._presence = MessagePresenceMonitor(board, group)
+
+    def feed(self, block: Block) -> None:
+        """Take in the next samples of some channels."""
+        self._limits.feed(block)
+        self._presence.feed(block)
+
+    def renew(self, channel_id: str) -> None:
+        """Take other limits for a channel."""
+        self._limits.renew(channel_id)
+
+    def settle(self) -> None:
+        """Judge what is due, after all blocks of a step."""
+        self._presence.settle()
+
+    def reset(self) -> None:
+        """Begin anew, as before the first sample."""
+        self._limits.reset()
+        self._presence.reset()
+        self._board.reset()

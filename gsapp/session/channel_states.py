@@ -1,0 +1,145 @@
+"""What can be said of each channel at a moment: fresh or not, within limits or not, from where."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Literal
+
+from gsapp.decoding.derived_channels import select_derivations
+from gsapp.decoding.health import LinkReport
+from gsapp.decoding.pipeline import ChannelSource
+from gsapp.session.alarms import AlarmRegistry
+from gsapp.session.limits import LimitSet, Severity
+from gsapp.session.sample_history import SampleHistory
+
+_PERIODS = 3.0
+_SHORTEST_PATIENCE = 0.5
+_LONGEST_PATIENCE = 10.0
+DEFAULT_STALE_SECONDS = 1.5
+"""Seconds after which a channel is stale whose usual rate is not known."""
+
+
+class Freshness(Enum):
+    """How old the latest sample is."""
+
+    FRESH = "fresh"
+    STALE = "stale"
+    MISSING = "missing"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChannelState:
+    """A channel at one moment.
+
+    Attributes
+    ----------
+    channel : str
+        Its id.
+    freshness : Freshness
+        MISSING if it never had a sample.
+    time, value : float or None
+        The latest sample: flight time (s), SI. Not to be shown as a value unless fresh.
+    age : float or None
+        Seconds since that sample.
+    severity : Severity
+        Of its limits, as of now.
+    clipped : bool
+        Whether it stands at the end of its instrument's range.
+    kind : {"measured", "estimated", "derived"}
+        Where it comes from.
+    calibrated : bool
+        Whether a certificate is in force, where one is needed.
+    source : str
+        Message and field, column, or formula.
+    """
+
+    channel: str
+    freshness: Freshness
+    time: float | None = None
+    value: float | None = None
+    age: float | None = None
+    severity: Severity = Severity.NORMAL
+    clipped: bool = False
+    kind: Literal["measured", "estimated", "derived"] = "measured"
+    calibrated: bool = True
+    source: str = ""
+
+
+def source_message(source: ChannelSource | None) -> str | None:
+    """Return the message, with its selector, that a channel comes in; None for derived ones."""
+    if source is None or source.kind == "derived":
+        return None
+    head, _, _ = source.source.partition(".")
+    return head or None
+
+
+def share_message(one: str, other: str, sources: Mapping[str, ChannelSource]) -> bool:
+    """Return whether the samples of two channels come in the same messages, row for row."""
+    measured = [name for name, source in sources.items() if source.kind != "derived"]
+    inputs = {each.output: each.quick for each in select_derivations(measured)}
+
+    def messages(channel_id: str) -> frozenset[str]:
+        source = sources.get(channel_id)
+        if source is None:
+            return frozenset()
+        if source.kind == "derived":
+            return frozenset().union(*map(messages, inputs.get(channel_id, ())))
+        return frozenset(part.partition(".")[0] for part in source.source.split(", else "))
+
+    carriers = messages(one)
+    return bool(carriers) and carriers == messages(other)
+
+
+def stale_timeout_by_message(report: LinkReport | None) -> Mapping[str, float]:
+    """Return after how many seconds each message of the flown system is late, by its usual rate."""
+    found: dict[str, float] = {}
+    if report is None:
+        return found
+    for message in report.messages:
+        if message.rate > 0.0 and message.system == report.system:
+            seconds = min(max(_PERIODS / message.rate, _SHORTEST_PATIENCE), _LONGEST_PATIENCE)
+            found[message.name] = max(seconds, found.get(message.name, 0.0))
+    return found
+
+
+def build_channel_state(
+    channel_id: str,
+    *,
+    history: SampleHistory,
+    sources: Mapping[str, ChannelSource],
+    limits: LimitSet,
+    board: AlarmRegistry,
+    now: float | None,
+    patience: float,
+) -> ChannelState:
+    """Return the state of one channel at flight time `now` (s), stale beyond `patience` (s)."""
+    source = sources.get(channel_id)
+    last = history.last(channel_id) if history.has(channel_id) else None
+    kind = "measured" if source is None else source.kind
+    calibrated = True if source is None else source.calibrated
+    origin = "" if source is None else source.source
+    if last is None or now is None:
+        return ChannelState(
+            channel=channel_id,
+            freshness=Freshness.MISSING,
+            kind=kind,
+            calibrated=calibrated,
+            source=origin,
+        )
+    age = max(now - last[0], 0.0)
+    fresh = age <= patience
+    alarms = (board.severity(f"{channel_id}:low"), board.severity(f"{channel_id}:high"))
+    return ChannelState(
+        channel=channel_id,
+        freshness=Freshness.FRESH if fresh else Freshness.STALE,
+        time=last[0],
+        value=last[1],
+        age=age,
+        severity=max(alarms) if fresh else Severity.NORMAL,
+        clipped=fresh and limits.clips(channel_id, last[1]),
+        kind=kind,
+        calibrated=calibrated,
+        source=origin,
+    )

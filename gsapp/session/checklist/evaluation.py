@@ -1,0 +1,100 @@
+"""What can be said of an item, and what it is said from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final, Literal, Protocol
+
+from calibration.validity import CalibrationInForce
+from gsapp.flight.info import FlightInfo
+from gsapp.quantities import Block
+from gsapp.session.channel_states import ChannelState
+from gsapp.session.snapshot import SessionSnapshot
+
+ItemStatus = Literal["red", "amber", "open", "green"]
+
+STATUS_ORDER: Final[tuple[ItemStatus, ...]] = ("red", "amber", "open", "green")
+"""What is not green comes first."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChecklistContext:
+    """What is known at a moment, beside the samples.
+
+    Attributes
+    ----------
+    snapshot : SessionSnapshot or None
+        Link, recorder, disk, certificates; None where no flight is open.
+    states : mapping of str to ChannelState
+        By channel; one that the telemetry does not carry is not in it.
+    card : FlightInfo or None
+        The flight card, where there is one.
+    doubts : tuple of str
+        What looks like a slip on it, in words.
+    system : {"US", "SI"}
+        Units of the sentences.
+    calibration : CalibrationInForce or None
+        The certificates of the flight; None where no flight is open.
+    """
+
+    snapshot: SessionSnapshot | None = None
+    states: Mapping[str, ChannelState] = field(default_factory=dict)
+    card: FlightInfo | None = None
+    doubts: tuple[str, ...] = ()
+    calibration: CalibrationInForce | None = None
+    system: str = "US"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RuleResult:
+    """What a rule says.
+
+    Attributes
+    ----------
+    state : {"green", "amber", "red", "open"}
+        ``open``: not seen yet.
+    why : str
+        In words, with numbers.
+    by_hand : bool
+        Whether telemetry cannot tell, so that a person may tick it.
+    """
+
+    state: ItemStatus
+    why: str
+    by_hand: bool = False
+
+
+class RuleEvaluator(Protocol):
+    """Judges one item from all samples since the checklist was begun."""
+
+    def feed(self, block: Block) -> None:
+        """Take in the next samples."""
+
+    def judge(self, facts: ChecklistContext) -> RuleResult:
+        """Return how the item stands."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EvaluatedItem:
+    """One line of the checklist as it stands.
+
+    Attributes
+    ----------
+    id, words : str
+        Of the item.
+    by : {"hand", "telemetry"}
+        Who says so.
+    state : {"green", "amber", "red", "open"}
+    why : str
+        In words, with numbers.
+    can_tick : bool
+        Whether a person may tick it now, or untick it.
+    """
+
+    id: str
+    words: str
+    by: Literal["hand", "telemetry"]
+    state: ItemStatus
+    why: str
+    can_tick: bool

@@ -1,0 +1,216 @@
+"""The checklist of a session: fed from its history, its ticks and the start kept as events."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final
+
+from gsapp.flight.events import Event
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.info import FlightInfo
+from gsapp.flight.info_checks import check_flight_info
+from gsapp.foundation import GroundStationError, UnknownNameError
+from gsapp.session.checklist.checklist_state import Checklist
+from gsapp.session.checklist.evaluation import ChecklistContext, EvaluatedItem
+from gsapp.session.checklist.items import ChecklistFile
+from gsapp.session.session import Session
+
+TICK_EVENT: Final = "checklist-tick"
+UNTICK_EVENT: Final = "checklist-untick"
+RESTART_EVENT: Final = "checklist-restart"
+FLIGHT_START_EVENT: Final = "flight-start"
+"""Kinds of events."""
+
+_HELD_BACK = 0.5
+"""Seconds of the newest samples left for the next look: channels do not arrive side by side."""
+_AT_ONCE = 5.0
+"""Seconds of samples taken in by one look at most, so that none holds up the window."""
+
+
+class SessionChecklist:
+    """Goes through a checklist with a session.
+
+    Several windows may: all follow the events of the flight. Once the flight was started what was
+    seen of sticks, surfaces and engines stands; equipment is still looked at.
+
+    Parameters
+    ----------
+    session : Session
+    file : ChecklistFile
+    card : callable, optional
+        Gives the flight card as it stands; by default it is read from the flight folder.
+    system : {"US", "SI"}
+        Units in which slips on the card are told.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        file: ChecklistFile,
+        *,
+        card: Callable[[], FlightInfo | None] | None = None,
+        system: str = "US",
+    ) -> None:
+        self.session = session
+        self.system = system
+        self.checklist = Checklist(file)
+        self._card = card or self._card_of_folder
+        self._next: int | None = None
+        self._read = 0
+        self._start: Event | None = None
+
+    @property
+    def started(self) -> Event | None:
+        """Return how the flight was started, by this or another window; None before."""
+        return self._start
+
+    def look(self) -> tuple[EvaluatedItem, ...]:
+        """Take in what came, and return how the items stand; called a few times a second."""
+        self._follow_events()
+        self._take_in()
+        return self.checklist.judge(self.facts())
+
+    def facts(self) -> ChecklistContext:
+        """Return what the rules go by now, beside the samples."""
+        session = self.session
+        card = self._card()
+        carried = [
+            name
+            for name in self.checklist.watched
+            if name in session.sources or session.history.has(name)
+        ]
+        return ChecklistContext(
+            snapshot=session.snapshot(),
+            states=session.states(carried),
+            card=card,
+            system=self.system,
+            calibration=session.calibration_in_force,
+            doubts=()
+            if card is None
+            else tuple(
+                doubt.words
+                for doubt in check_flight_info(card, session.aircraft, system=self.system)
+            ),
+        )
+
+    def tick(self, item_id: str, who: str = "") -> None:
+        """Say by hand that an item is done, and keep it with the flight.
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such item.
+        FlightError
+            If the event cannot be written.
+        """
+        self.checklist.tick(item_id, who)
+        self._write(TICK_EVENT, self._words(item_id), {"item": item_id, "who": who})
+
+    def untick(self, item_id: str) -> None:
+        """Take a tick back; see `tick` for the errors."""
+        self.checklist.untick(item_id)
+        self._write(UNTICK_EVENT, self._words(item_id), {"item": item_id})
+
+    def restart(self) -> None:
+        """Begin anew, for the next flight of the day with the same recorder."""
+        self._write(RESTART_EVENT, "checklist begun anew", {})
+        self._follow_events()
+
+    def start(self, who: str = "") -> Event:
+        """Record that the flight is started, and with what not green.
+
+        Returns
+        -------
+        Event
+            Its text says it in words; `data` lists what was red, amber and open.
+
+        Raises
+        ------
+        FlightError
+            If the event cannot be written.
+        """
+        # What is recorded is what holds now, not at the last look.
+        while self._take_in():
+            pass
+        items = self.look()
+        lists = {
+            state: [item.id for item in items if item.state == state]
+            for state in ("red", "amber", "open", "green")
+        }
+        unsettled = [item for item in items if item.state != "green"]
+        text = "flight started, checklist all green"
+        if unsettled:
+            text = "flight started all the same: " + "; ".join(
+                f"{item.words} ({item.state}: {item.why})" for item in unsettled
+            )
+        event = self._write(FLIGHT_START_EVENT, text, {"who": who, **lists})
+        self._start = event
+        return event
+
+    # Inside
+
+    def _card_of_folder(self) -> FlightInfo | None:
+        path = self.session.path
+        if not path.is_dir():
+            return None
+        try:
+            return FlightFolder(path=path).info()
+        except GroundStationError:
+            # Its mistakes are told where the card is shown.
+            return None
+
+    def _words(self, item_id: str) -> str:
+        return next(item.words for item in self.checklist.file.items if item.id == item_id)
+
+    def _write(self, kind: str, text: str, data: Mapping[str, Any]) -> Event:
+        event = Event(kind=kind, text=text, time=self.session.now, data=data)
+        self.session.book.write(event)
+        return event
+
+    def _follow_events(self) -> None:
+        """Take in what this and other windows, or the same one before a restart, have said."""
+        self.session.book.poll()
+        others = self.session.book.others
+        fresh, self._read = others[self._read :], len(others)
+        for event in fresh:
+            if event.kind == FLIGHT_START_EVENT:
+                self._start = event
+            elif event.kind == RESTART_EVENT:
+                self.checklist.restart()
+                self._next = None if event.time is None else self._index(event.time)
+                self._start = None
+            elif event.kind in (TICK_EVENT, UNTICK_EVENT):
+                # A list that was edited since may lack the item.
+                with contextlib.suppress(UnknownNameError):
+                    name = str(event.data.get("item", ""))
+                    if event.kind == TICK_EVENT:
+                        self.checklist.tick(name, str(event.data.get("who", "")))
+                    else:
+                        self.checklist.untick(name)
+
+    def _take_in(self) -> bool:
+        """Feed the rules with samples that came since; return whether there were any."""
+        history = self.session.history
+        end = history.end
+        if end is None:
+            return False
+        names = [name for name in self.checklist.watched if history.has(name)]
+        stop = self._index(end - _HELD_BACK)
+        if self._start is not None and self._start.time is not None:
+            stop = min(stop, self._index(self._start.time))
+        if self._next is None:
+            self._next = self._first(names, stop)
+        last = min(stop, self._next + self._index(_AT_ONCE))
+        if not names or last <= self._next:
+            return False
+        self.checklist.feed(history.rows(self._next, last, names))
+        self._next = last
+        return True
+
+    def _first(self, names: Sequence[str], stop: int) -> int:
+        spans = [self.session.history.span(name) for name in names]
+        return min((span[0] for span in spans if span is not None), default=stop)
+
+    def _index(self, time: float) -> int:
+        return self.session.history.index(time)

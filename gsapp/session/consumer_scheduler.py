@@ -1,0 +1,261 @@
+"""Those who watch the samples of a flight, and how far each of them has come.
+
+Some are a thousand times as quick as the flight (limits), some fifty times (cues for the pilot).
+Where they begin late, in a replay that jumped or in a window that opens an hour into a flight, the
+quick ones are not held up by the slow ones.
+"""
+
+from __future__ import annotations
+
+import bisect
+import math
+from collections.abc import Callable, Sequence
+from typing import Protocol, runtime_checkable
+
+from gsapp.quantities import Block
+from gsapp.session.sample_history import SampleHistory
+
+_MOST_ROWS = 512
+"""Rows of the grid given at a time where nothing holds anybody up."""
+_SHORTEST_STEP, _STEP = 0.25, 1.0
+"""Seconds of flight given at a time, as the time of those who watch allows. What is due some
+seconds after something happened, such as a look ahead, is never due in the very step in which it
+happened."""
+_AT_ONCE = 1.0
+"""Seconds of flight by which one may be behind and still count as being there."""
+_LONGEST_PAUSE = 60.0
+"""Seconds without a sample that belong to a flight; longer pauses are passed over."""
+
+
+class Consumer(Protocol):
+    """Watches the samples of a flight in order."""
+
+    def feed(self, block: Block) -> None:
+        """Take in the next samples of some channels, on consecutive places of the grid."""
+
+    def settle(self) -> None:
+        """Draw conclusions, after all blocks of a step; go on with longer work by a slice."""
+
+    def reset(self) -> None:
+        """Forget everything; the flight begins anew."""
+
+
+@runtime_checkable
+class SlowConsumer(Consumer, Protocol):
+    """A consumer that works on what it saw for longer than a step takes."""
+
+    def busy(self, time: float) -> bool:
+        """Return whether that is to be done before samples up to a flight time (s) come.
+
+        Where samples come as they happen nobody waits: then the rest is done at once when it is
+        due. Where they come from the past it is given time instead, so that no step takes long.
+        """
+
+
+class GridSegments:
+    """Where on the grid samples lie, as stretches without a long pause inside.
+
+    Parameters
+    ----------
+    rate : float
+        Of the grid, Hz.
+    """
+
+    def __init__(self, rate: float) -> None:
+        self._rate = rate
+        self._pause = round(_LONGEST_PAUSE * rate)
+        self._firsts: list[int] = []
+        self._lasts: list[int] = []
+
+    def add(self, block: Block) -> None:
+        """Add the samples of a block, which follow one another."""
+        if not len(block):
+            return
+        first, last = (round(float(block.times[end]) * self._rate) for end in (0, -1))
+        place = bisect.bisect_right(self._firsts, first)
+        # The one before may reach up to here.
+        if place > 0 and first - self._lasts[place - 1] <= self._pause:
+            place -= 1
+            first = self._firsts.pop(place)
+            last = max(last, self._lasts.pop(place))
+        while place < len(self._firsts) and self._firsts[place] - last <= self._pause:
+            last = max(last, self._lasts[place])
+            del self._firsts[place], self._lasts[place]
+        self._firsts.insert(place, first)
+        self._lasts.insert(place, last)
+
+    @property
+    def first(self) -> int | None:
+        """Return the first sample of all."""
+        return self._firsts[0] if self._firsts else None
+
+    @property
+    def last(self) -> int | None:
+        """Return the last sample of all."""
+        return self._lasts[-1] if self._lasts else None
+
+    def at_or_after(self, index: int) -> tuple[int, int] | None:
+        """Return the stretch that holds a place, from there on, or else the next one."""
+        place = bisect.bisect_right(self._firsts, index)
+        if place > 0 and self._lasts[place - 1] >= index:
+            return index, self._lasts[place - 1]
+        if place < len(self._firsts):
+            return self._firsts[place], self._lasts[place]
+        return None
+
+
+class ConsumerCursor:
+    """One consumer, and how far it has come.
+
+    Attributes
+    ----------
+    consumer : Consumer
+    next : int
+        The next place on the grid that is to be given to it.
+    """
+
+    def __init__(self, consumer: Consumer, first: int) -> None:
+        self.consumer = consumer
+        self.next = first
+        self._busy = consumer if isinstance(consumer, SlowConsumer) else None
+        self._seconds_a_row = 0.0  # of its work, smoothed
+
+    def restart(self, first: int) -> None:
+        """Begin anew."""
+        self.consumer.reset()
+        self.next = first
+
+    def waits(self, time: float) -> bool:
+        """Give it a slice if it is to finish something before a flight time, s."""
+        if self._busy is None or not self._busy.busy(time):
+            return False
+        self._busy.settle()
+        return True
+
+    def rows_for(self, seconds: float, steps: tuple[int, int]) -> int:
+        """Return how many rows it can be given in a time, between the shortest and longest step."""
+        if not math.isfinite(seconds) or self._seconds_a_row <= 0.0:
+            return steps[1]
+        return min(max(int(seconds / self._seconds_a_row), steps[0]), steps[1])
+
+    def take(self, block: Block, seconds: Callable[[], float]) -> None:
+        """Give it rows that follow one another, and learn how long it takes."""
+        began = seconds()
+        self.consumer.feed(block)
+        self.consumer.settle()
+        each = (seconds() - began) / len(block)
+        self._seconds_a_row += 0.3 * (each - self._seconds_a_row)
+
+
+class ConsumerScheduler:
+    """Gives consumers what lies in a history, each from where it is.
+
+    Parameters
+    ----------
+    history : SampleHistory
+        What they are given.
+    stretches : GridSegments
+        Where its samples lie.
+    consumers : sequence of Consumer
+        The first comes first.
+    clock : callable
+        Seconds of a clock that never goes back.
+    """
+
+    def __init__(
+        self,
+        history: SampleHistory,
+        stretches: GridSegments,
+        consumers: Sequence[Consumer],
+        clock: Callable[[], float],
+    ) -> None:
+        self._history = history
+        self._stretches = stretches
+        self._clock = clock
+        self._steps = (
+            min(max(round(_SHORTEST_STEP * history.rate), 1), _MOST_ROWS),
+            min(max(round(_STEP * history.rate), 1), _MOST_ROWS),
+        )
+        self._rows: tuple[int, int, Block] | None = None
+        self.followers = [ConsumerCursor(consumer, 0) for consumer in consumers]
+
+    def restart(self, first: int) -> None:
+        """Let all begin anew, at a place of the grid."""
+        for follower in self.followers:
+            follower.restart(first)
+
+    def serve(
+        self,
+        target: int,
+        deadline: float,
+        *,
+        abreast: bool = False,
+        reach: Callable[[int], None] = lambda _: None,
+    ) -> bool:
+        """Give what lies up to a place, until a deadline: one step each, at least.
+
+        Parameters
+        ----------
+        target : int
+            The last place of the grid that counts.
+        deadline : float
+            Of the clock, s.
+        abreast : bool
+            Whether the one that is behind goes first; else the first in line has all that it
+            wants before the next.
+        reach : callable
+            Called with the last place of each step before it is given.
+
+        Returns
+        -------
+        bool
+            Whether nothing is left to be given.
+        """
+        self._rows = None
+        served: set[int] = set()
+        while True:
+            late = self._clock() >= deadline
+            wanting = [
+                (number, follower, found)
+                for number, follower in enumerate(self.followers)
+                if not (late and number in served)
+                and (found := self._stretches.at_or_after(follower.next)) is not None
+                and found[0] <= target
+            ]
+            if not wanting:
+                return not late or self.all_at(target)
+            number, follower, (first, end) = (
+                min(wanting, key=lambda one: one[1].next) if abreast else wanting[0]
+            )
+            served.add(number)
+            rows = follower.rows_for(deadline - self._clock(), self._steps)
+            last = min(end, target, first + rows - 1)
+            if follower.waits(last / self._history.rate):
+                continue
+            reach(last)
+            follower.take(self._between(first, last), self._clock)
+            follower.next = last + 1
+
+    def all_at(self, place: int) -> bool:
+        """Return whether everybody was given everything up to a place."""
+        return all(self.is_at(follower, place) for follower in self.followers)
+
+    def is_at(self, follower: ConsumerCursor, place: int) -> bool:
+        """Return whether one was given everything up to a place."""
+        found = self._stretches.at_or_after(follower.next)
+        return found is None or found[0] > place
+
+    def share(self, consumer: Consumer, place: int) -> float:
+        """Return how much of the way to a place a consumer has come, 0 to 1."""
+        first = self._stretches.first
+        (follower,) = (one for one in self.followers if one.consumer is consumer)
+        near = place - round(_AT_ONCE * self._history.rate)
+        if first is None or near <= first or self.is_at(follower, near):
+            return 1.0
+        return max(follower.next - first, 0) / (place - first)
+
+    def _between(self, first: int, last: int) -> Block:
+        """Return rows; several followers in a row ask for the same."""
+        if self._rows is None or self._rows[:2] != (first, last):
+            self._rows = (first, last, self._history.rows(first, last + 1))
+        return self._rows[2]

@@ -1,0 +1,250 @@
+"""The cues of a flight being watched: fed with its samples, raised as alarms, kept as events."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from gsapp.excitation.alerts.alert import Alert, AlertLevel
+from gsapp.excitation.announcer import Announcement
+from gsapp.excitation.cues import CueEvent, CueSnapshot
+from gsapp.flight.events import Event
+from gsapp.foundation import FlightError
+from gsapp.quantities import Block, channel
+from gsapp.session.alarms import AlarmRegistry
+from gsapp.session.failure_guard import FailureGuard
+from gsapp.session.limits import Severity
+from gsapp.session.marks import MarkStore
+
+if TYPE_CHECKING:
+    from gsapp.excitation.cueing import CueGenerator
+
+VERDICT_EVENT: Final = "verdict"
+CARD_SELECTION_EVENT: Final = "card-choice"
+"""Kinds of events in the flight's file."""
+
+_SAME_INPUT: Final = 0.5
+"""Verdicts on inputs begun within so many seconds are the same, whichever window gave them."""
+
+_SEVERITY: Final = {"caution": Severity.CAUTION, "warning": Severity.WARNING}
+_EQUIPMENT: Final = {
+    "link": "telemetry lost",
+    "recorder": "recorder trouble",
+    "disk": "disk nearly full",
+}
+"""Alarms of the equipment that stand beside the dangers of flight, and how they are said."""
+
+
+class CueMonitor:
+    """Carries a session's samples to its cues, and what they say to the bar and the record.
+
+    Dangers become alarms, so that the bar shows them, and trouble with the equipment stands among
+    the dangers. Verdicts and the crew's choice of a card are written to the flight's events while
+    it happens, once for all windows: the record then holds what the crew was told. A replay finds
+    the verdicts in the samples again and writes nothing.
+
+    Parameters
+    ----------
+    cueing : CueGenerator
+    board : AlarmRegistry
+        Where alarms go.
+    book : MarkStore
+        The events file.
+    read : callable
+        Takes in what all windows wrote to `book`.
+    live : bool
+        Whether the flight is happening.
+
+    Attributes
+    ----------
+    spoken : list of Announcement
+        All that is to be heard so far; `reset` alone takes something away.
+    """
+
+    def __init__(
+        self,
+        cueing: CueGenerator,
+        board: AlarmRegistry,
+        book: MarkStore,
+        read: Callable[[], None],
+        *,
+        live: bool,
+    ) -> None:
+        self.cueing = cueing
+        self.spoken: list[Announcement] = []
+        # A fault in a cue must stop neither charts nor alarms.
+        self._guard = FailureGuard(
+            "cues",
+            "there are no cues any more",
+            Severity.CAUTION,
+            board,
+            lambda: cueing.snapshot().time,
+        )
+        self._board = board
+        self._book = book
+        self._read_events = read
+        self._live = live
+        self._chosen: set[tuple[float, str]] = set()
+        self._troubles: tuple[Alert, ...] = ()
+        self._followed = self._heard = 0
+
+    # --- the consumer of a feed -----------------------------------------------------------------
+
+    def feed(self, block: Block) -> None:
+        """Take in the next samples of some channels."""
+        self._guard.attempt(lambda: self.cueing.feed(block))
+
+    def settle(self) -> None:
+        """Judge what is complete, after all blocks of a step."""
+        self._guard.attempt(lambda: self._take_up(self.cueing.settle))
+
+    def busy(self, time: float) -> bool:
+        """Return whether work is under way that must be done before a flight time, s."""
+        return bool(self._guard.attempt(lambda: self.cueing.busy(time)))
+
+    def finish(self) -> None:
+        """Judge the very last rows: nothing more comes."""
+        self._guard.attempt(lambda: self._take_up(self.cueing.finish))
+
+    def reset(self) -> None:
+        """Begin anew, as before the first sample."""
+        self._guard.reset()
+        self.cueing.reset()
+        self.spoken.clear()
+        self._followed = self._heard = 0
+
+    # --- what it tells --------------------------------------------------------------------------
+
+    def snapshot(self, uncalibrated: Sequence[str] = (), beyond: Sequence[str] = ()) -> CueSnapshot:
+        """Return what is to be told now.
+
+        Parameters
+        ----------
+        uncalibrated : sequence of str
+            Channels whose instruments give volts only.
+        beyond : sequence of str
+            Channels that read beyond what their instruments were calibrated for.
+        """
+        cues = self.cueing.snapshot()
+        failure = self._guard.failure
+        if failure:
+            cues = replace(cues, trim=None, under_way=None, guidance="")
+        doubts = [failure] if failure else []
+        if uncalibrated:
+            doubts.append(f"not calibrated, so not judged by: {_titles(uncalibrated)}")
+        if beyond:
+            doubts.append(f"beyond calibration, so less certain: {_titles(beyond)}")
+        dangers = sorted((*cues.dangers, *self._troubles), key=lambda one: -one.urgency)
+        return replace(cues, dangers=tuple(dangers), missing=(*doubts, *cues.missing))
+
+    def look_at_equipment(self) -> None:
+        """Take note of trouble with link, recorder and disk, and say what is new."""
+        known = {trouble.key for trouble in self._troubles}
+        self._troubles = tuple(
+            trouble for key in _EQUIPMENT if (trouble := self._trouble(key)) is not None
+        )
+        cues = self.cueing.snapshot()
+        for trouble in self._troubles:
+            if trouble.key not in known:
+                warning = trouble.urgency is AlertLevel.WARNING
+                words = "" if cues.under_way is not None else trouble.spoken
+                self.spoken.append(
+                    Announcement(
+                        time=trouble.since if cues.time is None else cues.time,
+                        words=words,
+                        priority="warning" if warning else "prompt",
+                        tone="warning" if warning else "caution",
+                    )
+                )
+
+    def _trouble(self, key: str) -> Alert | None:
+        alarm = self._board.get(key)
+        if alarm is None or not alarm.active:
+            return None
+        warning = alarm.current is Severity.WARNING
+        return Alert(
+            key=key,
+            urgency=AlertLevel.WARNING if warning else AlertLevel.CAUTION,
+            since=alarm.time or 0.0,
+            words=alarm.words,
+            spoken=_EQUIPMENT[key],
+        )
+
+    # --- what the crew does ---------------------------------------------------------------------
+
+    def choose(self, card_id: str) -> None:
+        """Let the crew's choice count from now on, and keep it with a live flight.
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such card.
+        FlightError
+            If the event cannot be written; the choice counts in this window.
+        """
+        time = self.cueing.choose(card_id)
+        self._chosen.add((time, card_id))
+        if self._live:
+            words = f"the crew flies card {card_id}" if card_id else "the program picks the card"
+            self._book.write(
+                Event(kind=CARD_SELECTION_EVENT, text=words, time=time, data={"card": card_id})
+            )
+
+    def take_in(self, event: Event) -> None:
+        """Take in a choice that this or another window wrote."""
+        card_id, time = event.data.get("card"), event.time
+        if event.kind != CARD_SELECTION_EVENT or not isinstance(card_id, str) or time is None:
+            return
+        cards = self.cueing.cards
+        known = not card_id or (cards is not None and cards.card(card_id) is not None)
+        if known and (time, card_id) not in self._chosen:
+            self._chosen.add((time, card_id))
+            self.cueing.choose(card_id, at=time)
+
+    # --- what becomes of it ---------------------------------------------------------------------
+
+    def _take_up(self, step: Callable[[], None]) -> None:
+        """Do a step of the cues, and take up what they said in it."""
+        step()
+        events, spoken = self.cueing.log, self.cueing.spoken
+        fresh, self._followed = events[self._followed :], len(events)
+        self.spoken += spoken[self._heard :]
+        self._heard = len(spoken)
+        for event in fresh:
+            if event.kind == "danger":
+                self._alarm(event)
+            elif event.kind == "verdict" and self._live:
+                self._write(event)
+
+    def _alarm(self, event: CueEvent) -> None:
+        key = f"danger:{event.data['key']}"
+        if event.state == "over":
+            self._board.clear(key, event.time)
+        else:
+            words = str(event.data["sentence"])
+            self._board.raise_(key, _SEVERITY[event.state], event.time, words)
+
+    def _write(self, event: CueEvent) -> None:
+        """Write a verdict that no window wrote before."""
+        try:
+            self._read_events()
+        except FlightError:
+            return  # as for a disk that refuses, below
+        began = float(event.data["t_input"])
+        for other in self._book.others:
+            known = other.data.get("t_input")
+            same = isinstance(known, (int, float)) and abs(known - began) < _SAME_INPUT
+            if other.kind == VERDICT_EVENT and same:
+                return
+        data = {**event.data, "result": event.state}
+        try:
+            self._book.write(
+                Event(kind=VERDICT_EVENT, text=event.words, time=event.time, data=data)
+            )
+        except FlightError:
+            return  # a full disk: its own alarm says so, and the verdict stands on the page
+
+
+def _titles(channels: Sequence[str]) -> str:
+    return ", ".join(channel(name).title for name in channels)

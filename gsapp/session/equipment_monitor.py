@@ -1,0 +1,576 @@
+"""Link, recorder and disk of a live flight: what the bar says of them, and their alarms."""
+
+from __future__ import annotations
+
+import shutil
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from gsapp.decoding.health import LinkHealth, LinkReport
+from gsapp.session.alarms import AlarmRegistry
+from gsapp.session.limits import Severity
+from gsapp.telemetry.link_diagnosis import diagnose_link
+from gsapp.telemetry.recorder_control import RecorderHandle, find_recorder, read_last_status
+from gsapp.telemetry.recorder_status import RecorderStatus
+
+_LOOK = 0.5
+"""Seconds between looks at the recorder's state, which it writes as often."""
+
+_HANGS = 5.0
+_SILENT = 3.0
+_NO_DATA = 5.0
+"""Seconds without a sign of the aircraft after which the crew is told what is wrong."""
+_LOSS_SPAN = 10.0
+_NOT_HEARD_YET = ("no data", "no aircraft")
+_MUCH_LOSS = 0.1
+_FEW_FRAMES = 50
+_LITTLE_TIME, _LITTLE_ROOM = 1800.0, 500e6
+_NO_TIME, _NO_ROOM = 600.0, 50e6
+STUCK_DISK_TEXT = "the disk does not respond: what is recorded is not shown until it does"
+_SET_BACK_US = 1_000_000
+"""By how much the computer's clock must be set back for the crew to be told."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinkSummary:
+    """The link as the bar shows it.
+
+    Attributes
+    ----------
+    words : str
+        ``ok``, ``waiting``, ``no data``, ``no aircraft``, ``silent``, ``unreadable``, ``lost``,
+        ``ended`` ...
+    severity : Severity
+        Whether that is as it should be.
+    system : int or None
+        The flown system; None before it is known, and for lines of text.
+    rate : float
+        Messages of the flown aircraft per second.
+    age : float or None
+        Seconds since the last of them; None before the first, where it cannot be read, and in a
+        replay.
+    loss : float
+        Share of its frames lost in the last seconds (in a replay: in all), 0 to 1.
+    problem : str
+        Why no aircraft is heard and what to try, in sentences; empty where one is.
+    good, damaged, unknown, lost : int
+        Frames since the beginning.
+    remarks : tuple of str
+        What else the crew should know, in words.
+    """
+
+    words: str
+    severity: Severity = Severity.NORMAL
+    system: int | None = None
+    problem: str = ""
+    rate: float = 0.0
+    age: float | None = None
+    loss: float = 0.0
+    good: int = 0
+    damaged: int = 0
+    unknown: int = 0
+    lost: int = 0
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecorderSummary:
+    """The recorder as the bar shows it.
+
+    Attributes
+    ----------
+    words : str
+        ``recording``, ``stopped``, ``dead`` ...
+    severity : Severity
+        Whether that is as it should be.
+    pid : int or None
+        Its process, if one runs.
+    link : str
+        What it records.
+    source_state : str
+        How the link fares, in its words.
+    received_bytes : int
+        Since its start.
+    byte_rate : float
+        Bytes per second.
+    growing : bool
+        Whether what was written grew since the look before.
+    remarks : tuple of str
+        What was found in the folder at its start, and what is wrong.
+    """
+
+    words: str
+    severity: Severity = Severity.NORMAL
+    pid: int | None = None
+    link: str = ""
+    source_state: str = ""
+    received_bytes: int = 0
+    byte_rate: float = 0.0
+    growing: bool = False
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DiskSummary:
+    """The room for recording.
+
+    Attributes
+    ----------
+    free_bytes : int or None
+        On the disk of the flight.
+    seconds_left : float or None
+        For how long it lasts at the present rate; None while nothing comes.
+    severity : Severity
+        Whether that is enough.
+    """
+
+    free_bytes: int | None = None
+    seconds_left: float | None = None
+    severity: Severity = Severity.NORMAL
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecorderObservation:
+    """What the disk tells of a recorder.
+
+    Attributes
+    ----------
+    handle : RecorderHandle or None
+        The recorder that runs.
+    status : RecorderStatus or None
+        What it told of itself at the latest.
+    sees_folder : bool
+        Whether the flight folder is where it was.
+    free_bytes : int or None
+        On the disk of the flight, where the recorder does not say so.
+    """
+
+    handle: RecorderHandle | None = None
+    status: RecorderStatus | None = None
+    sees_folder: bool = True
+    free_bytes: int | None = None
+
+
+class RecorderProbe:
+    """Reads from the disk how the recorder of a flight folder fares.
+
+    Parameters
+    ----------
+    folder : Path
+        The flight folder.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = self._recorded_in = folder.absolute()
+        self._status: RecorderStatus | None = None
+
+    def read(self) -> RecorderObservation:
+        """Return what there is now."""
+        handle = find_recorder(self._folder)
+        status = handle.status() if handle is not None else None
+        # Where nothing can be read any more, what was there last must not pass for nothing.
+        if handle is not None:
+            self._recorded_in = handle.folder
+        self._status = status or read_last_status(self._recorded_in) or self._status
+        free = None if handle is None or self._status is None else self._status.disk_free_bytes
+        if free is None:
+            with suppress(OSError):
+                free = shutil.disk_usage(self._folder).free
+        return RecorderObservation(
+            handle=handle,
+            status=self._status,
+            sees_folder=handle is None or handle.sees_folder(),
+            free_bytes=free,
+        )
+
+
+class EquipmentMonitor:
+    """Looks after the equipment of a live flight, and raises its alarms.
+
+    Parameters
+    ----------
+    folder : Path
+        The flight folder.
+    board : AlarmRegistry
+        Where alarms go.
+    clock : callable
+        Seconds that never go back.
+    wall_us : callable
+        Host time, microseconds since 1970.
+    facts : callable, optional
+        Returns what the disk tells of the recorder; by default that is read with every look.
+
+    Attributes
+    ----------
+    link, recorder, disk
+        What to show.
+    landed : bool
+        Whether the aircraft has landed: it may be switched off, and silence is no alarm.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        board: AlarmRegistry,
+        clock: Callable[[], float],
+        wall_us: Callable[[], int],
+        facts: Callable[[], RecorderObservation] | None = None,
+    ) -> None:
+        self._folder = folder.absolute()
+        self._read_facts = facts or RecorderProbe(folder).read
+        self._facts = RecorderObservation()
+        self._board = board
+        self._clock = clock
+        self._wall_us = wall_us
+        self._next_look = -1.0
+        self._written: int | None = None
+        self._updated_us: int | None = None
+        self._spoke = 0.0  # by the clock that never goes back
+        self._told_ahead_us = 0
+        self._told_moved = ""
+        self._recent: deque[tuple[float, int, int]] = deque()
+        self.landed = False
+        self.link = LinkSummary(words="waiting")
+        self.recorder = RecorderSummary(words="none")
+        self.disk = DiskSummary()
+
+    @property
+    def handle(self) -> RecorderHandle | None:
+        """Return the recorder that runs, for stopping it."""
+        return self._facts.handle
+
+    @property
+    def _status(self) -> RecorderStatus | None:
+        return self._facts.status
+
+    @property
+    def ended(self) -> bool:
+        """Return whether the record is complete: its recorder was told to stop, and did."""
+        return self.handle is None and self._status is not None and self._status.state == "stopped"
+
+    @property
+    def moved_to(self) -> Path | None:
+        """Return the folder in which the record continues once this one is gone; else None."""
+        handle = self.handle
+        return None if handle is None or handle.folder == self._folder else handle.folder
+
+    def host_us(self) -> int:
+        """Return the present time as the recorder stamps it, microseconds since 1970.
+
+        Where the computer's clock was set back, its stamps went on; ages count from here.
+        """
+        return self._wall_us() + (0 if self._status is None else self._status.ahead_us)
+
+    def look(
+        self,
+        health: LinkHealth | None,
+        now: float | None,
+        *,
+        caught_up: bool = True,
+        unread: bool = False,
+        stuck: bool = False,
+    ) -> bool:
+        """Look at everything, if it is time; return whether it was.
+
+        Parameters
+        ----------
+        health : LinkHealth or None
+            Counts of the link.
+        now : float or None
+            Flight time, for alarms, s.
+        caught_up : bool
+            Whether everything recorded was counted in `health`. While an older part of the record
+            is being read its age says nothing of the link.
+        unread : bool
+            Whether the record cannot be read. What the recorder says of the link counts then.
+        stuck : bool
+            Whether the disk does not respond: nothing is known of link and recorder.
+        """
+        time = self._clock()
+        if time < self._next_look:
+            return False
+        self._next_look = time + _LOOK
+        self._facts = self._read_facts()
+        if stuck:
+            self._note_stuck_disk(now)
+            return True
+        self._hear(self._status, time)
+        self._look_at_clock(now)
+        self._check_folder(now)
+        self.recorder = self._look_at_recorder(now, time)
+        self.disk = self._look_at_disk(now)
+        if unread:
+            self.link = self._look_at_unread_link(now)
+        elif caught_up or self.handle is None:
+            self.link = self._look_at_link(health, time, now)
+        else:
+            self.link = replace(self.link, words="catching up", age=None)
+        return True
+
+    def _note_stuck_disk(self, now: float | None) -> None:
+        self._say("disk", Severity.WARNING, now, STUCK_DISK_TEXT, self.disk.severity)
+        self.disk = replace(self.disk, severity=Severity.WARNING)
+        # An alarm of the link stays until it is known to be well again.
+        self.link = replace(self.link, words="not read", age=None)
+
+    def _hear(self, status: RecorderStatus | None, time: float) -> None:
+        """Note when the recorder last spoke.
+
+        How old its first word is only the computer's clock can tell. From then on the clock
+        counts that nobody sets.
+        """
+        if status is None or status.updated_us == self._updated_us:
+            return
+        first = self._updated_us is None
+        old = max(self.host_us() - status.updated_us, 0) / 1e6 if first else 0.0
+        self._updated_us, self._spoke = status.updated_us, time - old
+
+    def _look_at_clock(self, now: float | None) -> None:
+        """Tell once of every time that the computer's clock was set back."""
+        ahead = 0 if self._status is None else self._status.ahead_us
+        if ahead - self._told_ahead_us >= _SET_BACK_US:
+            self._told_ahead_us = ahead
+            self._board.raise_("clock", Severity.CAUTION, now, _clock_set_back_text(ahead))
+        else:
+            # It happened and is over: the alarm stays until somebody has seen it.
+            self._told_ahead_us = min(self._told_ahead_us, ahead)
+            self._board.clear("clock", now)
+
+    def _check_folder(self, now: float | None) -> None:
+        """Tell once that the record continues in another folder; until somebody has seen it."""
+        former = "" if self._status is None else self._status.moved_from
+        if former != self._told_moved:
+            self._told_moved = former
+            here = Path(self._status.folder).name if self._status is not None else ""
+            words = (
+                f"flight folder {Path(former).name} was removed, renamed or made read-only: "
+                f"recording continues in {here}"
+            )
+            self._board.raise_("folder", Severity.WARNING, now, words)
+        else:
+            self._board.clear("folder", now)
+
+    def _say(
+        self, key: str, severity: Severity, now: float | None, words: str, former: Severity
+    ) -> None:
+        if severity is not Severity.NORMAL:
+            self._board.raise_(key, severity, now, words)
+        elif former is not Severity.NORMAL:
+            self._board.clear(key, now)
+
+    def _look_at_recorder(self, now: float | None, time: float) -> RecorderSummary:
+        former = self.recorder
+        status = self._status
+        words, severity, sentence = self._state_of_recorder(time)
+        self._say("recorder", severity, now, sentence, former.severity)
+        if status is None:
+            return RecorderSummary(words=words, severity=severity)
+        running = self.handle is not None
+        growing = self._written is not None and status.received_bytes > self._written
+        self._written = status.received_bytes
+        ahead = (_clock_set_back_text(status.ahead_us),) if status.ahead_us >= _SET_BACK_US else ()
+        wrong = (sentence,) if sentence else ()
+        return RecorderSummary(
+            words=words,
+            severity=severity,
+            pid=status.pid if running else None,
+            link=status.link,
+            source_state=status.source_state if running else "",
+            received_bytes=status.received_bytes,
+            byte_rate=status.byte_rate if running else 0.0,
+            growing=running and growing,
+            remarks=(*wrong, *ahead, *status.warnings, *status.notes),
+        )
+
+    def _state_of_recorder(self, time: float) -> tuple[str, Severity, str]:
+        """Return the state in one word, whether it is well, and the sentence of the alarm."""
+        status = self._status
+        if self.handle is None:
+            if status is None:
+                return "none", Severity.NORMAL, ""
+            if status.state == "stopped":
+                return "stopped", Severity.NORMAL, ""
+            return (
+                "dead",
+                Severity.WARNING,
+                "the recorder has died: nothing is recorded; start it again, it goes on in this "
+                "flight",
+            )
+        if not self._facts.sees_folder:
+            return (
+                "without folder",
+                Severity.WARNING,
+                (status.error if status is not None else "")
+                or "flight folder not found: the recorder is moving to a new one beside it",
+            )
+        if status is None:
+            return "starting", Severity.NORMAL, ""
+        if time - self._spoke > _HANGS:
+            return (
+                "hangs",
+                Severity.WARNING,
+                "the recorder has not spoken for more than 5 s: the computer is overloaded or "
+                "its disk hangs",
+            )
+        if status.error:
+            words = "on failing disk" if status.unconfirmed else "not writing"
+            return words, Severity.WARNING, status.error
+        return status.state, Severity.NORMAL, ""
+
+    def _look_at_disk(self, now: float | None) -> DiskSummary:
+        former = self.disk
+        status = self._status if self.handle is not None else None
+        if status is not None and status.disk_free_bytes is not None:
+            free: int | None = status.disk_free_bytes
+            left = status.seconds_until_full
+        else:
+            free, left = self._facts.free_bytes, None
+        severity = Severity.NORMAL
+        lasts = float("inf") if left is None else left
+        if free is not None and self.handle is not None:
+            if free < _NO_ROOM or lasts < _NO_TIME:
+                severity = Severity.WARNING
+            elif free < _LITTLE_ROOM or lasts < _LITTLE_TIME:
+                severity = Severity.CAUTION
+        minutes = f", enough for {left / 60.0:.0f} min" if left is not None else ""
+        sentence = f"the disk has {(free or 0) / 1e6:.0f} MB left{minutes}: make room"
+        self._say("disk", severity, now, sentence, former.severity)
+        return DiskSummary(free_bytes=free, seconds_left=left, severity=severity)
+
+    def _look_at_link(
+        self, health: LinkHealth | None, time: float, now: float | None
+    ) -> LinkSummary:
+        former = self.link
+        report = None if health is None else health.report(self.host_us())
+        loss = self._recent_loss(report, time)
+        age = None if report is None else report.age
+        unreadable = "" if report is None else report.unreadable
+        arrived = None if health is None else health.last_stamp
+        if arrived is None or self.host_us() - arrived > _SILENT * 1e6:
+            unreadable = ""
+        words, severity, sentence = self._state_of_link(report, age, loss, unreadable)
+        if self.landed:
+            severity, sentence = Severity.NORMAL, ""
+        if words == "unreadable":
+            age = None
+        self._say("link", severity, now, sentence, former.severity)
+        if former.words in _NOT_HEARD_YET and words == "ok":
+            # Whoever waited for the aircraft need not confirm that it came.
+            self._board.dismiss("link")
+        remarks = () if report is None else report.sentences
+        others = [said for said in remarks if said != unreadable]
+        if others and self.handle is not None:
+            self._board.raise_("aircraft", Severity.CAUTION, now, " ".join(others))
+        else:
+            self._board.clear("aircraft", now)
+        view = build_link_summary(report, words=words, severity=severity, loss=loss, age=age)
+        return replace(view, problem=sentence if age is None else "")
+
+    def _look_at_unread_link(self, now: float | None) -> LinkSummary:
+        former = self.link
+        heard = None if self._status is None else self._status.last_data_us
+        age = None if heard is None else max(self.host_us() - heard, 0) / 1e6
+        words, severity, sentence = self._state_of_link(None, age, 0.0, "")
+        if self.landed:
+            severity, sentence = Severity.NORMAL, ""
+        self._say("link", severity, now, sentence, former.severity)
+        return LinkSummary(words="not read" if words == "ok" else words, severity=severity)
+
+    def _state_of_link(
+        self, report: LinkReport | None, age: float | None, loss: float, unreadable: str
+    ) -> tuple[str, Severity, str]:
+        status = self._status
+        if self.handle is None or status is None:
+            return ("ended" if self.ended else "none"), Severity.NORMAL, ""
+        if not status.connected:
+            state = status.source_state or "the port cannot be opened"
+            return "lost", Severity.WARNING, f"link lost: {state}"
+        if unreadable:
+            found = diagnose_link(status)
+            known = found is not None and found.problem in ("unreadable", "text", "mavlink")
+            return "unreadable", Severity.WARNING, str(found) if known else unreadable
+        if age is None:
+            return self._waiting(status, report)
+        if age > _SILENT:
+            return "silent", Severity.WARNING, _silence_text(report)
+        if loss > _MUCH_LOSS:
+            return (
+                "weak",
+                Severity.CAUTION,
+                "the link is weak: more than a tenth of the frames are lost",
+            )
+        return "ok", Severity.NORMAL, ""
+
+    def _waiting(
+        self, status: RecorderStatus, report: LinkReport | None
+    ) -> tuple[str, Severity, str]:
+        """Return how a link stands over which the aircraft has not been heard yet."""
+        waited = (status.updated_us - status.started_us) / 1e6
+        problem = self._problem(status, report) if waited >= _NO_DATA else ""
+        if not problem:
+            return "waiting", Severity.NORMAL, ""
+        words = _NOT_HEARD_YET[status.received_bytes > 0]
+        return words, Severity.CAUTION, problem
+
+    @staticmethod
+    def _problem(status: RecorderStatus, report: LinkReport | None) -> str:
+        """Return why no aircraft is heard and what to try, in sentences."""
+        others = () if report is None else map(str, report.senders)
+        found = diagnose_link(status, others=others)
+        return "" if found is None else str(found)
+
+    def _recent_loss(self, report: LinkReport | None, time: float) -> float:
+        """Return the share of frames lost over the last seconds."""
+        if report is None:
+            return 0.0
+        recent, flown = self._recent, report.flown
+        recent.append((time, *((flown.arrived, flown.lost) if flown is not None else (0, 0))))
+        while len(recent) > 2 and recent[1][0] <= time - _LOSS_SPAN:
+            recent.popleft()
+        came = recent[-1][1] - recent[0][1]
+        lost = max(recent[-1][2] - recent[0][2], 0)
+        return lost / (came + lost) if came + lost >= _FEW_FRAMES else 0.0
+
+
+def _silence_text(report: LinkReport | None) -> str:
+    system = None if report is None else report.system
+    name = "aircraft" if system is None else f"aircraft (system {system})"
+    return f"{name} silent: no data for more than {_SILENT:.0f} s"
+
+
+def _clock_set_back_text(ahead_us: int) -> str:
+    seconds = ahead_us / 1e6
+    much = f"{seconds:.0f} s" if seconds < 120.0 else f"{seconds / 60.0:.0f} min"
+    return (
+        f"the computer's clock was set back: it is {much} behind the record, which goes on without "
+        "a step; check the date and time"
+    )
+
+
+def build_link_summary(
+    report: LinkReport | None,
+    *,
+    words: str,
+    severity: Severity = Severity.NORMAL,
+    loss: float | None = None,
+    age: float | None = None,
+) -> LinkSummary:
+    """Return what to show of a report; without `loss` that since the beginning."""
+    if report is None:
+        return LinkSummary(words=words, severity=severity)
+    return LinkSummary(
+        words=words,
+        severity=severity,
+        system=report.system,
+        rate=report.rate,
+        age=age,
+        loss=report.loss if loss is None else loss,
+        good=report.good,
+        damaged=report.damaged,
+        unknown=report.unknown,
+        lost=report.lost,
+        remarks=report.sentences,
+    )

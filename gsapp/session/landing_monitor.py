@@ -1,0 +1,167 @@
+"""Recognizing that a flight has landed, from speed, height, motion and the autopilot's report."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.excitation.flight_rows import FlightRows, FlightRowStream
+from gsapp.flight.maneuvers.airborne_detection import FRAME_DURATION, AirborneDetector, flying_speed
+from gsapp.flight.maneuvers.signals import SIGNAL_COLUMNS, SIGNALS
+from gsapp.quantities import Block, FloatArray
+from gsapp.quantities.constants import DEGREE
+
+_READ: Final = (*SIGNALS, "ground_speed")
+
+_FLYING_SPEED: Final = 12.0
+"""Airspeed below which no aircraft of this kind flies, m/s, where no aircraft file tells."""
+_SLOW: Final = 0.5
+"""Of the flying speed: a stall or a strong wind does not bring it below that for long."""
+_QUIET: Final = 4.0 * DEGREE
+"""Greatest mean pitch or roll rate of an aircraft on its wheels, rad/s."""
+_LEVEL: Final = 4.0
+"""Most that the altitude of a standing aircraft wanders, m."""
+_LOW: Final = 20.0
+"""Greatest height above the place of take-off, m, where no ground speed tells."""
+_FLOWN_FRAMES: Final = 10
+_STANDING_FRAMES: Final = 6
+_REPORTED_FRAMES: Final = 2
+"""Slow frames for which the autopilot must report ground, or have disarmed."""
+_STANDING_FRAMES_ALONE: Final = 40
+"""Frames where neither height nor ground speed confirms an airspeed that a fault can zero."""
+
+
+class LandingMonitor:
+    """Follows one flight, and tells since when the aircraft stands on the ground after it.
+
+    Slow, still and level for three seconds, after five seconds of flight. A low pass and a touch
+    and go are too fast, a stall is too short, and a blocked pitot is contradicted by height or
+    ground speed. Where the autopilot reports ground, or disarms after the flight, a second of being
+    slow is enough. A take-off begins another flight.
+
+    Parameters
+    ----------
+    aircraft : Aircraft or None
+        Tells how fast it must be to fly.
+    rate : float
+        Of the grid, Hz.
+    on_ground : callable
+        Whether the autopilot reports ground at a flight time (s); None where it reports nothing.
+
+    Attributes
+    ----------
+    landed_at : float or None
+        Flight time since which it stands, s; None before, and while it flies again.
+    """
+
+    def __init__(
+        self,
+        aircraft: Aircraft | None,
+        rate: float,
+        on_ground: Callable[[float], bool | None] = lambda _: None,
+    ) -> None:
+        self._aircraft = aircraft
+        self._on_ground = on_ground
+        self._speed = _FLYING_SPEED if aircraft is None else flying_speed(aircraft)
+        self._count = max(round(FRAME_DURATION * rate), 1)
+        self._stream = FlightRowStream(rate)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything; the flight begins anew."""
+        self._watch = None if self._aircraft is None else AirborneDetector(self._aircraft)
+        self._stream.restart()
+        self._rows: list[FlightRows] = []
+        self._left = np.empty((0, len(_READ) + 1))  # of a frame that is not complete
+        self._flown = 0
+        self._ground = math.nan
+        self._altitudes: deque[float] = deque(maxlen=_STANDING_FRAMES)
+        self._standing = 0
+        self._since = 0.0
+        self.landed_at: float | None = None
+
+    def feed(self, block: Block) -> None:
+        """Take in the next samples of some channels."""
+        self._rows += self._stream.feed(block)
+
+    def settle(self) -> None:
+        """Go through the frames that are complete."""
+        self._rows += self._stream.complete()
+        rows = np.concatenate(
+            [self._left] + [np.column_stack([one.together(_READ), one.times]) for one in self._rows]
+        )
+        self._rows.clear()
+        whole = len(rows) // self._count * self._count
+        self._left = rows[whole:]
+        frames = rows[:whole].reshape(-1, self._count, rows.shape[1])
+        present = np.isfinite(frames).sum(axis=1)
+        sums = np.where(np.isfinite(frames), frames, 0.0).sum(axis=1)
+        means = sums / np.where(present > 0, present, np.nan)
+        for frame, mean in zip(frames, means[:, :-1], strict=True):
+            if np.isfinite(mean).any():  # else the link was silent
+                self._frame(float(frame[0, -1]), mean)
+
+    def _frame(self, time: float, means: FloatArray) -> None:
+        speed, altitude = (
+            float(means[SIGNAL_COLUMNS["V"]]),
+            float(means[SIGNAL_COLUMNS["altitude"]]),
+        )
+        over_ground = float(means[-1])
+        if self._watch is None:
+            flies = speed > self._speed or (math.isnan(speed) and over_ground > self._speed)
+        else:
+            self._watch.add(time, means[:-1])
+            flies = self._watch.airborne
+        # A vehicle without air data may seem to fly for ever; one that is fast has not landed.
+        reported = bool(self._on_ground(time)) and self._is_slow(speed, over_ground)
+        if flies and not reported:
+            self._flown += 1
+            self._standing = 0
+            self._altitudes.clear()
+            if self.landed_at is None or self._flown < _FLOWN_FRAMES:
+                return
+            self.landed_at = None  # another take-off
+            return
+        if math.isfinite(altitude):
+            self._altitudes.append(altitude)
+            if self._flown < _FLOWN_FRAMES and not speed > _SLOW * self._speed:
+                self._ground = altitude
+        if not reported and not self._stands(speed, over_ground, means):
+            self._standing = 0
+            return
+        if not self._standing:
+            self._since = time
+        self._standing += 1
+        patience = _REPORTED_FRAMES if reported else self._patience(altitude, over_ground)
+        if self._flown >= _FLOWN_FRAMES and self._standing >= patience:
+            self.landed_at = self._since
+            self._flown = 0
+
+    def _stands(self, speed: float, over_ground: float, means: FloatArray) -> bool:
+        """Return whether nothing of a frame contradicts an aircraft that stands."""
+        rates = np.abs(means[[SIGNAL_COLUMNS["p"], SIGNAL_COLUMNS["q"]]])
+        level = not self._altitudes or max(self._altitudes) - min(self._altitudes) < _LEVEL
+        altitude = float(means[SIGNAL_COLUMNS["altitude"]])
+        high = math.isnan(over_ground) and altitude - self._ground > _LOW
+        return (
+            self._is_slow(speed, over_ground)
+            and level
+            and not high
+            and not bool((rates > _QUIET).any())
+        )
+
+    def _is_slow(self, speed: float, over_ground: float) -> bool:
+        return not max(_or_zero(speed), _or_zero(over_ground)) > _SLOW * self._speed
+
+    def _patience(self, altitude: float, over_ground: float) -> int:
+        confirmed = math.isfinite(over_ground) or math.isfinite(altitude - self._ground)
+        return _STANDING_FRAMES if confirmed else _STANDING_FRAMES_ALONE
+
+
+def _or_zero(value: float) -> float:
+    return value if math.isfinite(value) else 0.0

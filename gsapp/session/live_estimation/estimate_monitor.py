@@ -1,0 +1,143 @@
+"""The derivatives of a flight being watched: FTR as it listens, and the fits of its maneuvers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from gsapp.aircraft import Aircraft
+from gsapp.dynamics.model import Model
+from gsapp.excitation.doublets.verdict import InputVerdict
+from gsapp.flight.flown_aircraft import apply_flight_info
+from gsapp.flight.info import FlightInfo
+from gsapp.foundation import FlightError
+from gsapp.identification.campaign import CampaignResult
+from gsapp.identification.ftr import FTR
+from gsapp.quantities import Block
+from gsapp.session.live_estimation.estimate_table import EstimateRow, build_estimate_rows
+from gsapp.session.live_estimation.fit_workers import FitWorker
+from gsapp.session.live_estimation.maneuver_cutter import ManeuverCutter
+from gsapp.session.live_estimation.maneuver_fits import FitUpdate, ManeuverFits
+from gsapp.session.sample_history import SampleHistory
+
+
+class EstimateMonitor:
+    """A consumer of a session's feed.
+
+    Parameters
+    ----------
+    aircraft : Aircraft
+    model : Model or None
+        Known before the flight.
+    history : SampleHistory
+        Where maneuvers are cut from.
+    info : callable
+        Returns the flight card; None without one.
+    name : str
+        Of the flight.
+    verdicts : callable
+        Returns the verdicts on all inputs so far.
+    workers : FitWorker
+        Where fits run.
+
+    Attributes
+    ----------
+    complaint : str
+        Why FTR does not listen, in words; empty if it does.
+    """
+
+    def __init__(
+        self,
+        aircraft: Aircraft,
+        model: Model | None,
+        history: SampleHistory,
+        info: Callable[[], FlightInfo | None],
+        name: str,
+        verdicts: Callable[[], Sequence[InputVerdict]],
+        workers: FitWorker,
+    ) -> None:
+        self._model = model
+        self._history = history
+        self._verdicts = verdicts
+        self.fits = ManeuverFits(ManeuverCutter(history, aircraft, info, name), model, workers)
+        self.complaint = ""
+        self._ftr: FTR | None = None
+        try:
+            carded = apply_flight_info(aircraft, info())
+            self._ftr = FTR(carded.aircraft, rate=history.rate, mass=carded.aircraft.mass.mass)
+        except FlightError as error:
+            self.complaint = str(error)
+
+    # --- the consumer of a feed -----------------------------------------------------------------
+
+    def feed(self, block: Block) -> None:
+        """Take in the next samples of some channels."""
+        if self._ftr is not None:
+            self._ftr.feed(block)
+
+    def settle(self) -> None:
+        """Renew the estimates, after all blocks of a step."""
+        if self._ftr is not None:
+            self._ftr.settle()
+
+    def reset(self) -> None:
+        """Forget everything; the flight begins anew."""
+        if self._ftr is not None:
+            self._ftr.reset()
+        self.fits.reset()
+
+    def finish(self, *, wait: bool = True) -> None:
+        """Take in what was held back, and ask for the last fits; the flight is over."""
+        if self._ftr is not None:
+            self._ftr.finish()
+        self.fits.look(self._verdicts(), None)
+        if wait:
+            self.fits.wait()
+
+    def close(self) -> None:
+        """Give back what is held."""
+        self.fits.close()
+
+    # --- what it shows --------------------------------------------------------------------------
+
+    def look(self, now: float | None) -> tuple[FitUpdate, ...]:
+        """Ask for the fits that are due at a flight time (s), and take in those that came."""
+        return () if now is None else self.fits.look(self._verdicts(), now)
+
+    def numbers(self) -> dict[str, Any]:
+        """Return every derivative as it stands, for programs: FTR's, and those of the fits.
+
+        ``{"ftr": {name: {"value", "std"}}, "maneuvers": {id: {name: {"value", "std"}}}}``, per
+        radian; None where not earned.
+        """
+        ftr = {} if self._ftr is None else self._ftr.estimates()
+        return {
+            "ftr": {name: {"value": one.value, "std": one.std} for name, one in ftr.items()},
+            "maneuvers": {
+                one.maneuver.id: {
+                    name: {"value": found.value, "std": found.std}
+                    for name, found in one.estimate.derivatives.items()
+                    if found.status != "held"
+                }
+                for one in self.result.results
+                if one.estimate is not None
+            },
+        }
+
+    @property
+    def result(self) -> CampaignResult:
+        """Return the fits so far."""
+        return self.fits.result
+
+    def rows(self) -> tuple[EstimateRow, ...]:
+        """Return the derivatives as they stand."""
+        if self._ftr is None:
+            return ()
+        verdicts = self._verdicts()
+        return build_estimate_rows(
+            self._ftr.estimates(),
+            {name: self._ftr.history(name) for name in self._ftr.names},
+            self.result,
+            self._model,
+            since=verdicts[-1].t_start if verdicts else None,
+        )

@@ -1,0 +1,171 @@
+"""What the crew sees of the derivatives while they form. Nothing is drawn here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from gsapp.dynamics.model import Model
+from gsapp.identification.campaign import CampaignResult, CampaignValue
+from gsapp.identification.ftr.estimates import EstimateHistory, LiveEstimate
+from gsapp.quantities import FloatArray
+
+_MIN_REPORTED_CHANGE: Final = 0.05
+"""Share of a bound by which it must change to be told."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FittedPoint:
+    """What one maneuver gave by maximum likelihood.
+
+    Attributes
+    ----------
+    maneuver : str
+    time : float
+        Flight time at its end, s.
+    value, std : float
+        Per radian.
+    """
+
+    maneuver: str
+    time: float
+    value: float
+    std: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class EstimateRow:
+    """One derivative as it stands.
+
+    Attributes
+    ----------
+    name : str
+    value, std : float or None
+        By FTR, per radian; None while unknown.
+    progress : float
+        0 to 1: how much of the excitation that is asked for there has been.
+    why : str
+        Why it is unknown, in words; empty once it is earned.
+    times, values : ndarray, shape (n,)
+        FTR's history: s, per radian; NaN while unknown.
+    points : tuple of FittedPoint
+        By maximum likelihood, maneuver by maneuver.
+    mean : CampaignValue or None
+        Of the points.
+    known : float or None
+        Before the flight; None without a model.
+    changed : str
+        What the last maneuver changed, in words: "9 % to 6 %", "new"; empty for nothing.
+    """
+
+    name: str
+    value: float | None
+    std: float | None
+    progress: float
+    why: str
+    times: FloatArray
+    values: FloatArray
+    points: tuple[FittedPoint, ...] = ()
+    mean: CampaignValue | None = None
+    known: float | None = None
+    changed: str = ""
+
+    @property
+    def percent(self) -> float | None:
+        """Return the bound in percent of the value, of the best there is; None while unknown."""
+        best = self.best
+        if best is None or best[0] == 0.0:
+            return None
+        return 100.0 * best[1] / abs(best[0])
+
+    @property
+    def best(self) -> tuple[float, float] | None:
+        """Return value and bound to go by: of the fits if there are any, else FTR's."""
+        if self.mean is not None:
+            return self.mean.mean, self.mean.std
+        return None if self.value is None or self.std is None else (self.value, self.std)
+
+
+def build_estimate_rows(
+    live: Mapping[str, LiveEstimate],
+    histories: Mapping[str, EstimateHistory],
+    fits: CampaignResult,
+    model: Model | None,
+    *,
+    since: float | None = None,
+) -> tuple[EstimateRow, ...]:
+    """Return the derivatives in the order of the build-up; biases (``_0``) are left out.
+
+    Parameters
+    ----------
+    live : mapping of str to LiveEstimate
+        As they stand by FTR.
+    histories : mapping of str to EstimateHistory
+    fits : CampaignResult
+        Of the maneuvers so far.
+    model : Model or None
+        Known before.
+    since : float, optional
+        Flight time before the last maneuver, s: what it changed is said.
+    """
+    rows = []
+    for name, one in live.items():
+        if name.endswith("_0"):
+            continue
+        history = histories.get(name)
+        empty = np.empty(0)
+        rows.append(
+            EstimateRow(
+                name=name,
+                value=one.value,
+                std=one.std,
+                progress=one.progress,
+                why="" if one.value is not None else one.why,
+                times=empty if history is None else history.times,
+                values=empty if history is None else history.values,
+                points=_points(name, fits),
+                mean=fits.values.get(name),
+                known=None if model is None else model.derivatives.get(name),
+                changed=""
+                if history is None or since is None
+                else bound_change_text(history, since),
+            )
+        )
+    return tuple(rows)
+
+
+def _points(name: str, fits: CampaignResult) -> tuple[FittedPoint, ...]:
+    found = []
+    for one in fits.results:
+        estimate = None if one.estimate is None else one.estimate.derivatives.get(name)
+        if estimate is None or estimate.status != "estimated":
+            continue
+        if estimate.value is not None and estimate.std is not None:
+            found.append(
+                FittedPoint(
+                    maneuver=one.maneuver.id,
+                    time=one.maneuver.t_end,
+                    value=estimate.value,
+                    std=estimate.std,
+                )
+            )
+    return tuple(found)
+
+
+def bound_change_text(history: EstimateHistory, since: float) -> str:
+    """Return what happened to a bound since a time (s), in words; empty for nothing."""
+    earned = np.isfinite(history.values)
+    if not earned.any() or not earned[-1]:
+        return ""
+    before = int(np.searchsorted(history.times, since, side="right")) - 1
+    if before < 0 or not earned[before]:
+        return "new"
+    old, new = (
+        100.0 * abs(float(history.stds[place] / history.values[place])) for place in (before, -1)
+    )
+    if abs(old - new) < _MIN_REPORTED_CHANGE * old:
+        return ""
+    return f"{old:.0f} % to {new:.0f} %" if old >= 9.5 else f"{old:.1f} % to {new:.1f} %"

@@ -1,0 +1,180 @@
+"""Every maneuver of a flight fitted a moment after it ended, while the flight goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from typing import Final
+
+from gsapp.dynamics.model import Model
+from gsapp.excitation.doublets.verdict import InputVerdict
+from gsapp.foundation import FlightError
+from gsapp.identification.campaign import (
+    CampaignResult,
+    CampaignSettings,
+    ManeuverResult,
+    campaign_values,
+)
+from gsapp.identification.maneuver import Maneuver
+from gsapp.identification.maximum_likelihood import MLSettings
+from gsapp.session.live_estimation.fit_workers import FitWorker
+from gsapp.session.live_estimation.maneuver_fit import FitRequest, FitResponse
+
+COMPLETE_AFTER_SECONDS: Final = 3.0
+"""Seconds of flight after a maneuver when all its samples have surely come, slow ones too."""
+MAX_ATTEMPTS: Final = 2
+"""A fit whose process died is begun anew: another fit may have been to blame, or the system."""
+UNUSABLE_VERDICTS: Final = ("spoiled", "unclear")
+"""Verdicts whose maneuvers are not fitted: nobody knows what moved the aircraft."""
+
+CutManeuver = Callable[[InputVerdict], Maneuver]
+"""Cuts a maneuver from what was recorded."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitUpdate:
+    """What changed since somebody looked last.
+
+    Attributes
+    ----------
+    maneuver : str
+        Whose fit came.
+    failure : str
+        Why there is none, in words; empty if there is one.
+    """
+
+    maneuver: str
+    failure: str = ""
+
+
+class ManeuverFits:
+    """Fits maneuvers as verdicts come in; what it gives depends on the flight alone.
+
+    Parameters
+    ----------
+    cut : callable
+        Cuts a maneuver by its verdict from what was recorded.
+    model : Model or None
+        Known before the flight.
+    workers : FitWorker
+        Where fits run.
+    """
+
+    def __init__(self, cut: CutManeuver, model: Model | None, workers: FitWorker) -> None:
+        self._cut = cut
+        self._settings = CampaignSettings(likelihood=MLSettings(axis="lon", model=model))
+        self._model = model
+        self._workers = workers
+        self._forget()
+
+    def _forget(self) -> None:
+        self._waiting: list[InputVerdict] = []
+        self._seen = 0
+        self._running: dict[str, Future[FitResponse]] = {}
+        self._asked: dict[str, FitRequest] = {}
+        self._tries: dict[str, int] = {}
+        self._order: list[str] = []
+        self._found: dict[str, ManeuverResult] = {}
+        self._failures: dict[str, str] = {}
+
+    def reset(self) -> None:
+        """Forget everything; replies to what was asked before are dropped."""
+        for one in self._running.values():
+            one.cancel()
+        self._forget()
+
+    def close(self) -> None:
+        """Give back what is held."""
+        self.reset()
+        self._workers.close()
+
+    def look(self, verdicts: Sequence[InputVerdict], now: float | None) -> tuple[FitUpdate, ...]:
+        """Ask for the fits that are due, and take in those that came.
+
+        Parameters
+        ----------
+        verdicts : sequence of InputVerdict
+            All of the flight so far.
+        now : float or None
+            Flight time, s; None: the flight is over, and all its samples are there.
+        """
+        self._waiting += verdicts[self._seen :]
+        self._seen = len(verdicts)
+        while self._waiting and (
+            now is None or now >= self._waiting[0].t_end + COMPLETE_AFTER_SECONDS
+        ):
+            self._ask(self._waiting.pop(0))
+        return tuple(self._taken())
+
+    def wait(self) -> tuple[FitUpdate, ...]:
+        """Wait for the fits under way, and take them in."""
+        news: list[FitUpdate] = []
+        while self._running:
+            for one in self._running.values():
+                one.exception()
+            news += self._taken()
+        return tuple(news)
+
+    def _ask(self, verdict: InputVerdict) -> None:
+        if verdict.result in UNUSABLE_VERDICTS:
+            return
+        self._order.append(verdict.id)
+        try:
+            maneuver = self._cut(verdict)
+        except FlightError as error:
+            self._failures[verdict.id] = str(error)
+            return
+        self._asked[verdict.id] = FitRequest(maneuver=maneuver, model=self._model)
+        self._begin(verdict.id)
+
+    def _begin(self, name: str) -> None:
+        self._tries[name] = self._tries.get(name, 0) + 1
+        try:
+            self._running[name] = self._workers.submit(self._asked[name])
+        except (OSError, RuntimeError) as error:
+            # The flight goes on, whatever keeps a process from beginning.
+            # What the system says may be pages; its last line says what was wrong.
+            said = (str(error).strip().splitlines() or [type(error).__name__])[-1]
+            self._failures[name] = f"no process for the fit could be begun ({said.strip()})"
+
+    def _taken(self) -> list[FitUpdate]:
+        news = []
+        for name in [name for name, one in self._running.items() if one.done()]:
+            done = self._running.pop(name)
+            error = done.exception()
+            if isinstance(error, BrokenProcessPool) and self._tries[name] < MAX_ATTEMPTS:
+                self._begin(name)
+                continue
+            if error is not None:
+                self._failures[name] = f"the fit broke off ({error or type(error).__name__})"
+            else:
+                self._found[name] = done.result().result
+                self._failures.pop(name, None)
+                if self._found[name].failure:
+                    self._failures[name] = self._found[name].failure
+            news.append(FitUpdate(maneuver=name, failure=self._failures.get(name, "")))
+        return news
+
+    # --- what was found -------------------------------------------------------------------------
+
+    @property
+    def pending(self) -> int:
+        """Return how many fits are under way."""
+        return len(self._running)
+
+    @property
+    def failures(self) -> dict[str, str]:
+        """Return why maneuvers could not be fitted, in words, by maneuver."""
+        return dict(self._failures)
+
+    @property
+    def result(self) -> CampaignResult:
+        """Return the fits so far, in the order in which the maneuvers were flown."""
+        results = tuple(self._found[name] for name in self._order if name in self._found)
+        return CampaignResult(
+            settings=self._settings,
+            results=results,
+            values=campaign_values([one.estimate for one in results]),
+        )

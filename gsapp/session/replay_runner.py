@@ -1,0 +1,42 @@
+"""Playing a replay to its end without a window."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from gsapp.session.feeds import UNLIMITED_SPEED, ReplayFeed
+from gsapp.session.session import Session
+
+
+def run_replay(session: Session, tell: Callable[[float], None] = lambda _: None) -> None:
+    """Play a replay to its end, as fast as it goes or at its speed.
+
+    Parameters
+    ----------
+    session : Session
+        A replay that plays.
+    tell : callable
+        Called with the share done, 0 to 1.
+    """
+    feed = session.replaying
+    if feed is None:
+        raise ValueError("only a replay has an end to run to")
+    while True:
+        session.update(0.1)
+        if feed.complete and (feed.now is None or (feed.at_end and feed.caught_up)):
+            break
+        tell(_share(feed))
+        if feed.speed != UNLIMITED_SPEED:
+            time.sleep(0.01)
+    session.finish()
+    tell(1.0)
+
+
+def _share(feed: ReplayFeed) -> float:
+    """Return the share done: of reading ahead, and of the playhead's way."""
+    if feed.now is None or feed.start is None or feed.end is None or feed.end <= feed.start:
+        return 0.5 * feed.progress
+    return 0.5 * feed.progress + 0.5 * (feed.now - feed.start) / (feed.end - feed.start) * (
+        feed.progress
+    )

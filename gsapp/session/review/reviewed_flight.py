@@ -1,0 +1,351 @@
+"""One flight under review: its samples, its maneuvers, and every change of them by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from gsapp.aircraft import Aircraft
+from gsapp.flight.catalog import StoredVerdict
+from gsapp.flight.events import EventLog, events_path
+from gsapp.flight.flight import Flight
+from gsapp.flight.maneuvers import (
+    GRADED_BY_PROGRAM,
+    DetectedManeuver,
+    EditableManeuverList,
+    FlightManeuvers,
+    Grade,
+    ManeuverAssessor,
+    ManeuverEditLog,
+    apply_edits,
+    collect_maneuvers,
+)
+from gsapp.foundation import FlightError
+from gsapp.identification.maneuver_extraction import open_flight
+from gsapp.session.review.catalog_storage import load_catalog_verdicts
+
+MIN_MANEUVER_SECONDS: Final = 0.5
+"""A maneuver shorter than this, s, shows no motion of the aircraft."""
+
+
+class ReviewedFlight:
+    """A flight whose maneuvers are corrected by hand.
+
+    Every change is written among the events of the flight at once, and stands for all who look
+    for its maneuvers. Changes can be taken back in the order in which they were made, whoever
+    made them.
+
+    Parameters
+    ----------
+    flight : Flight
+    aircraft : Aircraft
+        As that flight flew it.
+    found : FlightManeuvers
+        As the detection gives them, without changes by hand.
+    remarks : sequence of str
+        Of opening it.
+    verdicts : sequence of StoredVerdict
+        What the pilot was told, by time.
+
+    Attributes
+    ----------
+    maneuvers : tuple of DetectedManeuver
+        As they stand, in order of time.
+    """
+
+    def __init__(
+        self,
+        flight: Flight,
+        aircraft: Aircraft,
+        found: FlightManeuvers,
+        remarks: Sequence[str] = (),
+        verdicts: Sequence[StoredVerdict] = (),
+    ) -> None:
+        self.flight = flight
+        self.aircraft = aircraft
+        self.verdicts = tuple(verdicts)
+        self._opened = tuple(remarks)
+        self._assessor = ManeuverAssessor(flight, aircraft, found.noise)
+        self._seen: dict[tuple[float, float], DetectedManeuver] = {}
+        self._log = ManeuverEditLog(EventLog(events_path(flight.path)), found.maneuvers)
+        self.maneuvers: tuple[DetectedManeuver, ...] = ()
+        self._said: tuple[str, ...] = ()
+        self._settle()
+
+    # What it is
+
+    @property
+    def path(self) -> Path:
+        """Return the flight's folder or file."""
+        return self.flight.path
+
+    @property
+    def name(self) -> str:
+        """Return what the crew calls the flight."""
+        return self.flight.name
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Return the times of the first and the last sample, s."""
+        times = self.flight.block.times
+        return float(times[0]), float(times[-1])
+
+    @property
+    def step(self) -> float:
+        """Return the time from one sample to the next, s."""
+        return 1.0 / self.flight.rate
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Return what is to be said: of reading the flight, and of changes by hand."""
+        return (*self._opened, *self._said)
+
+    @property
+    def changes(self) -> tuple[str, ...]:
+        """Return the changes in force, in words, the oldest first."""
+        return tuple(edit.words for edit in self._log.book.edits)
+
+    def __getitem__(self, name: str) -> DetectedManeuver:
+        """Return the maneuver of that id.
+
+        Raises
+        ------
+        UnknownNameError
+            If none stands under it.
+        """
+        for maneuver in self.maneuvers:
+            if maneuver.id == name:
+                return maneuver
+        return self._log.book[name]
+
+    def by_hand(self, name: str) -> bool:
+        """Return whether a person has changed that maneuver, or put it in."""
+        return any(one.id == name for edit in self._log.book.edits for one in edit.added)
+
+    def in_use(self, maneuver: DetectedManeuver) -> bool:
+        """Return whether a maneuver takes part in estimates."""
+        return maneuver.used(alone=len(self.maneuvers) == 1)
+
+    def verdict(self, maneuver: DetectedManeuver) -> StoredVerdict | None:
+        """Return what the pilot was told of the input within a maneuver; None for nothing."""
+        for verdict in self.verdicts:
+            if maneuver.t_start <= verdict.t_input < maneuver.t_end:
+                return verdict
+        return None
+
+    def overlapping(self, maneuver: DetectedManeuver) -> tuple[str, ...]:
+        """Return the other maneuvers that share samples with one: they count twice in means."""
+        return tuple(
+            one.id
+            for one in self.maneuvers
+            if one.id != maneuver.id
+            and one.t_start < maneuver.t_end
+            and maneuver.t_start < one.t_end
+        )
+
+    # Looking
+
+    def snapped(self, time: float) -> float:
+        """Return the time of the nearest sample, s."""
+        times = self.flight.block.times
+        place = int(np.clip(np.searchsorted(times, time), 1, times.size - 1))
+        before, after = float(times[place - 1]), float(times[place])
+        return before if time - before <= after - time else after
+
+    def assess(self, name: str, start: float, stop: float) -> DetectedManeuver:
+        """Return a stretch (s) as a maneuver, graded; nothing is changed.
+
+        Raises
+        ------
+        FlightError
+            If it lies outside the flight.
+        """
+        seen = self._seen.get((start, stop))
+        if seen is None:
+            seen = self._assessor.assess(name, start, stop)
+            self._seen[start, stop] = seen
+        return replace(seen, id=name)
+
+    def moved(self, name: str, start: float, stop: float) -> DetectedManeuver:
+        """Return how a maneuver would be graded with other edges (s); nothing is changed.
+
+        Raises
+        ------
+        FlightError
+            If it would be too short, or lie outside the flight.
+        """
+        start, stop = self._edges(start, stop)
+        return self._log.book.move(name, self.assess, t_start=start, t_end=stop)[name]
+
+    def _edges(self, start: float, stop: float) -> tuple[float, float]:
+        start, stop = self.snapped(start), self.snapped(stop)
+        if not stop - start >= MIN_MANEUVER_SECONDS:
+            raise FlightError(
+                f"from {start:.2f} to {stop:.2f} s is too short for a maneuver; it takes "
+                f"{MIN_MANEUVER_SECONDS:g} s at least"
+            )
+        return start, stop
+
+    # Changes
+
+    def move(self, name: str, start: float, stop: float) -> None:
+        """Move the edges of a maneuver to the samples nearest to these times, s.
+
+        Raises
+        ------
+        FlightError
+            If it would be too short, or lie outside the flight.
+        """
+        start, stop = self._edges(start, stop)
+        old = self[name]
+        if (start, stop) != (old.t_start, old.t_end):
+            self._record(self._log.book.move(name, self.assess, t_start=start, t_end=stop))
+
+    def add(self, start: float, stop: float) -> str:
+        """Add a stretch (s) that the detection did not take for a maneuver; return its id.
+
+        Raises
+        ------
+        FlightError
+            If it is too short, or lies outside the flight.
+        """
+        start, stop = self._edges(start, stop)
+        return self._record(self._log.book.add(self.assess, start, stop))
+
+    def remove(self, *names: str) -> None:
+        """Take maneuvers out, as one change."""
+        self._record(self._log.book.remove(*names))
+
+    def merge(self, names: Sequence[str]) -> str:
+        """Make one of several, from the first start to the last end; return its id."""
+        return self._record(self._log.book.merge(names, self.assess))
+
+    def rename(self, name: str, new: str) -> str:
+        """Give a maneuver another id; return it.
+
+        Raises
+        ------
+        FlightError
+            If it is empty or taken, or looks as if it named a flight.
+        """
+        new = new.strip()
+        if ":" in new or "," in new:
+            raise FlightError(
+                f"a maneuver cannot be called '{new}': ':' and ',' part flights and maneuvers"
+            )
+        if new == name:
+            return name
+        return self._record(self._log.book.rename(name, new))
+
+    def annotate(self, name: str, note: str) -> None:
+        """Write a note beside a maneuver, in place of the former one."""
+        if note.strip() != self[name].note:
+            self._record(self._log.book.annotate(name, note.strip()))
+
+    def regrade(self, name: str, grade: Grade | None, reason: str = "") -> None:
+        """Give a maneuver the grade that a person finds right; None leaves it to the program."""
+        old = self[name]
+        if grade is None and old.graded_by == GRADED_BY_PROGRAM:
+            return
+        self._record(self._log.book.regrade(name, grade, self.assess, reason))
+
+    def use(self, name: str, wanted: bool) -> None:
+        """Let a maneuver take part in estimates, or not, whatever its grade."""
+        if wanted != self.in_use(self[name]):
+            self._record(self._log.book.decide(name, wanted))
+
+    @property
+    def can_undo(self) -> bool:
+        """Return whether there is a change to take back."""
+        return bool(self._log.book.edits)
+
+    @property
+    def can_redo(self) -> bool:
+        """Return whether a change was taken back."""
+        return bool(self._log.book.undone)
+
+    def undo(self) -> str:
+        """Take back the latest change; return it in words, empty for none."""
+        if not self.can_undo:
+            return ""
+        words = self._log.book.edits[-1].words
+        self._record(self._log.book.undo())
+        return words
+
+    def redo(self) -> str:
+        """Make the change again that was taken back last; return it in words, empty for none."""
+        if not self.can_redo:
+            return ""
+        words = self._log.book.undone[-1].words
+        self._record(self._log.book.redo())
+        return words
+
+    def poll(self) -> bool:
+        """Take in what other windows changed; return whether the maneuvers may be others now."""
+        changed = self._log.poll()
+        if changed:
+            self._settle()
+        return changed
+
+    def _record(self, book: EditableManeuverList) -> str:
+        """Write the latest change; return the id of what it put in, empty for nothing."""
+        count = len(self._log.book.edits)
+        self._log.record(book)
+        self._settle()
+        edits = self._log.book.edits
+        added = edits[-1].added if len(edits) > count else ()
+        return added[0].id if added else ""
+
+    def _settle(self) -> None:
+        self.maneuvers, self._said = apply_edits(self._log, self.assess)
+
+
+def open_reviewed_flight(
+    path: Path,
+    *,
+    aircraft: str = "",
+    channel_map: str = "",
+    calibration: str = "",
+    catalog: Path | None = None,
+    doing: Callable[[str], object] | None = None,
+) -> ReviewedFlight:
+    """Open a flight for review; for the thread of a work.
+
+    Parameters
+    ----------
+    path : Path
+        Flight folder or file.
+    aircraft, channel_map, calibration : str
+        Names or paths; empty where the flight says it itself.
+    catalog : Path, optional
+        Where verdicts may have been kept.
+    doing : callable, optional
+        Told what is being done, in words, before each step.
+
+    Raises
+    ------
+    GroundStationError
+        If the flight or a file cannot be read, or no surface was measured.
+    """
+    if doing is not None:
+        doing(f"reading {path.name}")
+    opened = open_flight(
+        path,
+        aircraft=aircraft or None,
+        channel_map=channel_map or None,
+        calibration=calibration or None,
+    )
+    if doing is not None:
+        doing(f"looking for maneuvers in {path.name}")
+    found = collect_maneuvers(opened.flight, opened.aircraft, as_found=True)
+    return ReviewedFlight(
+        opened.flight,
+        opened.aircraft,
+        found,
+        (*opened.remarks, *found.remarks),
+        load_catalog_verdicts(catalog, opened.flight.name),
+    )

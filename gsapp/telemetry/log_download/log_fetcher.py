@@ -1,0 +1,256 @@
+"""Fetching a log into a flight: over the link, to the disk, and in force."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.raw_files import read_tlog
+from gsapp.foundation import FlightError, LinkError
+from gsapp.foundation.file_lock import FileLock
+from gsapp.telemetry.log_download.log_protocol import DownloadState, LogDownloadProtocol, LogEntry
+from gsapp.telemetry.log_download.partial_log import PartialLog
+from gsapp.telemetry.log_download.recorder_link import DOWNLOAD_LOCK, open_recorder_link
+
+_FOLDER = "download"
+_POLL = 0.02
+_TELL = 0.25
+_SAVE = 2.0
+_CLOCK_UNSET = 946_684_800
+"""Logs begun before 2000 were begun by a box that did not know the time."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DownloadedLog:
+    """A whole log on the disk.
+
+    Attributes
+    ----------
+    path : Path
+        In the cache of the flight, to be put in force or thrown away.
+    entry : LogEntry
+        What the autopilot says of it.
+    begun : datetime or None
+        When it was begun, by the autopilot; None where that did not know the time.
+    """
+
+    path: Path
+    entry: LogEntry
+    begun: datetime | None
+
+
+class LogFetcher:
+    """Fetches logs of the autopilot into the cache of a flight.
+
+    A context: on leaving, the conversation is ended and a recorder started for it is stopped.
+    What came of a log that is not whole stays in the cache, so that the next one goes on.
+
+    Parameters
+    ----------
+    flight : Path or str
+        The flight folder.
+    link : str
+        The LINK; empty for that of the recorder at work on the flight.
+    stop : threading.Event, optional
+        Set it, from any thread, to end what is going on.
+    tell : callable
+        Called a few times a second with a `DownloadState`.
+
+    Raises
+    ------
+    FlightError, LinkError
+        If there is no such flight, the link cannot be opened, or another download is at work on
+        this flight.
+    """
+
+    def __init__(
+        self,
+        flight: Path | str,
+        link: str = "",
+        *,
+        stop: threading.Event | None = None,
+        tell: Callable[[DownloadState], None] = lambda _: None,
+    ) -> None:
+        self._flight = FlightFolder.open(flight)
+        self._scratch = self._flight.cache_folder / _FOLDER
+        self._stop = stop or threading.Event()
+        self._tell = tell
+        self._next_tell = 0.0
+        self._part: PartialLog | None = None
+        self._conversation = LogDownloadProtocol(self._keep)
+        self._lock = self._locked()
+        try:
+            self._line = open_recorder_link(link, self._flight.path.absolute(), self._scratch)
+        except BaseException:
+            self._lock.release()
+            raise
+
+    def __enter__(self) -> Self:
+        """Begin."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """End the conversation; a recorder of others goes on."""
+        try:
+            if self._part is not None:
+                with contextlib.suppress(FlightError, ValueError):
+                    self._part.save()
+                self._part.close()
+            with contextlib.suppress(LinkError):
+                self._line.send(self._conversation.end())
+                time.sleep(5.0 * _POLL)  # until the recorder has passed it on
+            self._line.close()
+        finally:
+            self._lock.release()
+
+    @property
+    def stopped(self) -> bool:
+        """Return whether it was told to stop."""
+        return self._stop.is_set()
+
+    def list(self) -> tuple[LogEntry, ...]:
+        """Return the logs that the autopilot has, the oldest first; none if stopped.
+
+        Raises
+        ------
+        LinkError
+            If nothing answers, or the aircraft is armed.
+        """
+        talk = self._conversation
+        self._converse(("listed",))
+        return tuple(talk.entries[number] for number in sorted(talk.entries))
+
+    def choose(self, number: int | None = None) -> LogEntry | None:
+        """Return the log to fetch: that of a number, else the one begun nearest the flight.
+
+        Autopilots that do not know the time have it on none of their logs; their last one counts.
+
+        Returns
+        -------
+        LogEntry or None
+            None if stopped.
+
+        Raises
+        ------
+        LinkError
+            If there is no such log, or none at all.
+        """
+        entries = self.list()
+        if self.stopped:
+            return None
+        if not entries:
+            raise LinkError(
+                "the autopilot holds no log; see that it logs (ArduPilot: LOG_BACKEND_TYPE), or "
+                "take the card out and import the file"
+            )
+        if number is not None:
+            for entry in entries:
+                if entry.number == number:
+                    return entry
+            there = ", ".join(str(entry.number) for entry in entries)
+            raise LinkError(f"the autopilot holds no log {number}; it has {there}")
+        began = self._began()
+        dated = [entry for entry in entries if entry.begun > _CLOCK_UNSET]
+        if began is None or not dated:
+            return entries[-1]
+        return min(dated, key=lambda entry: (abs(entry.begun - began), -entry.number))
+
+    def fetch(self, entry: LogEntry) -> DownloadedLog | None:
+        """Fetch a log as far as it is not there yet.
+
+        Returns
+        -------
+        Fetched or None
+            None if stopped; what came is kept.
+
+        Raises
+        ------
+        LinkError
+            If nothing comes any more, or the recorder ends; what came is kept.
+        FlightError
+            If the disk refuses.
+        """
+        self._part = PartialLog(self._scratch, entry)
+        self._conversation.fetch(entry, self._part.missing)
+        self._converse(("done",))
+        if self.stopped and self._part.missing:
+            return None
+        path = self._part.finish()
+        self._part = None
+        begun = None
+        if entry.begun > _CLOCK_UNSET:
+            begun = datetime.fromtimestamp(entry.begun, UTC)
+        return DownloadedLog(path=path, entry=entry, begun=begun)
+
+    def _converse(self, until: tuple[str, ...]) -> None:
+        """Hear and ask until a phase is reached, or all is stopped."""
+        talk = self._conversation
+        next_save = time.monotonic() + _SAVE
+        while talk.phase not in until and not self.stopped:
+            now = time.monotonic()
+            for frame in self._line.hear():
+                talk.hear(frame, now)
+            for frame in talk.ask(now):
+                self._line.send(frame)
+            self._say(now)
+            if talk.phase == "failed":
+                raise LinkError(self._failure(talk.state(now).why))
+            if self._part is not None and now >= next_save:
+                next_save = now + _SAVE
+                self._part.save()
+            if talk.phase not in until:
+                self._stop.wait(_POLL)
+        self._next_tell = 0.0
+        self._say(time.monotonic())
+
+    def _failure(self, why: str) -> str:
+        words = self._line.words()
+        return f"{why} ({words})" if words else why
+
+    def _say(self, now: float) -> None:
+        if now >= self._next_tell:
+            self._next_tell = now + _TELL
+            self._tell(self._conversation.state(now))
+
+    def _keep(self, offset: int, data: bytes) -> None:
+        if self._part is not None:
+            self._part.keep(offset, data)
+
+    def _began(self) -> float | None:
+        """Return when the flight began, s since 1970."""
+        if self._flight.tlog_file.is_file():
+            first = next(iter(read_tlog(self._flight.tlog_file)), None)
+            if first is not None:
+                return first.stamp_us * 1e-6
+        info = self._flight.info()
+        return info.date.timestamp() if info is not None and info.date is not None else None
+
+    def _locked(self) -> FileLock:
+        try:
+            self._scratch.mkdir(parents=True, exist_ok=True)
+            lock = FileLock(self._scratch / DOWNLOAD_LOCK)
+            free = lock.acquire(patience=0.2)
+        except OSError as error:
+            raise FlightError(
+                f"{self._scratch} cannot be written ({error.strerror or error}); check the "
+                "permissions"
+            ) from error
+        if not free:
+            raise LinkError(
+                f"a log is being fetched into {self._flight.path} already; wait for that, or "
+                "cancel it there"
+            )
+        return lock

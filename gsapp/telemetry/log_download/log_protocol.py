@@ -1,0 +1,350 @@
+"""The conversation about a log, without any link or disk: what came, and what to ask next.
+
+Autopilots answer one request at a time, and a new one takes the place of the last. So the log is
+asked for in pieces that take a second or two each; what was lost on the way is asked for again
+when the rest has come, stretches that lie near each other as one.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final, Literal
+
+from gsapp.decoding.dialect import dialect
+from gsapp.telemetry.heartbeat import GROUND_COMPONENT, GROUND_SYSTEM
+from gsapp.telemetry.log_download.missing_ranges import MissingRanges
+from gsapp.telemetry.send_queue import frame_message_id
+
+_HEARTBEAT: Final = 0
+_LOG_ENTRY: Final = 118
+_LOG_DATA: Final = 120
+_ARMED: Final = 128
+_NO_AUTOPILOT: Final = 8
+LOG_DATA_BYTES: Final = 90
+"""Bytes in one LOG_DATA."""
+_RETRY_SECONDS: Final = 1.5
+_LISTEN_SECONDS: Final = 3.0
+"""Seconds to hear a heartbeat, which says whom to ask, before all are asked."""
+_LEAST_WINDOW: Final = 64 * LOG_DATA_BYTES
+_MOST_WINDOW: Final = 4096 * LOG_DATA_BYTES
+_WINDOW_SECONDS: Final = 2.0
+_ROUND_TRIP: Final = 0.15
+"""Seconds that asking costs at least: what comes meanwhile may as well be sent twice."""
+_MIN_MEASURED_BYTES: Final = _LEAST_WINDOW // 2
+"""Bytes of one answer that tell the pace of the link: of fewer, asking takes most of the time."""
+_FIRST_SILENCE: Final = 1.5
+_LEAST_SILENCE, _MOST_SILENCE = 0.25, 2.0
+_SILENT_PIECES: Final = 20
+_TIMEOUT_SECONDS: Final = 30.0
+_RATE_SECONDS: Final = 3.0
+_MOST_CUT_OFF: Final = 5
+
+DownloadPhase = Literal["listening", "listing", "listed", "fetching", "done", "failed"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogEntry:
+    """A log that the autopilot has.
+
+    Attributes
+    ----------
+    number : int
+        By which it is asked for.
+    size : int
+        Bytes.
+    begun : int
+        Seconds since 1970; 0 where the autopilot did not know the time.
+    system, component : int
+        Who has it.
+    """
+
+    number: int
+    size: int
+    begun: int
+    system: int = 0
+    component: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DownloadState:
+    """How far a download has come.
+
+    Attributes
+    ----------
+    phase : str
+        ``listening``, ``listing``, ``listed``, ``fetching``, ``done`` or ``failed``.
+    got, size : int
+        Bytes that are there, and of the whole log.
+    rate : float
+        New bytes per second over the last seconds.
+    seconds_left : float or None
+        At this rate; None while nothing comes.
+    why : str
+        Why it failed.
+    """
+
+    phase: DownloadPhase
+    got: int = 0
+    size: int = 0
+    rate: float = 0.0
+    seconds_left: float | None = None
+    why: str = ""
+
+
+class LogDownloadProtocol:
+    """Asks for the list of logs, then for one of them.
+
+    Nothing happens by itself: `hear` is given what comes, `ask` returns what is to be sent.
+
+    Parameters
+    ----------
+    keep : callable
+        Called with offset and bytes of what came new.
+
+    Attributes
+    ----------
+    phase : str
+        See `DownloadState`.
+    entries : dict of int to LogEntry
+        The logs, by number.
+    """
+
+    def __init__(self, keep: Callable[[int, bytes], None]) -> None:
+        self.phase: DownloadPhase = "listening"
+        self.entries: dict[int, LogEntry] = {}
+        self.missing = MissingRanges(0)
+        self._keep = keep
+        self._names = dialect()
+        self._packer = self._names.MAVLink(
+            None, srcSystem=GROUND_SYSTEM, srcComponent=GROUND_COMPONENT
+        )
+        self._why = ""
+        self._begun = -1.0
+        self._target = (0, 0)
+        self._armed = False
+        self._announced = -1
+        self._asked_at = -1.0
+        self._heard_at = -1.0
+        self._entry: LogEntry | None = None
+        self._request: tuple[int, int] | None = None
+        self._listed: set[int] = set()
+        self._cursor = 0
+        self._cut_off = 0
+        self._came: deque[tuple[float, int]] = deque()
+        self._answered = 0
+        self._pace: float | None = None
+        self._trip = _ROUND_TRIP
+        self._interval = 0.0
+
+    def state(self, now: float) -> DownloadState:
+        """Return how far it has come."""
+        size = self._entry.size if self._entry is not None else 0
+        rate = self._rate(now)
+        return DownloadState(
+            phase=self.phase,
+            got=size - self.missing.count,
+            size=size,
+            rate=rate,
+            seconds_left=self.missing.count / rate if rate > 0.0 else None,
+            why=self._why,
+        )
+
+    def fetch(self, entry: LogEntry, missing: MissingRanges) -> None:
+        """Go on with one of the logs, as far as it is missing."""
+        self._entry, self.missing = entry, missing
+        self._target = (entry.system, entry.component)
+        self._request, self._cursor = None, 0
+        self._heard_at = -1.0
+        self.phase = "fetching" if missing else "done"
+
+    def hear(self, frame: bytes, now: float) -> None:
+        """Take a whole frame that came over the link."""
+        kind = frame_message_id(frame)
+        if kind not in (_HEARTBEAT, _LOG_ENTRY, _LOG_DATA):
+            return
+        try:
+            message = self._names.MAVLink(None).decode(bytearray(frame))
+        except self._names.MAVError:
+            return
+        if kind == _HEARTBEAT:
+            self._hear_heartbeat(message)
+        elif kind == _LOG_ENTRY:
+            self._hear_entry(message, now)
+        elif self._entry is not None and message.id == self._entry.number:
+            self._hear_piece(message, now)
+
+    def ask(self, now: float) -> list[bytes]:
+        """Return the frames that are to be sent now."""
+        if self._begun < 0.0:
+            self._begun = now
+        if self._armed and self.phase not in ("done", "failed"):
+            self.fail(
+                "the aircraft is armed; land and disarm it, so that nothing is taken from the "
+                "link in flight"
+            )
+        if self.phase == "listening" and (self._target[0] or now - self._begun > _LISTEN_SECONDS):
+            self.phase = "listing"
+        if self.phase == "listing":
+            return self._ask_for_list(now)
+        if self.phase == "fetching":
+            return self._ask_for_data(now)
+        return []
+
+    def end(self) -> bytes:
+        """Return the frame that ends the conversation."""
+        return self._pack(self._names.MAVLink_log_request_end_message(*self._target))
+
+    def fail(self, why: str) -> None:
+        """Give up."""
+        self.phase, self._why = "failed", why
+
+    def _hear_heartbeat(self, message: Any) -> None:
+        if message.autopilot == _NO_AUTOPILOT or message.get_srcSystem() == GROUND_SYSTEM:
+            return
+        sender = (message.get_srcSystem(), message.get_srcComponent())
+        if self._target in ((0, 0), sender):
+            self._target = sender
+            self._armed = bool(message.base_mode & _ARMED)
+
+    def _hear_entry(self, message: Any, now: float) -> None:
+        self._heard_at = now
+        self._announced = message.num_logs
+        if message.num_logs and message.size:
+            self.entries[message.id] = LogEntry(
+                number=message.id,
+                size=message.size,
+                begun=message.time_utc,
+                system=message.get_srcSystem(),
+                component=message.get_srcComponent(),
+            )
+        self._listed.add(message.id)
+        if self.phase == "listing" and len(self._listed) >= self._announced:
+            self.phase = "listed"
+
+    def _hear_piece(self, message: Any, now: float) -> None:
+        entry = self._entry
+        if entry is None:
+            return
+        offset, count = message.ofs, min(message.count, LOG_DATA_BYTES)
+        count = max(min(count, entry.size - offset), 0)
+        if self._request is not None:
+            self._time(count, now)
+        self._heard_at = now
+        if self.missing.within(offset, offset + count):
+            # What could not be kept has not come.
+            self._keep(offset, bytes(message.data[:count]))
+            self._came.append((now, self.missing.take(offset, offset + count)))
+        if self._request is not None:
+            start, stop = self._request
+            if start <= offset < stop <= offset + count or not self.missing.within(start, stop):
+                self._request = None
+            elif start <= offset and message.count < LOG_DATA_BYTES and offset + count < stop:
+                self._hear_end(offset + count)
+        if not self.missing:
+            self.phase = "done"
+
+    def _time(self, count: int, now: float) -> None:
+        """Take from a piece what asking costs, and how fast pieces follow each other."""
+        if self._heard_at > self._asked_at:
+            gap = min(now - self._heard_at, _MOST_SILENCE)
+            self._interval += 0.1 * (gap - self._interval)
+        else:
+            self._trip = now - self._asked_at
+        self._answered += count
+        if self._answered >= _MIN_MEASURED_BYTES and now > self._asked_at:
+            self._pace = self._answered / (now - self._asked_at)
+
+    def _hear_end(self, end: int) -> None:
+        """Note that the log ended before the size that was announced."""
+        self._cut_off += 1
+        if self._cut_off >= _MOST_CUT_OFF and self._entry is not None:
+            self.fail(
+                f"the autopilot ends log {self._entry.number} at {end} bytes, though it announced "
+                f"{self._entry.size}; switch it off and on, and begin again"
+            )
+
+    def _ask_for_list(self, now: float) -> list[bytes]:
+        quiet = now - max(self._asked_at, self._heard_at)
+        if self._asked_at >= 0.0 and quiet < _RETRY_SECONDS:
+            return []
+        if now - max(self._begun + _LISTEN_SECONDS, self._heard_at) > _TIMEOUT_SECONDS / 2.0:
+            if self.entries:
+                self.phase = "listed"  # the rest of the list does not come
+                return []
+            self.fail(
+                "nothing on the link answers the request for the list of logs; check that the "
+                "link is up and the autopilot keeps logs"
+            )
+            return []
+        self._asked_at = now
+        return [self._pack(self._names.MAVLink_log_request_list_message(*self._target, 0, 0xFFFF))]
+
+    def _ask_for_data(self, now: float) -> list[bytes]:
+        entry = self._entry
+        if entry is None:
+            return []
+        if self._heard_at < 0.0:
+            self._heard_at = self._asked_at = now
+            self._request = None
+        if now - self._heard_at > _TIMEOUT_SECONDS:
+            self.fail(
+                f"nothing has come for {_TIMEOUT_SECONDS:.0f} s; bring the link up and begin again: what "
+                "came is kept, and the rest will be asked for"
+            )
+            return []
+        if self._request is not None:
+            if now - max(self._heard_at, self._asked_at) < self._silence():
+                return []
+            # The end of what was asked for is lost, or the request was.
+            if self._heard_at <= self._asked_at:
+                self._cursor = self._request[0]
+            self._request = None
+        most, join = self._window()
+        wanted = self.missing.next_from(self._cursor, most, join)
+        if wanted is None:
+            return []
+        start, stop = wanted
+        self._cursor = stop
+        self._request, self._asked_at, self._answered = wanted, now, 0
+        return [
+            self._pack(
+                self._names.MAVLink_log_request_data_message(
+                    *self._target, entry.number, start, stop - start
+                )
+            )
+        ]
+
+    def _window(self) -> tuple[int, int]:
+        """Return how many bytes to ask for at once, and across how many that are there already.
+
+        It follows the pace of the link, not of what comes new: that falls where little is missing,
+        and each lost piece would be asked for by itself. Where the pace is not known yet, the first
+        answer shall be long enough to tell it.
+        """
+        if self._pace is None:
+            return _LEAST_WINDOW, _LEAST_WINDOW
+        most = min(max(_WINDOW_SECONDS * self._pace, _LEAST_WINDOW), _MOST_WINDOW)
+        return round(most / LOG_DATA_BYTES) * LOG_DATA_BYTES, round(
+            max(self._trip, _ROUND_TRIP) * self._pace
+        )
+
+    def _silence(self) -> float:
+        """Return after how many seconds without a piece there will be none."""
+        if self._heard_at <= self._asked_at:
+            return _FIRST_SILENCE
+        return min(max(_SILENT_PIECES * self._interval, _LEAST_SILENCE), _MOST_SILENCE)
+
+    def _rate(self, now: float) -> float:
+        while self._came and now - self._came[0][0] > _RATE_SECONDS:
+            self._came.popleft()
+        if not self._came:
+            return 0.0
+        over = max(now - self._came[0][0], 0.3)
+        return sum(count for _, count in self._came) / over
+
+    def _pack(self, message: Any) -> bytes:
+        frame = bytes(message.pack(self._packer))
+        self._packer.seq = (self._packer.seq + 1) % 256
+        return frame

@@ -1,0 +1,184 @@
+"""What a recorder tells of itself, in a file next to what it records."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import tempfile
+import warnings
+from pathlib import Path
+from typing import Final, Literal
+
+import platformdirs
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from gsapp.foundation.files import move_into_place
+from gsapp.foundation.os_error_text import DISK_FULL_ERRNOS
+
+RUNTIME_VARIABLE: Final = "GSAPP_RUNTIME_FOLDER"
+_PATIENCE: Final = 0.2
+"""Seconds for which a status that is being read is tried to be replaced on Windows."""
+
+
+LinkContent = Literal["", "mavlink", "text", "unreadable"]
+"""What the last bytes of a link are; empty while there are too few to tell."""
+
+
+class RecorderStatus(BaseModel):
+    """The state of a recorder; written about twice a second.
+
+    Attributes
+    ----------
+    pid : int
+        Its process.
+    link : str
+        What it records.
+    folder : str
+        The flight folder.
+    moved_from : str
+        The folder in which the record began, if that was removed, renamed or made read-only and
+        the record continues in `folder`; else empty.
+    state : {"starting", "recording", "stopped", "failed"}
+        What it does.
+    started_us, updated_us : int
+        Host microseconds of its start and of this status.
+    source_state : str
+        How the link fares, in words.
+    connected : bool
+        Whether data can arrive.
+    received_bytes, frames, lines, residue_bytes : int
+        What has come since the start.
+    content : {"", "mavlink", "text", "unreadable"}
+        What the last bytes are; empty while there are too few to tell.
+    byte_rate : float
+        Bytes per second of late.
+    last_data_us : int or None
+        Host time of the last data.
+    disk_free_bytes : int or None
+        Room on the disk.
+    seconds_until_full : float or None
+        For how long it lasts at the present rate; None while nothing comes.
+    waiting_bytes, dropped_bytes : int
+        Held in memory because the disk refuses; lost because memory was full too, or because
+        the record ended meanwhile.
+    unwritten_frames, unwritten_lines : int
+        How many of `frames` and `lines` were lost so.
+    error : str
+        What is wrong, in words; empty when all is well.
+    unconfirmed : bool
+        Whether what is wrong is only that the disk does not say that it keeps what it took.
+    warnings : list of str
+        What will be wrong soon.
+    notes : list of str
+        What was found in the folder at the start.
+    parent : int
+        The process that started it; on Windows the launcher of a virtual environment.
+    ahead_us : int
+        By how much its stamps are ahead of the computer's clock, because that was set back, or
+        because the flight that is continued ends in the future. Whoever compares a stamp with
+        the computer's clock adds it to that.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+    pid: int
+    link: str
+    folder: str
+    moved_from: str = ""
+    state: Literal["starting", "recording", "stopped", "failed"]
+    started_us: int
+    updated_us: int
+    source_state: str = ""
+    connected: bool = False
+    received_bytes: int = 0
+    frames: int = 0
+    lines: int = 0
+    residue_bytes: int = 0
+    content: LinkContent = ""
+    byte_rate: float = 0.0
+    last_data_us: int | None = None
+    disk_free_bytes: int | None = None
+    seconds_until_full: float | None = None
+    waiting_bytes: int = 0
+    dropped_bytes: int = 0
+    unwritten_frames: int = 0
+    unwritten_lines: int = 0
+    error: str = ""
+    unconfirmed: bool = False
+    warnings: list[str] = []
+    notes: list[str] = []
+    parent: int = 0
+    ahead_us: int = 0
+
+
+def runtime_folder() -> Path:
+    """Return the folder in which running recorders leave a note for windows to find.
+
+    The environment variable ``GSAPP_RUNTIME_FOLDER`` names another.
+    """
+    given = os.environ.get(RUNTIME_VARIABLE)
+    if given:
+        folder = Path(given)
+    else:
+        with warnings.catch_warnings():
+            # Where the session names no folder, or one that others may enter, platformdirs takes
+            # another, always the same; nobody has to do anything about it.
+            warnings.filterwarnings("ignore", message="XDG_RUNTIME_DIR", category=UserWarning)
+            folder = Path(platformdirs.user_runtime_dir("gsapp"))
+    try:
+        return _private(folder / "recorders")
+    except OSError:
+        # A note is no reason not to record.
+        return _private(Path(tempfile.gettempdir()) / f"gsapp-{_user()}" / "recorders")
+
+
+def _user() -> int:
+    if sys.platform == "win32":
+        return 0  # every user has temporary folders there
+    return os.getuid()
+
+
+def _private(folder: Path) -> Path:
+    """Make a folder that this user may write, if it is not there yet."""
+    folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise PermissionError(f"{folder} may not be written")
+    return folder
+
+
+def write_status(path: Path, status: RecorderStatus) -> bool:
+    """Replace a status file; return False where the disk refuses.
+
+    Unlike documents it is not flushed to the disk: it says what is, not what was. On Windows it
+    is tried until nobody reads it: the last one tells that the recorder has stopped.
+    """
+    temporary = path.with_name(f".{path.name}.{status.pid}")
+    content = status.model_dump_json(indent=1).encode("utf-8")
+    try:
+        temporary.write_bytes(content)
+        move_into_place(temporary, path, patience=_PATIENCE)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+        return error.errno in DISK_FULL_ERRNOS and _overwrite(path, content)
+    return True
+
+
+def _overwrite(path: Path, content: bytes) -> bool:
+    """Write over what stands there, in the room that it has: a full disk takes no second file."""
+    try:
+        with path.open("r+b", buffering=0) as stream:
+            stream.write(content)
+            stream.truncate()
+    except OSError:
+        return False
+    return True
+
+
+def read_status(path: Path) -> RecorderStatus | None:
+    """Read a status file; None where it is missing or not whole."""
+    try:
+        return RecorderStatus.model_validate_json(path.read_bytes())
+    except (OSError, ValidationError):
+        return None

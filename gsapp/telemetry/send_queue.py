@@ -1,0 +1,84 @@
+"""What others ask the recorder to send: it alone owns the link.
+
+A file ``recorder.send`` beside the record, of the same kind as ``raw.tlog``, to which whole frames
+are appended and which the recorder follows. It passes on requests for the aircraft's log, and
+nothing else: no file can make it command the aircraft or erase a log.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import time
+from pathlib import Path
+from typing import Final
+
+from gsapp.flight.file_names import SEND_FILE
+from gsapp.flight.raw_files import STAMP_STRUCT, FrameFile
+
+LOG_REQUEST_LIST: Final = 117
+LOG_REQUEST_DATA: Final = 119
+LOG_REQUEST_END: Final = 122
+ALLOWED_MESSAGE_IDS: Final = frozenset({LOG_REQUEST_LIST, LOG_REQUEST_DATA, LOG_REQUEST_END})
+"""Ids of the messages that are passed on."""
+_MAGIC_2 = 0xFD
+
+
+def frame_message_id(frame: bytes) -> int:
+    """Return the id of a whole MAVLink frame."""
+    if frame[0] == _MAGIC_2:
+        return frame[7] | frame[8] << 8 | frame[9] << 16
+    return frame[5]
+
+
+def request_send(folder: Path, frame: bytes) -> None:
+    """Ask the recorder of a flight folder to send a frame.
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be written to.
+    """
+    # One write of a few bytes: windows may ask at once and do not come between each other.
+    descriptor = os.open(
+        folder / SEND_FILE,
+        os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0),
+        0o644,
+    )
+    try:
+        os.write(descriptor, STAMP_STRUCT.pack(time.time_ns() // 1000) + frame)
+    finally:
+        os.close(descriptor)
+
+
+class SendQueue:
+    """The recorder's side.
+
+    Parameters
+    ----------
+    folder : Path
+        The flight folder. What was asked for before is forgotten.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._path = folder / SEND_FILE
+        self._file = FrameFile(self._path)
+        self.close()
+
+    def take(self) -> list[bytes]:
+        """Return the frames that are to be sent now; never raises."""
+        frames: list[bytes] = []
+        with contextlib.suppress(OSError, ValueError):
+            size = self._file.size()
+            if size > self._file.position:
+                self._file.read(size)
+        while self._file.records:
+            frame = self._file.records.popleft().data
+            if frame_message_id(frame) in ALLOWED_MESSAGE_IDS:
+                frames.append(frame)
+        return frames
+
+    def close(self) -> None:
+        """Take the file away."""
+        with contextlib.suppress(OSError):
+            self._path.unlink(missing_ok=True)

@@ -1,0 +1,312 @@
+"""What all sources have in common: the interface, and coming back after a loss.
+
+A source stamps what it receives and otherwise leaves it as it came. It never gives up: while its
+device or peer is away it tries again, at growing intervals, and says so in words.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import socket
+import sys
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable
+from typing import Final, Literal, NamedTuple
+
+from gsapp.foundation import LinkError
+from gsapp.telemetry.clock import Clock
+from gsapp.telemetry.link_address import LinkAddress
+
+
+class LinkUnavailableError(LinkError):
+    """A link is not there yet, and may come by itself: unplugged, or nobody listens."""
+
+
+class Chunk(NamedTuple):
+    """Bytes that came at one time.
+
+    Attributes
+    ----------
+    stamp_us : int
+        Host time of arrival, microseconds since 1970 (UTC).
+    data : bytes
+        The bytes; empty where the stream of this peer ended.
+    peer : str
+        Who sent them, where a link has several senders: every peer is a stream of its own.
+    """
+
+    stamp_us: int
+    data: bytes
+    peer: str = ""
+
+
+class LinkSource(ABC):
+    """A source of bytes.
+
+    Parameters
+    ----------
+    address : LinkAddress
+        The link.
+    clock : Clock
+        Stamps and waits.
+
+    Attributes
+    ----------
+    framing : {"mavlink", "text"}
+        What the bytes hold.
+    state : str
+        How the link fares, in words for the user.
+    unsent : str
+        Why what was written last could not be sent, in words; empty where it could.
+    connected : bool
+        Whether data can arrive.
+    finished : bool
+        Whether nothing will ever come again (a recorded flight at its end).
+    """
+
+    framing: Literal["mavlink", "text"] = "mavlink"
+
+    def __init__(self, address: LinkAddress, *, clock: Clock) -> None:
+        self.address = address
+        self.clock = clock
+        self.state = f"{address}: not opened yet"
+        self.unsent = ""
+        self.connected = False
+        self.finished = False
+
+    @abstractmethod
+    def open(self) -> None:
+        """Connect now.
+
+        Raises
+        ------
+        LinkUnavailableError
+            If the link is away but may come; `read` goes on trying.
+        LinkError
+            If the user has to do something; `read` goes on trying all the same.
+        """
+
+    @abstractmethod
+    def read(self, timeout: float) -> list[Chunk]:
+        """Return what has arrived, waiting for it up to `timeout` seconds; never raises."""
+
+    @abstractmethod
+    def write(self, data: bytes) -> None:
+        """Send bytes to all peers that are there; dropped where there is none. Never raises.
+
+        What cannot be sent is dropped, and `unsent` says why.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Give the device or port back. May be called twice."""
+
+
+class Backoff:
+    """Intervals between attempts, doubling from `first` to `longest` seconds."""
+
+    def __init__(self, first: float = 0.1, longest: float = 5.0) -> None:
+        self._first = first
+        self._longest = longest
+        self._next = first
+
+    def reset(self) -> None:
+        """Begin anew after success."""
+        self._next = self._first
+
+    def next(self) -> float:
+        """Return how long to wait before the next attempt."""
+        wait = self._next
+        self._next = min(2.0 * wait, self._longest)
+        return wait
+
+
+class ReconnectingSource(LinkSource):
+    """A source that connects, and connects again when what it was connected to has gone."""
+
+    longest_wait: float = 5.0
+
+    def __init__(self, address: LinkAddress, *, clock: Clock) -> None:
+        super().__init__(address, clock=clock)
+        self._backoff = Backoff(longest=self.longest_wait)
+        self._next_attempt = 0.0
+        self._closed = False
+
+    def open(self) -> None:
+        """Connect now; see `LinkSource.open`."""
+        if self.connected or self._closed:
+            return
+        try:
+            self._connect()
+        except LinkError as error:
+            self.state = str(error)
+            self._next_attempt = self.clock.monotonic() + self._backoff.next()
+            raise
+        except OSError as error:
+            problem = self._problem(error)
+            self.state = str(problem)
+            self._next_attempt = self.clock.monotonic() + self._backoff.next()
+            raise problem from error
+        self.unsent = ""
+        self.connected = True
+
+    def read(self, timeout: float) -> list[Chunk]:
+        """Return what has arrived, waiting for it up to `timeout` seconds; never raises."""
+        if self._closed:
+            self.clock.sleep(timeout)
+            return []
+        if not self.connected:
+            wait = self._next_attempt - self.clock.monotonic()
+            if wait > 0.0:
+                self.clock.sleep(min(wait, timeout))
+                return []
+            with contextlib.suppress(LinkError):
+                self.open()
+            if not self.connected:
+                return []
+        try:
+            chunks = self._receive(timeout)
+        except OSError as error:
+            self._lose(str(self._problem(error)))
+            return [Chunk(self.clock.now_us(), b"")]
+        if chunks:
+            self._backoff.reset()
+        return chunks
+
+    def write(self, data: bytes) -> None:
+        """Send bytes to all peers that are there; see `LinkSource.write`."""
+        why = ""
+        if self.connected:
+            # A connection that has gone is noticed by reading, in the thread that reads.
+            try:
+                self._send(data)
+            except LinkError as error:
+                why = str(error)
+            except OSError as error:
+                why = f"cannot send ({error.strerror or error})"
+        self.unsent = why
+
+    def close(self) -> None:
+        """Give the device or port back. May be called twice."""
+        if not self._closed:
+            self._closed = True
+            self.connected = False
+            with contextlib.suppress(OSError):
+                self._disconnect()
+            self.state = f"{self.address}: closed"
+
+    def _lose(self, why: str) -> None:
+        """Note that the connection has gone."""
+        self.connected = False
+        self.state = why
+        self._next_attempt = self.clock.monotonic() + self._backoff.next()
+        with contextlib.suppress(OSError):
+            self._disconnect()
+
+    def _problem(self, error: OSError) -> LinkError:
+        """Put an error into one sentence with its remedy."""
+        return network_error(self.address, error)
+
+    @abstractmethod
+    def _connect(self) -> None:
+        """Connect, and set `state`; raise LinkError or OSError."""
+
+    @abstractmethod
+    def _receive(self, timeout: float) -> list[Chunk]:
+        """Return what has arrived; raise LinkError or OSError when the connection has gone."""
+
+    @abstractmethod
+    def _send(self, data: bytes) -> None:
+        """Send bytes; raise OSError where that is refused.
+
+        It runs in another thread than all else: what it sends on may be closed at any time.
+        """
+
+    @abstractmethod
+    def _disconnect(self) -> None:
+        """Close what is open."""
+
+
+def send_to_each(peers: Iterable[tuple[str, Callable[[], object]]]) -> None:
+    """Send to several peers; one that cannot be reached does not keep it from the others.
+
+    Parameters
+    ----------
+    peers : iterable of (str, callable)
+        The name of each, and what sends to it.
+
+    Raises
+    ------
+    LinkError
+        If some could not be reached; names them.
+    """
+    refused = []
+    for name, send in peers:
+        try:
+            send()
+        except OSError as error:
+            refused.append(f"{name} ({error.strerror or error})")
+    if refused:
+        raise LinkError(f"cannot send to {', '.join(refused)}")
+
+
+def set_exclusive_port(listener: socket.socket) -> None:
+    """Let no other program listen on a port that is about to be bound.
+
+    Windows would hand it to any that asks to share it, as MAVProxy does, and with it the data.
+    """
+    if sys.platform == "win32":
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
+    elif listener.type == socket.SOCK_STREAM:
+        # Lets a new listener follow one that has just ended, not join one that runs.
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+
+
+_PEER_UNREACHABLE_ERRORS: Final = {
+    errno.ECONNREFUSED, errno.ETIMEDOUT, errno.EHOSTUNREACH, errno.ENETUNREACH,
+    errno.ECONNRESET, errno.EPIPE, errno.EHOSTDOWN, errno.ENETDOWN,
+}  # fmt: skip
+
+
+def network_error(address: LinkAddress, error: OSError) -> LinkError:
+    """Return the sentence for an error of a network link."""
+    if isinstance(error, LinkError):
+        return error
+    where = f"{address.host} port {address.port}"
+    protocol = "UDP" if address.kind.startswith("udp") else "TCP"
+    if isinstance(error, socket.gaierror):
+        return LinkError(
+            f"{address}: the host name '{address.host}' is not known; check its spelling or "
+            "write its number"
+        )
+    if error.errno == errno.EADDRINUSE or getattr(error, "winerror", None) == 10048:
+        return LinkError(
+            f"{address}: {protocol} port {address.port} is in use by another program; close "
+            "that (perhaps another ground station or recorder), or choose another port"
+        )
+    if getattr(error, "winerror", None) == 10013:
+        return LinkError(
+            f"{address}: Windows does not give {protocol} port {address.port} away: another "
+            "program holds it for itself, or it is set aside; choose another port"
+        )
+    if error.errno in (errno.EACCES, errno.EPERM):
+        return LinkError(
+            f"{address}: this user may not open {protocol} port {address.port}; choose a port "
+            "of 1024 or above"
+        )
+    if error.errno == errno.EADDRNOTAVAIL:
+        return LinkError(
+            f"{address}: {address.host} is no address of this computer; write 127.0.0.1 for this "
+            "computer only, or 0.0.0.0 for all its networks"
+        )
+    if error.errno == errno.ECONNREFUSED:
+        return LinkUnavailableError(
+            f"{address}: {where} refuses the connection, because no program listens there; check "
+            "address and port; retrying"
+        )
+    if isinstance(error, TimeoutError) or error.errno in _PEER_UNREACHABLE_ERRORS:
+        return LinkUnavailableError(
+            f"{address}: nothing answers at {where}; trying again until it does"
+        )
+    return LinkUnavailableError(f"{address}: {error.strerror or error}; trying again")

@@ -1,0 +1,134 @@
+"""Theme, scale and units: what the keys of the View menu change, live, and what is remembered."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QApplication, QWidget
+
+from ui.commands import CommandSet
+from ui.dialog_options import connection_options
+from ui.dialogs.settings import SettingsDialog
+from ui.display_style import SCALE_STEPS, DisplayStyle
+from ui.fonts import sans_serif_font
+from ui.settings import SettingsStore
+from ui.style_sheet import create_style_sheet
+from ui.style_sheet_icons import style_sheet_icons
+from ui.theme import THEMES, theme_title
+from ui.window_frame.banners import Banner, BannerStack
+
+
+class AppearanceController(QObject):
+    """Applies the look to the whole application and keeps it in the settings.
+
+    Parameters
+    ----------
+    look : DisplayStyle
+        Shared by all widgets.
+    store : SettingsStore
+        Remembers.
+    parent : QWidget, optional
+        The window, for the dialog of settings.
+
+    Attributes
+    ----------
+    saved : Signal
+        Settings were saved in the dialog.
+    layout_reset : Signal
+        Those of layout and panel are as at first.
+    """
+
+    saved = Signal()
+    layout_reset = Signal()
+
+    def __init__(
+        self, look: DisplayStyle, store: SettingsStore, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._look = look
+        self._store = store
+        self._signs = style_sheet_icons()
+        self._window = parent
+        self._commands: CommandSet | None = None
+        self._banners: BannerStack | None = None
+        self._announced = look.theme.name
+        self._banner: Banner | None = None
+        look.changed.connect(self.apply)
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what each command does."""
+        return {
+            "next_theme": self.next_theme,
+            **{f"theme_{name}": partial(self._look.set_theme, name) for name in THEMES},
+            "units": self.other_units,
+            "larger": lambda: self.step_scale(1),
+            "smaller": lambda: self.step_scale(-1),
+            "settings": self.edit_settings,
+            "normal_size": lambda: self._look.set_scale(SCALE_STEPS[0]),
+        }
+
+    def announce(self, commands: CommandSet, banners: BannerStack) -> None:
+        """Check the theme in the menu from now on, and name in a banner what theme was chosen."""
+        self._commands, self._banners = commands, banners
+        self._look.changed.connect(self._show_theme)
+        for name in THEMES:
+            commands.actions[f"theme_{name}"].triggered.connect(self._show_theme)
+        self._show_theme()
+
+    def _show_theme(self) -> None:
+        chosen = self._look.theme.name
+        if self._commands is None or self._banners is None:
+            return
+        for name in THEMES:
+            self._commands.check(f"theme_{name}", name == chosen)
+        if chosen != self._announced:
+            self._announced = chosen
+            if self._banner is not None:
+                self._banners.remove(self._banner)
+            self._banner = self._banners.show_banner("note", f"{theme_title(chosen)} theme.")
+
+    def edit_settings(self) -> None:
+        """Ask for what is remembered, and put it in force."""
+        dialog = SettingsDialog(self._store.current, self._look, connection_options(), self._window)
+        if not dialog.exec():
+            return
+        values = dialog.values
+        if values.pop("muted") != self._store.current.muted and self._commands is not None:
+            self._commands.actions["mute"].trigger()
+        self._look.set_theme(str(values.pop("theme")))
+        self._look.set_scale(int(str(values.pop("scale"))))
+        self._look.set_units(str(values.pop("units")))
+        self._store.change(**values)
+        self.saved.emit()
+        if dialog.reset_layout.isChecked():
+            self.layout_reset.emit()
+
+    def apply(self) -> None:
+        """Put style sheet and font in force, and remember."""
+        application = QApplication.instance()
+        look = self._look
+        sheet = create_style_sheet(look, self._signs.paths(look))
+        # Qt styles every widget anew even with the same sheet, as after a change of units.
+        if isinstance(application, QApplication) and application.styleSheet() != sheet:
+            application.setFont(sans_serif_font(look.sizes.body))
+            application.setStyleSheet(sheet)
+        self._store.change(theme=look.theme.name, scale=look.scale, units=look.units)
+
+    def next_theme(self) -> None:
+        """Take the next theme of the three."""
+        names = list(THEMES)
+        self._look.set_theme(names[(names.index(self._look.theme.name) + 1) % len(names)])
+
+    def other_units(self) -> None:
+        """Switch between US customary and SI units."""
+        self._look.set_units("SI" if self._look.units == "US" else "US")
+
+    def step_scale(self, steps: int) -> None:
+        """Make everything larger or smaller by one step."""
+        place = min(
+            range(len(SCALE_STEPS)), key=lambda index: abs(SCALE_STEPS[index] - self._look.scale)
+        )
+        self._look.set_scale(SCALE_STEPS[min(max(place + steps, 0), len(SCALE_STEPS) - 1)])

@@ -1,0 +1,216 @@
+"""What several dialogs share: a shipped file or a file of one's own; where to record."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+
+from PySide6.QtCore import QTimer, Signal
+from PySide6.QtWidgets import QComboBox, QFileDialog, QLineEdit, QSizePolicy, QVBoxLayout, QWidget
+
+from gsapp.foundation import FlightError
+from ui.dialogs.flight_requests import InputCheck, check_folder, next_flight_name
+from ui.dialogs.form_dialog import FieldMessage, FormDialog, PathField
+from ui.disk_checks import nearest_folder, path_kind
+from ui.display_style import DisplayStyle
+from ui.settings import writable_folder
+
+_OTHER_FILE = "Other file…"
+_RETRY_MS = 1000
+
+
+class ShippedFileField(QComboBox):
+    """A file by name, or one of the user's own.
+
+    Parameters
+    ----------
+    name : str
+        What it is.
+    shipped : sequence of str
+        Names that come with the program.
+    none : str
+        Words for going without one; empty if there must be one.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        shipped: Sequence[str],
+        current: str,
+        *,
+        none: str = "",
+        folder: bool = False,
+    ) -> None:
+        super().__init__()
+        self._name = name
+        self._folder = folder
+        self.setAccessibleName(name)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        if none:
+            self.addItem(none, "")
+        for known in shipped:
+            self.addItem(known, known)
+        if current and current not in shipped and path_kind(current) in ("file", "folder"):
+            self.addItem(current, current)
+        self.addItem("Other folder…" if folder else _OTHER_FILE, None)
+        place = self.findData(current)
+        self.setCurrentIndex(max(place, 0))
+        self._kept = self.currentIndex()
+        self.activated.connect(self._activated)
+
+    def _activated(self, index: int) -> None:
+        if self.itemData(index) is not None:
+            self._kept = index
+            return
+        # Where Qt was last may be a disk that does not respond.
+        start = str(nearest_folder(Path(str(self.itemData(self._kept) or "~")).expanduser()))
+        if self._folder:
+            path = QFileDialog.getExistingDirectory(self, self._name, start)
+        else:
+            path, _kind = QFileDialog.getOpenFileName(self, self._name, start, "TOML (*.toml)")
+        if path:
+            self.insertItem(index, path, path)
+            self._kept = index
+        self.setCurrentIndex(self._kept)
+
+    def offer(self, names: Sequence[str]) -> None:
+        """Offer further names, before the last line."""
+        for name in names:
+            if self.findData(name) < 0:
+                self.insertItem(self.count() - 1, name, name)
+        self._kept = self.currentIndex()
+
+    def show_value(self, value: str) -> None:
+        """Show a name or path, offered from now on if it was not."""
+        self.offer((value,))
+        self.setCurrentIndex(self.findData(value))
+        self._kept = self.currentIndex()
+
+    @property
+    def value(self) -> str:
+        """Return the name or path chosen; empty for none."""
+        return str(self.currentData() or "")
+
+
+class FlightFolderField(QWidget):
+    """Title and folder of a new flight, with a sentence about them.
+
+    Parameters
+    ----------
+    parent_folder : Path
+        Where flights are recorded; the usual folder takes its place if it cannot be written.
+
+    Attributes
+    ----------
+    changed : Signal
+        Something else is typed now.
+    proposed_parent : Path
+        Folder of the flights, as proposed.
+    """
+
+    changed = Signal()
+
+    def __init__(self, parent_folder: Path, look: DisplayStyle) -> None:
+        super().__init__()
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(look.px(8))
+        self.title = QLineEdit()
+        self.title.setPlaceholderText("Title (optional)")
+        self.title.setAccessibleName("Title of the flight")
+        self.name = QLineEdit()
+        self.name.setAccessibleName("Name of the flight folder")
+        self.name.setToolTip("Folder of this flight: its date and a letter")
+        self.parent_folder = PathField("Folder of the flights", look)
+        self.sentence = FieldMessage()
+        for field in (self.title, self.name, self.parent_folder, self.sentence):
+            column.addWidget(field)
+        self.proposed_parent, self._why_other = writable_folder(parent_folder)
+        self.parent_folder.edit.setText(str(self.proposed_parent))
+        today = datetime.now().astimezone().date()
+        self.name.setText(next_flight_name(self.proposed_parent, today))
+        self.name.textChanged.connect(self._judge)
+        self.parent_folder.edit.textChanged.connect(self._judge)
+        self.setFocusProxy(self.title)
+        # A disk that spins up answers later.
+        self._again = QTimer(self, singleShot=True, interval=_RETRY_MS)
+        self._again.timeout.connect(self._judge)
+        self.verdict = InputCheck(sentence="")
+        self._judge()
+
+    def _judge(self) -> None:
+        parent = self.parent_folder.edit.text()
+        self.verdict = verdict = check_folder(parent, self.name.text())
+        state, words = verdict.state, verdict.sentence
+        if self._why_other and verdict.usable and Path(parent) == self.proposed_parent:
+            state, words = "caution", f"{self._why_other} {words}"
+        self.sentence.say(words, state)
+        if not verdict.usable:
+            self._again.start()
+        self.changed.emit()
+
+    @property
+    def folder(self) -> Path:
+        """Return the flight folder."""
+        return Path(self.parent_folder.edit.text()).expanduser() / self.name.text().strip()
+
+
+class RecordingDialog(FormDialog):
+    """Asks for a flight to be recorded, and stays open until its recording has begun.
+
+    Attributes
+    ----------
+    submitted : Signal
+        The user wants the flight. The dialog stays until it is accepted once more, or told of a
+        refusal.
+    place : FlightFolderField
+        Title and folder of the flight.
+    connecting : bool
+        Whether the recording is about to begin.
+    """
+
+    submitted = Signal()
+
+    def add_place(self, flights: Path) -> None:
+        """Add the last rows: title and folder of the flight, and what went wrong."""
+        self.connecting = False
+        self.place = FlightFolderField(flights, self.look)
+        self.add_row("Flight", self.place)
+        self.error = FieldMessage()
+        self.add_row("", self.error)
+        self.place.changed.connect(self._judge)
+        self._judge()
+
+    @property
+    def usable(self) -> bool:
+        """Return whether what is typed will do."""
+        return self.place.verdict.usable
+
+    def _judge(self) -> None:
+        self.error.say("")
+        self.button.setEnabled(self.usable and not self.connecting)
+
+    def accept(self) -> None:
+        """Ask for the recording, and close once it has begun."""
+        if self.connecting:
+            super().accept()
+            return
+        self.connecting = True
+        self._judge()
+        self.error.say("Starting the recording…")
+        self.submitted.emit()
+
+    def withdraw(self) -> None:
+        """Take back what was submitted; all that was typed stays."""
+        self.connecting = False
+        self._judge()
+
+    def show_refusal(self, error: Exception) -> None:
+        """Say beside the field at fault why nothing is recorded; all that was typed stays."""
+        self.withdraw()
+        self._sentence_of(error).say(str(error), "warning")
+
+    def _sentence_of(self, error: Exception) -> FieldMessage:
+        at_place = isinstance(error, FlightError) or str(self.place.folder) in str(error)
+        return self.place.sentence if at_place else self.error

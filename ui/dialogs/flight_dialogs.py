@@ -1,0 +1,289 @@
+"""Short questions: time, y range, export, map of a foreign file, what to do with the recorder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+from PySide6.QtWidgets import QComboBox, QLineEdit, QMessageBox, QWidget
+
+from ui.dialogs.file_fields import ShippedFileField
+from ui.dialogs.form_dialog import FieldMessage, FormDialog, PathField
+from ui.disk_checks import path_kind
+from ui.display_style import DisplayStyle
+from ui.number_format import clock_text, parse_clock, parse_number, unit_text
+
+ClosingAnswer = Literal["leave", "stop", "stay"]
+
+
+class GoToDialog(FormDialog):
+    """Asks for a flight time."""
+
+    def __init__(
+        self,
+        look: DisplayStyle,
+        first: float,
+        last: float,
+        now: float,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(
+            "Go to time",
+            f"This flight runs from {clock_text(first, decimals=1)} to "
+            f"{clock_text(last, decimals=1)}.",
+            "Go",
+            look,
+            parent,
+        )
+        self._span = (first, last)
+        self.edit = QLineEdit(clock_text(now, decimals=1))
+        self.edit.selectAll()
+        self.sentence = FieldMessage()
+        self.add_row("Flight time", self.edit, self.sentence)
+        self.edit.textChanged.connect(self._judge)
+        self._judge()
+        self.edit.setFocus()
+        self.fit(400)
+
+    def _judge(self) -> None:
+        time = self.time
+        first, last = self._span
+        if time is None:
+            self.sentence.say("Write minutes and seconds, such as 4:07.5, or seconds.", "warning")
+        elif not first <= time <= last:
+            self.sentence.say(
+                f"Outside the flight; the nearest is {clock_text(self.held, decimals=1)}.",
+                "caution",
+            )
+        else:
+            self.sentence.say(clock_text(time, decimals=1), "good")
+        self.button.setEnabled(time is not None)
+
+    @property
+    def time(self) -> float | None:
+        """Return what is typed, s; None if it is no time."""
+        return parse_clock(self.edit.text())
+
+    @property
+    def held(self) -> float:
+        """Return the time within the flight, s."""
+        first, last = self._span
+        return min(max(self.time if self.time is not None else first, first), last)
+
+
+class RangeDialog(FormDialog):
+    """Asks for the y range of a chart; two empty fields leave it to the program.
+
+    Parameters
+    ----------
+    title, unit : str
+        The quantity, and the unit in which it is shown.
+    low, high : float
+        The range in force, in that unit.
+    """
+
+    def __init__(
+        self,
+        look: DisplayStyle,
+        title: str,
+        unit: str,
+        low: float,
+        high: float,
+        parent: QWidget | None = None,
+    ) -> None:
+        shown = f" in {unit_text(unit)}" if unit else ""
+        super().__init__(
+            "Y range",
+            f"{title}{shown}. Leave both fields empty for an automatic range.",
+            "Set",
+            look,
+            parent,
+        )
+        self.high, self.low = QLineEdit(f"{high:g}"), QLineEdit(f"{low:g}")
+        self.sentence = FieldMessage()
+        self.add_row("Highest", self.high)
+        self.add_row("Lowest", self.low, self.sentence)
+        for edit in (self.high, self.low):
+            edit.textChanged.connect(self._judge)
+        self.high.selectAll()
+        self._judge()
+        self.fit(400)
+
+    def _judge(self) -> None:
+        texts = self.high.text().strip(), self.low.text().strip()
+        usable = self.range is not None or not any(texts)
+        if not any(texts):
+            self.sentence.say("The range follows the trace.", "good")
+        elif usable:
+            self.sentence.say("The range stays as it is typed. Y changes back.", "good")
+        elif any(parse_number(text) is None for text in texts):
+            self.sentence.say("Write two numbers, such as 5 and -2.5.", "warning")
+        else:
+            self.sentence.say("The highest must lie above the lowest.", "warning")
+        self.button.setEnabled(usable)
+
+    @property
+    def range(self) -> tuple[float, float] | None:
+        """Return lowest and highest as typed; None if they make no range."""
+        low, high = parse_number(self.low.text()), parse_number(self.high.text())
+        return (low, high) if low is not None and high is not None and low < high else None
+
+
+class ExportDialog(FormDialog):
+    """Asks for format and file."""
+
+    FORMATS = (
+        ("csv", "Flight CSV (.csv)"),
+        ("mat", "MATLAB (.mat)"),
+        ("parquet", "Parquet (.parquet)"),
+    )
+
+    def __init__(self, look: DisplayStyle, start: Path, parent: QWidget | None = None) -> None:
+        super().__init__(
+            "Export the flight",
+            "All channels on one grid, with their units.",
+            "Export",
+            look,
+            parent,
+        )
+        self.kind = QComboBox()
+        for kind, words in self.FORMATS:
+            self.kind.addItem(words, kind)
+        self.add_row("Format", self.kind)
+        self.path = PathField("File", look, folder=False)
+        self.path.edit.setText(str(start.with_suffix(".csv")))
+        self.sentence = FieldMessage()
+        self.add_row("File", self.path, self.sentence)
+        self.kind.activated.connect(self._suit)
+        self.path.edit.textChanged.connect(self._judge)
+        self._judge()
+        self.fit(560)
+
+    def _suit(self) -> None:
+        text = self.path.edit.text().strip()
+        if text:
+            self.path.edit.setText(str(Path(text).with_suffix(f".{self.kind.currentData()}")))
+
+    def _judge(self) -> None:
+        text = self.path.edit.text().strip()
+        file = Path(text).expanduser()
+        usable = bool(text) and path_kind(file.parent) == "folder"
+        if not text:
+            self.sentence.say("Name the file.", "warning")
+        elif not usable:
+            self.sentence.say(f"There is no folder {file.parent}.", "warning")
+        elif path_kind(file) != "missing":
+            self.sentence.say("This file exists and will be replaced.", "caution")
+        else:
+            self.sentence.say("A new file.", "good")
+        self.button.setEnabled(usable)
+
+    @property
+    def request(self) -> tuple[str, Path]:
+        """Return format and file."""
+        return str(self.kind.currentData()), Path(self.path.edit.text().strip()).expanduser()
+
+
+class ChannelMapDialog(FormDialog):
+    """Asks which channel map reads a foreign file."""
+
+    def __init__(
+        self,
+        look: DisplayStyle,
+        path: Path,
+        maps: Sequence[str],
+        current: str,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(
+            "Which channel map?",
+            f"{path.name} holds messages; a channel map says which of them are which channel.",
+            "Open",
+            look,
+            parent,
+        )
+        self.channel_map = ShippedFileField("Channel map", maps, current)
+        self.add_row("Channel map", self.channel_map)
+        self.fit(480)
+
+
+def ask_closing(
+    parent: QWidget, flights: Sequence[str], works: Sequence[str] = ()
+) -> ClosingAnswer:
+    """Ask what shall become of recordings, and of works that are not done, as a window closes.
+
+    A key pressed in haste loses nothing: it leaves recorders running, and where works would be
+    given up, it stays.
+
+    Parameters
+    ----------
+    flights : sequence of str
+        What is being recorded.
+    works : sequence of str
+        Titles.
+    """
+    sentences, consequences = [], []
+    if flights:
+        sentences.append(f"{' and '.join(flights)} {'is' if len(flights) == 1 else 'are'} being "
+                         "recorded.")  # fmt: skip
+        consequences.append(
+            "A recorder runs in a process of its own. Left running, it goes on without this "
+            "window, and the next window finds it again."
+        )
+    if works:
+        sentences.append(f"Not done yet: {', '.join(works)}.")
+        consequences.append("What is not done is given up, and nothing of it is kept.")
+    box = QMessageBox(parent)
+    box.setWindowTitle("Recording" if flights else "Not done")
+    box.setIcon(QMessageBox.Icon.NoIcon)
+    box.setText(" ".join(sentences))
+    box.setInformativeText(" ".join(consequences))
+    role = QMessageBox.ButtonRole
+    leave = box.addButton("Leave it running" if flights else "Close", role.AcceptRole)
+    stop = box.addButton("Stop recording", role.DestructiveRole) if flights else None
+    stay = box.addButton("Stay", role.RejectRole)
+    box.setDefaultButton(stay if works else leave)
+    box.setEscapeButton(stay)
+    box.exec()
+    box.deleteLater()
+    clicked = box.clickedButton()
+    if clicked is leave:
+        return "leave"
+    return "stop" if stop is not None and clicked is stop else "stay"
+
+
+def ask_append(parent: QWidget, name: str, new_name: str) -> bool | None:
+    """Ask whether to append to a finished flight; return None for neither that nor a new one."""
+    box = QMessageBox(parent)
+    box.setWindowTitle("Flight exists")
+    box.setIcon(QMessageBox.Icon.NoIcon)
+    box.setText(f"{name} is a finished flight.")
+    box.setInformativeText(
+        f"Record a new flight named {new_name}, or append to {name} so that both become one flight?"
+    )
+    new = box.addButton("New flight", QMessageBox.ButtonRole.AcceptRole)
+    append = box.addButton("Append", QMessageBox.ButtonRole.DestructiveRole)
+    cancel = box.addButton("Cancel", QMessageBox.ButtonRole.RejectRole)
+    box.setDefaultButton(new)
+    box.setEscapeButton(cancel)
+    box.exec()
+    box.deleteLater()
+    clicked = box.clickedButton()
+    return None if clicked not in (new, append) else clicked is append
+
+
+def ask_stop(parent: QWidget, what: str) -> bool:
+    """Ask whether to stop the recording now; going on is the default."""
+    box = QMessageBox(parent)
+    box.setWindowTitle("Stop recording")
+    box.setIcon(QMessageBox.Icon.NoIcon)
+    box.setText(f"Stop recording {what}?")
+    box.setInformativeText("Everything recorded so far is kept.")
+    stop = box.addButton("Stop recording", QMessageBox.ButtonRole.DestructiveRole)
+    go_on = box.addButton("Keep recording", QMessageBox.ButtonRole.RejectRole)
+    box.setDefaultButton(go_on)
+    box.setEscapeButton(go_on)
+    box.exec()
+    box.deleteLater()
+    return box.clickedButton() is stop

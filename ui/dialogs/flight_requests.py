@@ -1,0 +1,221 @@
+"""What the dialogs ask for, checked while it is typed. No Qt."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from datetime import date
+from itertools import product
+from pathlib import Path
+from string import ascii_lowercase
+from typing import Literal
+
+from gsapp.foundation import GroundStationError
+from gsapp.telemetry.sources.serial_port import is_same_port
+from ui.disk_checks import path_kind
+from ui.number_format import bytes_text, sanitize_file_name
+from ui.settings import unwritable_reason
+
+InputState = Literal["", "good", "caution", "warning"]
+LinkFieldKind = Literal["serial", "udpin", "udpout", "tcp", "tcpin", "text"]
+
+BAUD_RATES = (57_600, 115_200, 230_400, 460_800, 921_600, 38_400, 9_600)
+"""Speeds offered, the usual ones first."""
+
+LINK_KINDS: tuple[tuple[LinkFieldKind, str], ...] = (
+    ("udpin", "UDP: the aircraft sends here"),
+    ("udpout", "UDP: call the aircraft"),
+    ("tcp", "TCP: connect to it"),
+    ("tcpin", "TCP: it connects here"),
+    ("serial", "Serial port, MAVLink"),
+    ("text", "Serial port, lines of text"),
+)
+"""Kinds of links, with the words of the dialog."""
+
+# A full MAVLink stream of the B777 box.
+_BYTES_PER_HOUR = 65e6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InputCheck:
+    """Whether something typed will do, and a sentence about it."""
+
+    sentence: str
+    state: InputState = ""
+
+    @property
+    def usable(self) -> bool:
+        """Return whether it will do."""
+        return self.state != "warning"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConnectRequest:
+    """An aircraft to be recorded and shown.
+
+    Attributes
+    ----------
+    link : str
+        LINK text.
+    folder : Path
+        Flight folder to record into.
+    channel_map, aircraft, calibration : str
+        Names of shipped files or paths; calibration may be empty for none.
+    append : bool
+        Whether to append to the flight if it is already finished.
+    system : int or None
+        The flown MAVLink system; None for that of the map, or the first autopilot heard.
+    title : str
+        What the crew calls the flight; empty for the name of its folder.
+    """
+
+    link: str
+    folder: Path
+    channel_map: str
+    aircraft: str
+    calibration: str
+    append: bool = False
+    system: int | None = None
+    title: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VirtualFlightRequest:
+    """A flight of the virtual aircraft.
+
+    Attributes
+    ----------
+    plan : str
+        Flight plan; empty for the usual one.
+    seed : int
+        Seed of gusts, noise and the pilot's hand.
+    speed : float
+        Times real time.
+    hidden : tuple of str
+        Effects that its model lacks.
+    thin : bool
+        Only what a 57,600-baud radio carries.
+    folder : Path
+        Flight folder to record into.
+    append : bool
+        Whether to append to the flight if it is already finished.
+    title : str
+        What the crew calls the flight; empty for the name of its folder.
+    """
+
+    plan: str
+    seed: int
+    speed: float
+    hidden: tuple[str, ...]
+    thin: bool
+    folder: Path
+    append: bool = False
+    title: str = ""
+
+
+def format_link(kind: LinkFieldKind, *, host: str, port: int, device: str, baud: int) -> str:
+    """Return the LINK that the fields of the dialog describe."""
+    if kind in ("serial", "text"):
+        return f"{kind}:{device}:{baud}"
+    return f"{kind}:{host.strip() or '127.0.0.1'}:{port}"
+
+
+def check_link(text: str, parse: Callable[[str], object], ports: Iterable[str]) -> InputCheck:
+    """Return what is to be said of a LINK as it is typed.
+
+    Parameters
+    ----------
+    text : str
+        As typed so far.
+    parse : callable
+        Reads a LINK; raises `GroundStationError` with a sentence if it is none.
+    ports : iterable of str
+        Serial ports that are there now.
+    """
+    text = text.strip()
+    if not text:
+        return InputCheck(
+            sentence="Choose above, or type a LINK such as udpin:127.0.0.1:14550.", state="warning"
+        )
+    try:
+        parse(text)
+    except GroundStationError as error:
+        return InputCheck(sentence=str(error), state="warning")
+    except ValueError as error:
+        return InputCheck(sentence=f"This is not a link: {error}.", state="warning")
+    kind, _, rest = text.partition(":")
+    if kind in ("serial", "text"):
+        device = rest.rpartition(":")[0] or rest
+        # Not every port is listed: a name that the system's rules give it is a link to it.
+        listed = any(is_same_port(device, port) for port in ports)
+        if device and not listed and not Path(device).exists():
+            return InputCheck(
+                sentence=f"{device} is not there now; it is opened as soon as it is plugged in.",
+                state="caution",
+            )
+    if kind in ("udpin", "tcpin") and rest.startswith("0.0.0.0:"):
+        return InputCheck(
+            sentence="Listens to the whole network: anybody on it can send.", state="caution"
+        )
+    if kind in ("udpin", "tcpin") and rest.startswith(("127.", "localhost:")):
+        return InputCheck(
+            sentence="Listens to this computer only; 0.0.0.0 in place of the address listens to "
+            "the network.",
+            state="good",
+        )
+    sentences = {
+        "udpin": "Listens on this port until the aircraft sends.",
+        "udpout": "Calls this address until the aircraft answers.",
+        "tcp": "Connects, and connects again whenever the link is lost.",
+        "tcpin": "Waits for the aircraft to connect.",
+        "serial": "MAVLink over the serial port; found again after it was unplugged.",
+        "text": "Lines of comma-separated text over the serial port; a channel map of your own "
+        "says what their columns are.",
+        "virtual": "The virtual aircraft of this program.",
+    }
+    return InputCheck(sentence=sentences.get(kind, "A recorded flight."), state="good")
+
+
+def next_flight_name(parent: Path, today: date, kind: str = "") -> str:
+    """Return ``2026-05-12-c``, or ``2026-05-12-training-c``: the first that is not there yet."""
+    letters = (
+        "".join(word) for size in (1, 2, 3) for word in product(ascii_lowercase, repeat=size)
+    )
+    first = f"{today.isoformat()}-{kind}" if kind else today.isoformat()
+    names = (f"{first}-{letter}" for letter in letters)
+    return next(name for name in names if path_kind(parent / name) in ("missing", "stuck"))
+
+
+def check_folder(parent: str, name: str) -> InputCheck:
+    """Return what is to be said of the place where a flight shall be recorded."""
+    if not name.strip():
+        return InputCheck(sentence="The flight needs a name.", state="warning")
+    if sanitize_file_name(name) != name.strip():
+        return InputCheck(
+            sentence=f"A folder cannot be called that; {sanitize_file_name(name)!r} would do.",
+            state="warning",
+        )
+    if not parent.strip():
+        return InputCheck(sentence="Choose the folder in which flights are kept.", state="warning")
+    place = Path(parent).expanduser()
+    if why := unwritable_reason(place):
+        return InputCheck(sentence=f"{why} Choose another folder.", state="warning")
+    existing = next(one for one in (place, *place.parents) if one.exists())
+    free = shutil.disk_usage(existing).free
+    room = f"{bytes_text(free)} free"
+    if free < _BYTES_PER_HOUR:
+        return InputCheck(
+            sentence=f"Only {room}: less than an hour of flight. Make room first.",
+            state="caution",
+        )
+    target = place / name.strip()
+    if target.exists():
+        if why := unwritable_reason(target):
+            return InputCheck(sentence=f"{why} Choose another name.", state="warning")
+        return InputCheck(
+            sentence="This flight exists. Continuing it keeps its channel map, aircraft and "
+            f"calibration. {room}.",
+            state="caution",
+        )
+    return InputCheck(sentence=f"Recorded in {target}. {room}.", state="good")

@@ -1,0 +1,79 @@
+"""MAVLink inspector: every message of every sender, as it stands now."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PySide6.QtCore import QSize
+from PySide6.QtWidgets import QDialogButtonBox, QVBoxLayout, QWidget
+
+from gsapp.decoding.health import LinkReport
+from ui.dialogs.form_dialog import SelfDeletingDialog
+from ui.display_style import DisplayStyle
+from ui.flight.link_rows import (
+    LINK_COLUMN_TITLES,
+    LIVE_ONLY_COLUMNS,
+    build_link_message_rows,
+    describe_senders,
+)
+from ui.flight.side_panels import ListPanel
+from ui.flight.table_models import TableRowModel, TableRowView
+from ui.start_page import create_label
+
+_DELAY = (
+    "Delay: by how much the last one came later, by its own stamp, than the quickest of the last "
+    "minutes."
+)
+
+
+class MavlinkInspector(SelfDeletingDialog):
+    """Loss by sender; count, rate, age and delay by message.
+
+    Parameters
+    ----------
+    look : DisplayStyle
+        Colors, sizes, units.
+    ask : callable
+        Returns how the link stands; None where nothing came as frames.
+    live : bool
+        Whether the flight goes on, so that rates and ages mean something.
+    """
+
+    def __init__(
+        self,
+        look: DisplayStyle,
+        ask: Callable[[], LinkReport | None],
+        *,
+        live: bool,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._ask = ask
+        self.setWindowTitle("MAVLink inspector")
+        room = self.screen().availableSize() - QSize(32, 64)
+        self.resize(QSize(look.px(760), look.px(600)).boundedTo(room))
+        column = QVBoxLayout(self)
+        column.setContentsMargins(look.px(24), look.px(16), look.px(24), look.px(16))
+        column.setSpacing(look.px(8))
+        self.senders = create_label("", wrap=True)
+        column.addWidget(self.senders)
+        model = TableRowModel(look, LINK_COLUMN_TITLES, right=frozenset({1, 2, 3, 4}))
+        widths = {1: "1234567", 2: "1000", 3: "99 min", 4: "1000 ms"}
+        view = TableRowView(model, look, "Messages", stretch=0, widths=widths, wrap=False)
+        for place in () if live else LIVE_ONLY_COLUMNS:
+            view.setColumnHidden(place, True)
+        self.messages = ListPanel(view, look, "No frame has come yet.")
+        column.addWidget(self.messages, 1)
+        column.addWidget(create_label(_DELAY, "hint", wrap=True))
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        buttons.rejected.connect(self.reject)
+        column.addWidget(buttons)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show how the link stands now."""
+        report = self._ask()
+        sentences = () if report is None else (*describe_senders(report), *report.sentences)
+        self.senders.setText("\n".join(sentences))
+        self.senders.setVisible(bool(sentences))
+        self.messages.show_lines(() if report is None else build_link_message_rows(report))

@@ -1,0 +1,143 @@
+"""Flying the virtual aircraft: plan, seed, speed, hidden effects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QLineEdit,
+    QListWidget,
+    QListWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ui.background_job import BackgroundJob
+from ui.dialogs.file_fields import RecordingDialog, ShippedFileField
+from ui.dialogs.flight_requests import VirtualFlightRequest
+from ui.dialogs.form_dialog import FieldMessage, IntegerField
+from ui.display_style import DisplayStyle
+
+_SPEEDS = (1.0, 2.0, 5.0, 10.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VirtualFlightOptions:
+    """What can be chosen for the virtual aircraft.
+
+    Attributes
+    ----------
+    plans : tuple of str
+        Flight plans that come with the program, the usual one first.
+    effects : callable
+        Returns id and title of the effects that can be hidden in it; takes a second or two the
+        first time, so that it is called in a thread.
+    """
+
+    plans: tuple[str, ...]
+    effects: Callable[[], Sequence[tuple[str, str]]]
+
+
+class VirtualFlightDialog(RecordingDialog):
+    """Asks how the virtual aircraft shall fly."""
+
+    def __init__(
+        self,
+        look: DisplayStyle,
+        choices: VirtualFlightOptions,
+        flights: Path,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(
+            "Fly the virtual aircraft",
+            "Engine start, pulses, take-off, doublets, landing: sent over a real link on this "
+            "machine and recorded like any flight.",
+            "Fly",
+            look,
+            parent,
+        )
+        self.plan = ShippedFileField(
+            "Plan", choices.plans, choices.plans[0] if choices.plans else ""
+        )
+        self.add_row("Plan", self.plan)
+        self.speed = QComboBox()
+        for speed in _SPEEDS:
+            self.speed.addItem("real time" if speed == 1.0 else f"{speed:g} times", speed)
+        self.add_row("Speed", self.speed)
+        self.seed = IntegerField(0, 999_999, 1)
+        self.seed.setToolTip("The same seed flies the same gusts, noise and pilot")
+        self.add_row("Seed", self.seed)
+        self.thin = QCheckBox("Only what a 57,600-baud radio carries")
+        self.add_row("Radio", self.thin)
+        self.search = QLineEdit()
+        self.search.setPlaceholderText("Search the effects")
+        self.search.setAccessibleName("Search the effects")
+        self.search.setClearButtonEnabled(True)
+        self.search.textChanged.connect(self._narrow)
+        self.effects = QListWidget()
+        self.effects.setAccessibleName("Hidden effects")
+        self.effects.setFixedHeight(look.px(112))
+        self.effects.setProperty("role", "boxed")
+        self.effects.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.note = FieldMessage()
+        self.note.say("Reading the catalog of effects…")
+        self._reading = BackgroundJob(
+            "Reading the effects", lambda _progress: choices.effects(), self
+        )
+        self._reading.done.connect(self._offer)
+        self._reading.failed.connect(
+            lambda error: self.note.say(f"The effects cannot be read: {error}", "warning")
+        )
+        self._reading.start()
+        holder = QWidget()
+        column = QVBoxLayout(holder)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(look.px(8))
+        column.addWidget(self.search)
+        column.addWidget(self.effects)
+        holder.setFocusProxy(self.search)
+        self.add_row("Hidden effects", holder, self.note)
+        self.add_place(flights)
+        self.fit()
+
+    def _offer(self, effects: Sequence[tuple[str, str]]) -> None:
+        for effect, title in effects:
+            item = QListWidgetItem(f"{title}   ({effect})" if title else effect)
+            item.setToolTip(item.text())
+            item.setData(Qt.ItemDataRole.UserRole, effect)
+            item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
+            item.setCheckState(Qt.CheckState.Unchecked)
+            self.effects.addItem(item)
+        self.note.say("Hidden effects make the aircraft differ from its model; find them later.")
+        self._narrow(self.search.text())
+
+    def _narrow(self, words: str) -> None:
+        wanted = words.lower().split()
+        for row in range(self.effects.count()):
+            item = self.effects.item(row)
+            ticked = item.checkState() == Qt.CheckState.Checked
+            fits = all(word in item.text().lower() for word in wanted)
+            item.setHidden(not (fits or ticked))
+
+    @property
+    def request(self) -> VirtualFlightRequest:
+        """Return what was asked for."""
+        ticked = [
+            str(self.effects.item(row).data(Qt.ItemDataRole.UserRole))
+            for row in range(self.effects.count())
+            if self.effects.item(row).checkState() == Qt.CheckState.Checked
+        ]
+        return VirtualFlightRequest(
+            plan=self.plan.value,
+            seed=self.seed.value,
+            speed=float(self.speed.currentData()),
+            hidden=tuple(ticked),
+            thin=self.thin.isChecked(),
+            folder=self.place.folder,
+            title=self.place.title.text().strip(),
+        )

@@ -1,0 +1,450 @@
+"""Where a flight comes from: the dialogs of the File menu, and recorders found running."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtGui import QCursor
+from PySide6.QtWidgets import QMenu, QWidget
+
+from calibration import shipped_certificate_sets
+from gsapp.decoding.channel_map import shipped_channel_maps
+from gsapp.flight.flight_loader import load_flight
+from gsapp.telemetry.recorder_folder import next_free_folder, record_state
+from ui.background_job import BackgroundJob
+from ui.commands import shortcut_text
+from ui.dialog_options import connection_options, virtual_flight_options
+from ui.dialogs.certificates import CertificatesDialog
+from ui.dialogs.connect import ConnectDialog
+from ui.dialogs.file_fields import FlightFolderField, RecordingDialog
+from ui.dialogs.flight_dialogs import ChannelMapDialog, ExportDialog, ask_append, ask_stop
+from ui.dialogs.flight_file_dialogs import ask_flight_folder, ask_open_file
+from ui.dialogs.flight_requests import ConnectRequest
+from ui.dialogs.virtual_flight import VirtualFlightDialog
+from ui.display_style import DisplayStyle
+from ui.flight_controller import FlightController
+from ui.number_format import clock_text
+from ui.recording_setup import PendingFlight, RunningRecorder
+from ui.settings import SettingsStore, initial_dialog_folder, recording_folder
+from ui.window_frame.banners import Banner, BannerStack
+
+_SHORT_WORK_MS = 300
+_STOP_TIMEOUT = 2.0
+"""Seconds that a work has to stop as the window closes."""
+
+
+class FileMenuController(QObject):
+    """Asks, and hands what was chosen to the desk.
+
+    Parameters
+    ----------
+    window : QWidget
+        Parent of the dialogs.
+    desk : FlightController
+        Opens flights.
+    look : DisplayStyle
+        Sizes.
+    store : SettingsStore
+        Remembers links and folders.
+    banners : BannerStack
+        Tells of work and of recorders.
+
+    Attributes
+    ----------
+    review_wanted : Signal(object)
+        A flight has ended and is to be reviewed: its folder.
+    """
+
+    review_wanted = Signal(object)
+
+    def __init__(
+        self,
+        window: QWidget,
+        desk: FlightController,
+        look: DisplayStyle,
+        store: SettingsStore,
+        banners: BannerStack,
+    ) -> None:
+        super().__init__(window)
+        self._window = window
+        self._desk = desk
+        self._look = look
+        self._store = store
+        self._banners = banners
+        self._found: tuple[RunningRecorder, ...] = ()
+        self._offer: Banner | None = None
+        self._of_flight: list[Banner] = []
+        self._making: list[BackgroundJob] = []
+        self._landed: Banner | None = None
+        self._problem: Banner | None = None
+        self._review_when_ended = False
+        self._unproven: ConnectRequest | None = None  # over its link nothing has come yet
+        desk.working.connect(self.run)
+        desk.said.connect(banners.show_banner)
+        desk.remarked.connect(lambda *said: self.until_next(banners.show_banner(*said)))
+        desk.problem_changed.connect(self._show_problem)
+        desk.changed.connect(self._forget_former)
+        desk.map_wanted.connect(self.offer_map)
+        desk.landed.connect(self.offer_end)
+        desk.ended.connect(self.offer_replay)
+        desk.told.connect(self._remember_link)
+        self._chosen: Path | None = None  # flight in a folder chosen for this and those to come
+        desk.starter.begun.connect(self._recording_began)
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what each command does."""
+        return {
+            "connect": self.connect_aircraft,
+            "open_file": self.open_file,
+            "open_folder": self.open_folder,
+            "virtual": self.fly_virtual,
+            "attach": self.attach,
+            "recorders": self.choose_recorder,
+            "end_flight": self.end_flight,
+            "export": self.export,
+            "certificates": self.read_with,
+            "stop_recording": self.stop_recording,
+            "close_flight": self._desk.close_flight,
+        }
+
+    @property
+    def _flights(self) -> Path:
+        return recording_folder(self._store.current)
+
+    def _show_problem(self, problem: str) -> None:
+        """Say why the flight cannot be followed, for as long as that is so."""
+        if self._problem is not None:
+            self._banners.remove(self._problem)
+            self._problem = None
+        if problem:
+            self._problem = self._banners.show_banner("caution", problem)
+            self.until_next(self._problem)
+
+    def until_next(self, banner: Banner) -> None:
+        """Take a banner away when another flight opens, of which it says nothing."""
+        self._of_flight.append(banner)
+
+    def _forget_former(self) -> None:
+        self._review_when_ended = False
+        if self._desk.is_open:
+            for banner in self._of_flight:
+                self._banners.remove(banner)
+            self._of_flight.clear()
+
+    # A flight to come
+
+    def connect_link(self, link: str) -> None:
+        """Record a link used before; where that fails, say why in the dialog that asks for it."""
+        self._desk.starter.connect_link(
+            link,
+            refused=lambda error: QTimer.singleShot(
+                0, self, lambda: self.connect_aircraft((link, error))
+            ),
+        )
+
+    def connect_aircraft(self, failed: tuple[str, Exception] | None = None) -> None:
+        """Ask for link and files, and record.
+
+        Parameters
+        ----------
+        failed : tuple of str and Exception, optional
+            A link that was tried, and why it failed: what the dialog begins with.
+        """
+        dialog = ConnectDialog(
+            self._store.current, self._look, connection_options(), self._flights,
+            self._window,
+        )  # fmt: skip
+        if failed is not None:
+            dialog.link.text.setEditText(failed[0])
+            dialog.show_refusal(failed[1])
+        dialog.submitted.connect(lambda: self._connect(dialog))
+        if not self._ask(dialog):
+            return
+        request = dialog.request
+        self._store.change(
+            aircraft=request.aircraft,
+            channel_map=request.channel_map,
+            calibration=request.calibration,
+        )
+
+    def _ask(self, dialog: RecordingDialog) -> bool:
+        """Show a dialog until its recording has begun; return whether it has."""
+        starter = self._desk.starter
+        begun = starter.begun.connect(lambda: dialog.accept() if dialog.connecting else None)
+        done = dialog.exec()
+        starter.disconnect(begun)
+        if not done and dialog.connecting:
+            starter.cancel()
+        return bool(done)
+
+    def _connect(self, dialog: ConnectDialog) -> None:
+        """Record what the dialog asks for; the dialog stays where that is refused."""
+        if (place := self._where_to_record(dialog)) is not None:
+            self._unproven = replace(dialog.request, folder=place[0], append=place[1])
+            self._desk.starter.connect_aircraft(self._unproven, refused=dialog.show_refusal)
+
+    def _remember_link(self) -> None:
+        """Keep a link among the recent ones once something came over it."""
+        request, session = self._unproven, self._desk.session
+        if request is None or session is None or session.equipment is None:
+            return
+        if session.path == request.folder.absolute() and session.equipment.link.age is not None:
+            self._unproven = None
+            self._store.replace(self._store.current.with_link(request.link))
+
+    def _where_to_record(self, dialog: RecordingDialog) -> tuple[Path, bool] | None:
+        """Return the folder, and whether to append to its flight; None if neither is wanted."""
+        folder, append = dialog.place.folder, False
+        if record_state(folder) == "finished":
+            new = next_free_folder(folder)
+            answer = ask_append(dialog, folder.name, new.name)
+            if answer is None:
+                dialog.withdraw()
+                return None
+            folder, append = (folder if answer else new), answer
+        self._remember_folder(folder, dialog.place)
+        return folder, append
+
+    def fly_virtual(self) -> None:
+        """Ask how, and let the virtual aircraft fly."""
+        dialog = VirtualFlightDialog(
+            self._look, virtual_flight_options(), self._flights, self._window
+        )
+        dialog.submitted.connect(lambda: self._fly(dialog))
+        self._ask(dialog)
+
+    def _fly(self, dialog: VirtualFlightDialog) -> None:
+        """Fly what the dialog asks for; the dialog stays where that is refused."""
+        if (place := self._where_to_record(dialog)) is not None:
+            request = replace(dialog.request, folder=place[0], append=place[1])
+            self._desk.starter.fly_virtual(request, refused=dialog.show_refusal)
+
+    def _remember_folder(self, flight: Path, place: FlightFolderField) -> None:
+        """Record into the folder that was chosen from now on, once a recording began there."""
+        self._chosen = flight if flight.parent != place.proposed_parent else None
+
+    def _recording_began(self, begun: PendingFlight, _back_to: float | None) -> None:
+        chosen, self._chosen = self._chosen, None
+        if chosen is not None and begun.session is not None and begun.session.path == chosen:
+            self._store.change(flights=str(chosen.parent))
+
+    def look_for_recorders(self) -> None:
+        """Offer to attach to recorders that are running, one of them with one key."""
+        self._found = tuple(self._desk.running_recorders())
+        if not self._found:
+            return
+        newest = self._found[0]
+        others = f" ({len(self._found) - 1} more)" if len(self._found) > 1 else ""
+        self._offer = self._banners.show_banner(
+            "note",
+            f"{newest.name} is being recorded from {newest.link}{others}. {shortcut_text('Ctrl+R')} "
+            "attaches.",
+            ("Attach", self.attach),
+        )
+
+    def attach(self) -> None:
+        """Attach to the newest recorder that is running."""
+        self._found = tuple(self._desk.running_recorders())
+        if self._offer is not None:
+            self._banners.remove(self._offer)
+            self._offer = None
+        if not self._found:
+            self._banners.show_banner(
+                "note", f"No recorder is running. {shortcut_text('Ctrl+L')} connects an aircraft."
+            )
+            return
+        self._desk.starter.attach(self._found[0])
+
+    def choose_recorder(self) -> None:
+        """Attach to the only recorder at once; list several, or those beside an open flight."""
+        others = self._desk.others
+        if len(others) == 1 and not self._desk.is_open:
+            self._desk.starter.attach(others[0])
+            return
+        menu = QMenu(self._window)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        for found in others:
+            menu.addAction(
+                f"Attach to {found.name} ({found.link})",
+                lambda found=found: self._desk.starter.attach(found),
+            )
+        if not others:
+            menu.addAction("No other recorder is running").setEnabled(False)
+        menu.popup(QCursor.pos())
+
+    def offer_end(self, landed_at: float | None) -> None:
+        """Say that the flight has landed, and offer to end it; take that back at a take-off."""
+        if self._landed is not None:
+            self._banners.remove(self._landed)
+            self._landed = None
+        if landed_at is not None:
+            at = clock_text(landed_at, decimals=1)
+            self._landed = self._banners.show_banner(
+                "note",
+                f"{self._desk.name} landed at {at}. Still recording.",
+                ("End flight and review", self.end_flight),
+            )
+            self.until_next(self._landed)
+
+    def end_flight(self) -> None:
+        """End the recording, and review the flight once it is complete; ask before a landing."""
+        if self._landed is None and not ask_stop(self._window, self._desk.name or "this flight"):
+            return
+        self._review_when_ended = True
+        self._desk.stop_recording()
+
+    def stop_recording(self) -> None:
+        """Ask, and end the recording."""
+        if ask_stop(self._window, self._desk.name or "this flight"):
+            self._desk.stop_recording()
+
+    # A flight that was
+
+    def open_file(self) -> None:
+        """Ask for a file and open it."""
+        if path := ask_open_file(self._window, self._store.current):
+            self.open_path(path)
+
+    def open_folder(self) -> None:
+        """Ask for a flight folder and open it."""
+        if path := ask_flight_folder(self._window, "Open a flight folder", self._store.current):
+            self.open_path(path)
+
+    def open_path(self, path: Path) -> None:
+        """Open a flight."""
+        self._store.change(folder=str(path.parent))
+        self._desk.starter.open_flight(path)
+
+    def open_dropped(self, paths: Sequence[Path]) -> None:
+        """Open a flight that was dropped on the window, which has room for one."""
+        if len(paths) == 1:
+            self.open_path(paths[0])
+        else:
+            self._banners.show_banner(
+                "note",
+                f"One flight opens at a time, and {len(paths)} were dropped; Review "
+                f"({shortcut_text('F4')}) takes them all.",
+            )
+
+    def offer_map(self, path: Path, why: str) -> None:
+        """Say that a file needs a channel map, and offer to choose one."""
+        self.until_next(
+            self._banners.show_banner(
+                "caution", why, ("Choose a channel map…", lambda: self._ask_map(path))
+            )
+        )
+
+    def _ask_map(self, path: Path) -> None:
+        maps, current = shipped_channel_maps(), self._store.current.channel_map
+        dialog = ChannelMapDialog(self._look, path, maps, current, self._window)
+        if dialog.exec():
+            self._desk.starter.open_flight(path, channel_map=dialog.channel_map.value)
+
+    def read_with(self) -> None:
+        """Ask for other certificates, and read the replay that is open anew with them."""
+        calibration = self._desk.calibration
+        if calibration is None:
+            return
+        dialog = CertificatesDialog(
+            self._look, calibration, shipped_certificate_sets(), self._window
+        )
+        if dialog.exec():
+            self._desk.read_with(dialog.certificates.value or None)
+
+    def offer_replay(self, folder: Path) -> None:
+        """Say that a recording ended, and offer to replay it.
+
+        It is read once now, so that it opens in a moment when the crew reviews it. What may be
+        wrong with it is said then.
+        """
+        BackgroundJob(f"Reading {folder.name}", lambda _progress: load_flight(folder), self).start()
+        self.offer_end(None)
+        if self._review_when_ended:
+            self._review_when_ended = False
+            self.review_wanted.emit(folder)
+            return
+        self.until_next(
+            self._banners.show_banner(
+                "note",
+                f"The recording of {folder.name} has ended.",
+                ("Review it", lambda: self.review_wanted.emit(folder)),
+                ("Replay it", lambda: self._desk.starter.open_flight(folder)),
+            )
+        )
+
+    def export(self) -> None:
+        """Ask for format and file, and write in the background."""
+        day = datetime.now().astimezone().date().isoformat()
+        folder = initial_dialog_folder(self._store.current)
+        dialog = ExportDialog(self._look, folder / f"{self._desk.name or day}.csv", self._window)
+        if dialog.exec():
+            kind, path = dialog.request
+            work = BackgroundJob(
+                f"Exporting to {path.name}",
+                lambda progress: self._desk.export(kind, path, progress),
+                self,
+            )
+            work.failed.connect(self._desk.faults.report)
+            self.run(work, f"Exported to {path}.")
+            work.start()
+
+    @property
+    def unfinished(self) -> tuple[str, ...]:
+        """Return the titles of the works that make something and are not done."""
+        return tuple(work.title for work in self._making)
+
+    def give_up(self) -> None:
+        """Stop what makes something, as the window closes, and let it take away what it began."""
+        for work in self._making:
+            work.cancel()
+        for work in self._making:
+            work.wait(_STOP_TIMEOUT)
+
+    def run(self, work: BackgroundJob, done: str) -> None:
+        """Show a work in a banner until it ends; it goes on behind the other places.
+
+        A work that ends at once shows none; of one that another took the place of nothing is said.
+        One that makes something has a sentence for its end, which is said also where it was done
+        before it could be cancelled.
+        """
+        title = f"{work.title}…"
+        shown: list[Banner] = []
+        asked: list[bool] = []
+        made: list[bool] = []
+        if done:
+            self._making.append(work)
+
+        def cancel() -> None:
+            asked.append(True)
+            work.cancel()
+
+        def begin() -> None:
+            if work.running:
+                shown.append(self._banners.show_banner("work", title, ("Cancel", cancel)))
+
+        def tell(share: float | None, words: str) -> None:
+            for banner in shown:
+                banner.show_share(share)
+                banner.say(f"{title} {words}")
+
+        def end(sentence: str) -> None:
+            if work in self._making:
+                self._making.remove(work)
+            for banner in shown:
+                self._banners.remove(banner)
+            if sentence:
+                self._banners.show_banner("note", sentence)
+
+        work.progressed.connect(tell)
+        work.done.connect(lambda _result: end(done))
+        work.dropped.connect(lambda _result: made.append(True))
+        work.cancelled.connect(
+            lambda: end(done if made and done else f"{work.title}: cancelled." if asked else "")
+        )
+        work.failed.connect(lambda _error: end(""))
+        QTimer.singleShot(_SHORT_WORK_MS, begin)

@@ -1,0 +1,274 @@
+"""What the crew does in a flight: marks, acknowledging, sound, and running a replay."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+
+from PySide6.QtCore import QObject, QTimer
+from PySide6.QtWidgets import QWidget
+
+from gsapp.session import Severity
+from gsapp.session.limits import LimitBands
+from gsapp.session.user_limit_store import UserLimitStore
+from ui.dialogs.flight_dialogs import GoToDialog, RangeDialog
+from ui.dialogs.limits import LimitsDialog
+from ui.display_style import DisplayStyle
+from ui.flight.controls import next_speed
+from ui.flight.flight_view import FlightView
+from ui.flight.panel_rows import spoken_alarm_text
+from ui.flight_controller import FlightController
+from ui.settings import SettingsStore
+from ui.voice.speech_queue import UtterancePriority
+from ui.voice.voice import Voice
+
+_REPEAT_SECONDS = 2.0
+"""Seconds between the sounds of a warning that nobody has acknowledged."""
+
+
+class FlightPageController(QObject):
+    """Binds the view of a flight to what the desk can do.
+
+    Parameters
+    ----------
+    window : QWidget
+        Parent of dialogs.
+    desk : FlightController
+        The open flight.
+    view : FlightView
+        Its picture.
+    look : DisplayStyle
+        Sizes.
+    store : SettingsStore
+        Remembers the sound.
+    limits : UserLimitStore
+        Remembers the limits that were typed.
+    voice : Voice
+        Is heard.
+    """
+
+    def __init__(
+        self,
+        window: QWidget,
+        desk: FlightController,
+        view: FlightView,
+        look: DisplayStyle,
+        store: SettingsStore,
+        limits: UserLimitStore,
+        voice: Voice,
+    ) -> None:
+        super().__init__(window)
+        self._window = window
+        self._desk = desk
+        self._view = view
+        self._look = look
+        self._store = store
+        self._limits = limits
+        self._voice = voice
+        self._given: Mapping[str, LimitBands] = {}
+        self._heard: frozenset[str] = frozenset()
+        self._sounded = 0.0
+        self._before_note: tuple[bool, int] | None = None
+        desk.changed.connect(self._give_all_limits)
+        desk.told.connect(self._follow_limits)
+        view.mark_requested.connect(desk.mark)
+        view.marks.jumped.connect(self._go_to_mark)
+        view.marks.edited.connect(lambda key, text: desk.edit_mark(str(key), text))
+        view.marks.deleted.connect(lambda key: desk.delete_mark(str(key)))
+        view.marks.edit_ended.connect(self._note_written)
+        view.alarms.acknowledged.connect(lambda: desk.acknowledge("crew, Alarms tab"))
+        view.alarms.jumped.connect(self._go_to_key)
+        view.messages.jumped.connect(self._go_to_key)
+        view.estimates.opened.connect(self._go_to_maneuver_of)
+        view.replay.moved.connect(self._seek)
+        view.replay.speed_chosen.connect(desk.set_speed)
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what each command does."""
+        return {
+            "chart_pause": self.pause,
+            "mark": self._view.charts.request_mark,
+            "note": self.note,
+            "previous_mark": lambda: self.step_mark(-1),
+            "next_mark": lambda: self.step_mark(1),
+            "acknowledge": self.acknowledge,
+            "mute": self.mute,
+            "slower": lambda: self._desk.set_speed(next_speed(self._desk.speed, -1)),
+            "faster": lambda: self._desk.set_speed(next_speed(self._desk.speed, 1)),
+            "step_back": lambda: self._desk.step(-1),
+            "step": lambda: self._desk.step(1),
+            "go_to": self.go_to,
+            "type_range": self.type_range,
+            "type_limits": self.type_limits,
+        }
+
+    def acknowledge(self) -> None:
+        """Acknowledge the alarms, by the key or from the menu."""
+        by_key = self._view.is_by_key("acknowledge")
+        self._desk.acknowledge("crew, key K" if by_key else "crew, menu")
+
+    def pause(self) -> None:
+        """Hold the display while live; in a replay hold the replay itself."""
+        if self._desk.is_replay:
+            self._view.charts.go_live()
+            self._desk.toggle_play()
+        else:
+            self._view.charts.toggle_pause()
+
+    # Marks
+
+    def note(self) -> None:
+        """Mark this moment and let the user write a few words; Enter comes back to the charts."""
+        before = self._view.panel_shown
+        view = self._view.charts.view
+        at = view.cursors.get("cursor") if view.paused else None
+        key = self._desk.mark(at if at is not None else self._desk.time, kind="note")
+        self._view.show_picture(self._desk.picture(self._look.units))
+        self._view.show_panel(2)
+        self._view.marks.begin_edit(key)
+        self._before_note = before
+
+    def _note_written(self) -> None:
+        before, self._before_note = self._before_note, None
+        if before is not None:
+            # After the table has taken the text and the focus.
+            QTimer.singleShot(0, self, lambda: self._view.go_back(before))
+
+    def step_mark(self, steps: int) -> None:
+        """Go to the mark before or after what is in sight."""
+        view = self._view.charts.view
+        if view.now is None:
+            return
+        here = self._desk.time if self._desk.is_replay else None
+        if here is None:
+            here = view.time(view.width / 2) if view.paused else view.now
+        times = sorted(self._desk.mark_times())
+        past = [at for at in times if at < here - 0.05]
+        coming = [at for at in times if at > here + 0.05]
+        if steps < 0 and past:
+            self.show_time(past[-1])
+        elif steps > 0 and coming:
+            self.show_time(coming[0])
+
+    def _go_to_mark(self, key: object) -> None:
+        at = self._desk.mark_time(str(key))
+        if at is not None:
+            self.show_time(at)
+
+    def _go_to_key(self, key: object) -> None:
+        """Alarms and messages carry their time as the last part of their key."""
+        at = key[-1] if isinstance(key, tuple) else None
+        if isinstance(at, float):
+            self.show_time(at)
+
+    def _go_to_maneuver_of(self, derivative: str) -> None:
+        """Go to the last maneuver that gave a derivative."""
+        rows = {row.name: row for row in self._view.estimates.list.rows.rows}
+        if derivative in rows and rows[derivative].points:
+            self.show_time(rows[derivative].points[-1].time)
+
+    def show_time(self, at: float) -> None:
+        """Go to a flight time, s."""
+        if self._desk.is_replay:
+            self._seek(at)
+        else:
+            self._view.charts.go_to(at)
+
+    # Replay
+
+    def _seek(self, at: float) -> None:
+        self._view.charts.go_live()
+        self._desk.seek(at)
+
+    def go_to(self) -> None:
+        """Ask for a flight time and go there."""
+        span = self._desk.replay_span
+        if span is None:
+            return
+        dialog = GoToDialog(self._look, *span, self._desk.time or span[0], self._window)
+        if dialog.exec():
+            self._seek(dialog.held)
+
+    # Charts
+
+    def type_range(self) -> None:
+        """Ask for the y range of the chosen chart."""
+        chart = self._view.charts.selected_chart
+        if chart is None:
+            return
+        dialog = RangeDialog(
+            self._look, chart.specs[0].title, chart.displays[0].unit, chart.low, chart.high,
+            self._window,
+        )  # fmt: skip
+        if dialog.exec():
+            self._view.charts.set_range(dialog.range)
+
+    def type_limits(self) -> None:
+        """Ask for the limits of the chosen chart."""
+        chart, session = self._view.charts.selected_chart, self._desk.session
+        if chart is None or session is None:
+            return
+        spec = chart.specs[0]
+        dialog = LimitsDialog(
+            self._look, spec, session.limits.bands(spec.id), typed=session.limits.typed(spec.id),
+            parent=self._window,
+        )  # fmt: skip
+        if dialog.exec():
+            self._limits.write(spec.id, dialog.limits, self._look.units)
+            self._give_limits()
+            self._desk.told.emit()
+
+    def _give_all_limits(self) -> None:
+        """Let what was typed before count in the flight that was opened."""
+        self._limits.look()
+        self._given = {}
+        self._give_limits()
+
+    def _follow_limits(self) -> None:
+        """Let count what was typed in another window."""
+        if self._limits.look():
+            self._give_limits()
+
+    def _give_limits(self) -> None:
+        """Let the flight know what was typed or forgotten since it was told last."""
+        session = self._desk.session
+        if session is None:
+            return
+        former, self._given = self._given, self._limits.limits
+        for channel_id in {**former, **self._given}:
+            bands = self._given.get(channel_id)
+            if bands != former.get(channel_id):
+                session.type_limits(channel_id, bands)
+
+    # Sound
+
+    def mute(self) -> None:
+        """Turn the sound off or on, words and tones alike."""
+        muted = not self._store.current.muted
+        self._store.change(muted=muted)
+        self._voice.mute(muted)
+        self._desk.told.emit()
+
+    def sound(self) -> None:
+        """Let every new alarm be heard, warnings in words; one that nobody has seen goes on."""
+        if self._voice.muted:
+            # What still waits when the sound comes back is news then.
+            self._heard = frozenset()
+            return
+        if self._desk.catches_up:
+            # They are of an earlier time. Those that still stand are news when it has caught up.
+            return
+        waiting = self._desk.waiting()
+        keys = {f"{alarm.key}@{alarm.time}": alarm for alarm in waiting}
+        new = [alarm for key, alarm in keys.items() if key not in self._heard]
+        self._heard = frozenset(keys)
+        severe = any(alarm.active and alarm.severity is Severity.WARNING for alarm in waiting)
+        now = time.monotonic()
+        if not new and not (severe and now - self._sounded >= _REPEAT_SECONDS):
+            return
+        self._sounded = now
+        warnings = [alarm for alarm in new if alarm.severity is Severity.WARNING]
+        self._voice.tone("warning" if severe or warnings else "caution")
+        if warnings:
+            self._voice.say(spoken_alarm_text(warnings[0]), UtterancePriority.WARNING)

@@ -1,0 +1,471 @@
+"""A flight on screen: the charts, the controls below, the panels beside."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+from PySide6.QtCore import QPoint, Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QFontMetricsF, QResizeEvent
+from PySide6.QtWidgets import QSplitter, QTabWidget, QVBoxLayout, QWidget
+
+from ui.commands import CHART_PREFIX
+from ui.display_style import DisplayStyle
+from ui.flight.channel_panel import ChannelPanel
+from ui.flight.chart_menu import create_chart_menu
+from ui.flight.chart_selection import (
+    OVERVIEW_LAYOUT,
+    SHIPPED_LAYOUT_NAMES,
+    create_shipped_layout,
+    rename_layout,
+)
+from ui.flight.controls import ControlRow, ReplayBar
+from ui.flight.cursor_values import build_cursor_value_rows, cursor_times_text
+from ui.flight.estimates_panel import EstimatesPanel
+from ui.flight.flight_view_state import FlightViewState, origin_note
+from ui.flight.layout_store import LayoutStore
+from ui.flight.side_panels import AlarmsPanel, MarksPanel, MessagesPanel, ValuesPanel
+from ui.number_format import floor_percent
+from ui.settings import SettingsStore
+from ui.strips.chart_keys import KEY_ACTIONS
+from ui.strips.pixel_columns import SampleSource
+from ui.strips.strip_chart import StripChart
+from ui.strips.strip_layout import StripLayout
+from ui.style_sheet import TAB_MARGIN
+
+_PANEL_WIDTH = 344
+"""Points of the side panel, if the words of its tabs are not longer."""
+_ALARMS = "Alarms"
+_TAB_NAMES = ("Channels", "Values", "Marks", _ALARMS, "Messages", "Derivatives")
+_PANEL_MIN_WIDTH = 1000
+_CHARTS_MIN_WIDTH = 420
+_RESIZE_SAVE_MS = 300
+"""From the last move of the edge of the side panel until its width is written down."""
+
+
+class FlightView(QWidget):
+    """Charts, controls and panels of the open flight.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        The commands.
+    look : DisplayStyle
+        Theme, scale, units.
+    store : SettingsStore
+        Remembers layout, time in sight and side panel.
+    layouts : LayoutStore
+        Saved layouts.
+
+    Attributes
+    ----------
+    mark_requested : Signal(float)
+        Mark this flight time, s.
+    wanted : Signal
+        A panel is asked for while another place is on screen.
+    """
+
+    mark_requested = Signal(float)
+    wanted = Signal()
+
+    def __init__(
+        self,
+        actions: Mapping[str, QAction],
+        look: DisplayStyle,
+        store: SettingsStore,
+        layouts: LayoutStore,
+    ) -> None:
+        super().__init__()
+        self._actions = actions
+        self._look = look
+        self._store = store
+        self._layouts = layouts
+        self._history: SampleSource | None = None
+        self._picture = FlightViewState()
+        self._layout_name = store.current.layout or OVERVIEW_LAYOUT
+        self._fresh_layout = True
+        self._panel_wish: bool | None = None
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        self._split = QSplitter(Qt.Orientation.Horizontal)
+        self._split.setChildrenCollapsible(False)
+        self.charts = StripChart(timed=False)
+        self.charts.set_window(store.current.span)
+        self._split.addWidget(self.charts)
+        self.tabs = self._make_panels()
+        self._split.addWidget(self.tabs)
+        self._split.setStretchFactor(0, 1)
+        self._split.setStretchFactor(1, 0)
+        column.addWidget(self._split, 1)
+        self._panel_width = store.current.panel_width
+        self._drawn = QTimer(self)
+        self._drawn.setSingleShot(True)
+        self._drawn.setInterval(_RESIZE_SAVE_MS)
+        self._drawn.timeout.connect(lambda: store.change(panel_width=self._panel_width))
+        self._split.splitterMoved.connect(lambda *_: self._panel_drawn())
+        foot = QWidget()
+        foot.setObjectName("controls")
+        foot.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        below = QVBoxLayout(foot)
+        below.setContentsMargins(0, 0, 0, 0)
+        below.setSpacing(0)
+        self.replay = ReplayBar(actions, look)
+        below.addWidget(self.replay.slider)
+        self.controls = ControlRow(actions, look, self.replay)
+        below.addWidget(self.controls)
+        column.addWidget(foot)
+        self.replay.show_bar(False)
+        self._connect()
+        self._restyle()
+        self._size_panel()
+
+    def is_by_key(self, command: str) -> bool:
+        """Return whether a key triggers a command at this moment."""
+        return bool(getattr(self._actions[command], "by_key", False))
+
+    def _make_panels(self) -> QTabWidget:
+        tabs = QTabWidget()
+        tabs.setDocumentMode(True)
+        tabs.setAccessibleName("Panels")
+        tabs.setUsesScrollButtons(True)
+        tabs.tabBar().setExpanding(False)
+        tabs.tabBar().setDrawBase(False)
+        self.channels = ChannelPanel(self._look)
+        self.values = ValuesPanel(self._look)
+        self.marks = MarksPanel(self._look)
+        self.alarms = AlarmsPanel(self._look)
+        self.messages = MessagesPanel(self._look)
+        self.estimates = EstimatesPanel(self._look)
+        panels = (
+            self.channels, self.values, self.marks, self.alarms, self.messages, self.estimates,
+        )  # fmt: skip
+        for name, panel in zip(_TAB_NAMES, panels, strict=True):
+            tabs.addTab(panel, name)
+        return tabs
+
+    def _connect(self) -> None:
+        charts, store = self.charts, self._store
+        charts.mark_requested.connect(self.mark_requested)
+        charts.menu_requested.connect(self._show_menu)
+        charts.cursor_moved.connect(lambda *_: self._show_values())
+        charts.layout_changed.connect(self._charts_changed)
+        charts.view_changed.connect(self._view_changed)
+        self.controls.span_chosen.connect(charts.set_window)
+        self.channels.chosen.connect(self._charts_chosen)
+        self.channels.layout_chosen.connect(self.show_layout)
+        self.channels.layout_saved.connect(self._save_layout)
+        self.channels.layout_deleted.connect(self._delete_layout)
+        self.tabs.currentChanged.connect(lambda _index: self._show_values())
+        self.tabs.currentChanged.connect(lambda _index: self._size_panel())
+        self._look.changed.connect(self._restyle)
+        self._actions["side_panel"].setChecked(store.current.side_panel)
+
+    # Commands
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what the commands of the charts and panels do."""
+        chart = {
+            CHART_PREFIX + action.id: lambda name=action.id: self.charts.perform(name)
+            for action in KEY_ACTIONS
+            if action.id not in ("mark", "pause", "clear")
+        }
+        return {
+            **chart,
+            CHART_PREFIX + "clear": self.clear,
+            "panel_channels": lambda: self.show_panel(0),
+            "panel_values": lambda: self.show_panel(1),
+            "panel_marks": lambda: self.show_panel(2),
+            "panel_alarms": lambda: self.show_panel(3),
+            "panel_messages": lambda: self.show_panel(4),
+            "panel_estimates": lambda: self.show_panel(5),
+            "side_panel": self.toggle_panel,
+        }
+
+    def clear(self) -> None:
+        """Esc: back from a panel to the charts, or else take the cursors away."""
+        if self.charts.isHidden():
+            self._set_panel(False)
+        elif self.charts.hasFocus() or not self.isAncestorOf(self.focusWidget() or self):
+            self.charts.clear()
+        self.charts.setFocus(Qt.FocusReason.ShortcutFocusReason)
+
+    def show_panel(self, index: int) -> None:
+        """Open a panel and put the keyboard into it."""
+        if not self.isVisible():
+            # Else one would type into what nobody sees.
+            self.wanted.emit()
+        self._set_panel(True)
+        self.tabs.setCurrentIndex(index)
+        panel = self.tabs.currentWidget()
+        if panel is self.channels:
+            self.channels.begin()
+        else:
+            (panel.focusProxy() or panel).setFocus(Qt.FocusReason.ShortcutFocusReason)
+
+    @property
+    def panel_shown(self) -> tuple[bool, int]:
+        """Return whether the side panel is open, and which of its panels."""
+        return self.tabs.isVisibleTo(self), self.tabs.currentIndex()
+
+    def go_back(self, shown: tuple[bool, int]) -> None:
+        """Go back to the charts, with the side panel as it was."""
+        opened, index = shown
+        self.tabs.setCurrentIndex(index)
+        if not opened:
+            self._set_panel(False)
+        self.charts.setFocus(Qt.FocusReason.ShortcutFocusReason)
+
+    def toggle_panel(self) -> None:
+        """Open or close the side panel."""
+        self._set_panel(not self.tabs.isVisibleTo(self))
+
+    def _set_panel(self, shown: bool) -> None:
+        self._panel_wish = shown
+        self._store.change(side_panel=shown)
+        self._size_panel()
+
+    def _size_panel(self) -> None:
+        roomy = self.width() >= self._look.px(_PANEL_MIN_WIDTH)
+        wish = self._panel_wish if self._panel_wish is not None else None
+        shown = wish if wish is not None else (self._store.current.side_panel and roomy)
+        if shown != self.tabs.isVisibleTo(self):
+            self.tabs.setVisible(shown)
+            self._show_values()
+        self._actions["side_panel"].setChecked(shown)
+        # Where both do not fit side by side, the open panel takes the place of the charts.
+        least = max(self._look.px(_PANEL_WIDTH), self._tabs_width())
+        most = self.width() - self._look.px(_CHARTS_MIN_WIDTH)
+        alone = shown and most < least
+        self.charts.setVisible(not alone)
+        if shown:
+            if alone:
+                least = most = max(self.width(), 1)
+            self.tabs.setMinimumWidth(least)
+            self.tabs.setMaximumWidth(most)
+            wide = self.alarms.view.full_width if self.tabs.currentWidget() is self.alarms else 0
+            side = min(max(self._look.px(self._panel_width), least, wide), most)
+            # Else the splitter would keep the shares of a time when it was hidden, or room for
+            # words that are wider than the panel.
+            self._split.setSizes([self.width() - side, side])
+
+    def follow_settings(self) -> None:
+        """Show layout and side panel as the settings have them."""
+        self._panel_wish = None
+        self._drawn.stop()
+        self._panel_width = self._store.current.panel_width
+        self.show_layout(self._store.current.layout)
+        self._size_panel()
+
+    def _panel_drawn(self) -> None:
+        """Remember how wide the panel was drawn."""
+        self._panel_width = round(self.tabs.width() / self._look.sizes.scale)
+        self._drawn.start()
+
+    def _tabs_width(self) -> int:
+        """Return the width at which all tabs are in sight, with up to 99 alarms waiting."""
+        look = self._look
+        plain = QFontMetricsF(look.font("label"))
+        chosen = QFontMetricsF(look.font("label", strong=True))
+        words = [_alarms_tab_text(99) if name == _ALARMS else name for name in _TAB_NAMES]
+        bolder = max(
+            chosen.horizontalAdvance(word) - plain.horizontalAdvance(word) for word in words
+        )
+        # Qt gives each tab whole pixels.
+        each = [
+            math.ceil(plain.horizontalAdvance(word)) + 2 * look.px(TAB_MARGIN) for word in words
+        ]
+        return sum(each) + math.ceil(bolder)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Give the charts the room where the window is narrow."""
+        super().resizeEvent(event)
+        self._size_panel()
+
+    # Layouts
+
+    def show_layout(self, name: str) -> None:
+        """Show a layout by name."""
+        picture = self._picture
+        available = picture.available
+        if picture.settled:
+            there = picture.present | picture.uncalibrated
+            available = tuple(known for known in available if known in there)
+        if name in SHIPPED_LAYOUT_NAMES:
+            layout = create_shipped_layout(name, available)
+        elif name in self._layouts.names:
+            layout = self._layouts.load(name)
+        else:
+            name, layout = OVERVIEW_LAYOUT, create_shipped_layout(OVERVIEW_LAYOUT, available)
+        self._layout_name = name
+        self._store.change(layout=name)
+        self._set_charts(rename_layout(layout, name, self.charts.view.window))
+
+    def _set_charts(self, layout: StripLayout) -> None:
+        self.charts.set_layout(layout)
+        self.charts.advance()
+        self._show_channels()
+        self._show_values()
+
+    def _charts_chosen(self, layout: StripLayout) -> None:
+        self._layout_name = ""
+        self._set_charts(rename_layout(layout, "Own choice", self.charts.view.window))
+
+    def _charts_changed(self, layout: StripLayout) -> None:
+        """Follow a change made on the charts themselves."""
+        if layout.name in SHIPPED_LAYOUT_NAMES:
+            self._layout_name = ""
+            self.charts.set_layout(rename_layout(layout, "Own choice", self.charts.view.window))
+        self._show_channels()
+        self._show_values()
+
+    def _save_layout(self, name: str) -> None:
+        layout = rename_layout(self.charts.strip_layout, name, self.charts.view.window)
+        self._layouts.save(layout, name)
+        self._layout_name = name
+        self._store.change(layout=name)
+        self._set_charts(layout)
+
+    def _delete_layout(self, name: str) -> None:
+        if name in self._layouts.names:
+            self._layouts.delete(name)
+            self.show_layout(OVERVIEW_LAYOUT)
+
+    def _show_channels(self) -> None:
+        picture = self._picture
+        notes = {}
+        for name in picture.available:
+            source = picture.sources.get(name)
+            note = origin_note(source) if source is not None else ""
+            if picture.settled and name not in picture.present | picture.uncalibrated:
+                note = f"{note}, no samples" if note else "no samples"
+            if note:
+                notes[name] = note
+        layout = self.charts.strip_layout
+        self.channels.show_channels(self._picture.available, layout, notes)
+        self.channels.show_layouts(self._layouts.names, self._layout_name)
+
+    # What is shown
+
+    def show_history(self, history: SampleSource | None) -> None:
+        """Show another flight."""
+        self._history = history
+        self._picture = FlightViewState()
+        self._fresh_layout = True
+        self.charts.clear()
+        self.charts.set_history(history)
+        if history is not None:
+            self.charts.setFocus(Qt.FocusReason.OtherFocusReason)
+
+    def show_picture(self, picture: FlightViewState) -> None:
+        """Show everything beside the samples; what did not change is left alone."""
+        former, self._picture = self._picture, picture
+        if picture.limits != former.limits or self._fresh_layout:
+            self.charts.set_limits(picture.limits)
+        if picture.sources != former.sources:
+            self.charts.set_sources(picture.sources)
+        if picture.patience != former.patience:
+            self.charts.set_patience(picture.patience)
+        self.charts.set_empty(picture.empty)
+        self.charts.set_recording(picture.recording)
+        self.charts.set_newest("now" if picture.present_shown else "read up to")
+        self.charts.set_marks(picture.marks)
+        self.charts.set_spans(picture.spans)
+        self.charts.set_alarms(picture.alarms)
+        if self._fresh_layout and picture.available:
+            self._fresh_layout = False
+            self.show_layout(self._layout_name or OVERVIEW_LAYOUT)
+        elif (picture.available, picture.present, picture.sources, picture.settled) != (
+            former.available,
+            former.present,
+            former.sources,
+            former.settled,
+        ):
+            if self._layout_name in SHIPPED_LAYOUT_NAMES:
+                self.show_layout(self._layout_name)
+            else:
+                self._show_channels()
+        self.marks.show_lines(picture.mark_lines)
+        self.alarms.say_empty(_no_alarms_text(picture.watched))
+        self.alarms.show_lines(picture.alarm_lines)
+        self.alarms.show_waiting(picture.waiting)
+        replay = picture.replay
+        played = replay is None or (replay.time == replay.last and picture.watched == 1.0)
+        self.alarms.cues_note.setHidden(played)
+        self.messages.show_lines(picture.message_lines)
+        if picture.estimates is not former.estimates:
+            self.estimates.show_rows(picture.estimates, picture.estimates_state)
+        place, words = _TAB_NAMES.index(_ALARMS), _alarms_tab_text(picture.waiting)
+        if self.tabs.tabText(place) != words:
+            self.tabs.setTabText(place, words)
+        self._show_replay(picture)
+
+    def _show_replay(self, picture: FlightViewState) -> None:
+        replay = picture.replay
+        self.replay.show_bar(replay is not None)
+        self.controls.pause.setVisible(replay is None)
+        if replay is not None:
+            self.replay.show_replay(
+                replay.time,
+                replay.first,
+                replay.last,
+                playing=replay.playing,
+                speed=replay.speed,
+                marks=[mark.time for mark in picture.marks],
+                alarms=picture.alarms,
+            )
+
+    def advance(self, now: float | None) -> None:
+        """Paint what has arrived: one frame."""
+        self.charts.set_now(now)
+        self.charts.advance()
+
+    def _show_menu(self, where: QPoint, time: float | None) -> None:
+        units = self._look.units
+        menu = create_chart_menu(self.charts, self._picture, self._actions, time, units, self)
+        menu.exec(where)
+        menu.deleteLater()
+
+    def _view_changed(self) -> None:
+        view = self.charts.view
+        self.controls.show_paused(view.paused)
+        self.controls.show_span(view.window)
+        if abs(view.window - self._store.current.span) > 1e-6:
+            self._store.change(span=view.window)
+
+    def _show_values(self) -> None:
+        # Values at the cursors stand once: in the table, or else beside the charts.
+        self.charts.set_cursor_values_shown(not self.values.isVisible())
+        if self._history is None or not self.values.isVisible():
+            return
+        cursors = self.charts.view.cursors
+        names = self.charts.strip_layout.channels if cursors else ()
+        self.values.show_lines(
+            build_cursor_value_rows(
+                self._history, names, cursors, self._look.units, self._picture.sources
+            )
+        )
+        self.values.show_columns(cursors)
+        self.values.show_times(cursor_times_text(cursors) if cursors else "")
+
+    def _restyle(self) -> None:
+        self.charts.set_theme(self._look.theme)
+        self.charts.set_units(self._look.units)
+        self.charts.set_scale(self._look.sizes.scale)
+        self.charts.advance()
+        self._show_values()
+        self._view_changed()
+        self._size_panel()
+
+
+def _no_alarms_text(watched: float) -> str:
+    """Return what is said in the place of alarms while there are none."""
+    if watched < 1.0:
+        return f"Catching up, {floor_percent(watched)} %: the flight so far is looked through."
+    return "No alarms."
+
+
+def _alarms_tab_text(waiting: int) -> str:
+    """Return the words of the tab of the alarms: how many nobody has acknowledged."""
+    return f"{_ALARMS} {waiting}" if waiting else _ALARMS

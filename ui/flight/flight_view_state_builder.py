@@ -1,0 +1,254 @@
+"""From the session to what the window shows: pictures and facts, made anew only when needed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from gsapp.decoding.derived_channels import underivable_channels
+from gsapp.decoding.pipeline import ChannelSource
+from gsapp.flight.certificates import calibrated_ranges, uncalibrated_channels
+from gsapp.flight.events import Event
+from gsapp.session import LimitBands, Session, SessionSnapshot, Severity
+from gsapp.session.alarms import AlarmEpisode
+from ui.flight.estimates_panel import fit_status_text
+from ui.flight.flight_view_state import ChannelOrigin, FlightViewState, ReplayState
+from ui.flight.panel_rows import (
+    build_alarm_rows,
+    build_chart_alarms,
+    build_chart_marks,
+    build_chart_spans,
+    build_mark_rows,
+    build_message_rows,
+    format_alarm,
+)
+from ui.flight.table_models import TableRow
+from ui.strips.chart_annotations import AlarmSpan, OriginInfo
+from ui.window_frame.status_bar_model import AlarmSummary, StatusBarData
+
+if TYPE_CHECKING:
+    from gsapp.session.live_estimation.estimate_table import EstimateRow
+
+_NO_BANDS = LimitBands()
+_RECEIVED_STATES = ("ok", "weak", "silent")
+"""What is said of a link over which something that can be read has come."""
+_NO_DATA_STATES = ("silent", "no data", "no aircraft", "unreadable", "not read", "lost")
+_MESSAGES_INTERVAL = 5
+_ESTIMATES_INTERVAL = 10
+_CHANNEL_WAIT_SECONDS = 3.0
+"""Seconds of a live flight after which channels without a sample are taken for absent."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _PanelMessage:
+    """A message of the aircraft for the panel."""
+
+    time: float | None
+    text: str
+    severity: int | None
+
+
+class FlightViewStateBuilder:
+    """Takes pictures of a session.
+
+    Parameters
+    ----------
+    session : Session
+        The open flight.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._available: tuple[str, ...] = ()
+        self._known = 0
+        self._sources: Mapping[str, OriginInfo] = {}
+        self._limits: Mapping[str, LimitBands] = {}
+        self._limits_revision = -1
+        self._patience: Mapping[str, float] = {}
+        self._messages: tuple[TableRow, ...] = ()
+        self._estimates: tuple[EstimateRow, ...] = ()
+        self._estimates_state = ""
+        self._alarms: tuple[AlarmEpisode, ...] = ()
+        self._alarm_spans: tuple[AlarmSpan, ...] = ()
+        self._alarm_lines: tuple[TableRow, ...] = ()
+        self._alarms_shown: tuple[int, str, float | None] | None = None
+        self._count = 0
+        self._first: float | None = None
+
+    def take(self, snapshot: SessionSnapshot, units: str) -> FlightViewState:
+        """Return what is beside the samples now."""
+        session = self._session
+        self._look_at_channels()
+        if self._count % _MESSAGES_INTERVAL == 0:
+            self._messages = build_message_rows(_to_messages(session.messages()))
+            self._patience = session.patience(self._available)
+        if self._count % _ESTIMATES_INTERVAL == 0:
+            self._look_at_estimates()
+        self._look_at_alarms(snapshot, units)
+        self._count += 1
+        marks = session.marks
+        playhead = snapshot.playhead
+        return FlightViewState(
+            available=self._available,
+            present=frozenset(session.history.filled),
+            uncalibrated=frozenset(
+                name for name, source in self._sources.items() if not source.calibrated
+            ),
+            settled=self._settled(snapshot),
+            sources=self._sources,
+            limits=self._limits,
+            patience=self._patience,
+            marks=build_chart_marks(marks),
+            spans=build_chart_spans(marks),
+            mark_lines=build_mark_rows(marks),
+            alarms=self._alarm_spans,
+            alarm_lines=self._alarm_lines,
+            message_lines=self._messages,
+            waiting=snapshot.waiting,
+            estimates=self._estimates,
+            estimates_state=self._estimates_state,
+            replay=None
+            if playhead is None
+            else ReplayState(
+                time=playhead.time,
+                first=playhead.start,
+                last=playhead.end,
+                playing=playhead.playing,
+                speed=playhead.speed,
+                complete=playhead.complete,
+            ),
+            now=snapshot.now,
+            empty=self._empty(snapshot),
+            recording=session.recorder is not None,
+            present_shown=snapshot.present,
+            watched=snapshot.watched,
+        )
+
+    def _empty(self, snapshot: SessionSnapshot) -> str:
+        """Return what the charts say without a sample; more may come to a live flight alone."""
+        replay = self._session.replaying
+        if replay is not None:
+            return "This flight holds no samples" if replay.complete else ""
+        heard = snapshot.link.words
+        if snapshot.link.problem:
+            return snapshot.link.problem
+        if heard == "unreadable":
+            return "What arrives cannot be read"
+        if heard in _RECEIVED_STATES and snapshot.channel_map:
+            return f"Nothing of what has arrived is in the channel map {snapshot.channel_map}"
+        return "Nothing has arrived yet"
+
+    def _look_at_alarms(self, snapshot: SessionSnapshot, units: str) -> None:
+        log, playhead = self._session.alarm_log, snapshot.playhead
+        last = snapshot.now if playhead is None else playhead.end
+        # While one is active its duration grows: twice a second is quick enough to read.
+        grows = any(not one.over for one in self._alarms) and last is not None
+        shown = (log.revision, units, round(2.0 * last) / 2.0 if grows and last else None)
+        if shown == self._alarms_shown:
+            return
+        self._alarms_shown = shown
+        self._alarms = log.episodes
+        self._alarm_spans = build_chart_alarms(self._alarms)
+        self._alarm_lines = build_alarm_rows(self._alarms, units, last, live=playhead is None)
+
+    def _look_at_estimates(self) -> None:
+        estimates = self._session.estimates
+        if estimates is None:
+            return
+        fits = estimates.fits
+        self._estimates = estimates.rows()
+        self._estimates_state = estimates.complaint or fit_status_text(
+            len(estimates.result.results), fits.pending, fits.failures
+        )
+
+    def _settled(self, snapshot: SessionSnapshot) -> bool:
+        if snapshot.playhead is not None:
+            return snapshot.playhead.complete
+        history = self._session.history
+        if history.end is None or not snapshot.present:
+            return False
+        self._first = history.end if self._first is None else self._first
+        return history.end - self._first >= _CHANNEL_WAIT_SECONDS
+
+    def _look_at_channels(self) -> None:
+        session = self._session
+        sources = session.sources
+        known = find_channel_origins(sources)
+        available = tuple(dict.fromkeys((*known, *session.history.channels)))
+        limits = session.limits
+        if available != self._available or limits.revision != self._limits_revision:
+            self._limits_revision = limits.revision
+            bands = {name: limits.bands(name) for name in available}
+            self._limits = {name: band for name, band in bands.items() if band != _NO_BANDS}
+        if available != self._available or len(sources) != self._known:
+            self._available, self._known = available, len(sources)
+            self._sources = find_channel_origins(
+                sources, calibrated_ranges(session.calibration, sources)
+            )
+
+
+def find_channel_origins(
+    sources: Mapping[str, ChannelSource],
+    covered: Mapping[str, Mapping[str, tuple[float, float]]] = MappingProxyType({}),
+) -> dict[str, OriginInfo]:
+    """Return where every channel comes from, those among them that only a certificate would give.
+
+    Instruments without one, and what would be derived from them, are there to be shown: hatched,
+    and called uncalibrated, rather than not at all.
+
+    Parameters
+    ----------
+    sources : mapping of str to ChannelSource
+    covered : mapping of str to mapping
+        From `gsapp.flight.certificates.calibrated_ranges`.
+    """
+    lacking = [name for name in uncalibrated_channels(sources) if name not in sources]
+    return {
+        **{
+            name: ChannelOrigin(each.kind, not each.uncalibrated, covered.get(name, {}))
+            for name, each in sources.items()
+        },
+        **{name: ChannelOrigin("measured", False) for name in lacking},
+        **{
+            name: ChannelOrigin("derived", False) for name in underivable_channels(sources, lacking)
+        },
+    }
+
+
+def _to_messages(events: Sequence[Event]) -> tuple[_PanelMessage, ...]:
+    return tuple(
+        _PanelMessage(time=event.time, text=event.text, severity=event.data.get("severity"))
+        for event in events
+    )
+
+
+def build_bar_facts(
+    session: Session, snapshot: SessionSnapshot, units: str, *, muted: bool
+) -> StatusBarData:
+    """Return what the bar tells of a session."""
+    waiting = [alarm for alarm in snapshot.alarms if not alarm.acknowledged]
+    replay = snapshot.mode == "replay"
+    return StatusBarData(
+        name=snapshot.name,
+        time=snapshot.now,
+        stale=not replay and snapshot.link.words in _NO_DATA_STATES,
+        replay=replay,
+        link=snapshot.link,
+        recorder=None if replay else snapshot.recorder,
+        disk=snapshot.disk,
+        aircraft=snapshot.aircraft,
+        calibration=str(len(snapshot.calibration)) if snapshot.calibration else "",
+        other_calibration=Path(session.calibration.given).name,
+        calibration_status=snapshot.calibration_status,
+        alarms=AlarmSummary(
+            sentences=tuple(format_alarm(alarm, units) for alarm in waiting),
+            severe=any(alarm.severity is Severity.WARNING for alarm in waiting),
+            standing=len(snapshot.alarms),
+        ),
+        muted=muted,
+        read=1.0 if snapshot.present else snapshot.progress,
+        watched=snapshot.watched,
+    )

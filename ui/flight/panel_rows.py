@@ -1,0 +1,202 @@
+"""Marks, alarms and messages as lines of the side panel. No Qt."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from typing import Protocol
+
+from gsapp.quantities import channel
+from gsapp.session.alarms import Alarm, AlarmEpisode
+from gsapp.session.limits import Severity
+from gsapp.session.marks import FlightMark as FlightMark
+from ui.flight.table_models import TableRow
+from ui.icons import IndicatorState
+from ui.number_format import channel_value_text, clock_text, elapsed_text, unit_text
+from ui.strips.chart_annotations import AlarmSpan, ChartMark, ChartSpan
+
+_MINUS_SIGN = re.compile(r"(?<=\s)-(?=\d)")
+_BEFORE_UNIT = re.compile(r"(?<=\d) (?=[^\d\s])")
+_DEFAULT_MARK_TITLES = {"mark": "Mark", "note": "Note"}
+_SEVERITY_STATES: dict[Severity, IndicatorState] = {
+    Severity.NORMAL: "plain",
+    Severity.CAUTION: "caution",
+    Severity.WARNING: "warning",
+}
+_SEVERITY_SYMBOLS = {Severity.CAUTION: "▲", Severity.WARNING: "■"}
+_WARNING_SEVERITY, _CAUTION_SEVERITY = 3, 4
+"""MAVLink severities: up to error is a warning, a warning is a caution."""
+
+
+class StatusMessage(Protocol):
+    """Something that the aircraft said; `gsapp.decoding.decoder.Notice` fits."""
+
+    @property
+    def time(self) -> float | None:
+        """Return flight time, s."""
+
+    @property
+    def text(self) -> str:
+        """Return what was said."""
+
+    @property
+    def severity(self) -> int | None:
+        """Return MAVLink's severity, 0 to 7."""
+
+
+def mark_title(mark: FlightMark, number: int) -> str:
+    """Return a mark's text, or its number if it has none."""
+    return mark.text or f"{_DEFAULT_MARK_TITLES.get(mark.kind, 'Mark')} {number}"
+
+
+def build_mark_rows(marks: Sequence[FlightMark]) -> tuple[TableRow, ...]:
+    """Return one line for each mark, in order of time."""
+    return tuple(
+        TableRow(
+            key=mark.id,
+            cells=(clock_text(mark.time, decimals=1), mark_title(mark, number)),
+            strong=mark.kind == "note",
+        )
+        for number, mark in enumerate(marks, start=1)
+    )
+
+
+def build_chart_marks(marks: Sequence[FlightMark]) -> tuple[ChartMark, ...]:
+    """Return the marks as the charts draw them."""
+    return tuple(
+        ChartMark(label=mark_title(mark, number), time=mark.time)
+        for number, mark in enumerate(marks, start=1)
+        if mark.time is not None and mark.end is None
+    )
+
+
+def build_chart_spans(marks: Sequence[FlightMark]) -> tuple[ChartSpan, ...]:
+    """Return marks that last as the spans that the charts draw."""
+    return tuple(
+        ChartSpan(label=mark_title(mark, number), start=mark.time, stop=mark.end, kind="event")
+        for number, mark in enumerate(marks, start=1)
+        if mark.time is not None and mark.end is not None
+    )
+
+
+def format_alarm(alarm: Alarm, units: str) -> str:
+    """Return an alarm in words, units as they are shown everywhere else."""
+    words = alarm.sentence(units)
+    if alarm.rule is not None:
+        # Only numbers with units are rewritten; the other sentences are plain words.
+        words = _MINUS_SIGN.sub("\N{MINUS SIGN}", unit_text(words))
+        words = _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", words)
+    return words[:1].upper() + words[1:]
+
+
+def spoken_alarm_text(alarm: Alarm) -> str:
+    """Return an alarm in a few words for the ear: what, which side, what it means; no numbers."""
+    if alarm.rule is None:
+        return alarm.words
+    meaning = alarm.rule.words(alarm.severity)
+    head = f"{channel(alarm.rule.channel).title} {alarm.rule.side}"
+    return f"{head}, {meaning}" if meaning else head
+
+
+def build_alarm_rows(
+    episodes: Iterable[AlarmEpisode], units: str, last: float | None, *, live: bool
+) -> tuple[TableRow, ...]:
+    """Return one line for each alarm of the flight; those that nobody has seen are strong.
+
+    Parameters
+    ----------
+    episodes : iterable of AlarmEpisode
+        By onset.
+    units : str
+        ``US`` or ``SI``.
+    last : float or None
+        Flight time (s) up to which an alarm lasts whose cause is still there.
+    live : bool
+        Whether the flight is happening.
+    """
+    found = []
+    for one in episodes:
+        seconds = None
+        stop = one.end if one.over else last
+        if one.onset is not None and stop is not None:
+            seconds = max(stop - one.onset, 0.0)
+        still = "" if one.over else ("\nactive" if live else "\nto end")
+        seen = one.acknowledgment
+        what, sign = _alarm_cause_text(one), _SEVERITY_SYMBOLS.get(one.severity, "")
+        found.append(
+            TableRow(
+                key=("alarm", one.key, one.onset),
+                cells=(
+                    clock_text(one.onset, decimals=1),
+                    f"{sign} {what}",
+                    _value_and_limit_text(one, units),
+                    f"{elapsed_text(seconds)}{still}",
+                    "no"
+                    if seen is None
+                    else f"{clock_text(seen.time, decimals=1)}\n{seen.by or 'crew'}",
+                ),
+                order=(
+                    one.onset,
+                    what,
+                    one.value,
+                    seconds,
+                    None if seen is None else seen.time,
+                ),
+                state=_SEVERITY_STATES[one.severity],
+                strong=seen is None,
+                colored=frozenset({1}),
+            )
+        )
+    return tuple(found)
+
+
+def _value_and_limit_text(one: AlarmEpisode, units: str) -> str:
+    """Return the farthest value over the limit that it passed; empty for alarms without one."""
+    if one.rule is None:
+        return ""
+    spec, sign = channel(one.rule.channel), ">" if one.rule.side == "high" else "<"
+    return f"{channel_value_text(spec, one.value, units)}\n{sign} {channel_value_text(spec, one.limit, units)}"
+
+
+def _alarm_cause_text(one: AlarmEpisode) -> str:
+    """Return what an alarm is about, without numbers."""
+    words = one.meaning
+    if one.rule is not None:
+        head = f"{channel(one.rule.channel).title} {one.rule.side}"
+        words = f"{head}: {words}" if words else head
+    return words[:1].upper() + words[1:]
+
+
+def build_chart_alarms(episodes: Iterable[AlarmEpisode]) -> tuple[AlarmSpan, ...]:
+    """Return the alarms as charts and slider draw them."""
+    return tuple(
+        AlarmSpan(
+            start=one.onset,
+            # Of what is over since nobody knows when, the onset alone is known.
+            stop=one.onset if one.over and one.end is None else one.end,
+            state="warning" if one.severity is Severity.WARNING else "caution",
+            channel="" if one.rule is None else one.rule.channel,
+        )
+        for one in episodes
+        if one.onset is not None
+    )
+
+
+def build_message_rows(messages: Iterable[StatusMessage]) -> tuple[TableRow, ...]:
+    """Return what the aircraft said, newest first."""
+    found = []
+    for number, message in enumerate(messages):
+        severity = message.severity
+        state: IndicatorState = "plain"
+        if severity is not None and severity <= _CAUTION_SEVERITY:
+            state = "warning" if severity <= _WARNING_SEVERITY else "caution"
+        sign = {"warning": "■ ", "caution": "▲ "}.get(state, "")
+        found.append(
+            TableRow(
+                key=("message", number, message.time),
+                cells=(clock_text(message.time, decimals=1), f"{sign}{message.text}"),
+                state=state,
+                colored=frozenset({1}),
+            )
+        )
+    return tuple(reversed(found))

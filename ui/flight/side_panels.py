@@ -1,0 +1,238 @@
+"""Panels beside the charts: values at the cursors, marks, alarms, messages of the aircraft."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QLabel, QPushButton, QStackedLayout, QVBoxLayout, QWidget
+
+from ui.commands import shortcut_text
+from ui.display_style import DisplayStyle
+from ui.flight.table_models import WIDEST_TIME_TEXT, TableRow, TableRowModel, TableRowView
+from ui.flow_layout import FlowLayout
+from ui.start_page import create_label
+
+_NO_MARK_TEXT = "Choose a mark first"
+
+
+class ListPanel(QWidget):
+    """A table with a sentence in its place while it is empty, and a row of buttons below.
+
+    Parameters
+    ----------
+    view : TableRowView
+        The table.
+    empty : str
+        What is said while there is nothing.
+    """
+
+    def __init__(self, view: TableRowView, look: DisplayStyle, empty: str) -> None:
+        super().__init__()
+        self.look = look
+        self.view = view
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        self.head = QVBoxLayout()
+        column.addLayout(self.head)
+        holder = QWidget()
+        self._pile = QStackedLayout(holder)
+        self._empty = create_label(empty, "muted", wrap=True)
+        self._empty.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self._empty.setContentsMargins(16, 16, 16, 16)
+        self._pile.addWidget(self._empty)
+        self._pile.addWidget(view)
+        column.addWidget(holder, 1)
+        foot = QWidget()
+        self._foot = FlowLayout(foot, spacing=4)
+        self._foot.setContentsMargins(8, 8, 8, 8)
+        column.addWidget(foot)
+        self._foot_widget = foot
+        foot.hide()
+        self._of_row: list[tuple[QPushButton, str, str]] = []
+        view.selectionModel().currentChanged.connect(lambda *_: self._enable())
+        view.model().modelReset.connect(self._enable)
+
+    def add_button(self, words: str, name: str, why: str = "") -> QPushButton:
+        """Add a button below the table, also to the menu of its rows.
+
+        Parameters
+        ----------
+        words, name : str
+            On it, and what it does as a tool tip.
+        why : str
+            Why it is gray while no row is chosen; empty for a button that is about all rows.
+        """
+        button = QPushButton(words)
+        button.setAccessibleName(name)
+        button.setToolTip(name)
+        self._foot.addWidget(button)
+        self._foot_widget.show()
+        self.view.menu.add_command(words, button.click, button)
+        if why:
+            self._of_row.append((button, name, why))
+            self._enable()
+        return button
+
+    def _enable(self) -> None:
+        chosen = self.view.current_key() is not None
+        for button, name, why in self._of_row:
+            button.setEnabled(chosen)
+            button.setToolTip(name if chosen else why)
+
+    def show_lines(self, lines: Sequence[TableRow]) -> None:
+        """Show the lines, or the sentence if there are none."""
+        self.view.lines.show(lines)
+        self._pile.setCurrentIndex(1 if lines else 0)
+        self.setFocusProxy(self.view if lines else None)
+
+    def say_empty(self, text: str) -> None:
+        """Change the sentence."""
+        self._empty.setText(text)
+
+
+class ValuesPanel(ListPanel):
+    """All charted channels at the cursor and at A and B, with the difference."""
+
+    def __init__(self, look: DisplayStyle) -> None:
+        model = TableRowModel(
+            look, ("", "Cursor", "A", "B", "B − A"), right=frozenset({1, 2, 3, 4})
+        )
+        view = TableRowView(
+            model,
+            look,
+            "Values at the cursors",
+            stretch=0,
+            widths={1: 62, 2: 62, 3: 62, 4: 62},
+            wrap=False,
+        )
+        super().__init__(
+            view, look, "No cursor is set. Point at the charts, or press C; A and B hold two times."
+        )
+        self.times = QLabel()
+        self.times.setProperty("role", "label")
+        self.times.setContentsMargins(8, 8, 8, 4)
+        self.times.setWordWrap(True)
+        self.head.addWidget(self.times)
+
+    def show_columns(self, cursors: Iterable[str]) -> None:
+        """Show the columns of the cursors that are set."""
+        there = set(cursors)
+        for column, needed in enumerate(({"cursor"}, {"a"}, {"b"}, {"a", "b"}), start=1):
+            self.view.setColumnHidden(column, not needed <= there)
+
+    def show_times(self, text: str) -> None:
+        """Show the times of the cursors and their difference."""
+        self.times.setText(text)
+        self.times.setVisible(bool(text))
+
+
+class MarksPanel(ListPanel):
+    """Marks and notes; Enter jumps, the text is edited in place.
+
+    Attributes
+    ----------
+    jumped : Signal(object)
+        Key of a mark to go to.
+    edited : Signal(object, str)
+        Key of a mark and its new text.
+    deleted : Signal(object)
+        Key of a mark to take away; it can be brought back.
+    edit_ended : Signal
+        A text was typed, or left as it was.
+    """
+
+    jumped = Signal(object)
+    edited = Signal(object, str)
+    deleted = Signal(object)
+    edit_ended = Signal()
+
+    def __init__(self, look: DisplayStyle) -> None:
+        model = TableRowModel(look, ("Time", "Mark"), right=frozenset({0}), editable=1)
+        view = TableRowView(model, look, "Marks and notes", stretch=1, widths={0: WIDEST_TIME_TEXT})
+        super().__init__(
+            view, look, "No marks yet. M marks this moment, N also asks for a few words."
+        )
+        model.edited.connect(self.edited)
+        view.opened.connect(self.jumped)
+        view.itemDelegate().closeEditor.connect(lambda *_: self.edit_ended.emit())
+        go = self.add_button("Go to", "Go to the chosen mark (Enter)", _NO_MARK_TEXT)
+        go.clicked.connect(lambda: self._with_current(self.jumped.emit))
+        edit = self.add_button("Edit text", "Edit the text of the chosen mark", _NO_MARK_TEXT)
+        edit.clicked.connect(lambda: self._with_current(self.begin_edit))
+        tip = f"Delete the chosen mark (Delete); {shortcut_text('Ctrl+Z')} brings it back"
+        delete = self.add_button("Delete", tip, _NO_MARK_TEXT)
+        delete.clicked.connect(lambda: self._with_current(self.deleted.emit))
+        view.deleted.connect(self.deleted)
+
+    def _with_current(self, act: Callable[[object], None]) -> None:
+        key = self.view.current_key()
+        if key is not None:
+            act(key)
+
+    def begin_edit(self, key: object) -> None:
+        """Let the user type the text of a mark."""
+        self.view.edit_key(key, 1)
+
+
+class AlarmsPanel(ListPanel):
+    """The log of all alarms, newest first; a press on a title sorts.
+
+    Attributes
+    ----------
+    acknowledged : Signal
+        The user has seen them.
+    jumped : Signal(object)
+        Key of an alarm to go to.
+    """
+
+    acknowledged = Signal()
+    jumped = Signal(object)
+
+    def __init__(self, look: DisplayStyle) -> None:
+        titles = ("Start", "Alarm", "Value", "Duration", "Ack.")
+        model = TableRowModel(look, titles, right=frozenset({2, 3}))
+        widths = {0: WIDEST_TIME_TEXT, 2: "< 100.0 °", 3: "Duration", 4: "crew, Alarms"}
+        view = TableRowView(
+            model, look, "Alarms", stretch=1, widths=widths, least=140, sortable=True
+        )
+        super().__init__(view, look, "No alarms.")
+        # To find them ahead takes a whole pass through the cues, minutes for a flight of an hour.
+        self.cues_note = create_label("Cue alarms appear as they are played.", "hint", wrap=True)
+        self.cues_note.setContentsMargins(8, 8, 8, 4)
+        self.cues_note.hide()
+        self.head.addWidget(self.cues_note)
+        view.opened.connect(self.jumped)
+        self._acknowledge = self.add_button("Acknowledge (K)", "")
+        self._acknowledge.clicked.connect(self.acknowledged)
+        self.show_waiting(0)
+        go = self.add_button("Go to", "Go to the chosen alarm (Enter)", "Choose an alarm first")
+        go.clicked.connect(self._go)
+
+    def show_waiting(self, count: int) -> None:
+        """Gray the button where no alarm waits to be acknowledged."""
+        self._acknowledge.setEnabled(count > 0)
+        self._acknowledge.setToolTip(
+            "Acknowledge the alarms (K)" if count else "No alarm to acknowledge"
+        )
+
+    def _go(self) -> None:
+        key = self.view.current_key()
+        if key is not None:
+            self.jumped.emit(key)
+
+
+class MessagesPanel(ListPanel):
+    """What the aircraft said, newest first."""
+
+    jumped = Signal(object)
+
+    def __init__(self, look: DisplayStyle) -> None:
+        model = TableRowModel(look, ("Time", "Message"), right=frozenset({0}))
+        view = TableRowView(
+            model, look, "Messages of the aircraft", stretch=1, widths={0: WIDEST_TIME_TEXT}
+        )
+        super().__init__(view, look, "The aircraft has sent no messages.")
+        view.opened.connect(self.jumped)
+        view.menu.add_command("Go to", lambda: self.jumped.emit(view.current_key()))

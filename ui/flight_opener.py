@@ -1,0 +1,393 @@
+"""How a flight is opened: from a record, from a recorder that runs, or by beginning to record."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from contextlib import nullcontext
+from datetime import datetime
+from pathlib import Path
+from threading import Lock, Thread
+
+from PySide6.QtCore import QObject, Signal
+
+from calibration.certificate_store import CertificateStore
+from gsapp.decoding.channel_map import ChannelMap
+from gsapp.flight.events import EventLog, events_path, vehicle_event
+from gsapp.flight.flight_draft import apply_draft, reset_draft
+from gsapp.flight.folder import FlightFolder
+from gsapp.foundation import GroundStationError, UnmappedError
+from gsapp.session import Session
+from gsapp.session.live_estimation.fit_workers import ProcessFitWorker
+from gsapp.session.session_setting import SessionOptions
+from gsapp.telemetry.link_address import parse_link
+from gsapp.telemetry.recorder_control import find_recorder, start_recorder
+from gsapp.telemetry.recorder_folder import check_not_finished, record_state
+from gsapp.telemetry.virtual_aircraft.aircraft_process import find_free_udp_port
+from ui.background_job import BackgroundJob, JobCanceledError, JobProgress
+from ui.dialogs.flight_requests import ConnectRequest, VirtualFlightRequest, next_flight_name
+from ui.disk_checks import path_kind
+from ui.error_reporter import ErrorReporter
+from ui.recording_setup import (
+    PendingFlight,
+    RunningRecorder,
+    launch_virtual_aircraft,
+    prepare_requested_flight,
+)
+from ui.settings import (
+    SettingsStore,
+    calibrations_path,
+    next_flight_path,
+    recording_folder,
+    writable_folder,
+)
+
+log = logging.getLogger(__name__)
+
+
+class FlightOpener(QObject):
+    """Sets flights going in threads of their own, one at a time; the window goes on meanwhile.
+
+    Parameters
+    ----------
+    store : SettingsStore
+        Maps and folders used last.
+    faults : ErrorReporter
+        Where errors go.
+    open_here : callable
+        Returns the path of the open flight; None without one.
+
+    Attributes
+    ----------
+    begun : Signal(object, object)
+        A flight is there: `PendingFlight`, and the flight time (s) to go back to, or None.
+    working : Signal(object, str)
+        A `BackgroundJob` begins; what to say when it is done, empty for nothing.
+    said : Signal(str, str)
+        Level and sentence of a banner.
+    map_wanted : Signal(object, str)
+        A file needs a channel map: path, and why.
+    """
+
+    begun = Signal(object, object)
+    working = Signal(object, str)
+    said = Signal(str, str)
+    map_wanted = Signal(object, str)
+
+    def __init__(
+        self,
+        store: SettingsStore,
+        faults: ErrorReporter,
+        open_here: Callable[[], Path | None],
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._store = store
+        self._faults = faults
+        self._open_here = open_here
+        self._work: BackgroundJob | None = None
+        self._records: Path | None = None  # where that begins to record
+        self._recording = Lock()
+
+    def open_flight(
+        self,
+        path: Path,
+        *,
+        channel_map: str | None = None,
+        calibration: str | None = None,
+        speed: float = 1.0,
+        playing: bool = True,
+    ) -> None:
+        """Open a flight: live if it is being recorded, as a replay otherwise.
+
+        Parameters
+        ----------
+        path : Path
+            Flight folder or file.
+        channel_map : str, optional
+            Name or path.
+        calibration : str, optional
+            Certificates that a replay is read with in place of its own: a folder, or a shipped
+            set.
+        speed : float
+            Times real time.
+        playing : bool
+            Whether a replay plays at once.
+        """
+        place = Path(path).expanduser()
+
+        def make() -> Session:
+            if place.is_dir() and find_recorder(place) is not None:
+                return self._followed(place, channel_map)
+            return Session.replay(
+                place, channel_map=channel_map, certificates=calibration, speed=speed,
+                playing=playing, **self._options(),
+            )  # fmt: skip
+
+        self._open_session(make, place.name, None if channel_map or calibration else place)
+
+    def read_again(self, session: Session, calibration: str | None) -> None:
+        """Open a flight again, as it is read now: a replay where it stands.
+
+        Parameters
+        ----------
+        session : Session
+        calibration : str or None
+            Of a replay: a folder, or a shipped set; None for the flight's own.
+        """
+        path, feed, decoder = session.path, session.replaying, session.decoder
+        channel_map = None if decoder is None else decoder.channel_map
+        if feed is None:
+            self._open_session(lambda: self._followed(path, channel_map), path.name)
+            return
+        speed, playing = feed.speed, feed.playing
+
+        def replay() -> Session:
+            return Session.replay(
+                path, channel_map=channel_map, certificates=calibration, speed=speed,
+                playing=playing, **self._options(),
+            )  # fmt: skip
+
+        self._open_session(replay, path.name, back_to=feed.now)
+
+    def attach(self, found: RunningRecorder) -> None:
+        """Follow a flight that is being recorded."""
+        folder = found.handle.folder
+        self._open_session(lambda: self._followed(folder), folder.name)
+
+    def connect_aircraft(
+        self,
+        request: ConnectRequest,
+        *,
+        trial: bool = False,
+        refused: Callable[[Exception], None] | None = None,
+    ) -> None:
+        """Record a link in a process of its own, and follow it.
+
+        A flight for trial gets a copy of what waits for the next one. Errors go to `refused`, or
+        else to a banner.
+        """
+
+        def begin(begun: PendingFlight, progress: JobProgress) -> None:
+            # A second connection to the same flight joins what is recorded already.
+            if not request.folder.is_dir() or find_recorder(request.folder) is None:
+                self._record(request, begun, progress, trial=trial)
+            begun.session = self._followed(request.folder)
+
+        self._open(begin, request.folder.name, records=request.folder, refused=refused)
+
+    def _followed(self, folder: Path, channel_map: ChannelMap | str | None = None) -> Session:
+        """Return the session of a flight that is being recorded."""
+        return Session.follow(folder, channel_map=channel_map, **self._options())
+
+    def _options(self) -> SessionOptions:
+        """Return how every flight is watched in a window."""
+        return {
+            "cues": True,
+            "system": self._store.current.units,
+            "workers": ProcessFitWorker(),
+            "in_background": True,
+        }
+
+    def _record(
+        self,
+        request: ConnectRequest,
+        begun: PendingFlight,
+        progress: JobProgress,
+        *,
+        trial: bool = False,
+    ) -> None:
+        """Make the flight folder, with what waits for the next flight in it, and record into it.
+
+        It waits on until that is not cancelled any more; where a flight is for trial, even then.
+        A card that cannot be read holds up no recording.
+        """
+        if not request.append:
+            check_not_finished(request.folder, "choose a new name")
+        if record_state(request.folder) == "interrupted":
+            words = f"The recorder of {request.folder.name} ended unexpectedly; continuing it."
+            self.said.emit("note", words)
+        if not request.folder.exists():
+            begun.folder = request.folder
+        folder = FlightFolder(path=prepare_requested_flight(request))
+        try:
+            handed_over = apply_draft(
+                next_flight_path(self._store.path), folder, keep=True, named=not trial
+            )
+            begun.handed_over = handed_over and not trial
+        except GroundStationError as error:
+            self._faults.report(error)
+        if request.system is not None:
+            EventLog(events_path(folder.path)).append(vehicle_event(request.system))
+        progress(None, "starting the recorder")
+        begun.recorder = start_recorder(request.link, request.folder)
+
+    def connect_link(
+        self,
+        link: str,
+        *,
+        channel_map: str | None = None,
+        aircraft: str | None = None,
+        refused: Callable[[Exception], None] | None = None,
+    ) -> None:
+        """Record a LINK with the files used last, into the next flight of the day.
+
+        Errors go to `refused`, or else to a banner.
+        """
+        address = parse_link(link)
+        if address.kind == "flight":
+            self.open_flight(Path(address.path), channel_map=channel_map)
+            return
+        settings = self._store.current
+        self.connect_aircraft(
+            ConnectRequest(
+                link=link,
+                folder=self.next_folder(),
+                channel_map=channel_map or settings.channel_map,
+                aircraft=aircraft or settings.aircraft,
+                calibration=settings.calibration,
+            ),
+            refused=refused,
+        )
+
+    def next_folder(self, kind: str = "") -> Path:
+        """Return the folder of the next flight of the day.
+
+        It lies in the usual folder, and that is said, where the one of the settings is not
+        writable.
+        """
+        parent, why_other = writable_folder(recording_folder(self._store.current))
+        if why_other:
+            self.said.emit("caution", why_other)
+        return parent / next_flight_name(parent, datetime.now().astimezone().date(), kind)
+
+    def fly_virtual(
+        self, request: VirtualFlightRequest, *, refused: Callable[[Exception], None] | None = None
+    ) -> None:
+        """Let the virtual aircraft fly over a link of this machine, record and follow it.
+
+        Errors go to `refused`, or else to a banner.
+        """
+        port = find_free_udp_port()
+        connect = ConnectRequest(
+            link=f"udpin:127.0.0.1:{port}",
+            folder=request.folder,
+            channel_map="b777-thin" if request.thin else "b777",
+            aircraft="b777",
+            calibration="b777",
+            append=request.append,
+        )
+
+        def begin(begun: PendingFlight, progress: JobProgress) -> None:
+            self._record(connect, begun, progress, trial=True)
+            begun.session = self._followed(connect.folder)
+            begun.aircraft = launch_virtual_aircraft(request, port)
+
+        self._open(begin, request.folder.name, records=request.folder, refused=refused)
+
+    def _open_session(
+        self,
+        make: Callable[[], Session],
+        name: str,
+        wants_map: Path | None = None,
+        back_to: float | None = None,
+    ) -> None:
+        """Open what needs nothing but a session."""
+
+        def begin(begun: PendingFlight, _progress: JobProgress) -> None:
+            begun.session = make()
+
+        self._open(begin, name, wants_map, back_to)
+
+    def _open(
+        self,
+        begin: Callable[[PendingFlight, JobProgress], None],
+        name: str,
+        wants_map: Path | None = None,
+        back_to: float | None = None,
+        records: Path | None = None,
+        refused: Callable[[Exception], None] | None = None,
+    ) -> None:
+        """Set a flight going in a thread; the window goes on meanwhile.
+
+        What a work that is cancelled or fails has set going is undone. One that begins to record
+        waits for that, lest it meet the recorder of the one before.
+        """
+
+        def run(progress: JobProgress) -> PendingFlight:
+            begun = PendingFlight()
+            with self._recording if records is not None else nullcontext():
+                try:
+                    if not progress.cancelled:
+                        begin(begun, progress)
+                        self._take_checks(begun.session)
+                    if progress.cancelled:
+                        raise JobCanceledError
+                except BaseException:
+                    # What failed is undone, too: no window shows the recorder it has started, and
+                    # that would hold the link against the next attempt.
+                    self._undo(begun, "cancelled" if progress.cancelled else "given up")
+                    if not progress.cancelled and begun.flight_stays:
+                        self._begin_the_next(begun)
+                    raise
+            return begun
+
+        self.cancel()
+        work = BackgroundJob(f"Opening {name}", run, self, may_hang=True)
+        self._work, self._records = work, records
+        work.done.connect(lambda begun: self._give(begun, back_to))
+        work.dropped.connect(self._drop)
+        work.failed.connect(refused or (lambda error: self._failed(error, wants_map)))
+        self.working.emit(work, "")
+        work.start()
+
+    def _take_checks(self, session: Session | None) -> None:
+        """Let a flight know which of its certificates failed their last check."""
+        if session is None or session.aircraft is None:
+            return
+        folder = calibrations_path(self._store.path)
+        try:
+            session.failed_checks = CertificateStore(folder, session.aircraft.name).failed_checks()
+        except (GroundStationError, OSError) as error:
+            log.warning("checks not read: %s", error)
+
+    def _drop(self, begun: PendingFlight) -> None:
+        """Undo what was set going in the very moment in which it was cancelled."""
+        here = self._open_here()
+        wanted = [] if here is None else [here]
+        if self._records is not None and self._work is not None and self._work.running:
+            wanted.append(self._records)
+        if begun.recorder is not None and begun.recorder.folder in map(Path.absolute, wanted):
+            begun.recorder = begun.folder = None  # another connection has joined it
+        Thread(target=self._undo, args=(begun, "cancelled"), name="undoing").start()
+
+    def _undo(self, begun: PendingFlight, why: str) -> None:
+        """End what was set going; called in a thread."""
+        if begun.undo() and begun.folder is not None:
+            words = f"What came before it was {why} is kept in {begun.folder}."
+            self.said.emit("note", words)
+
+    def _give(self, begun: PendingFlight, back_to: float | None) -> None:
+        """Hand over what was set going."""
+        self._begin_the_next(begun)
+        self.begun.emit(begun, back_to)
+
+    def cancel(self) -> None:
+        """Undo what is being set going."""
+        if self._work is not None and self._work.running:
+            self._work.cancel()
+
+    def _begin_the_next(self, begun: PendingFlight) -> None:
+        """Let nothing wait any more of what this flight was given."""
+        if begun.handed_over:
+            try:
+                reset_draft(next_flight_path(self._store.path))
+            except GroundStationError as error:
+                self._faults.report(error)
+
+    def _failed(self, error: Exception, wants_map: Path | None) -> None:
+        is_unmapped = wants_map is not None and isinstance(error, UnmappedError)
+        if is_unmapped and path_kind(wants_map) == "file":
+            self.map_wanted.emit(wants_map, str(error))
+        else:
+            self._faults.report(error, opening=True)

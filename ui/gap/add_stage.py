@@ -1,0 +1,143 @@
+"""Add: effects taken over one after the other, refused or forced; what the model becomes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtGui import QAction
+
+from ui.display_style import DisplayStyle
+from ui.flight.controls import ActionButton
+from ui.gap.gap_text import effect_confidence_text, signed_number_text
+from ui.gap.gap_view_models import (
+    build_changed_value_rows,
+    build_effect_status_rows,
+    build_parameter_rows,
+    describe_runner_up,
+    list_effect_statuses,
+)
+from ui.gap.layout_widgets import (
+    FittedTableView,
+    NameValueTable,
+    StackingColumns,
+    create_button_row,
+)
+from ui.gap.stage_view import StageView
+from ui.start_page import create_label
+
+_BUTTONS = (
+    ("gap_accept", "Accept next"),
+    ("gap_refuse", "Refuse"),
+    ("gap_force", "Force another…"),
+    ("undo", "Undo"),
+    ("gap_redo", "Redo"),
+    ("gap_save", "Save the model…"),
+)
+
+
+class AddStage(StageView):
+    """Effects and values of the revised model, with the buttons that decide."""
+
+    def __init__(self, look: DisplayStyle, actions: Mapping[str, QAction]) -> None:
+        super().__init__(look)
+        self.buttons = {name: ActionButton(actions[name], words, look) for name, words in _BUTTONS}
+        self.buttons["gap_accept"].setProperty("role", "primary")
+        pair = StackingColumns(look, (6, 5))
+        self.column.addWidget(pair, 1)
+        pair.left.addWidget(create_label("Effects", "heading"))
+        self.effects = FittedTableView(
+            look, "Effects: in the model, next, refused", ("Step", "Effect", "State"),
+            stretch=1, widths={0: 52, 2: 150}, least=3,
+        )  # fmt: skip
+        pair.left.addWidget(self.effects, 30)
+        self.none = create_label("", "muted", wrap=True)
+        pair.left.addWidget(self.none)
+        pair.left.addWidget(create_button_row(look, *self.buttons.values()))
+        pair.left.addSpacing(look.px(8))
+        self.values_heading = create_label("Values that moved beyond their bounds", "heading")
+        pair.left.addWidget(self.values_heading)
+        self.values = FittedTableView(
+            look, "Values that moved", ("Derivative", "Before", "After", "Moved by"),
+            stretch=2, widths={0: 100, 1: 100, 3: 76}, right=frozenset({1, 2, 3}), least=2,
+        )  # fmt: skip
+        pair.left.addWidget(self.values, 30)
+        self.settled = create_label("", "muted", wrap=True, remarks_in=look)
+        pair.left.addWidget(self.settled)
+        pair.left.addStretch(1)
+        self.title = create_label("", "heading", wrap=True)
+        pair.right.addWidget(self.title)
+        self.equation = create_label("", wrap=True)
+        pair.right.addWidget(self.equation)
+        self.parameters = NameValueTable(look)
+        pair.right.addWidget(self.parameters)
+        self.sentences = create_label("", "muted", wrap=True)
+        pair.right.addWidget(self.sentences)
+        self.remarks = create_label("", "hint", wrap=True, remarks_in=look)
+        pair.right.addWidget(self.remarks)
+        pair.right.addStretch(1)
+        self.effects.selectionModel().currentChanged.connect(lambda *_: self._show_effect())
+
+    def begin(self) -> None:
+        """Begin on the effects."""
+        (self.effects if self.effects.lines.lines else self.buttons["gap_force"]).setFocus()
+
+    @property
+    def chosen(self) -> str:
+        """Return the effect the keyboard is on; empty for none."""
+        return str(self.effects.current_key() or "")
+
+    def refresh(self) -> None:
+        """Show effects and values."""
+        answer, step = self.answer, self.selection.step
+        if answer is None:
+            return
+        states = list_effect_statuses(answer, step)
+        former = self.chosen
+        self.effects.show_lines(build_effect_status_rows(states))
+        ids = [one.effect for one in states]
+        if ids and former not in ids:
+            self.effects.choose(ids[min(step, len(ids) - 1)])
+        self.effects.setVisible(bool(states))
+        last = step == len(answer.discrepancy.steps) - 1
+        self.none.setVisible(last)
+        self.none.setText(
+            "Every proven effect is in the model. Force another to try what it would do."
+            if any(one.place for one in states)
+            else "No effect is proven. Force one to try what it would do."
+        )
+        values = build_changed_value_rows(answer)
+        self.values.show_lines(values)
+        self.values.setVisible(bool(values))
+        self.values_heading.setVisible(bool(values))
+        gust = answer.discrepancy.disturbance.get("gust")
+        sentences = [] if values else ["All other values stay within their bounds."]
+        if gust:
+            sentences.append(f"Turbulence of {gust:.2f} m/s (rms) is no effect.")
+        self.settled.setText(" ".join(sentences))
+        self.settled.setVisible(bool(sentences))
+        self.remarks.setText("\n".join((*answer.discrepancy.warnings, *answer.remarks)))
+        self._show_effect()
+
+    def _show_effect(self) -> None:
+        answer, effect = self.answer, self.chosen
+        if answer is None:
+            return
+        found = next((one for one in answer.discrepancy.effects if one.effect == effect), None)
+        note = answer.notes.get(effect)
+        self.title.setText(answer.title(effect) if effect else "")
+        equation = found.equation if found else note.equation if note else ""
+        self.equation.setText(equation)
+        self.equation.setVisible(bool(equation))
+        self.parameters.show_rows(build_parameter_rows(answer, effect, self.look.units))
+        if found is None:
+            self.sentences.setText("Refused: the search leaves it out." if effect else "")
+            return
+        said = [
+            "Forced by the crew." if found.forced else f"{effect_confidence_text(answer, found)}."
+        ]
+        said[0] = said[0][:1].upper() + said[0][1:]
+        said.append(describe_runner_up(answer, found))
+        said.append(
+            f"On the maneuvers kept out it gains {signed_number_text(found.held_out, 1)} in log-likelihood."
+        )
+        self.sentences.setText("\n".join(said))

@@ -1,0 +1,196 @@
+"""Find: where simulation and flight disagree."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from PySide6.QtCore import Qt
+
+from gsapp.quantities import symbol_markup, trace_color
+from ui.display_style import DisplayStyle
+from ui.gap.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotBand, PlotCurve
+from ui.gap.gap_selection import find_maneuver_view, list_plot_variables
+from ui.gap.gap_tables import DisagreementMapLegend, DisagreementMapView
+from ui.gap.gap_text import channel_text, coefficient_text, noise_ratio_text
+from ui.gap.gap_view_models import (
+    build_disagreement_map,
+    build_disagreement_rows,
+    build_missing_history,
+    build_missing_scatter,
+    list_instrument_texts,
+)
+from ui.gap.layout_widgets import FittedTableView, LabeledComboBox, StackingColumns
+from ui.gap.stage_view import StageView
+from ui.start_page import create_label
+
+
+class FindStage(StageView):
+    """Map, disagreements in words, and the histories behind the chosen cell."""
+
+    def __init__(self, look: DisplayStyle) -> None:
+        super().__init__(look)
+        pair = StackingColumns(look, (5, 6))
+        self.column.addWidget(pair, 1)
+        pair.left.addWidget(create_label("Times the noise floor", "heading"))
+        self.map = DisagreementMapView(look)
+        pair.left.addWidget(self.map, 30)
+        pair.left.addWidget(DisagreementMapLegend(look))
+        pair.left.addWidget(
+            create_label("A corner marks what is more than chance.", "hint", wrap=True)
+        )
+        self.heading = create_label("Disagreements", "heading")
+        pair.left.addWidget(self.heading)
+        self.lines = FittedTableView(
+            look, "Disagreements, most significant first", ("Maneuver", "What and where"),
+            stretch=1, widths={0: 76}, least=3,
+        )  # fmt: skip
+        pair.left.addWidget(self.lines, 20)
+        self.none = create_label("", "muted", wrap=True)
+        pair.left.addWidget(self.none)
+        self.detail = create_label("", "hint", wrap=True)
+        pair.left.addWidget(self.detail)
+        pair.left.addStretch(1)
+        self.trace = AnalysisPlot(look, "Missing coefficient over time")
+        pair.right.addWidget(self.trace, 1)
+        self.variable = LabeledComboBox(look, "Against", letters=18)
+        pair.right.addWidget(self.variable, 0, Qt.AlignmentFlag.AlignLeft)
+        self.cloud = AnalysisPlot(look, "Missing coefficient against the region")
+        pair.right.addWidget(self.cloud, 1)
+        self.map.chosen.connect(self._cell)
+        self.lines.opened.connect(self._open)
+        self.lines.selectionModel().currentChanged.connect(self._line)
+        self.lines.lines.modelReset.connect(lambda: self.detail.setText(""))
+        self.variable.box.currentIndexChanged.connect(
+            lambda _index: self.selected.emit(replace(self.selection, variable=self.variable.value))
+        )
+
+    def begin(self) -> None:
+        """Begin on the map."""
+        self.map.setFocus()
+
+    def refresh(self) -> None:
+        """Draw map, list and charts."""
+        answer, selection = self.answer, self.selection
+        if answer is None:
+            return
+        self.map.show_map(
+            build_disagreement_map(answer, selection.step),
+            selection.maneuver,
+            selection.coefficient,
+        )
+        lines = build_disagreement_rows(answer, self.look.units)
+        self.lines.show_lines(lines)
+        self.lines.setVisible(bool(lines))
+        instruments = list_instrument_texts(answer)
+        sentences = [] if lines else ["None: what remains is noise in every maneuver."]
+        sentences += [f"Instruments: {words}" for words in instruments]
+        self.none.setText("\n".join(sentences))
+        self.none.setVisible(bool(sentences))
+        view = find_maneuver_view(answer, selection.maneuver)
+        if view is not None:
+            choices = [(name, channel_text(name)) for name in list_plot_variables(view)]
+            self.variable.show_choices(choices, selection.variable)
+        self._draw_trace()
+        self._draw_cloud()
+
+    def _draw_trace(self) -> None:
+        if self.answer is None:
+            return
+        picture = build_missing_history(self.answer, self.selection)
+        if picture is None:
+            return
+        curves = []
+        if picture.former is not None:
+            curves.append(
+                PlotCurve(x=picture.times, y=picture.former, color="previous", name="baseline",
+                      dashed=True)
+            )  # fmt: skip
+        name = "missing now" if picture.former is not None else "missing"
+        curves.append(
+            PlotCurve(
+                x=picture.times, y=picture.missing, name=name,
+                color=trace_color(self.selection.coefficient),
+            )
+        )  # fmt: skip
+        bands = [PlotBand(low=-picture.floor, high=picture.floor, name="noise floor")]
+        bands += [
+            PlotBand(low=low, high=high, name="" if place else "proven", across=False)
+            for place, (low, high) in enumerate(picture.spans)
+        ]
+        ratio = next(
+            (
+                cell.ratio
+                for row, cells in zip(
+                    self.map.map.picture.rows, self.map.map.picture.cells, strict=True
+                )
+                for column, cell in zip(self.map.map.picture.columns, cells, strict=True)
+                if (row[0], column) == (self.selection.maneuver, self.selection.coefficient)
+            ),
+            float("nan"),
+        )
+        self.trace.draw(
+            curves,
+            bands,
+            title=picture.title,
+            bottom=FLIGHT_TIME_LABEL,
+            left=symbol_markup(self.selection.coefficient),
+            words=f"{picture.title}: {noise_ratio_text(ratio)} times the noise floor",
+        )
+
+    def _draw_cloud(self) -> None:
+        if self.answer is None:
+            return
+        picture = build_missing_scatter(self.answer, self.selection, self.look.units)
+        self.cloud.setVisible(picture is not None)
+        if picture is None:
+            return
+        curves = []
+        if picture.others:
+            # As one cloud: drawn at once, and quickly.
+            x, y = (np.concatenate(parts) for parts in zip(*picture.others, strict=True))
+            curves.append(
+                PlotCurve(x=x, y=y, color="previous", name="other maneuvers", points=True)
+            )
+        here = f"maneuver {self.selection.maneuver}"
+        curves.append(
+            PlotCurve(
+                x=picture.here[0], y=picture.here[1], name=here, points=True,
+                color=trace_color(self.selection.coefficient),
+            )
+        )  # fmt: skip
+        bands = [PlotBand(low=-picture.floor, high=picture.floor)]
+        if picture.region is not None:
+            low, high = picture.region
+            bands.append(PlotBand(low=low, high=high, name="most here", across=False))
+        unit = f", {picture.unit}" if picture.unit else ""
+        self.cloud.draw(
+            curves,
+            bands,
+            title=picture.title,
+            bottom=f"{picture.axis}{unit}",
+            left=symbol_markup(self.selection.coefficient),
+            words=f"{coefficient_text(self.selection.coefficient)} against {picture.axis}",
+        )
+
+    def _cell(self, maneuver: str, coefficient: str) -> None:
+        self.selected.emit(replace(self.selection, maneuver=maneuver, coefficient=coefficient))
+
+    def _line(self) -> None:
+        key = self.lines.current_key()
+        line = next((one for one in self.lines.lines.lines if one.key == key), None)
+        self.detail.setText(line.detail if line is not None else "")
+        if line is not None and self.lines.hasFocus():
+            self._open(key)
+
+    def _open(self, key: object) -> None:
+        """Look at a disagreement."""
+        if self.answer is None or not isinstance(key, int):
+            return
+        one = self.answer.discrepancy.disagreements[key]
+        wish = replace(self.selection, maneuver=one.maneuver, channel=one.channel)
+        if one.coefficient:
+            wish = replace(wish, coefficient=one.coefficient)
+        if one.region is not None:
+            wish = replace(wish, variable=one.region.variable)
+        self.selected.emit(wish)

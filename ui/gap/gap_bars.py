@@ -1,0 +1,276 @@
+"""Bars of the gap per channel, the waterfall over the steps, and the slider through them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QBrush, QFontMetricsF, QMouseEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QSizePolicy, QSlider, QWidget
+
+from gsapp.quantities import trace_color
+from ui.commands import shortcut_text
+from ui.display_style import DisplayStyle
+from ui.gap.gap_text import channel_symbol, noise_ratio_text
+from ui.gap.gap_view_models import ARROW, ChannelGapPair, WaterfallStep
+from ui.gap.paint_primitives import curve_color, paint_focus_frame
+from ui.shortcut_filter import ArrowKeyNavigation
+
+_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+
+
+class _PaintedWidget(QWidget):
+    """A drawing without keys; its words are heard."""
+
+    def __init__(self, look: DisplayStyle, name: str) -> None:
+        super().__init__()
+        self.look = look
+        self.setAccessibleName(name)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        look.changed.connect(self._restyle)
+
+    def _restyle(self) -> None:
+        self.updateGeometry()
+        self.update()
+
+    def _floor_line(self, painter: QPainter, x: float, top: float, bottom: float) -> None:
+        pen = QPen(self.look.color("text"))
+        pen.setWidthF(1.5 * self.look.sizes.scale)
+        pen.setStyle(Qt.PenStyle.DotLine)
+        painter.setPen(pen)
+        painter.drawLine(QPointF(x, top), QPointF(x, bottom))
+
+
+def _largest_finite(values: Sequence[float]) -> float:
+    return max((value for value in values if math.isfinite(value)), default=1.0)
+
+
+class ChannelGapBars(_PaintedWidget):
+    """The gap of each channel before (gray) and after (colored), and the noise floor as a line."""
+
+    def __init__(self, look: DisplayStyle) -> None:
+        super().__init__(look, "Gap per channel")
+        self._pairs: tuple[ChannelGapPair, ...] = ()
+
+    def show_pairs(self, pairs: Sequence[ChannelGapPair]) -> None:
+        """Show other gaps."""
+        self._pairs = tuple(pairs)
+        words = "; ".join(
+            f"{channel_symbol(one.channel)} from {noise_ratio_text(one.before)} to "
+            f"{noise_ratio_text(one.after)} times the noise"
+            for one in pairs
+        )
+        self.setAccessibleDescription(words)
+        self.setToolTip(words.replace("; ", "\n"))
+        self._restyle()
+
+    def sizeHint(self) -> QSize:
+        """Return the size: one row for each channel, and the words of the floor."""
+        look = self.look
+        return QSize(look.px(280), look.px(34 * max(len(self._pairs), 1) + 22))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw the bars."""
+        look = self.look
+        painter = QPainter(self)
+        painter.setFont(look.font("body"))
+        names, number = look.px(44), look.px(46)
+        room = max(self.width() - names - number - look.px(8), 1)
+        largest = max(
+            1.2, _largest_finite([v for one in self._pairs for v in (one.before, one.after)])
+        )
+        step, thick = look.px(34), look.px(12)
+        for row, one in enumerate(self._pairs):
+            top = row * step + look.px(2)
+            painter.setFont(look.font("body"))
+            painter.setPen(look.color("text"))
+            painter.drawText(
+                QRectF(0, top, names, 2 * thick + 2), _LEFT, channel_symbol(one.channel)
+            )
+            values = ((one.before, "previous"), (one.after, trace_color(one.channel)))
+            for place, (value, color) in enumerate(values):
+                y = top + place * (thick + 2)
+                wide = room * min(value, largest) / largest if math.isfinite(value) else 0.0
+                painter.fillRect(QRectF(names, y, wide, thick), curve_color(look, color))
+                painter.setFont(look.font("label", strong=place == 1))
+                painter.setPen(look.color("text" if place else "muted"))
+                # Right of the floor's line, not across it.
+                left = names + max(wide, room / largest) + look.px(4)
+                words = QRectF(left, y - 2, number, thick + 4)
+                painter.drawText(words, _LEFT, noise_ratio_text(value))
+        bottom = len(self._pairs) * step
+        x = names + room / largest
+        self._floor_line(painter, x, 0, bottom)
+        painter.setFont(look.font("label"))
+        painter.setPen(look.color("muted"))
+        words = "1 = noise floor"
+        across = QFontMetricsF(painter.font()).horizontalAdvance(words)
+        left = min(max(x - across / 2, 0), self.width() - across)
+        painter.drawText(QRectF(left, bottom, across + 2, look.px(20)), _LEFT, words)
+        painter.end()
+
+
+class MisfitWaterfall(_PaintedWidget):
+    """How the misfit of all channels fell, effect by effect, towards the noise floor."""
+
+    def __init__(self, look: DisplayStyle) -> None:
+        super().__init__(look, "Misfit over the steps")
+        self._falls: tuple[WaterfallStep, ...] = ()
+
+    def show_falls(self, falls: Sequence[WaterfallStep]) -> None:
+        """Show other steps."""
+        self._falls = tuple(falls)
+        words = "; ".join(
+            f"{one.title}: {noise_ratio_text(one.after)} times the noise floor" for one in falls
+        )
+        self.setAccessibleDescription(words)
+        self.setToolTip(words.replace("; ", "\n"))
+        self._restyle()
+
+    def sizeHint(self) -> QSize:
+        """Return the size: two lines for each step, and the words of the floor."""
+        look = self.look
+        return QSize(look.px(280), look.px(40 * max(len(self._falls), 1) + 22))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw each step as a bar from where it began to where it ended."""
+        look = self.look
+        painter = QPainter(self)
+        number = look.px(72)
+        room = max(self.width() - number - look.px(8), 1)
+        values = [v for one in self._falls for v in (one.before, one.after)]
+        largest = max(1.2, _largest_finite(values))
+        step, thick = look.px(40), look.px(14)
+        metrics = QFontMetricsF(look.font("body"))
+        for row, one in enumerate(self._falls):
+            top = row * step
+            if one.current:
+                painter.fillRect(QRectF(0, top, self.width(), step - 2), look.color("chosen"))
+            painter.setFont(look.font("body", strong=one.current))
+            painter.setPen(look.color("text"))
+            words = metrics.elidedText(
+                one.title, Qt.TextElideMode.ElideRight, self.width() - look.px(8)
+            )
+            painter.drawText(QRectF(look.px(4), top, self.width(), look.px(20)), _LEFT, words)
+            low, high = sorted((one.before, one.after))
+            if not (math.isfinite(low) and math.isfinite(high)):
+                continue
+            y = top + look.px(20)
+            rest = QRectF(0, y, room * low / largest, thick)
+            painter.fillRect(rest, curve_color(look, "previous"))
+            if high > low:
+                fall = QRectF(room * low / largest, y, room * (high - low) / largest, thick)
+                pattern = Qt.BrushStyle.BDiagPattern
+                if one.after > one.before:
+                    pattern = Qt.BrushStyle.DiagCrossPattern
+                painter.setPen(QPen(look.color("text"), 1.5))
+                painter.setBrush(QBrush(look.color("text"), pattern))
+                painter.drawRect(fall)
+            painter.setPen(look.color("text"))
+            painter.setFont(look.font("label", strong=True))
+            left = room * max(high, 1.0) / largest + look.px(4)
+            told = noise_ratio_text(one.after)
+            if row:
+                told = f"{noise_ratio_text(one.before)}{ARROW}{told}"
+            painter.drawText(QRectF(left, y - 2, number, thick + 4), _LEFT, told)
+        bottom = len(self._falls) * step
+        x = room / largest
+        for row in range(len(self._falls)):
+            # Beside the bars only, not through the words.
+            top = row * step + look.px(20)
+            self._floor_line(painter, x, top, top + thick + look.px(2))
+        painter.setFont(look.font("label"))
+        painter.setPen(look.color("muted"))
+        words = "1 = noise floor"
+        across = QFontMetricsF(painter.font()).horizontalAdvance(words)
+        left = min(max(x - across / 2, 0), self.width() - across)
+        painter.drawText(QRectF(left, bottom, across + 2, look.px(20)), _LEFT, words)
+        painter.end()
+
+
+class StepSlider(ArrowKeyNavigation, QSlider):
+    """A slider through the models, from the baseline to the last one, with their names."""
+
+    def __init__(self, look: DisplayStyle) -> None:
+        super().__init__(Qt.Orientation.Horizontal)
+        self._look = look
+        self._names: tuple[str, ...] = ("Baseline",)
+        self.setAccessibleName("Model on the way from the baseline to the last effect")
+        back, on = shortcut_text("Alt+Left"), shortcut_text("Alt+Right")
+        self.setToolTip(f"Left and Right, or {back} and {on} from anywhere on this page")
+        self.setPageStep(1)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.valueChanged.connect(self._tell)
+        look.changed.connect(self.updateGeometry)
+
+    def show_steps(self, names: Sequence[str], step: int) -> None:
+        """Show other models, with one chosen."""
+        self.blockSignals(True)
+        self._names = tuple(names) or ("Baseline",)
+        self.setRange(0, len(self._names) - 1)
+        self.setValue(step)
+        self.blockSignals(False)
+        self._tell()
+        self.update()
+
+    def _tell(self) -> None:
+        name = self._names[min(self.value(), len(self._names) - 1)]
+        self.setAccessibleDescription(f"Step {self.value()} of {self.maximum()}: {name}")
+
+    def sizeHint(self) -> QSize:
+        """Return the size."""
+        return QSize(self._look.px(240), self._look.px(44))
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the least size."""
+        return QSize(self._look.px(160), self._look.px(44))
+
+    def _columns(self) -> float:
+        return self.width() / len(self._names)
+
+    def _at(self, x: float) -> int:
+        return min(max(int(x / self._columns()), 0), self.maximum())
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Go to the model that was pressed."""
+        if event.button() != Qt.MouseButton.LeftButton:
+            event.ignore()
+            return
+        self.setValue(self._at(event.position().x()))
+        event.accept()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Follow the finger."""
+        if event.buttons() & Qt.MouseButton.LeftButton:
+            self.setValue(self._at(event.position().x()))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw a line with a knob for each model and its name below."""
+        look = self._look
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        wide, y = self._columns(), look.px(12)
+        radius = look.px(6)
+        centers = [place * wide + look.px(10) for place in range(len(self._names))]
+        painter.setPen(QPen(look.color("axis"), look.px(2)))
+        painter.drawLine(QPointF(centers[0], y), QPointF(centers[-1], y))
+        painter.setPen(QPen(look.color("text"), look.px(3)))
+        painter.drawLine(QPointF(centers[0], y), QPointF(centers[self.value()], y))
+        for place, (x, name) in enumerate(zip(centers, self._names, strict=True)):
+            reached, here = place <= self.value(), place == self.value()
+            painter.setPen(QPen(look.color("text" if reached else "axis"), look.px(2)))
+            painter.setBrush(look.color("text" if reached else "background"))
+            size = radius + (look.px(2) if here else 0)
+            painter.drawEllipse(QPointF(x, y), size, size)
+            font = look.font("label", strong=here)
+            painter.setFont(font)
+            painter.setPen(look.color("text" if here else "muted"))
+            box = QRectF(place * wide, look.px(24), wide - look.px(8), look.px(18))
+            words = QFontMetricsF(font).elidedText(name, Qt.TextElideMode.ElideRight, box.width())
+            painter.drawText(box, _LEFT, words)
+        if self.hasFocus():
+            paint_focus_frame(painter, self.rect(), look)
+        painter.end()

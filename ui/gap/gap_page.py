@@ -1,0 +1,405 @@
+"""The place Model gap: what to search, the search that runs, and its answer."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Mapping, Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QAction, QHideEvent, QShowEvent
+from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
+
+from ui.background_job import BackgroundJob, JobProgress
+from ui.commands import CommandRequirement
+from ui.dialogs.save_dialog import ask_save_file
+from ui.display_style import DisplayStyle
+from ui.error_reporter import ErrorReporter
+from ui.gap.gap_search import GapSearch, create_search_job_runner
+from ui.gap.gap_stages import GAP_STAGES
+from ui.job_process.job_runner import JobRunner
+from ui.number_format import sanitize_file_name
+from ui.settings import SettingsStore, initial_dialog_folder, recording_folder, writable_folder
+from ui.window_frame.banners import BannerStack
+from ui.window_frame.job_banner import JobBanner
+from ui.window_frame.job_progress_panel import JobProgressPanel
+
+if TYPE_CHECKING:
+    from ui.gap.gap_result_view import GapResultView
+    from ui.gap.search_setup_page import SearchSetupPage
+
+_REPORT_FILTER = "Report (*.html);;Report (*.pdf)"
+_MODEL_FILTER = "Model (*.toml)"
+_RESULT_VIEW_MODULE = "ui.gap.gap_result_view"
+
+
+class GapPage(QWidget):
+    """Asks, searches, and tells.
+
+    The pages are made when they are first seen: a window that only flies does without them.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        The commands.
+    look : DisplayStyle
+        Colors, sizes, units.
+    store : SettingsStore
+        Remembers flights, aircraft, model and what was looked at.
+    banners : BannerStack
+        Tells of a search while another place is on screen.
+    faults : ErrorReporter
+        Where errors go.
+    engine : JobRunner, optional
+        What searches; a process of its own by default.
+
+    Attributes
+    ----------
+    wanted : Signal
+        The user wants to see this place.
+    changed : Signal
+        Other commands are of use now.
+    """
+
+    wanted = Signal()
+    changed = Signal()
+
+    def __init__(
+        self,
+        actions: Mapping[str, QAction],
+        look: DisplayStyle,
+        store: SettingsStore,
+        banners: BannerStack,
+        faults: ErrorReporter,
+        engine: JobRunner | None = None,
+    ) -> None:
+        super().__init__()
+        self._actions = actions
+        self._look = look
+        self._store = store
+        self._banners = banners
+        self._faults = faults
+        self._open: Path | None = None
+        self._banner = JobBanner(banners, self.cancel)
+        self._trial: BackgroundJob | None = None
+        self._loading: BackgroundJob | None = None
+        self.setup: SearchSetupPage | None = None
+        self.story: GapResultView | None = None
+        self.setAccessibleName("Model gap")
+        self.search = GapSearch(engine or create_search_job_runner(), faults.report, self)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        self.strip = JobProgressPanel(look, actions["gap_cancel"], "search")
+        column.addWidget(self.strip)
+        self.pages = QStackedWidget()
+        column.addWidget(self.pages, 1)
+        self.search.began.connect(lambda work: self._began(work.title))
+        self.search.progressed.connect(self._told)
+        self.search.ended.connect(self._ended)
+        self.search.changed.connect(self._answered)
+        self.search.written.connect(self._written)
+
+    # Commands
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what the commands of this place do."""
+        chapters = {
+            f"gap_{chapter.id}": lambda name=chapter.id: self._in_story(lambda s: s.go(name))
+            for chapter in GAP_STAGES
+        }
+        return {
+            **chapters,
+            "gap_search": self.begin_search,
+            "gap_cancel": self.cancel,
+            "gap_step_back": lambda: self._in_story(lambda s: s.step(-1)),
+            "gap_step_on": lambda: self._in_story(lambda s: s.step(1)),
+            "gap_previous_maneuver": lambda: self._in_story(lambda s: s.next_maneuver(-1)),
+            "gap_next_maneuver": lambda: self._in_story(lambda s: s.next_maneuver(1)),
+            "gap_accept": lambda: self._in_story(lambda s: s.step(1)),
+            "gap_refuse": self.refuse,
+            "gap_force": self.force,
+            "gap_redo": self.search.redo,
+            "gap_save": self.save_model,
+            "gap_report": self.write_report,
+        }
+
+    def _in_story(self, act: Callable[[GapResultView], object]) -> None:
+        if self.story is not None and self.search.answer is not None:
+            act(self.story)
+
+    @property
+    def shown(self) -> bool:
+        """Return whether an answer is on screen, so that its keys are meant."""
+        return (
+            self.isVisible() and self.story is not None and self.pages.currentWidget() is self.story
+        )
+
+    @property
+    def busy(self) -> bool:
+        """Return whether something runs."""
+        return self.search.running or (self._trial is not None and self._trial.running)
+
+    @property
+    def present(self) -> tuple[CommandRequirement, ...]:
+        """Return what commands may act on."""
+        found: list[CommandRequirement] = ["search"] if self.busy else []
+        story = self.story
+        if story is None or not self.shown:
+            return tuple(found)
+        found.append("gap")
+        if story.can_accept:
+            found.append("gap_next")
+        if self.busy:
+            return tuple(found)
+        found.append("gap_idle")
+        if story.chosen_effect and not self._is_refused(story.chosen_effect):
+            found.append("gap_effect")
+        if self.search.can_redo:
+            found.append("gap_future")
+        return tuple(found)
+
+    def _is_refused(self, effect: str) -> bool:
+        answer = self.search.answer
+        return answer is not None and effect in answer.decisions.refused
+
+    # Pages
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Make the first page when it is needed; the strip tells of a search from here on."""
+        super().showEvent(event)
+        self._setup_page()
+        self._banner.seen()
+        self.changed.emit()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Tell of a search that goes on in a banner."""
+        super().hideEvent(event)
+        if self.busy:
+            self._banner.show(self.strip.title)
+        self.changed.emit()
+
+    def _setup_page(self) -> SearchSetupPage:
+        if self.setup is None:
+            from ui.gap.search_setup_page import SearchSetupPage
+
+            self.setup = SearchSetupPage(self._look, self._store)
+            self.setup.asked.connect(self.search.search)
+            self.setup.trial_asked.connect(self.try_it)
+            self.setup.left.connect(self._show_story)
+            self.setup.command.connect(lambda name: self._actions[name].trigger())
+            self.setup.show_open(self._open)
+            self.pages.addWidget(self.setup)
+        return self.setup
+
+    def _story_page(self) -> GapResultView:
+        if self.story is None:
+            from ui.gap.gap_result_view import GapResultView
+
+            self.story = GapResultView(self._actions, self._look, self._store)
+            self.story.stepped.connect(self.changed)
+            self.pages.addWidget(self.story)
+        return self.story
+
+    def show_open(self, path: Path | None) -> None:
+        """Say which flight is open in the window."""
+        self._open = path
+        if self.setup is not None:
+            self.setup.show_open(path)
+
+    def begin(self) -> None:
+        """Put the keyboard where one goes on."""
+        page = self.pages.currentWidget()
+        if self.setup is not None and page is self.setup:
+            self.setup.begin()
+        elif self.story is not None and page is self.story:
+            self.story.begin()
+
+    def begin_search(self) -> None:
+        """Ask what to search; the answer there is stays."""
+        self.wanted.emit()
+        page = self._setup_page()
+        page.show_state(busy=self.busy, answered=self.search.answer is not None)
+        self.pages.setCurrentWidget(page)
+        page.begin()
+        self.changed.emit()
+
+    def add(self, flights: Sequence[Path]) -> None:
+        """List flights to search, too, beside what there is to ask."""
+        self.begin_search()
+        for path in flights:
+            self._setup_page().add(path)
+
+    def _show_story(self) -> None:
+        if self.story is not None and self.search.answer is not None:
+            self.pages.setCurrentWidget(self.story)
+            self.story.begin()
+            self.changed.emit()
+
+    # The search
+
+    def _load(self) -> None:
+        """Load in a thread what the answer will be drawn with, once: it takes a second."""
+        if self.story is None and self._loading is None:
+            self._loading = BackgroundJob(
+                "Loading the page",
+                lambda _progress: importlib.import_module(_RESULT_VIEW_MODULE),
+                self,
+            )
+            self._loading.failed.connect(self._faults.report)
+            self._loading.start()
+
+    def _began(self, title: str) -> None:
+        self._load()
+        self.strip.begin(title)
+        if self.setup is not None:
+            self.setup.show_state(busy=True, answered=self.search.answer is not None)
+        if not self.isVisible():
+            self._banner.show(self.strip.title)
+        self.changed.emit()
+
+    def _told(self, share: float | None, words: str) -> None:
+        self.strip.tell(share, words)
+        self._banner.tell(share, words)
+
+    def _ended(self, how: str) -> None:
+        self.strip.hide()
+        self._banner.drop()
+        if self.setup is not None:
+            self.setup.show_state(busy=False, answered=self.search.answer is not None)
+        if how == "cancelled":
+            self._banners.show_banner("note", f"{self.search.title}: stopped.")
+        self.changed.emit()
+
+    def _answered(self) -> None:
+        answer = self.search.answer
+        if answer is None:
+            return
+        story = self._story_page()
+        story.show_answer(answer)
+        had_focus = self.isVisible()
+        self.pages.setCurrentWidget(story)
+        if had_focus:
+            story.begin()
+        else:
+            words = answer.discrepancy.why or "The search has ended."
+            self._banner.show_end(words, "Look (F5)", self.wanted.emit)
+        self.changed.emit()
+
+    def cancel(self) -> None:
+        """Stop what runs."""
+        self.search.cancel()
+        if self._trial is not None:
+            self._trial.cancel()
+
+    @property
+    def unfinished(self) -> tuple[str, ...]:
+        """Return the title of the work that is not done, if there is one."""
+        return (self.search.title,) if self.search.running else ()
+
+    def close_search(self) -> None:
+        """Stop everything, as the window closes."""
+        if self._trial is not None:
+            self._trial.cancel()
+        self.search.close()
+
+    def try_it(self) -> None:
+        """Let the virtual aircraft fly with a hidden effect, and search that flight."""
+        if self.busy:
+            return
+        from ui.gap.virtual_flight_simulation import (
+            find_virtual_flight_folder,
+            simulate_virtual_flight,
+        )
+
+        flights, _why = writable_folder(recording_folder(self._store.current))
+        folder = find_virtual_flight_folder(flights, datetime.now().astimezone().date())
+
+        def run(progress: JobProgress) -> Path:
+            return simulate_virtual_flight(folder, progress)
+
+        work = BackgroundJob("Flying the virtual aircraft", run, self)
+        self._trial = work
+        work.progressed.connect(self._told)
+        work.done.connect(self._flown)
+        work.cancelled.connect(lambda: self._ended("stopped"))
+        work.failed.connect(self._trial_failed)
+        work.start()
+        self._began(work.title)
+
+    def _flown(self, folder: Path) -> None:
+        from ui.gap.virtual_flight_simulation import BASELINE_MODEL, SIMULATED_AIRCRAFT
+
+        self._ended("flown")
+        self._setup_page().take(folder, SIMULATED_AIRCRAFT, BASELINE_MODEL)
+
+    def _trial_failed(self, error: BaseException) -> None:
+        self._ended("failed")
+        self._faults.report(error)
+
+    # Decisions
+
+    def refuse(self) -> None:
+        """Search again without the effect that is looked at."""
+        answer = self.search.answer
+        if self.story is None or answer is None:
+            return
+        effect = self.story.chosen_effect
+        if effect:
+            self.search.refuse(effect, answer.title(effect))
+
+    def force(self) -> None:
+        """Ask for an effect and search again with it in the model."""
+        answer = self.search.answer
+        if self.story is None or answer is None:
+            return
+        from ui.gap.force_effect_dialog import ForceEffectDialog
+        from ui.gap.gap_view_models import list_forceable_effects
+
+        choices = list_forceable_effects(answer, self.story.selection.step)
+        dialog = ForceEffectDialog(self._look, choices, self)
+        if dialog.exec() and dialog.chosen is not None:
+            self.search.force(dialog.chosen.effect, dialog.chosen.title)
+
+    # Files
+
+    def save_model(self) -> None:
+        """Ask for a file and save the model of the step that is looked at."""
+        answer, story = self.search.answer, self.story
+        if answer is None or story is None:
+            return
+        from gsapp.dynamics.model import save_model
+
+        model = answer.discrepancy.steps[story.selection.step].model
+        start = (
+            initial_dialog_folder(self._store.current)
+            / f"{sanitize_file_name(model.name) or 'model'}.toml"
+        )
+        path = ask_save_file(self, "Save the model", start, _MODEL_FILTER)
+        if path is not None:
+            written = save_model(model, path)
+            self._banners.show_banner("note", f"The model is saved as {written}.")
+
+    def write_report(self) -> None:
+        """Ask for a file and write the report in the background."""
+        answer = self.search.answer
+        if answer is None:
+            return
+        name = answer.request.flights[0].stem if answer.request.flights else "flight"
+        start = initial_dialog_folder(self._store.current) / f"{name} model gap.html"
+        path = ask_save_file(self, "Write the report", start, _REPORT_FILTER)
+        if path is not None:
+            self.search.write_report(path, self._look.units)
+
+    def _written(self, path: Path) -> None:
+        from PySide6.QtCore import QUrl
+        from PySide6.QtGui import QDesktopServices
+
+        self._banners.show_banner(
+            "note",
+            f"The report is written: {path}.",
+            ("Open it", lambda: QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))),
+        )

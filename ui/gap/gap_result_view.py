@@ -1,0 +1,359 @@
+"""The answer of a search, told in four steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+from PySide6.QtCore import QRectF, Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QFrame,
+    QHBoxLayout,
+    QPushButton,
+    QScrollArea,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ui.commands import shortcut_text
+from ui.display_style import DisplayStyle
+from ui.flight.controls import ActionButton
+from ui.gap.add_stage import AddStage
+from ui.gap.find_stage import FindStage
+from ui.gap.gap_bars import StepSlider
+from ui.gap.gap_selection import (
+    GapSelection,
+    find_most_closed_channel,
+    find_worst_held_out,
+    initial_selection,
+    list_model_names,
+    nearest_valid_selection,
+)
+from ui.gap.gap_stages import GAP_STAGES
+from ui.gap.gap_text import verdict_state, verdict_text
+from ui.gap.gap_view_models import find_step_effect
+from ui.gap.name_stage import NameStage
+from ui.gap.search_request import SearchResult
+from ui.gap.show_stage import ShowStage
+from ui.gap.stage_view import StageView
+from ui.icons import IndicatorState, paint_indicator
+from ui.settings import SettingsStore
+from ui.start_page import create_label
+from ui.window_frame.exclusive_button_group import ExclusiveButtonGroup
+
+_ONE_ROW_WIDTH = 900
+_CREATE_INTERVAL_MS = 150
+
+
+class _VerdictIcon(QWidget):
+    """The shape of the verdict's state."""
+
+    def __init__(self, look: DisplayStyle) -> None:
+        super().__init__()
+        self._look = look
+        self._state: IndicatorState = "plain"
+
+    def show_state(self, state: IndicatorState) -> None:
+        self._state = state
+        self.setVisible(state != "plain")
+        self.setFixedSize(self._look.px(20), self._look.px(20))
+        self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        box = QRectF(self.rect()).adjusted(2, 2, -2, -2)
+        paint_indicator(painter, self._state, box, self._look.state_color(self._state))
+        painter.end()
+
+
+class _ScrollContent(QWidget):
+    """The page that scrolls: side by side it asks for what it needs, stacked for what it likes."""
+
+    def __init__(self, look: DisplayStyle) -> None:
+        super().__init__()
+        self._look = look
+        self.setObjectName("page")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+
+    def heightForWidth(self, width: int) -> int:
+        """Return the height at a width; what the window has beyond goes to the charts."""
+        layout = self.layout()
+        if layout is None:
+            return -1
+        if width < self._look.px(_ONE_ROW_WIDTH):
+            # It scrolls anyway: tables within it need not.
+            return layout.totalHeightForWidth(width)
+        return layout.minimumHeightForWidth(width)
+
+
+class GapResultView(QScrollArea):
+    """Verdict, the way through the models, and one of the four steps.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        The commands.
+    look : DisplayStyle
+        Colors, sizes, units.
+    store : SettingsStore
+        Remembers what was looked at.
+
+    Attributes
+    ----------
+    stepped : Signal
+        Another model or effect is looked at: other commands may be of use.
+    """
+
+    stepped = Signal()
+
+    def __init__(
+        self, actions: Mapping[str, QAction], look: DisplayStyle, store: SettingsStore
+    ) -> None:
+        super().__init__()
+        self._look = look
+        self._store = store
+        self._actions = actions
+        self.answer: SearchResult | None = None
+        self.selection = GapSelection()
+        self._moved = self._chose = self._tuned = False
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.setWidgetResizable(True)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setAccessibleName("The search's answer")
+        page = _ScrollContent(look)
+        self.setWidget(page)
+        self._column = QVBoxLayout(page)
+        self._column.addLayout(self._head())
+        self._column.addWidget(self._way())
+        self.chapters: dict[str, StageView] = {}
+        self._next = QTimer(self)
+        self._next.setSingleShot(True)
+        self._next.timeout.connect(self._complete)
+        self.chapter = ""
+        look.changed.connect(self._restyle)
+        self._restyle()
+
+    def _head(self) -> QVBoxLayout:
+        head = QVBoxLayout()
+        row = QHBoxLayout()
+        row.setSpacing(self._look.px(10))
+        self._sign = _VerdictIcon(self._look)
+        row.addWidget(self._sign, 0, Qt.AlignmentFlag.AlignVCenter)
+        self.verdict = create_label("", "title", wrap=True)
+        policy = QSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        policy.setHeightForWidth(True)
+        self.verdict.setSizePolicy(policy)
+        row.addWidget(self.verdict, 1)
+        self.again = ActionButton(self._actions["gap_search"], "New search…", self._look)
+        row.addWidget(self.again, 0, Qt.AlignmentFlag.AlignTop)
+        head.addLayout(row)
+        self.why = create_label("", wrap=True, remarks_in=self._look)
+        self.why.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        head.addWidget(self.why)
+        self.about = create_label("", "hint", wrap=True)
+        head.addWidget(self.about)
+        return head
+
+    def _way(self) -> QWidget:
+        holder = QWidget()
+        self._way_box = QBoxLayout(QBoxLayout.Direction.LeftToRight, holder)
+        self._way_box.setContentsMargins(0, 0, 0, 0)
+        chapters = QWidget()
+        row = QHBoxLayout(chapters)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(self._look.px(4))
+        self.buttons: dict[str, QPushButton] = {}
+        self._group = ExclusiveButtonGroup(self)
+        for number, chapter in enumerate(GAP_STAGES, start=1):
+            action = self._actions[f"gap_{chapter.id}"]
+            button = QPushButton(f"{number}  {chapter.title}")
+            button.setCheckable(True)
+            key = shortcut_text(action.shortcut().toString())
+            button.setAccessibleName(f"Step {number}, {chapter.title}: {chapter.question}")
+            button.setToolTip(f"{chapter.question} ({key})")
+            button.clicked.connect(lambda _checked=False, name=chapter.id: self.go(name))
+            self._group.add(button)
+            row.addWidget(button)
+            self.buttons[chapter.id] = button
+        self._way_box.addWidget(chapters)
+        self.track = StepSlider(self._look)
+        self.track.valueChanged.connect(self._slid)
+        self._way_box.addWidget(self.track, 1)
+        return holder
+
+    # The four steps
+
+    def _chapter(self, name: str) -> StageView:
+        """Return one of the four steps, made when it is first wanted."""
+        if name not in self.chapters:
+            look, actions = self._look, self._actions
+            kinds: Mapping[str, Callable[[], StageView]] = {
+                "find": lambda: FindStage(look),
+                "name": lambda: NameStage(look),
+                "add": lambda: AddStage(look, actions),
+                "show": lambda: ShowStage(look, actions),
+            }
+            view = kinds[name]()
+            view.setAccessibleName(name)
+            view.selected.connect(self._choose)
+            view.hide()
+            self._column.addWidget(view, 1)
+            self.chapters[name] = view
+        return self.chapters[name]
+
+    def _complete(self) -> None:
+        """Make the steps that nobody asked for yet, one at a time, so that nothing waits long."""
+        missing = [one.id for one in GAP_STAGES if one.id not in self.chapters]
+        if missing:
+            self._chapter(missing[0])
+            self._next.start(_CREATE_INTERVAL_MS)
+
+    # What is shown
+
+    def show_answer(self, answer: SearchResult) -> None:
+        """Show an answer; what was looked at stays where a former one was of the same flights."""
+        former = self.answer
+        self.answer = answer
+        if former is not None and former.request == answer.request:
+            self.selection = nearest_valid_selection(answer, self.selection)
+        else:
+            settings = self._store.current
+            self.selection = initial_selection(
+                answer, variable=settings.gap_variable, channel=settings.gap_channel
+            )
+            self._moved = self._chose = self._tuned = False
+        self._tell()
+        if self.chapter and former is not None and former.request == answer.request:
+            self.select(self.selection)
+        else:
+            self.go("find", focus=False)
+
+    def _tell(self) -> None:
+        answer = self.answer
+        if answer is None:
+            return
+        self.verdict.setText(verdict_text(answer))
+        self._sign.show_state(verdict_state(answer.discrepancy))
+        self.why.setText(answer.discrepancy.why)
+        self.about.setText(answer.request.words)
+
+    def _choose(self, selection: GapSelection) -> None:
+        """Look at what the crew chose."""
+        former = self.selection
+        self._chose |= selection.maneuver != former.maneuver
+        if self.chapter == "show" and selection.channel != former.channel:
+            self._tuned = True
+            self._store.change(gap_channel=selection.channel)
+        if selection.variable != former.variable:
+            self._store.change(gap_variable=selection.variable)
+        self.select(selection)
+
+    def select(self, selection: GapSelection) -> None:
+        """Look at something else."""
+        if self.answer is None:
+            return
+        self.selection = nearest_valid_selection(self.answer, selection)
+        self.track.show_steps(list_model_names(self.answer), self.selection.step)
+        self.chapters[self.chapter].show_answer(self.answer, self.selection)
+        self.stepped.emit()
+
+    def go(self, chapter: str, *, focus: bool = True) -> None:
+        """Go to one of the four steps."""
+        if self.answer is None:
+            return
+        last = len(self.answer.discrepancy.steps) - 1
+        if chapter == "show":
+            # The story's end shows what was won, unless the crew chose something itself.
+            if not self._moved and self.selection.step == 0:
+                self.selection = replace(self.selection, step=last)
+            if not self._chose and (kept := find_worst_held_out(self.answer, self.selection)):
+                self.selection = replace(self.selection, maneuver=kept)
+            if not self._tuned and (name := find_most_closed_channel(self.answer)):
+                self.selection = replace(self.selection, channel=name)
+        self.chapter = chapter
+        self._chapter(chapter)
+        self._next.start(_CREATE_INTERVAL_MS)
+        for name, view in self.chapters.items():
+            view.setVisible(name == chapter)
+        self.buttons[chapter].setChecked(True)
+        self.select(self.selection)
+        self.verticalScrollBar().setValue(0)
+        if focus:
+            self.chapters[chapter].begin()
+
+    def begin(self) -> None:
+        """Put the keyboard into the step that is shown."""
+        if self.chapter:
+            self.chapters[self.chapter].begin()
+
+    # Moving
+
+    def _slid(self, step: int) -> None:
+        self._moved = True
+        self.select(replace(self.selection, step=step))
+
+    def step(self, steps: int) -> None:
+        """Go on along the models, or back."""
+        self._moved = True
+        self.select(replace(self.selection, step=self.selection.step + steps))
+
+    def next_maneuver(self, steps: int) -> None:
+        """Look at another maneuver."""
+        if self.answer is None or not self.answer.discrepancy.maneuvers:
+            return
+        ids = [view.id for view in self.answer.discrepancy.maneuvers]
+        self._chose = True
+        place = ids.index(self.selection.maneuver) + steps
+        self.select(replace(self.selection, maneuver=ids[min(max(place, 0), len(ids) - 1)]))
+
+    @property
+    def can_accept(self) -> bool:
+        """Return whether a proven effect waits."""
+        if self.answer is None:
+            return False
+        return find_step_effect(self.answer, self.selection.step + 1) is not None
+
+    @property
+    def chosen_effect(self) -> str:
+        """Return the effect that a decision would be about; empty for none."""
+        if self.answer is None:
+            return ""
+        view = self.chapters.get(self.chapter)
+        if isinstance(view, NameStage) and view.candidate:
+            return view.candidate
+        if isinstance(view, AddStage) and view.chosen:
+            return view.chosen
+        for step in (self.selection.step + 1, self.selection.step):
+            if (effect := find_step_effect(self.answer, step)) is not None:
+                return effect.effect
+        return ""
+
+    # Look
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Put the way through the models below the four steps where the window is narrow."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        look = self._look
+        wide = self.viewport().width() >= look.px(_ONE_ROW_WIDTH)
+        side, down = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
+        self._way_box.setDirection(side if wide else down)
+        self._way_box.setSpacing(look.px(24 if wide else 8))
+
+    def _restyle(self) -> None:
+        look = self._look
+        margin = look.px(16)
+        self._column.setContentsMargins(margin, look.px(12), margin, margin)
+        self._column.setSpacing(look.px(12))
+        for button in self.buttons.values():
+            button.setMinimumHeight(look.px(36))
+        self._fit()
+        self._tell()
+        if self.answer is not None:
+            self.select(self.selection)

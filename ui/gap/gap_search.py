@@ -1,0 +1,171 @@
+"""Runs searches behind the window and keeps their answers; decisions can be taken back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from ui.background_job import BackgroundJob, JobProgress
+from ui.gap.gap_worker import GapJob, GapReportJob, SearchJob, serve_gap_jobs
+from ui.gap.search_request import EffectDecisions, GapRequest, SearchResult
+from ui.job_process.job_runner import JobRunner, ProcessJobRunner
+
+_RESULT_CACHE_SIZE = 8
+"""Answers kept for going back."""
+
+
+def create_search_job_runner() -> ProcessJobRunner:
+    """Return the process that searches; it begins with its first job."""
+    return ProcessJobRunner(serve_gap_jobs, name="search", remedy="try fewer flights at once")
+
+
+class GapSearch(QObject):
+    """The search of the window: at most one runs; the answer stays until another one comes.
+
+    Parameters
+    ----------
+    engine : JobRunner
+        Does the work.
+
+    Attributes
+    ----------
+    began : Signal(object)
+        A `BackgroundJob` begins: a search, or a report being written.
+    progressed : Signal(object, str)
+        Share done or None, and what is being done with the time left.
+    ended : Signal(str)
+        The work ended: ``found``, ``written``, ``cancelled`` or ``failed``.
+    changed : Signal
+        There is another answer.
+    written : Signal(object)
+        The path of a report.
+    """
+
+    began = Signal(object)
+    progressed = Signal(object, str)
+    ended = Signal(str)
+    changed = Signal()
+    written = Signal(object)
+
+    def __init__(
+        self,
+        engine: JobRunner,
+        report_error: Callable[[BaseException], None],
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._engine = engine
+        self._report_error = report_error
+        self._work: BackgroundJob | None = None
+        self.answer: SearchResult | None = None
+        self._past: list[SearchResult] = []
+        self._future: list[SearchResult] = []
+
+    @property
+    def running(self) -> bool:
+        """Return whether something is being done."""
+        return self._work is not None and self._work.running
+
+    @property
+    def title(self) -> str:
+        """Return what is being done, or was last."""
+        return self._work.title if self._work is not None else ""
+
+    @property
+    def can_undo(self) -> bool:
+        """Return whether a decision can be taken back."""
+        return bool(self._past) and not self.running
+
+    @property
+    def can_redo(self) -> bool:
+        """Return whether a decision taken back can be taken again."""
+        return bool(self._future) and not self.running
+
+    def search(self, request: GapRequest) -> None:
+        """Search flights from the beginning."""
+        self._look(request, EffectDecisions(), "Searching for missing effects")
+
+    def refuse(self, effect: str, title: str) -> None:
+        """Search again without an effect."""
+        if self.answer is not None:
+            decisions = self.answer.decisions.refuse(effect)
+            self._look(self.answer.request, decisions, f"Searching without “{title}”")
+
+    def force(self, effect: str, title: str) -> None:
+        """Search again with an effect in the model, whatever its evidence."""
+        if self.answer is not None:
+            decisions = self.answer.decisions.force(effect)
+            self._look(self.answer.request, decisions, f"Searching with “{title}”")
+
+    def undo(self) -> None:
+        """Take the last decision back."""
+        if self.can_undo and self.answer is not None:
+            self._future.append(self.answer)
+            self.answer = self._past.pop()
+            self.changed.emit()
+
+    def redo(self) -> None:
+        """Take a decision again that was taken back."""
+        if self.can_redo and self.answer is not None:
+            self._past.append(self.answer)
+            self.answer = self._future.pop()
+            self.changed.emit()
+
+    def write_report(self, path: Path, units: str) -> None:
+        """Write the report of the answer in the background, in ``US`` or ``SI`` units."""
+        answer = self.answer
+        if answer is None or self.running:
+            return
+        job = GapReportJob(answer=answer, path=path, units=units)
+        self._start(f"Writing {path.name}", job, self._report_done)
+
+    def cancel(self) -> None:
+        """Stop what runs; what was known before stays."""
+        if self._work is not None:
+            self._work.cancel()
+
+    def close(self) -> None:
+        """Stop everything, as the window closes."""
+        self.cancel()
+        self._engine.close()
+
+    def _look(self, request: GapRequest, decisions: EffectDecisions, title: str) -> None:
+        if self.running:
+            return
+        self._start(title, SearchJob(request=request, decisions=decisions), self._found)
+
+    def _start(self, title: str, job: GapJob, done: Callable[[object], None]) -> None:
+        def run(progress: JobProgress) -> object:
+            return self._engine.do(job, progress)
+
+        work = BackgroundJob(title, run, self)
+        self._work = work
+        work.progressed.connect(self.progressed)
+        work.done.connect(done)
+        work.cancelled.connect(lambda: self.ended.emit("cancelled"))
+        work.failed.connect(self._failed)
+        work.start()
+        self.began.emit(work)
+
+    def _found(self, answer: object) -> None:
+        if not isinstance(answer, SearchResult):
+            return
+        former = self.answer
+        if former is not None and former.request == answer.request:
+            self._past = [*self._past, former][-_RESULT_CACHE_SIZE:]
+        else:
+            self._past = []
+        self._future = []
+        self.answer = answer
+        self.ended.emit("found")
+        self.changed.emit()
+
+    def _report_done(self, path: object) -> None:
+        self.ended.emit("written")
+        self.written.emit(path)
+
+    def _failed(self, error: BaseException) -> None:
+        self.ended.emit("failed")
+        self._report_error(error)

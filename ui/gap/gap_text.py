@@ -1,0 +1,251 @@
+"""What the page says: verdicts, confidence, coefficients, effects and numbers in words. No Qt."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping
+
+from gsapp.discrepancy.results import (
+    DiscrepancyResult,
+    FlightRegion,
+    FoundEffect,
+    ManeuverHistories,
+)
+from gsapp.foundation import UnknownNameError
+from gsapp.quantities import (
+    ChannelSpec,
+    FloatArray,
+    channel,
+    convert_text_units,
+    convert_value_and_std,
+    from_si,
+)
+from ui.gap.search_request import SearchResult
+from ui.icons import IndicatorState
+from ui.number_format import (
+    DASH,
+    MINUS,
+    clock_text,
+    count_text,
+    number_text,
+    percent_text,
+    symbol_text,
+    unit_text,
+    value_with_std_text,
+)
+
+COEFFICIENT_NAMES: Mapping[str, str] = {
+    "CX": "force along x",
+    "CY": "side force",
+    "CZ": "force along z",
+    "CN": "normal force",
+    "CA": "axial force",
+    "Cl": "rolling moment",
+    "Cm": "pitching moment",
+    "Cn": "yawing moment",
+}
+_SURFACE_NAMES = {"de": "elevator", "da": "aileron", "dr": "rudder"}
+_VERDICT_STATES: Mapping[str, IndicatorState] = {
+    "effects-found": "caution",
+    "values-wrong": "caution",
+    "model-adequate": "good",
+    "ambiguous": "unknown",
+    "unexplained": "warning",
+    "not-observable": "unknown",
+}
+_CONFIDENCE = (
+    (0.90, "very likely"),
+    (0.80, "likely"),
+    (0.50, "more likely than not"),
+    (0.0, "a guess"),
+)
+_OBSERVABILITY_TEXTS = (
+    (10.0, "clearly"),
+    (5.0, "well enough"),
+    (3.0, "barely"),
+    (-math.inf, "too little"),
+)
+MIN_OBSERVABLE_SIGMA = 3.0
+"""Standard deviations below which these flights could not have shown an effect."""
+
+
+def coefficient_text(name: str) -> str:
+    """Return ``Cm, pitching moment``."""
+    words = COEFFICIENT_NAMES.get(name)
+    return f"{name}, {words}" if words else name
+
+
+def verdict_state(found: DiscrepancyResult) -> IndicatorState:
+    """Return the state that a verdict is shown as."""
+    return _VERDICT_STATES.get(found.verdict, "plain")
+
+
+def verdict_text(answer: SearchResult) -> str:
+    """Return the verdict as a headline."""
+    found = answer.discrepancy
+    titles = [effect.title for effect in found.effects]
+    if found.verdict == "effects-found" and len(titles) == 1:
+        return f"One effect is missing: {titles[0]}"
+    headlines = {
+        "effects-found": f"{_count_text(len(titles))} effects are missing",
+        "values-wrong": f"Nothing is missing; {count_text(len(found.values), 'value')} must change",
+        "model-adequate": "Nothing is missing: model and flight agree to the noise",
+        "ambiguous": "Something is missing, and these flights cannot tell what",
+        "unexplained": "Something is missing that has no name in the catalog",
+        "not-observable": "These flights cannot show what is missing",
+    }
+    return headlines.get(found.verdict, found.verdict)
+
+
+def _count_text(count: int) -> str:
+    words = ("No", "One", "Two", "Three", "Four", "Five", "Six")
+    return words[count] if count < len(words) else str(count)
+
+
+def confidence_text(probability: float) -> str:
+    """Return ``very likely: right in 97 of 100 cases``."""
+    if not math.isfinite(probability):
+        return "confidence unknown"
+    words = next(word for bound, word in _CONFIDENCE if probability >= bound)
+    # Never a certainty: no number of flights earns it.
+    share = min(max(round(100 * probability), 1), 99)
+    return f"{words}: right in {share} of 100 such cases"
+
+
+def effect_confidence_text(answer: SearchResult, effect: FoundEffect) -> str:
+    """Return how sure an effect is, or what it cannot be told from."""
+    others = [f"“{answer.title(name)}”" for name in effect.one_of if name != effect.effect]
+    if others:
+        return f"these flights cannot tell it from {', '.join(others)}"
+    return confidence_text(effect.confidence)
+
+
+def observability_text(sigma: float) -> str:
+    """Return how well an effect of plausible size would show: ``12 σ, clearly``."""
+    if not math.isfinite(sigma):
+        return DASH
+    words = next(word for bound, word in _OBSERVABILITY_TEXTS if sigma >= bound)
+    return f"{sigma_text(sigma)}, {words}"
+
+
+def sigma_text(sigma: float) -> str:
+    """Return ``0.4 σ``, ``12 σ``."""
+    if not math.isfinite(sigma):
+        return DASH
+    return f"{number_text(sigma, 1 if abs(sigma) < 9.95 else 0)} σ"
+
+
+def noise_ratio_text(ratio: float) -> str:
+    """Return a ratio to the noise floor: ``1.0``, ``3.4``, ``12``, ``140``."""
+    if not math.isfinite(ratio):
+        return DASH
+    return number_text(ratio, 1 if ratio < 9.95 else 0)
+
+
+def signed_number_text(value: float, decimals: int) -> str:
+    """Return a number with its sign."""
+    if math.isfinite(value) and abs(value) >= 99.95:
+        # Who has hundreds does not look at tenths.
+        text = f"{abs(value):,.0f}"
+        return f"+{text}" if value > 0 else f"{MINUS}{text}"
+    text = number_text(value, decimals)
+    return f"+{text}" if value > 0 and set(text) - set("0.") else text
+
+
+def parameter_text(value: float, std: float, unit: str, system: str) -> str:
+    """Return a parameter with its standard deviation in the units of the screen."""
+    value, std, unit = convert_value_and_std(value, std, unit, system)
+    return f"{value_with_std_text(value, std)} {unit_text(unit)}".rstrip()
+
+
+def find_channel_spec(name: str) -> ChannelSpec | None:
+    """Return what is known of a channel; None for a name of no channel."""
+    try:
+        return channel(name)
+    except UnknownNameError:
+        return None
+
+
+def channel_text(name: str) -> str:
+    """Return a channel as the axis says it: ``α, angle of attack``."""
+    spec = find_channel_spec(name)
+    if spec is None:
+        return name
+    symbol = symbol_text(spec.symbol)
+    title = spec.title[:1].lower() + spec.title[1:]
+    return title if symbol.lower() == title else f"{symbol}, {title}"
+
+
+def channel_symbol(name: str) -> str:
+    """Return the symbol of a channel."""
+    spec = find_channel_spec(name)
+    return symbol_text(spec.symbol) if spec is not None else name
+
+
+def axis_unit(name: str, system: str) -> str:
+    """Return the unit in which a channel is shown."""
+    spec = find_channel_spec(name)
+    return unit_text(spec.display_unit(system)) if spec is not None else ""
+
+
+def to_display_units(name: str, values: FloatArray, system: str) -> FloatArray:
+    """Return SI values of a channel in the unit of the screen."""
+    spec = find_channel_spec(name)
+    return values if spec is None else from_si(values, spec.display_unit(system), spec.quantity)
+
+
+def maneuver_kind_text(kind: str) -> str:
+    """Return the kind of a maneuver in words: ``elevator doublet`` stays, ``de`` is spelled."""
+    words = re.split(r"(\W+)", kind.strip())
+    return "".join(_SURFACE_NAMES.get(word, word) for word in words) or "maneuver"
+
+
+def maneuver_text(answer: SearchResult, view: ManeuverHistories, *, clock: bool = True) -> str:
+    """Return one maneuver in a list: ``3 · elevator doublet · 02:18.4 · kept out``."""
+    parts = [view.id, maneuver_kind_text(answer.kinds.get(view.id, view.kind))]
+    if clock and view.times.size:
+        parts.append(clock_text(float(view.times[0]), decimals=1))
+    if view.held_out:
+        # Where there is no room for everything, this matters more than the kind.
+        parts.insert(len(parts) if clock else 1, "kept out")
+    return " · ".join(parts)
+
+
+def region_text(region: FlightRegion | None, system: str) -> str:
+    """Return where a disagreement grows; empty where it does so nowhere in particular."""
+    return convert_text_units(region.words, system) if region is not None else ""
+
+
+def p_value_text(p_value: float) -> str:
+    """Return the chance that noise alone did it: ``chance 1 in 3,000``."""
+    if not math.isfinite(p_value):
+        return ""
+    if p_value <= 0.0 or p_value < 1e-6:
+        return "chance below 1 in a million"
+    if p_value < 0.095:
+        count = 1.0 / p_value
+        digits = 10 ** max(math.floor(math.log10(count)) - 1, 0)
+        return f"chance 1 in {round(count / digits) * digits:,.0f}"
+    return f"chance {percent_text(p_value)}"
+
+
+def gap_closed_text(closed: float | None, std: float | None) -> str:
+    """Return ``94 ± 3 % of the gap is closed``."""
+    if closed is None:
+        return "There was no gap to close"
+    if std is None:
+        return f"{number_text(100 * closed, 0)} % of the gap is closed"
+    decimals = 0 if 100 * std >= 0.95 else 1
+    return (
+        f"{number_text(100 * closed, decimals)} ± {number_text(100 * std, decimals)} % "
+        "of the gap is closed"
+    )
+
+
+def join_with_and(words: Iterable[str]) -> str:
+    """Return ``a, b and c``."""
+    listed = list(words)
+    if len(listed) < 2:
+        return "".join(listed)
+    return f"{', '.join(listed[:-1])} and {listed[-1]}"

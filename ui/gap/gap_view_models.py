@@ -1,0 +1,661 @@
+"""What each of the four steps shows, taken from an answer. Frozen; no Qt widgets, no numerics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gsapp.discrepancy.results import (
+    ChannelGap,
+    Disagreement,
+    FoundEffect,
+    ManeuverHistories,
+    Observability,
+)
+from gsapp.quantities import FloatArray, convert_text_units
+from ui.flight.table_models import TableRow
+from ui.gap.gap_selection import GapSelection, find_maneuver_view, list_model_names
+from ui.gap.gap_text import (
+    MIN_OBSERVABLE_SIGMA,
+    axis_unit,
+    channel_symbol,
+    channel_text,
+    coefficient_text,
+    effect_confidence_text,
+    join_with_and,
+    maneuver_text,
+    noise_ratio_text,
+    number_text,
+    observability_text,
+    p_value_text,
+    parameter_text,
+    percent_text,
+    region_text,
+    sigma_text,
+    signed_number_text,
+    to_display_units,
+)
+from ui.gap.search_request import SearchResult
+from ui.number_format import DASH, clock_text, symbol_text, value_to_std_digits
+
+MAP_LEVELS = (1.5, 2.5, 5.0, 10.0)
+"""Times the noise floor at which a cell of the map takes the next color."""
+
+NO_BREAK_SPACE = "\N{NO-BREAK SPACE}"
+ARROW = "\N{NARROW NO-BREAK SPACE}→\N{NARROW NO-BREAK SPACE}"
+"""Between before and after: numbers that belong together stay on one line."""
+
+
+# --- Find ---------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapCell:
+    """One maneuver and coefficient of the map.
+
+    Attributes
+    ----------
+    ratio : float
+        Missing part over the noise floor.
+    text : str
+    level : int
+        0 to 4, by `MAP_LEVELS`.
+    proven : bool
+        Whether the baseline's disagreement here is more than chance.
+    """
+
+    ratio: float
+    text: str
+    level: int
+    proven: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DisagreementMap:
+    """The map of maneuver and coefficient.
+
+    Attributes
+    ----------
+    rows : tuple of (str, str, bool)
+        Id of each maneuver, its words, whether it was kept out.
+    columns : tuple of str
+    cells : tuple of tuple of MapCell
+        One for each row and column.
+    """
+
+    rows: tuple[tuple[str, str, bool], ...] = ()
+    columns: tuple[str, ...] = ()
+    cells: tuple[tuple[MapCell, ...], ...] = ()
+
+
+def find_map_level(ratio: float) -> int:
+    """Return the level of color of a ratio to the noise floor."""
+    return sum(ratio >= bound for bound in MAP_LEVELS)
+
+
+def build_disagreement_map(answer: SearchResult, step: int) -> DisagreementMap:
+    """Return the map of one model."""
+    found = answer.discrepancy
+    if not found.steps:
+        return DisagreementMap()
+    proven = {(one.maneuver, one.coefficient) for one in found.disagreements}
+    values = found.steps[step].map
+    cells = tuple(
+        tuple(
+            MapCell(
+                ratio=float(values[row, column]),
+                text=noise_ratio_text(float(values[row, column])),
+                level=find_map_level(float(values[row, column])),
+                proven=step == 0 and (view.id, name) in proven,
+            )
+            for column, name in enumerate(found.coefficients)
+        )
+        for row, view in enumerate(found.maneuvers)
+    )
+    rows = tuple(
+        (view.id, maneuver_text(answer, view, clock=False), view.held_out)
+        for view in found.maneuvers
+    )
+    return DisagreementMap(rows=rows, columns=found.coefficients, cells=cells)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MissingCoefficientHistory:
+    """The missing part of one coefficient over one maneuver.
+
+    Attributes
+    ----------
+    title : str
+    times, missing : ndarray, shape (n,)
+    former : ndarray or None
+        That of the baseline, where another model is looked at.
+    floor : float
+    spans : tuple of (float, float)
+        Where the disagreement is proven.
+    """
+
+    title: str
+    times: FloatArray
+    missing: FloatArray
+    former: FloatArray | None
+    floor: float
+    spans: tuple[tuple[float, float], ...]
+
+
+def build_missing_history(
+    answer: SearchResult, selection: GapSelection
+) -> MissingCoefficientHistory | None:
+    """Return the history behind the chosen cell."""
+    view = find_maneuver_view(answer, selection.maneuver)
+    if view is None or selection.coefficient not in view.coefficients:
+        return None
+    column = view.coefficients.index(selection.coefficient)
+    here = (selection.maneuver, selection.coefficient)
+    return MissingCoefficientHistory(
+        title=f"Missing {coefficient_text(selection.coefficient)}, maneuver {view.id}",
+        times=view.times,
+        missing=view.missing[selection.step][:, column],
+        former=view.missing[0][:, column] if selection.step else None,
+        floor=view.coefficient_floor.get(selection.coefficient, float("nan")),
+        spans=tuple(
+            (one.t_start, one.t_end)
+            for one in answer.discrepancy.disagreements
+            if (one.maneuver, one.coefficient) == here
+        ),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MissingCoefficientScatter:
+    """The missing part of one coefficient against what it may depend on.
+
+    Attributes
+    ----------
+    title, axis, unit : str
+    here : (ndarray, ndarray)
+        Condition in the unit of the screen, and missing part, of the chosen maneuver.
+    others : tuple of (ndarray, ndarray)
+        Of the other maneuvers.
+    floor : float
+    region : (float, float) or None
+        Where the chosen disagreement grows, in the unit of the screen.
+    """
+
+    title: str
+    axis: str
+    unit: str
+    here: tuple[FloatArray, FloatArray]
+    others: tuple[tuple[FloatArray, FloatArray], ...]
+    floor: float
+    region: tuple[float, float] | None
+
+
+def build_missing_scatter(
+    answer: SearchResult, selection: GapSelection, system: str
+) -> MissingCoefficientScatter | None:
+    """Return the chosen coefficient against the chosen variable."""
+    view = find_maneuver_view(answer, selection.maneuver)
+    name, coefficient = selection.variable, selection.coefficient
+    if view is None or name not in view.conditions or coefficient not in view.coefficients:
+        return None
+
+    def pair(one: ManeuverHistories) -> tuple[FloatArray, FloatArray]:
+        column = one.coefficients.index(coefficient)
+        return to_display_units(name, one.conditions[name], system), one.missing[selection.step][
+            :, column
+        ]
+
+    region = next(
+        (
+            one.region
+            for one in answer.discrepancy.disagreements
+            if one.coefficient == coefficient
+            and one.region is not None
+            and one.region.variable == name
+        ),
+        None,
+    )
+    bounds = None
+    if region is not None:
+        low, high = to_display_units(name, np.array([region.low, region.high]), system)
+        bounds = (float(low), float(high))
+    return MissingCoefficientScatter(
+        title=f"Missing {symbol_text(coefficient)} against {channel_symbol(name)}",
+        axis=channel_text(name),
+        unit=axis_unit(name, system),
+        here=pair(view),
+        others=tuple(
+            pair(one)
+            for one in answer.discrepancy.maneuvers
+            if one.id != view.id and name in one.conditions and coefficient in one.coefficients
+        ),
+        floor=view.coefficient_floor.get(coefficient, float("nan")),
+        region=bounds,
+    )
+
+
+def describe_disagreement(one: Disagreement, system: str) -> str:
+    """Return a disagreement in a sentence."""
+    ratio = noise_ratio_text(one.rms / one.noise_floor) if one.noise_floor > 0 else DASH
+    what = coefficient_text(one.coefficient) if one.coefficient else channel_text(one.channel)
+    where = region_text(one.region, system)
+    grows = f", most with {where}" if where else ""
+    return f"{what}: {ratio} times the noise{grows}"
+
+
+def build_disagreement_rows(answer: SearchResult, system: str) -> tuple[TableRow, ...]:
+    """Return the list of disagreements, most significant first; keys are their places."""
+    lines = []
+    for place, one in enumerate(answer.discrepancy.disagreements):
+        when = f"{clock_text(one.t_start, decimals=1)} to {clock_text(one.t_end, decimals=1)}"
+        detail = (
+            f"Maneuver {one.maneuver}, {when}, seen most in {channel_text(one.channel)}; "
+            f"{p_value_text(one.p_value)} that noise alone did it."
+        )
+        lines.append(
+            TableRow(
+                key=place, cells=(one.maneuver, describe_disagreement(one, system)), detail=detail
+            )
+        )
+    return tuple(lines)
+
+
+def list_instrument_texts(answer: SearchResult) -> tuple[str, ...]:
+    """Return what is said of instruments that disagree with the others."""
+    return tuple(one.words for one in answer.discrepancy.instruments if not one.consistent)
+
+
+# --- Name ---------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RankingRow:
+    """One candidate of the competition."""
+
+    effect: str
+    title: str
+    evidence: float
+    score: str
+    held_out: str
+    size: str
+    proven: bool = False
+
+
+def build_ranking_rows(answer: SearchResult, step: int) -> tuple[RankingRow, ...]:
+    """Return the competition that a step's model faced."""
+    found = answer.discrepancy
+    if not found.steps:
+        return ()
+    following = found.steps[step + 1].added if step + 1 < len(found.steps) else ""
+    return tuple(
+        RankingRow(
+            effect=one.effect,
+            title=one.title or answer.title(one.effect),
+            evidence=one.evidence,
+            score=signed_number_text(one.score, 1),
+            held_out=signed_number_text(one.held_out, 1),
+            size=sigma_text(one.sigma),
+            proven=one.effect == following,
+        )
+        for one in found.steps[step].ranking
+    )
+
+
+def describe_ranking(answer: SearchResult, step: int) -> str:
+    """Return who won the competition, over whom, and by how much."""
+    found = answer.discrepancy
+    rows = found.steps[step].ranking if found.steps else ()
+    if not rows:
+        return "Nothing competes here: this model leaves no gap that an effect could close."
+    effect = find_step_effect(answer, step + 1)
+    if effect is None:
+        best = rows[0]
+        return (
+            f"Nothing more is proven. The best of the rest is “{best.title}” with "
+            f"{percent_text(best.evidence)} of the evidence."
+        )
+    return f"“{effect.title}” – {effect_confidence_text(answer, effect)}."
+
+
+def describe_runner_up(answer: SearchResult, effect: FoundEffect) -> str:
+    """Return the runner-up of an effect and the margin over it."""
+    if not effect.runner_up:
+        return "No other effect comes near."
+    margin = number_text(effect.margin, 1)
+    return f"Runner-up: “{answer.title(effect.runner_up)}”, behind by {margin} in log-likelihood."
+
+
+def find_step_effect(answer: SearchResult, step: int) -> FoundEffect | None:
+    """Return the effect that a step added."""
+    steps = answer.discrepancy.steps
+    if not 0 < step < len(steps):
+        return None
+    added = steps[step].added
+    return next((one for one in answer.discrepancy.effects if one.effect == added), None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EffectDescription:
+    """What is known of one candidate, in sentences with headings."""
+
+    title: str
+    equation: str
+    paragraphs: tuple[tuple[str, str], ...]
+
+
+def describe_effect(answer: SearchResult, effect: str) -> EffectDescription:
+    """Return what an effect is, what it is mistaken for, and what would tell it apart."""
+    note = answer.notes.get(effect)
+    seen = next((one for one in answer.discrepancy.observability if one.effect == effect), None)
+    paragraphs: list[tuple[str, str]] = []
+    alike = [f"{answer.title(name)} ({percent_text(abs(cosine))} alike here)"
+             for name, cosine in (seen.aliases if seen is not None else ())]  # fmt: skip
+    if alike:
+        paragraphs.append(("In these flights it looks like", join_with_and(alike)))
+    if note is not None and note.mistaken_for:
+        others = join_with_and(answer.title(name) for name in note.mistaken_for)
+        paragraphs.append(("Mistaken for", others))
+    told = seen.fly if seen is not None and seen.fly else ""
+    if note is not None and note.told_apart and note.told_apart != told:
+        told = f"{told}; {note.told_apart}" if told else note.told_apart
+    if told:
+        paragraphs.append(("What would tell it apart", told))
+    if note is not None and note.remedy:
+        paragraphs.append(("Settled on the ground by", note.remedy))
+    if seen is not None:
+        paragraphs.append(
+            (
+                "Could these flights show it?",
+                f"A plausible size shows {observability_text(seen.sigma)}",
+            )
+        )
+    found = next((one for one in answer.discrepancy.effects if one.effect == effect), None)
+    equation = found.equation if found is not None else (note.equation if note is not None else "")
+    return EffectDescription(
+        title=answer.title(effect), equation=equation, paragraphs=tuple(paragraphs)
+    )
+
+
+def build_observability_rows(answer: SearchResult, *, hidden_only: bool) -> tuple[TableRow, ...]:
+    """Return what these flights could show, the least visible first."""
+    table = sorted(answer.discrepancy.observability, key=lambda one: one.sigma)
+    return tuple(
+        TableRow(
+            key=one.effect,
+            cells=(
+                answer.title(one.effect),
+                # What merely rescales coefficients no maneuver shows.
+                "on the ground only" if one.effect_class == "C" else observability_text(one.sigma),
+                one.fly or _alias_text(answer, one),
+            ),
+            state="caution" if one.sigma < MIN_OBSERVABLE_SIGMA else "plain",
+            colored=frozenset({1}),
+            detail=f"{one.effect}, class {one.effect_class}. {_alias_text(answer, one)}".strip(),
+        )
+        for one in table
+        if not hidden_only or one.sigma < MIN_OBSERVABLE_SIGMA
+    )
+
+
+def _alias_text(answer: SearchResult, one: Observability) -> str:
+    if not one.aliases:
+        return ""
+    name, cosine = one.aliases[0]
+    return f"looks like {answer.title(name)} ({percent_text(abs(cosine))})"
+
+
+def build_alternative_rows(answer: SearchResult, system: str) -> tuple[tuple[str, str, str], ...]:
+    """Return title, reason and remedy of what these flights would look the same with."""
+    return tuple(
+        (one.title, convert_text_units(one.why, system), convert_text_units(one.fly, system))
+        for one in answer.discrepancy.alternatives
+    )
+
+
+# --- Add ----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EffectStatus:
+    """One effect and where it stands.
+
+    Attributes
+    ----------
+    effect, title : str
+    words : str
+        ``in the model``, ``next``, ``later``, ``refused``.
+    place : int
+        Its step; 0 for one that was refused.
+    """
+
+    effect: str
+    title: str
+    words: str
+    place: int
+
+
+def list_effect_statuses(answer: SearchResult, step: int) -> tuple[EffectStatus, ...]:
+    """Return the effects on the way, then those that were refused."""
+    states = []
+    for place, one in enumerate(answer.discrepancy.steps):
+        if not place:
+            continue
+        words = "in the model" if place <= step else "next" if place == step + 1 else "later"
+        if one.added in answer.decisions.forced:
+            words += ", forced"
+        states.append(
+            EffectStatus(effect=one.added, title=answer.title(one.added), words=words, place=place)
+        )
+    states += [
+        EffectStatus(effect=name, title=answer.title(name), words="refused", place=0)
+        for name in answer.decisions.refused
+    ]
+    return tuple(states)
+
+
+def build_effect_status_rows(states: tuple[EffectStatus, ...]) -> tuple[TableRow, ...]:
+    """Return the effects as lines."""
+    return tuple(
+        TableRow(
+            key=one.effect,
+            cells=(str(one.place) if one.place else DASH, one.title, one.words),
+            strong=one.words.startswith("in the model"),
+            italic=one.words == "refused",
+            detail=one.effect,
+        )
+        for one in states
+    )
+
+
+def build_parameter_rows(
+    answer: SearchResult, effect: str, system: str
+) -> tuple[tuple[str, str], ...]:
+    """Return name and value of each parameter of a found effect."""
+    found = next((one for one in answer.discrepancy.effects if one.effect == effect), None)
+    note = answer.notes.get(effect)
+    if found is None:
+        return ()
+    units = note.units if note is not None else {}
+    return tuple(
+        (name, parameter_text(value, std, units.get(name, ""), system))
+        for name, (value, std) in found.parameters.items()
+    )
+
+
+def build_changed_value_rows(answer: SearchResult) -> tuple[TableRow, ...]:
+    """Return the derivatives that moved beyond their bounds."""
+    lines = []
+    for name, one in answer.discrepancy.values.items():
+        moved = (one.after - one.before) / one.std if one.std > 0 else float("nan")
+        lines.append(
+            TableRow(
+                key=name,
+                cells=(
+                    symbol_text(name),
+                    value_to_std_digits(one.before, one.std),
+                    f"{value_to_std_digits(one.after, one.std)} ± {value_to_std_digits(one.std, one.std)}",
+                    sigma_text(abs(moved)),
+                ),
+            )
+        )
+    return tuple(lines)
+
+
+# --- Show ---------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ChannelOverlay:
+    """One channel of one maneuver, measured and computed, in the unit of the screen.
+
+    Attributes
+    ----------
+    title, axis, unit : str
+    times, measured, before, after : ndarray, shape (n,)
+    floor : float
+    """
+
+    title: str
+    axis: str
+    unit: str
+    times: FloatArray
+    measured: FloatArray
+    before: FloatArray
+    after: FloatArray
+    floor: float
+
+
+def build_channel_overlay(
+    answer: SearchResult, selection: GapSelection, system: str
+) -> ChannelOverlay | None:
+    """Return the chosen channel of the chosen maneuver before and after."""
+    view = find_maneuver_view(answer, selection.maneuver)
+    name = selection.channel
+    if view is None or name not in view.channels:
+        return None
+    column = view.channels.index(name)
+    kept = "kept out of naming and fitting" if view.held_out else "used for naming and fitting"
+    floor = to_display_units(name, np.array([view.floor.get(name, np.nan), 0.0]), system)
+    return ChannelOverlay(
+        title=f"Maneuver {view.id}, {kept}",
+        axis=channel_text(name),
+        unit=axis_unit(name, system),
+        times=view.times,
+        measured=to_display_units(name, view.measured[:, column], system),
+        before=to_display_units(name, view.computed[0][:, column], system),
+        after=to_display_units(name, view.computed[selection.step][:, column], system),
+        floor=float(floor[0] - floor[1]),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChannelGapPair:
+    """Gap of one channel in units of its noise floor."""
+
+    channel: str
+    before: float
+    after: float
+
+
+def list_channel_gaps(answer: SearchResult, step: int) -> tuple[ChannelGapPair, ...]:
+    """Return the gap of each channel on the maneuvers kept out."""
+    steps = answer.discrepancy.steps
+    if not steps:
+        return ()
+    nan = float("nan")
+    return tuple(
+        ChannelGapPair(
+            channel=name,
+            before=steps[0].gap.get(name, nan),
+            after=steps[step].gap.get(name, nan),
+        )
+        for name in answer.discrepancy.channels
+        if name in steps[0].gap
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WaterfallStep:
+    """One step of the waterfall: the misfit before and after it, 1 at the floor."""
+
+    title: str
+    before: float
+    after: float
+    current: bool
+
+
+def list_waterfall_steps(answer: SearchResult, step: int) -> tuple[WaterfallStep, ...]:
+    """Return how the misfit fell from the baseline on."""
+    steps = answer.discrepancy.steps
+    names = list_model_names(answer)
+    return tuple(
+        WaterfallStep(
+            title=names[place],
+            before=steps[place - 1].misfit if place else one.misfit,
+            after=one.misfit,
+            current=place == step,
+        )
+        for place, one in enumerate(steps)
+    )
+
+
+def build_gap_rows(answer: SearchResult, system: str) -> tuple[TableRow, ...]:
+    """Return the numbers of each channel: RMS, percent of range, Theil, share in tolerance."""
+    return tuple(
+        TableRow(key=name, cells=(channel_symbol(name), *_format_gap_cells(name, one, system)))
+        for name, one in answer.discrepancy.gap.channels.items()
+    )
+
+
+def _format_gap_cells(name: str, one: ChannelGap, system: str) -> tuple[str, ...]:
+    zero, before, after, floor = (
+        float(value)
+        for value in to_display_units(
+            name, np.array([0.0, one.before, one.after, one.floor]), system
+        )
+    )
+    decimals = max(len(f"{abs(floor - zero):.1g}".partition(".")[2]) + 1, 1)
+
+    def rms(value: float) -> str:
+        return number_text(value - zero, min(decimals, 5))
+
+    def shares(first: float, second: float, digits: int) -> str:
+        return f"{number_text(first, digits)}{ARROW}{number_text(second, digits)}{NO_BREAK_SPACE}%"
+
+    return (
+        f"{rms(before)}{ARROW}{rms(after)}{NO_BREAK_SPACE}{axis_unit(name, system)}".rstrip(),
+        rms(floor),
+        shares(one.before_pct, one.after_pct, 1),
+        f"{number_text(one.theil_before, 3)}{ARROW}{number_text(one.theil_after, 3)}",
+        shares(100 * one.within_before, 100 * one.within_after, 0),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ForceableEffect:
+    """One effect that can be forced."""
+
+    effect: str
+    title: str
+    why: str = field(default="")
+
+
+def list_forceable_effects(answer: SearchResult, step: int) -> tuple[ForceableEffect, ...]:
+    """Return the effects that are not in the model, the best candidates first, then the catalog."""
+    found = answer.discrepancy
+    there = {one.added for one in found.steps}
+    ranked = found.steps[step].ranking if found.steps else ()
+    choices = {
+        one.effect: ForceableEffect(
+            effect=one.effect,
+            title=one.title,
+            why=f"{percent_text(one.evidence)} of the evidence, size {sigma_text(one.sigma)}",
+        )
+        for one in ranked
+        if one.effect not in there
+    }
+    for name, note in answer.notes.items():
+        if name not in there and name not in choices:
+            choices[name] = ForceableEffect(effect=name, title=note.title)
+    return tuple(choices.values())

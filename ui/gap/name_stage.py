@@ -1,0 +1,117 @@
+"""Name: which effect is missing, how sure that is, and what would tell it from the others."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QCheckBox
+
+from ui.display_style import DisplayStyle
+from ui.gap.gap_tables import RankingView
+from ui.gap.gap_view_models import (
+    build_alternative_rows,
+    build_observability_rows,
+    build_ranking_rows,
+    describe_effect,
+    describe_ranking,
+    describe_runner_up,
+    find_step_effect,
+)
+from ui.gap.layout_widgets import FittedTableView, HeadedParagraphs, StackingColumns
+from ui.gap.stage_view import StageView
+from ui.start_page import create_label
+
+
+class NameStage(StageView):
+    """Competition, alternatives, and what these flights could show."""
+
+    def __init__(self, look: DisplayStyle) -> None:
+        super().__init__(look)
+        pair = StackingColumns(look, (6, 5))
+        self.column.addWidget(pair, 1)
+        pair.left.addWidget(create_label("What competes", "heading"))
+        self.winner = create_label("", "strong", wrap=True)
+        pair.left.addWidget(self.winner)
+        self.margin = create_label("", "muted", wrap=True)
+        pair.left.addWidget(self.margin)
+        self.ranking = RankingView(look)
+        pair.left.addWidget(self.ranking, 30)
+        pair.left.addWidget(create_label("What these flights could show", "heading"))
+        self.hidden_only = QCheckBox("Only what they could not show")
+        self.hidden_only.setAccessibleName("Only the effects that these flights could not show")
+        pair.left.addWidget(self.hidden_only)
+        self.observability = FittedTableView(
+            look, "What these flights could show of each effect",
+            ("Effect", "A plausible size shows", "To see it, fly"),
+            stretch=2, widths={0: 190, 1: 150}, least=3,
+        )  # fmt: skip
+        pair.left.addWidget(self.observability, 30)
+        pair.left.addStretch(1)
+        self.effect = create_label("", "heading", wrap=True)
+        pair.right.addWidget(self.effect)
+        self.equation = create_label("", "muted", wrap=True)
+        pair.right.addWidget(self.equation)
+        self.about = HeadedParagraphs(look)
+        pair.right.addWidget(self.about)
+        self.same = create_label("What would look the same", "heading")
+        pair.right.addWidget(self.same)
+        self.alternatives = HeadedParagraphs(look)
+        pair.right.addWidget(self.alternatives)
+        pair.right.addStretch(1)
+        self._candidate = ""
+        self.ranking.chosen.connect(self._show_effect)
+        self.observability.selectionModel().currentChanged.connect(self._seen)
+        self.hidden_only.toggled.connect(lambda _on: self._show_observability())
+
+    def begin(self) -> None:
+        """Begin on the competition."""
+        self.ranking.setFocus()
+
+    @property
+    def candidate(self) -> str:
+        """Return the effect that is looked at."""
+        return self._candidate
+
+    def refresh(self) -> None:
+        """Show the competition of the chosen model."""
+        answer, step = self.answer, self.selection.step
+        if answer is None:
+            return
+        self.winner.setText(describe_ranking(answer, step))
+        found = find_step_effect(answer, step + 1)
+        self.margin.setText(describe_runner_up(answer, found) if found is not None else "")
+        self.margin.setVisible(found is not None)
+        rows = build_ranking_rows(answer, step)
+        self.ranking.show_rows(rows)
+        self.ranking.setVisible(bool(rows))
+        self._show_observability()
+        self._show_effect(self.ranking.current or (found.effect if found is not None else ""))
+        same = build_alternative_rows(answer, self.look.units)
+        self.same.setVisible(bool(same))
+        self.alternatives.show_paragraphs(
+            [(title, f"{why} {f'To tell: {fly}.' if fly else ''}".strip())
+             for title, why, fly in same]
+        )  # fmt: skip
+
+    def _show_observability(self) -> None:
+        if self.answer is not None:
+            self.observability.show_lines(
+                build_observability_rows(self.answer, hidden_only=self.hidden_only.isChecked())
+            )
+
+    def _seen(self) -> None:
+        key = self.observability.current_key()
+        if self.observability.hasFocus() and key is not None:
+            self._show_effect(str(key))
+
+    def _show_effect(self, effect: str) -> None:
+        self._candidate = effect
+        if self.answer is None or not effect:
+            for part in (self.effect, self.equation):
+                part.hide()
+            self.about.show_paragraphs(())
+            return
+        picture = describe_effect(self.answer, effect)
+        self.effect.setText(picture.title)
+        self.effect.show()
+        self.equation.setText(picture.equation)
+        self.equation.setVisible(bool(picture.equation))
+        self.about.show_paragraphs(picture.paragraphs)

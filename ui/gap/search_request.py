@@ -1,0 +1,136 @@
+"""What a search is asked for, what the crew decided since, and what comes back. No Qt."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    # The window starts without the numerics behind an answer.
+    from gsapp.discrepancy.results import DiscrepancyResult
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GapRequest:
+    """Flights to search, and what they are compared with.
+
+    Attributes
+    ----------
+    flights : tuple of Path
+        Flight folders or files.
+    aircraft : str
+        Name or path; empty takes the copy in each flight folder.
+    model : str
+        Name or path of the current model; empty fits the baseline from these flights.
+    channel_map : str
+        Name or path; empty where the flights say it themselves.
+    """
+
+    flights: tuple[Path, ...]
+    aircraft: str = ""
+    model: str = ""
+    channel_map: str = ""
+
+    @property
+    def words(self) -> str:
+        """Return what is searched: ``flight 3 and 2 more · model b777``."""
+        names = [path.name for path in self.flights]
+        more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+        model = f"model {Path(self.model).stem}" if self.model else "baseline fitted here"
+        return f"{names[0]}{more} · {model}" if names else model
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EffectDecisions:
+    """What the crew decided about effects.
+
+    Attributes
+    ----------
+    refused, forced : tuple of str
+        Ids of effects, in the order of the decisions.
+    """
+
+    refused: tuple[str, ...] = ()
+    forced: tuple[str, ...] = ()
+
+    def refuse(self, effect: str) -> EffectDecisions:
+        """Return the decisions with that effect refused, and no longer forced."""
+        kept = tuple(known for known in self.forced if known != effect)
+        others = tuple(known for known in self.refused if known != effect)
+        return replace(self, refused=(*others, effect), forced=kept)
+
+    def force(self, effect: str) -> EffectDecisions:
+        """Return the decisions with that effect forced, and no longer refused."""
+        kept = tuple(known for known in self.refused if known != effect)
+        others = tuple(known for known in self.forced if known != effect)
+        return replace(self, refused=kept, forced=(*others, effect))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EffectInfo:
+    """What the catalog says of an effect.
+
+    Attributes
+    ----------
+    effect, title, equation : str
+    mistaken_for : tuple of str
+        Ids of effects that it is taken for, or words.
+    told_apart : str
+        What tells it from them.
+    remedy : str
+        The measurement on the ground that settles it; empty where flying does.
+    units : mapping of str to str
+        SI unit of each parameter.
+    """
+
+    effect: str
+    title: str
+    equation: str = ""
+    mistaken_for: tuple[str, ...] = ()
+    told_apart: str = ""
+    remedy: str = ""
+    units: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SearchResult:
+    """What a search gave.
+
+    Attributes
+    ----------
+    request : GapRequest
+    decisions : EffectDecisions
+    discrepancy : DiscrepancyResult
+    notes : mapping of str to EffectInfo
+        The catalog, by id.
+    remarks : tuple of str
+        About the flights: maneuvers left out, channels missing.
+    kinds : mapping of str to str
+        Surfaces and shape of each maneuver, ``de doublet``, by its id.
+    aircraft : str
+        Name of the one that flew.
+    """
+
+    request: GapRequest
+    decisions: EffectDecisions
+    discrepancy: DiscrepancyResult
+    notes: Mapping[str, EffectInfo]
+    remarks: tuple[str, ...] = ()
+    kinds: Mapping[str, str] = field(default_factory=dict)
+    aircraft: str = ""
+
+    def title(self, effect: str) -> str:
+        """Return an effect in a field engineer's words; its id where nobody knows any."""
+        note = self.notes.get(effect)
+        if note is not None and note.title:
+            return note.title
+        for found in self.discrepancy.effects:
+            if found.effect == effect:
+                return found.title
+        for step in self.discrepancy.steps:
+            for candidate in step.ranking:
+                if candidate.effect == effect:
+                    return candidate.title
+        return effect

@@ -1,0 +1,334 @@
+"""What a search begins with: flights, aircraft, current model; or what to do without a flight."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QFrame,
+    QGridLayout,
+    QListWidget,
+    QListWidgetItem,
+    QPushButton,
+    QWidget,
+)
+
+from gsapp.aircraft.aircraft_loader import shipped_aircraft
+from ui.background_job import BackgroundJob, JobProgress
+from ui.dialogs.file_fields import ShippedFileField
+from ui.dialogs.flight_file_dialogs import ask_flight_folder, ask_open_files
+from ui.dialogs.form_dialog import FieldMessage
+from ui.disk_checks import path_kind
+from ui.display_style import DisplayStyle
+from ui.gap.gap_stages import GAP_STAGES
+from ui.gap.layout_widgets import create_button_row
+from ui.gap.search_request import GapRequest
+from ui.settings import SettingsStore
+from ui.start_page import CenteredPage, create_label
+
+_STAGE_DESCRIPTIONS = {
+    "find": "Where simulation and flight disagree: coefficient, maneuver, region.",
+    "name": "Which effect is missing, how sure that is, what would tell it from others.",
+    "add": "The effect in the model, all values fitted anew; refuse it, or force another.",
+    "show": "Before and after on maneuvers that were kept out.",
+}
+
+
+class SearchFlightList(QListWidget):
+    """Flights to search; Delete takes one out."""
+
+    def __init__(self, look: DisplayStyle) -> None:
+        super().__init__()
+        self._look = look
+        self.setProperty("role", "boxed")
+        self.setAccessibleName("Flights to search")
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+
+    def fit(self) -> None:
+        """Take the height of the flights, up to five."""
+        rows = min(max(self.count(), 1), 5)
+        self.setFixedHeight(rows * self._look.px(30) + 4)
+
+
+class SearchSetupPage(CenteredPage):
+    """Asks what to search.
+
+    Attributes
+    ----------
+    asked : Signal(object)
+        A `GapRequest`.
+    trial_asked : Signal
+        Fly the virtual aircraft with a hidden effect and search that flight.
+    left : Signal
+        Back to the answer that is there.
+    command : Signal(str)
+        A command of the window to run.
+    """
+
+    asked = Signal(object)
+    trial_asked = Signal()
+    left = Signal()
+    command = Signal(str)
+
+    def __init__(self, look: DisplayStyle, store: SettingsStore) -> None:
+        super().__init__(look, 720)
+        self._store = store
+        self._open: Path | None = None
+        self._busy = False
+        self.setAccessibleName("Search for a missing effect")
+        settings = store.current
+        self.column.addWidget(create_label("Model gap", "title"))
+        self.column.addWidget(
+            create_label(
+                "Where simulation and measurement disagree: find out which effect the model lacks.",
+                "muted",
+                wrap=True,
+            )
+        )
+        self.column.addWidget(self._story())
+        self.column.addSpacing(look.px(8))
+        self.column.addWidget(create_label("Flights", "heading"))
+        self.flights = SearchFlightList(look)
+        self.column.addWidget(self.flights)
+        self.sentence = FieldMessage()
+        self.column.addWidget(self.sentence)
+        self.add_open = self._button("Add the open flight", self._add_open)
+        self.add_file = self._button("Add a file…", self._add_file)
+        self.add_folder = self._button("Add a folder…", self._add_folder)
+        self.remove = self._button("Take out", self._remove)
+        self.column.addWidget(
+            create_button_row(look, self.add_open, self.add_file, self.add_folder, self.remove)
+        )
+        self.column.addSpacing(look.px(8))
+        form = QWidget()
+        grid = QGridLayout(form)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setHorizontalSpacing(look.px(16))
+        grid.setVerticalSpacing(look.px(8))
+        grid.setColumnStretch(1, 1)
+        self.aircraft = ShippedFileField(
+            "Aircraft", shipped_aircraft(), settings.gap_aircraft, none="As each flight says"
+        )
+        self.model = ShippedFileField(
+            "Current model", tuple(filter(None, (settings.gap_model,))), settings.gap_model,
+            none="None: fit the baseline from these flights",
+        )  # fmt: skip
+        for row, (name, field) in enumerate(
+            (("Aircraft", self.aircraft), ("Current model", self.model))
+        ):
+            grid.addWidget(create_label(name, "strong"), row, 0)
+            grid.addWidget(field, row, 1)
+        self.column.addWidget(form)
+        self.column.addSpacing(look.px(8))
+        self.search = self._button("Search", self.ask)
+        self.search.setProperty("role", "primary")
+        self.search.setMinimumHeight(look.px(44))
+        self.back = self._button("Back to the answer", self.left.emit)
+        self.back.setMinimumHeight(look.px(44))
+        self.back.hide()
+        self.column.addWidget(create_button_row(look, self.search, self.back))
+        self.column.addSpacing(look.px(8))
+        self.other = create_label("No flight at hand?", "heading")
+        self.column.addWidget(self.other)
+        self.open = self._button("Open a flight…", lambda: self.command.emit("open_file"))
+        self.virtual = self._button(
+            "Fly the virtual aircraft…", lambda: self.command.emit("virtual")
+        )
+        self.trial = self._button("Try a flight with a hidden effect", self.trial_asked.emit)
+        self.trial.setToolTip(
+            "The virtual aircraft flies with throttle pitching the nose, half a minute or so; "
+            "then that flight is searched with the model that does not know of it"
+        )
+        self.column.addWidget(create_button_row(look, self.open, self.virtual, self.trial))
+        for path in settings.gap_flights:
+            if path_kind(path) != "missing":
+                self._append(Path(path))
+        self._read_models()
+        self.flights.itemSelectionChanged.connect(self._judge)
+        look.changed.connect(self._rescale)
+        self._judge()
+
+    def _button(self, words: str, act: object) -> QPushButton:
+        button = QPushButton(words)
+        button.setAccessibleName(words.rstrip("…"))
+        button.clicked.connect(lambda _checked=False: act())
+        return button
+
+    def _story(self) -> QWidget:
+        card = QFrame()
+        card.setObjectName("card")
+        grid = QGridLayout(card)
+        grid.setContentsMargins(16, 12, 16, 12)
+        grid.setHorizontalSpacing(16)
+        grid.setColumnStretch(1, 1)
+        for row, chapter in enumerate(GAP_STAGES):
+            grid.addWidget(
+                create_label(f"{row + 1}  {chapter.title}", "strong"),
+                row,
+                0,
+                Qt.AlignmentFlag.AlignTop,
+            )
+            grid.addWidget(create_label(_STAGE_DESCRIPTIONS[chapter.id], wrap=True), row, 1)
+        return card
+
+    def _read_models(self) -> None:
+        """Find the shipped models in a thread: what reads models takes seconds to load."""
+
+        def names(_progress: JobProgress) -> tuple[str, ...]:
+            from gsapp.dynamics.model import shipped_models
+
+            return shipped_models()
+
+        work = BackgroundJob("Reading the models", names, self)
+        work.done.connect(self._offer_models)
+        work.failed.connect(
+            lambda error: self.sentence.say(f"The models cannot be read: {error}", "warning")
+        )
+        work.start()
+
+    def _offer_models(self, names: Sequence[str]) -> None:
+        self.model.offer(names)
+
+    # Flights
+
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        """Return the flights listed."""
+        return tuple(
+            Path(self.flights.item(row).data(Qt.ItemDataRole.UserRole))
+            for row in range(self.flights.count())
+        )
+
+    def add(self, path: Path) -> None:
+        """List a flight; one that is listed already is left where it is."""
+        if path.absolute() not in [known.absolute() for known in self.paths]:
+            self._append(path)
+        self._judge()
+
+    def show_open(self, path: Path | None) -> None:
+        """Say which flight is open in the window; the first one of all is listed by itself."""
+        if path == self._open:
+            return
+        self._open = path
+        if path is not None and not self.paths:
+            self._append(path)
+        self._judge()
+
+    def show_state(self, *, busy: bool, answered: bool) -> None:
+        """Say whether a search runs, and whether there is an answer to go back to."""
+        if busy and not self._busy and self.search.hasFocus():
+            # Not to the next button, where a second Enter would do something else.
+            self.flights.setFocus()
+        self._busy = busy
+        self.back.setVisible(answered)
+        self._judge()
+
+    def _append(self, path: Path) -> None:
+        item = QListWidgetItem(f"{path.name}   {path.parent}")
+        item.setToolTip(str(path))
+        item.setData(Qt.ItemDataRole.UserRole, str(path))
+        self.flights.addItem(item)
+        if self.flights.currentRow() < 0:
+            self.flights.setCurrentRow(0)
+
+    def _add_open(self) -> None:
+        if self._open is not None:
+            self.add(self._open)
+
+    def _add_file(self) -> None:
+        for path in ask_open_files(self, self._store.current):
+            self.add(path)
+
+    def _add_folder(self) -> None:
+        if path := ask_flight_folder(self, "Add a flight folder", self._store.current):
+            self.add(path)
+
+    def _remove(self) -> None:
+        row = self.flights.currentRow()
+        if row >= 0:
+            self.flights.takeItem(row)
+        self._judge()
+
+    def keyPressEvent(self, event: object) -> None:
+        """Delete takes the chosen flight out."""
+        if event.key() == Qt.Key.Key_Delete and self.flights.hasFocus():
+            self._remove()
+        else:
+            super().keyPressEvent(event)
+
+    def _judge(self) -> None:
+        paths = self.paths
+        self.flights.fit()
+        self.flights.setVisible(bool(paths))
+        listed = [path.absolute() for path in paths]
+        offered = self._open is not None and self._open.absolute() not in listed
+        self.add_open.setVisible(offered)
+        self.remove.setEnabled(bool(paths) and self.flights.currentRow() >= 0)
+        self.search.setEnabled(bool(paths) and not self._busy)
+        self.trial.setEnabled(not self._busy)
+        busy = "A search is running" if self._busy else ""
+        self.remove.setToolTip("" if self.remove.isEnabled() else "Choose a flight first")
+        self.search.setToolTip("" if self.search.isEnabled() else busy or "Add a flight first")
+        self.trial.setToolTip(busy)
+        gone = [path.name for path in paths if path_kind(path) == "missing"]
+        if gone:
+            self.sentence.say(f"{gone[0]} is not there any more; take it out.", "warning")
+        elif not paths:
+            self.sentence.say(
+                "No flight yet. Add one with doublets of every surface, or try the flight with a "
+                "hidden effect below.",
+                "caution",
+            )
+        elif self._busy:
+            self.sentence.say("What is changed here counts for the next search.")
+        elif len(paths) == 1:
+            self.sentence.say(
+                "One flight. Several flights with the same maneuvers make names surer."
+            )
+        else:
+            self.sentence.say(f"{len(paths)} flights, searched together.", "good")
+
+    def _rescale(self) -> None:
+        self.search.setMinimumHeight(self._look.px(44))
+        self.back.setMinimumHeight(self._look.px(44))
+        self._judge()
+
+    # The question
+
+    @property
+    def request(self) -> GapRequest:
+        """Return what is to be searched."""
+        return GapRequest(flights=self.paths, aircraft=self.aircraft.value, model=self.model.value)
+
+    def ask(self) -> None:
+        """Search what is listed."""
+        if self.search.isEnabled():
+            self.remember(self.paths)
+            self.asked.emit(self.request)
+
+    def remember(self, flights: Sequence[Path]) -> None:
+        """Keep what was asked for the next time."""
+        self._store.change(
+            gap_flights=tuple(str(path.absolute()) for path in flights),
+            gap_aircraft=self.aircraft.value,
+            gap_model=self.model.value,
+        )
+
+    def take(self, flight: Path, aircraft: str, model: str) -> None:
+        """Search one flight with a certain aircraft and model."""
+        self.flights.clear()
+        self._append(flight)
+        self._offer_models((model,))
+        for field, value in ((self.aircraft, aircraft), (self.model, model)):
+            place = field.findData(value)
+            if place >= 0:
+                field.setCurrentIndex(place)
+        self._judge()
+        self.ask()
+
+    def begin(self) -> None:
+        """Put the keyboard where one goes on."""
+        (self.search if self.search.isEnabled() else self.trial).setFocus()

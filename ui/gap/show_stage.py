@@ -1,0 +1,157 @@
+"""Show: before and after, on maneuvers that neither naming nor fitting has seen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from PySide6.QtGui import QAction, QResizeEvent
+
+from gsapp.quantities import trace_color
+from ui.display_style import DisplayStyle
+from ui.flight.controls import ActionButton
+from ui.gap.analysis_plot import FLIGHT_TIME_LABEL, AnalysisPlot, PlotBand, PlotCurve
+from ui.gap.gap_bars import ChannelGapBars, MisfitWaterfall
+from ui.gap.gap_selection import list_model_names
+from ui.gap.gap_text import channel_text, gap_closed_text, join_with_and, maneuver_text
+from ui.gap.gap_view_models import (
+    build_channel_overlay,
+    build_gap_rows,
+    list_channel_gaps,
+    list_waterfall_steps,
+)
+from ui.gap.layout_widgets import (
+    FittedTableView,
+    LabeledComboBox,
+    StackingColumns,
+    create_button_row,
+)
+from ui.gap.stage_view import StageView
+from ui.start_page import create_label
+
+_ALL_COLUMNS_WIDTH = 620
+_NOISE_COLUMN = 2
+
+
+class ShowStage(StageView):
+    """Overlay, what is left of it, bars per channel, waterfall and numbers."""
+
+    def __init__(self, look: DisplayStyle, actions: Mapping[str, QAction]) -> None:
+        super().__init__(look)
+        pair = StackingColumns(look, (7, 5))
+        self.column.addWidget(pair, 1)
+        self.maneuver = LabeledComboBox(look, "Maneuver", letters=32)
+        self.channel = LabeledComboBox(look, "Channel", letters=16)
+        self.buttons = {
+            "gap_report": ActionButton(actions["gap_report"], "Write the report…", look),
+            "gap_save": ActionButton(actions["gap_save"], "Save the model…", look),
+        }
+        pair.left.addWidget(create_button_row(look, self.maneuver, self.channel))
+        self.overlay = AnalysisPlot(look, "Measured and computed")
+        pair.left.addWidget(self.overlay, 3)
+        self.rest = AnalysisPlot(look, "Measured minus computed", high=132)
+        pair.left.addWidget(self.rest, 2)
+        self.closed = create_label("", "heading", wrap=True)
+        pair.right.addWidget(self.closed)
+        self.on = create_label("", "muted", wrap=True)
+        pair.right.addWidget(self.on)
+        pair.right.addWidget(
+            create_label("Gap per channel: gray before, color after", "strong", wrap=True)
+        )
+        self.bars = ChannelGapBars(look)
+        pair.right.addWidget(self.bars)
+        pair.right.addWidget(create_label("All channels, step by step", "strong"))
+        self.falls = MisfitWaterfall(look)
+        pair.right.addWidget(self.falls)
+        pair.right.addWidget(create_button_row(look, *self.buttons.values()))
+        pair.right.addStretch(1)
+        self.numbers_heading = create_label("", "heading", wrap=True)
+        self.column.addWidget(self.numbers_heading)
+        self.numbers = FittedTableView(
+            look, "Numbers of each channel",
+            ("Channel", "RMS", "Noise", "Of range", "Theil", "In 3 floors"),
+            stretch=0, widths={1: 140, 2: 68, 3: 104, 4: 120, 5: 112},
+            right=frozenset({1, 2, 3, 4, 5}), least=5, most=12,
+        )  # fmt: skip
+        self.column.addWidget(self.numbers)
+        self.maneuver.box.currentIndexChanged.connect(
+            lambda _index: self.selected.emit(replace(self.selection, maneuver=self.maneuver.value))
+        )
+        self.channel.box.currentIndexChanged.connect(
+            lambda _index: self.selected.emit(replace(self.selection, channel=self.channel.value))
+        )
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Leave out the noise where there is no room for all numbers; the bars show it."""
+        super().resizeEvent(event)
+        narrow = self.width() < self.look.px(_ALL_COLUMNS_WIDTH)
+        self.numbers.setColumnHidden(_NOISE_COLUMN, narrow)
+
+    def begin(self) -> None:
+        """Begin on the maneuvers."""
+        self.maneuver.box.setFocus()
+
+    def refresh(self) -> None:
+        """Draw everything."""
+        answer, selection = self.answer, self.selection
+        if answer is None:
+            return
+        found = answer.discrepancy
+        self.maneuver.show_choices(
+            [(view.id, maneuver_text(answer, view)) for view in found.maneuvers], selection.maneuver
+        )
+        self.channel.show_choices(
+            [(name, channel_text(name)) for name in found.channels], selection.channel
+        )
+        self._draw_overlay()
+        gap = found.gap
+        self.closed.setText(f"{gap_closed_text(gap.closed, gap.closed_std)}.")
+        kept = "No maneuver could be kept out: fly one more of each kind."
+        if gap.on:
+            kept = f"Judged on maneuvers {join_with_and(gap.on)}, kept out of naming and fitting."
+        self.on.setText(f"From the baseline to the last effect. {kept}")
+        self.bars.show_pairs(list_channel_gaps(answer, selection.step))
+        self.falls.show_falls(list_waterfall_steps(answer, selection.step))
+        lines = build_gap_rows(answer, self.look.units)
+        self.numbers.setMaximumWidth(self.look.px(760))
+        self.numbers.show_lines(lines)
+        self.numbers.setVisible(bool(lines))
+        self.numbers_heading.setText("Baseline → last effect, on the maneuvers kept out")
+        self.numbers_heading.setVisible(bool(lines))
+
+    def _draw_overlay(self) -> None:
+        answer, selection = self.answer, self.selection
+        picture = build_channel_overlay(answer, selection, self.look.units) if answer else None
+        for chart in (self.overlay, self.rest):
+            chart.setVisible(picture is not None)
+        if answer is None or picture is None:
+            return
+        name = list_model_names(answer)[selection.step]
+        unit = f", {picture.unit}" if picture.unit else ""
+        left = f"{picture.axis.split(', ')[0]}{unit}"
+        color = trace_color(selection.channel)
+        curves = [
+            PlotCurve(x=picture.times, y=picture.before, color="previous", name="baseline",
+                  dashed=True),
+            PlotCurve(x=picture.times, y=picture.measured, color=color, name="measured"),
+        ]  # fmt: skip
+        rests = [
+            PlotCurve(x=picture.times, y=picture.measured - picture.before, color="previous",
+                  name="baseline", dashed=True)
+        ]  # fmt: skip
+        if selection.step:
+            curves.append(
+                PlotCurve(x=picture.times, y=picture.after, color="text", name=name, dashed=True)
+            )
+            rests.append(
+                PlotCurve(x=picture.times, y=picture.measured - picture.after, color=color,
+                      name=name)
+            )  # fmt: skip
+        self.overlay.draw(curves, title=picture.title, bottom=FLIGHT_TIME_LABEL, left=left)
+        self.rest.draw(
+            rests,
+            [PlotBand(low=-picture.floor, high=picture.floor, name="noise floor")],
+            title=f"Measured minus computed: {picture.axis}",
+            bottom=FLIGHT_TIME_LABEL,
+            left=left,
+        )

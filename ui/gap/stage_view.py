@@ -1,0 +1,48 @@
+"""What the four steps of the story have in common."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from ui.display_style import DisplayStyle
+from ui.gap.gap_selection import GapSelection
+from ui.gap.search_request import SearchResult
+
+
+class StageView(QWidget):
+    """One step of the story.
+
+    Parameters
+    ----------
+    look : DisplayStyle
+        Colors, sizes, units.
+
+    Attributes
+    ----------
+    selected : Signal(object)
+        What to look at instead, a `GapSelection`.
+    """
+
+    selected = Signal(object)
+
+    def __init__(self, look: DisplayStyle) -> None:
+        super().__init__()
+        self.look = look
+        self.answer: SearchResult | None = None
+        self.selection = GapSelection()
+        self.column = QVBoxLayout(self)
+        self.column.setContentsMargins(0, 0, 0, 0)
+
+    def show_answer(self, answer: SearchResult, selection: GapSelection) -> None:
+        """Show an answer, or another part of it."""
+        self.answer, self.selection = answer, selection
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Draw what is chosen."""
+        raise NotImplementedError
+
+    def begin(self) -> None:
+        """Put the keyboard where it is of most use."""
+        raise NotImplementedError

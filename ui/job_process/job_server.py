@@ -1,0 +1,110 @@
+"""The side of the process: it does one job after the other and says how far it is. No Qt.
+
+The window sends a job and receives reports until one of them ends it. Stopping is asked for by an
+event that both share; a process that does not obey is ended by the window.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any, Literal, Protocol
+
+from gsapp.foundation import GroundStationError
+from gsapp.foundation.process_priority import lower_priority
+
+JobProgressCallback = Callable[[float | None, str], object]
+"""Receives the share done (None: unknown) and what is being done; may raise to stop the work."""
+
+
+class StopEvent(Protocol):
+    """An event of another process."""
+
+    def is_set(self) -> bool:
+        """Return whether stopping was asked for."""
+
+
+class JobHandler(Protocol):
+    """What does the jobs, and keeps what the next may need."""
+
+    def do(self, job: Any) -> object:
+        """Do one job and return its result."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JobReport:
+    """How far a job is, or how it ended.
+
+    Attributes
+    ----------
+    kind : {"doing", "done", "failed", "stopped"}
+    share : float or None
+        Of the work, 0 to 1; None where nobody knows.
+    words : str
+        What is being done, or why it failed.
+    expected : bool
+        Whether it failed for a reason the program knows.
+    details : str
+        For the log.
+    result : object
+        What came of the job.
+    """
+
+    kind: Literal["doing", "done", "failed", "stopped"]
+    share: float | None = None
+    words: str = ""
+    expected: bool = True
+    details: str = ""
+    result: object = None
+
+
+class JobStoppedError(Exception):
+    """The window asked to stop."""
+
+
+def serve_jobs(
+    connection: Connection, stop: StopEvent, make: Callable[[JobProgressCallback], JobHandler]
+) -> None:
+    """Do jobs until the window hangs up.
+
+    Parameters
+    ----------
+    connection : Connection
+        Jobs come in, `JobReport` goes out.
+    stop : StopEvent
+        Set by the window to stop the job at hand.
+    make : callable
+        Makes the bench; what it is given says how far a job is, and raises `JobStoppedError` where
+        the window does not want it any more.
+    """
+    # The charts come first on a machine with few cores.
+    lower_priority(5)
+
+    def tell(share: float | None, words: str) -> None:
+        if stop.is_set():
+            raise JobStoppedError
+        connection.send(JobReport(kind="doing", share=share, words=words))
+
+    bench = make(tell)
+    with contextlib.suppress(EOFError, OSError):
+        while True:
+            job = connection.recv()
+            try:
+                told = JobReport(kind="done", share=1.0, result=bench.do(job))
+            except JobStoppedError:
+                told = JobReport(kind="stopped")
+            except Exception as error:  # every failure is told in the window
+                told = _failure(error)
+            connection.send(told)
+
+
+def _failure(error: Exception) -> JobReport:
+    return JobReport(
+        kind="failed",
+        words=str(error) or type(error).__name__,
+        expected=isinstance(error, (GroundStationError, OSError)),
+        details="".join(traceback.format_exception(error)),
+    )

@@ -1,0 +1,149 @@
+"""What stands on the pilot's page at one moment: five things and a small line. No Qt."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Literal
+
+DisplayTone = Literal["plain", "good", "caution", "warning", "strong", "unknown"]
+"""How something is colored: ``strong`` is ink with light letters, ``unknown`` has no value."""
+
+SignName = Literal[
+    "", "up", "down", "wing-left", "wing-right", "turn", "turn-left", "turn-right", "hold", "go",
+    "wait", "hand", "stick", "check", "more", "less", "quicker", "slower", "level", "cross",
+    "unknown", "danger", "land",
+]  # fmt: skip
+"""Shapes that say the same as the word, or which way; see `ui.pilot.sign_shapes`."""
+
+
+STATEMENT_SEPARATOR: Final = " · "
+"""Between the statements of the small line."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hint:
+    """One thing that is off, or a piece of advice.
+
+    Attributes
+    ----------
+    words : str
+    sign : str
+        Which way.
+    tone : str
+    """
+
+    words: str
+    sign: SignName = ""
+    tone: DisplayTone = "plain"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gauge:
+    """A value with the band that is wanted.
+
+    Attributes
+    ----------
+    title : str
+        What it is.
+    number, unit : str
+        The value now; a dash where it is missing.
+    wanted : str
+        In words: ``want 100 ± 5``; empty where nothing is wanted.
+    at : float or None
+        Where the value stands on the bar, 0 to 1; beyond, it stands at the end as an arrow.
+    low, high : float or None
+        Where the wanted band stands on the bar; None where nothing is wanted.
+    """
+
+    title: str
+    number: str
+    unit: str = ""
+    wanted: str = ""
+    at: float | None = None
+    low: float | None = None
+    high: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CardDisplay:
+    """The card that comes next, and what time there is.
+
+    Attributes
+    ----------
+    lead : str
+        Which card, how many of it are good: ``NEXT C1 · 2 of 4``.
+    words : str
+        In the pilot's words.
+    gain : str
+        What it would bring.
+    problem : bool
+        Whether `gain` says instead what is wrong with it.
+    time, room : str
+        Flight time left, and how many maneuvers fit into it.
+    """
+
+    lead: str = ""
+    words: str = ""
+    gain: str = ""
+    problem: bool = False
+    time: str = ""
+    room: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CueDisplay:
+    """The whole page.
+
+    Attributes
+    ----------
+    word : str
+        The one big state.
+    sign : str
+        Its shape.
+    tone : str
+        Its color.
+    ring : float or None
+        Share of a ring around the sign: how much of the steady time has passed, or how much of
+        the hands-off interval is left; None for no ring.
+    count : str
+        Number inside the ring, in place of the sign.
+    hints : tuple of Hint
+        What is off, the largest first, or the advice; two at most.
+    gauges : tuple of Gauge
+        The test point, or the input while it is made; two at most.
+    leg : str
+        Seconds of straight leg left; a dash where nobody knows.
+    leg_short : bool
+        Whether it is too short for an input.
+    card : CardDisplay
+    foot : str
+        What can and cannot be judged.
+    """
+
+    word: str
+    sign: SignName = ""
+    tone: DisplayTone = "plain"
+    ring: float | None = None
+    count: str = ""
+    hints: tuple[Hint, ...] = ()
+    gauges: tuple[Gauge, ...] = ()
+    leg: str = ""
+    leg_short: bool = False
+    card: CardDisplay = CardDisplay()
+    foot: str = ""
+
+    @property
+    def said(self) -> str:
+        """Return the page in words, for those who hear it."""
+        gauges = (f"{one.title} {one.number} {one.unit} {one.wanted}" for one in self.gauges)
+        parts = (
+            f"{self.word} {self.count}".rstrip(),
+            *(hint.words for hint in self.hints),
+            *gauges,
+            f"leg {self.leg} s" if self.leg else "",
+            self.card.words,
+            self.card.gain,
+            self.card.time,
+            self.foot,
+        )
+        return ". ".join(part for part in parts if part)

@@ -1,0 +1,343 @@
+"""From the cues of a session to what stands on the page. No Qt."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Final
+
+from gsapp.excitation.alerts.alert import Alert, AlertLevel
+from gsapp.excitation.cues import CueSnapshot
+from gsapp.excitation.doublets.verdict import InputInProgress, InputVerdict
+from gsapp.excitation.test_points.target_input import TargetInput
+from gsapp.excitation.trim.trim_cue import TrimCue
+from gsapp.flight.cards import TestCard
+from gsapp.flight.cards.card import SURFACE_NAMES
+from gsapp.quantities import convert_text_units
+from ui.number_format import (
+    DASH,
+    clock_text,
+    count_text,
+    duration_text,
+    floor_percent,
+    plain_shortcut_text,
+)
+from ui.pilot.cue_display import (
+    STATEMENT_SEPARATOR,
+    CardDisplay,
+    CueDisplay,
+    DisplayTone,
+    Gauge,
+    Hint,
+    SignName,
+)
+from ui.pilot.gauges import build_input_gauges, build_test_point_gauges
+from ui.pilot.pilot_text import (
+    RESULT_SIGNS,
+    TRIM_STATE_SIGNS,
+    advice_text,
+    find_sign,
+    surfaces_text,
+)
+
+_MAX_HINTS: Final = 2
+_DELIBERATE_SHARE: Final = 0.5
+"""Share of the least amplitude wanted, from which a move shows as an input while it is made."""
+_SHORT_LEG_SECONDS: Final = 4.0
+"""Seconds of leg below which its number is marked; what an input needs, the state knows."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CueDisplayInput:
+    """What the page is made of, beside the cues.
+
+    Attributes
+    ----------
+    cues : CueSnapshot or None
+        None where no flight is open, or it gives no cues.
+    units : str
+        ``US`` or ``SI``.
+    open : bool
+        Whether a flight is open.
+    silent : float or None
+        Seconds without a new sample, once they are too many to believe what was said; else None.
+    watched : float
+        How much of the flight so far the cues have seen, 0 to 1.
+    dismissed : str
+        Id of the maneuver whose verdict was waved away.
+    browsed : TestCard or None
+        Card that the crew is looking at without having chosen it.
+    wanted : TargetInput or None
+        What was wanted of the input that the latest verdict is on.
+    """
+
+    cues: CueSnapshot | None = None
+    units: str = "US"
+    open: bool = False
+    silent: float | None = None
+    watched: float = 1.0
+    dismissed: str = ""
+    browsed: TestCard | None = None
+    wanted: TargetInput | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _StatusDisplay:
+    """The upper half of the page."""
+
+    word: str
+    sign: SignName
+    tone: DisplayTone
+    ring: float | None = None
+    count: str = ""
+    hints: tuple[Hint, ...] = ()
+    gauges: tuple[Gauge, ...] | None = None
+
+
+def build_cue_display(reading: CueDisplayInput) -> CueDisplay:
+    """Return what stands on the page."""
+    cues = reading.cues
+    if not reading.open:
+        connect, train = plain_shortcut_text("Ctrl+L"), plain_shortcut_text("Ctrl+Shift+T")
+        hints = (Hint(words=f"connect with {connect}, or train with {train}"),)
+        return CueDisplay(word="NO FLIGHT", sign="unknown", tone="unknown", hints=hints)
+    if cues is None:
+        hints = (Hint(words="this flight is opened without cues"),)
+        return CueDisplay(word="NO CUE", sign="unknown", tone="unknown", hints=hints)
+    head = _build_status(reading, cues)
+    gauges = (
+        head.gauges if head.gauges is not None else build_test_point_gauges(cues, reading.units)
+    )
+    told = reading.silent is None and reading.watched >= 1.0
+    leg = cues.trim.leg_left if cues.trim is not None and told else None
+    card = _build_card(cues if told else replace(cues, outlook=None), reading.browsed)
+    return CueDisplay(
+        word=head.word,
+        sign=head.sign,
+        tone=head.tone,
+        ring=head.ring,
+        count=head.count,
+        hints=tuple(
+            replace(hint, words=convert_text_units(hint.words, reading.units))
+            for hint in head.hints[:_MAX_HINTS]
+        ),
+        gauges=gauges,
+        leg=DASH if leg is None else f"{max(math.floor(leg), 0)}",
+        leg_short=leg is not None and leg < _SHORT_LEG_SECONDS,
+        card=replace(
+            card,
+            words=convert_text_units(card.words, reading.units),
+            gain=convert_text_units(card.gain, reading.units),
+        ),
+        foot=_footer_text(cues),
+    )
+
+
+def _build_status(reading: CueDisplayInput, cues: CueSnapshot) -> _StatusDisplay:
+    """Return the state: silence first, then danger, the input, its verdict, and the trim."""
+    if reading.silent is not None:
+        words = f"no samples for {duration_text(reading.silent)}: fly by eye"
+        return _StatusDisplay(
+            word="NO DATA",
+            sign="unknown",
+            tone="unknown",
+            hints=(Hint(words=words),),
+            gauges=(Gauge(title="SPEED", number=DASH),),
+        )
+    if reading.watched < 1.0:
+        words = f"catching up with the flight: {floor_percent(reading.watched)} %"
+        return _StatusDisplay(
+            word="NO CUE",
+            sign="unknown",
+            tone="unknown",
+            hints=(Hint(words=words),),
+            gauges=(Gauge(title="SPEED", number=DASH),),
+        )
+    worst = cues.dangers[0] if cues.dangers else None
+    if worst is not None and worst.urgency is AlertLevel.WARNING:
+        return _build_danger(worst)
+    if cues.under_way is not None and _is_deliberate_input(cues.under_way, cues):
+        return _build_input(cues.under_way, cues, reading.units)
+    verdict = cues.fresh_verdict
+    if verdict is not None and verdict.id != reading.dismissed:
+        return _build_verdict(verdict, cues, reading)
+    cautions = tuple(
+        Hint(words=one.spoken or one.words, sign="danger", tone="caution") for one in cues.dangers
+    )
+    head = _build_trim(cues.trim, cues, reading.units)
+    if not cautions:
+        return head
+    return _StatusDisplay(
+        word=head.word,
+        sign=head.sign,
+        tone=head.tone,
+        ring=head.ring,
+        hints=(*head.hints[:1], *cautions),
+    )
+
+
+def _build_danger(danger: Alert) -> _StatusDisplay:
+    """Return a danger in place of all: what to do, large; what it is, below."""
+    spoken = danger.spoken or danger.words
+    what, _, remedy = spoken.rpartition(": ")
+    word = (remedy if what else spoken).upper()
+    return _StatusDisplay(
+        word=word,
+        sign="land" if "LAND" in word else "danger",
+        tone="warning",
+        hints=(Hint(words=what or danger.words, sign="danger", tone="warning"),),
+    )
+
+
+def _is_deliberate_input(under_way: InputInProgress, cues: CueSnapshot) -> bool:
+    """Return whether a quick move is shown as an input: not while it may still be steering."""
+    if under_way.phase == "hands-off":
+        return True
+    if cues.trim is not None and cues.trim.state == "turn":
+        return False
+    wanted = None if cues.card is None else cues.card.wanted
+    bands = {} if wanted is None else wanted.amplitudes
+    known = [name for name in under_way.surfaces if name in bands]
+    return not known or any(
+        under_way.amplitudes.get(name, 0.0) >= _DELIBERATE_SHARE * bands[name].low for name in known
+    )
+
+
+def _build_input(under_way: InputInProgress, cues: CueSnapshot, units: str) -> _StatusDisplay:
+    wanted = None if cues.card is None else cues.card.wanted
+    gauges = build_input_gauges(under_way, wanted, units)
+    if under_way.phase == "moving":
+        hints = (Hint(words=surfaces_text(under_way.surfaces)),)
+        return _StatusDisplay(word="INPUT", sign="stick", tone="strong", hints=hints, gauges=gauges)
+    left, total = under_way.hands_off_left, under_way.hands_off_total
+    return _StatusDisplay(
+        word="HANDS OFF",
+        sign="hand",
+        tone="strong",
+        ring=min(max(left / total, 0.0), 1.0) if total > 0.0 else 0.0,
+        count=f"{max(math.ceil(left), 0)}",
+        hints=(Hint(words="let it swing", sign="hand"),),
+        gauges=gauges,
+    )
+
+
+def _build_verdict(
+    verdict: InputVerdict, cues: CueSnapshot, reading: CueDisplayInput
+) -> _StatusDisplay:
+    word, sign, tone = RESULT_SIGNS[verdict.result]
+    advice = advice_text(verdict)
+    counted = cues.card if cues.card is not None and cues.card.card.id == verdict.card else None
+    if verdict.result == "good" and counted is not None:
+        done = f"{counted.good} of {counted.card.repeats}"
+        advice = f"{advice}, {done}" if advice else f"{verdict.card}: {done}"
+    advice = advice or f"{surfaces_text(verdict.surfaces)} {verdict.kind}"
+    return _StatusDisplay(
+        word=word,
+        sign=sign,
+        tone=tone,
+        hints=(Hint(words=advice),),
+        gauges=build_input_gauges(verdict, reading.wanted, reading.units),
+    )
+
+
+def _build_trim(trim: TrimCue | None, cues: CueSnapshot, units: str) -> _StatusDisplay:
+    if trim is None:
+        hints = (Hint(words="waiting for the first samples"),)
+        return _StatusDisplay(word="NO CUE", sign="unknown", tone="unknown", hints=hints)
+    word, sign, tone = TRIM_STATE_SIGNS[trim.state]
+    off = tuple(
+        Hint(words=one.words(units), sign=find_sign(one)) for one in trim.off if one.share > 1.0
+    )
+    wanted = cues.card.words if cues.card is not None else ""
+    hints: tuple[Hint, ...] = ()
+    ring = None
+    if trim.state == "blind":
+        hints = tuple(Hint(words=words) for words in trim.missing)
+    elif trim.state == "fly":
+        hints = _guidance_hints(off, cues.guidance)
+        sign = hints[0].sign or sign if hints else sign
+    elif trim.state == "hold":
+        ring = min(max(trim.progress, 0.0), 1.0)
+        hints = (Hint(words="keep it there"),)
+    elif trim.state == "go":
+        hints = (Hint(words=wanted or "make the input"),)
+        unseen = [name for name in _next_surfaces(cues) if name in cues.unseen]
+        if unseen:
+            words = f"no verdict: {surfaces_text(unseen)} not measured"
+            hints += (Hint(words=words, sign="unknown", tone="caution"),)
+        if cues.card is not None and cues.speed is None and cues.alpha is None:
+            hints += (Hint(words="speed by eye: nothing measures it"),)
+    elif trim.state == "gusty":
+        hints = (Hint(words="gusty: wait for calmer air"),)
+    elif trim.state == "turn":
+        turning = next((one for one in off if one.sign.startswith("turn")), None)
+        sign = turning.sign if turning is not None else sign
+        hints = (Hint(words=f"then {wanted}" if wanted else "next leg"),)
+    return _StatusDisplay(word=word, sign=sign, tone=tone, ring=ring, hints=hints)
+
+
+def _next_surfaces(cues: CueSnapshot) -> tuple[str, ...]:
+    """Return the surfaces of the next input; all of them where no card says."""
+    return tuple(SURFACE_NAMES) if cues.card is None else cues.card.card.surfaces
+
+
+def _guidance_hints(off: tuple[Hint, ...], guidance: str) -> tuple[Hint, ...]:
+    """Return what is off, with the way to the test point in place of the words it begins with."""
+    if not guidance:
+        return off or (Hint(words="stabilize"),)
+    start = guidance.partition(":")[0]
+    told = tuple(
+        Hint(words=guidance, sign=one.sign) if one.words == start else one
+        for one in off[:_MAX_HINTS]
+    )
+    if told != off[:_MAX_HINTS] or len(told) == _MAX_HINTS:
+        return told
+    return (*told, Hint(words=guidance))
+
+
+def _build_card(cues: CueSnapshot, browsed: TestCard | None) -> CardDisplay:
+    outlook, next_card = cues.outlook, cues.card
+    time = room = ""
+    if outlook is not None and outlook.time_left is not None:
+        time = f"{clock_text(max(outlook.time_left, 0.0))} left"
+    if outlook is not None and outlook.maneuvers_left is not None:
+        room = count_text(outlook.maneuvers_left, "maneuver")
+    prospects = {one.card: one.words for one in outlook.prospects} if outlook is not None else {}
+    if browsed is not None:
+        return CardDisplay(
+            lead=f"LOOKING AT {browsed.id} · Enter flies it",
+            words=browsed.heading,
+            gain=prospects.get(browsed.id, browsed.remarks),
+            time=time,
+            room=room,
+        )
+    if next_card is None:
+        done = cues.wanted > 0
+        return CardDisplay(
+            lead="CARDS",
+            words="all cards flown: land" if done else "no test cards for this flight",
+            gain=""
+            if done
+            else f"choose them at Preflight: {plain_shortcut_text('F1')}, {plain_shortcut_text('Alt+4')}",
+            time=time,
+            room=room,
+        )
+    card = next_card.card
+    return CardDisplay(
+        lead=f"NEXT {card.id} · {next_card.good} of {card.repeats} good · {next_card.why}",
+        words=next_card.words or card.heading,
+        gain=next_card.problem or prospects.get(card.id, ""),
+        problem=bool(next_card.problem),
+        time=time,
+        room=room,
+    )
+
+
+def _footer_text(cues: CueSnapshot) -> str:
+    """Return what can and cannot be judged, the gaps first."""
+    missing = cues.missing or (cues.trim.missing if cues.trim is not None else ())
+    judged = cues.judged or (cues.trim.judged_by if cues.trim is not None else ())
+    told = [f"Not judged: {'; '.join(missing)}"] if missing else []
+    if judged:
+        told.append(f"Judged: {'; '.join(judged)}")
+    return STATEMENT_SEPARATOR.join(told)

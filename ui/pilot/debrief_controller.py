@@ -1,0 +1,128 @@
+"""The debrief within the place: made when it is first seen, kept in the catalog."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QWidget
+
+from gsapp.foundation import GroundStationError
+from ui.background_job import BackgroundJob
+from ui.display_style import DisplayStyle
+from ui.error_reporter import ErrorReporter
+from ui.flight_controller import FlightController
+from ui.pilot.flight_cues import FlightCues
+from ui.settings import SettingsStore, catalog_path
+
+if TYPE_CHECKING:
+    from ui.pilot.debrief_page import DebriefPage
+
+
+class DebriefController(QObject):
+    """Makes the page of the debrief and does what its commands say.
+
+    Parameters
+    ----------
+    place : QWidget
+        Where it belongs.
+    look : DisplayStyle
+        Colors, sizes, units.
+    store : SettingsStore
+        Says where flights lie, and their catalog.
+    faults : ErrorReporter
+        Where errors go.
+    desk : FlightController
+        The open flight.
+    cues : FlightCues
+        Its cues.
+    commands : sequence of QAction
+        What the menu of the list of maneuvers offers.
+
+    Attributes
+    ----------
+    asked_for : Signal(float)
+        A flight time (s) should be on screen, in the charts.
+    page : DebriefPage or None
+        None until it is seen.
+    """
+
+    asked_for = Signal(float)
+
+    def __init__(
+        self,
+        place: QWidget,
+        look: DisplayStyle,
+        store: SettingsStore,
+        faults: ErrorReporter,
+        desk: FlightController,
+        cues: FlightCues,
+        commands: Sequence[QAction],
+    ) -> None:
+        super().__init__(place)
+        self._look = look
+        self._store = store
+        self._faults = faults
+        self._desk = desk
+        self._cues = cues
+        self._commands = tuple(commands)
+        self.page: DebriefPage | None = None
+        self._events: int | None = None
+
+    def made(self) -> DebriefPage:
+        """Return the page; what it is made of is loaded with it."""
+        if self.page is None:
+            from ui.pilot.debrief_page import DebriefPage
+
+            self.page = DebriefPage(self._look, self._commands)
+        return self.page
+
+    def refresh(self, events: int | None = None) -> None:
+        """Show what was judged since.
+
+        Parameters
+        ----------
+        events : int, optional
+            How many there were so far: while there are no more, nothing was judged.
+        """
+        if self.page is not None and (events is None or events != self._events):
+            self._events = events
+            self.page.show_debrief(self._cues.debrief())
+
+    def read_trends(self) -> None:
+        """Show what the catalog holds of flights in a row."""
+        from ui.pilot.debrief_storage import load_trends
+
+        if self.page is None:
+            return
+        try:
+            self.page.show_trends(load_trends(catalog_path(self._store.current)))
+        except GroundStationError as error:
+            self._faults.report(error)
+
+    def keep(self) -> None:
+        """Write the debrief into the catalog, in the background."""
+        from ui.pilot.debrief_storage import save_debrief
+
+        session, debrief = self._desk.session, self._cues.debrief()
+        if session is None or debrief is None:
+            return
+        catalog, path = catalog_path(self._store.current), session.path
+        aircraft = "" if session.aircraft is None else session.aircraft.name
+        work = BackgroundJob(
+            "Keeping the debrief",
+            lambda _tell: save_debrief(path, debrief, catalog, aircraft),
+            self,
+        )
+        work.done.connect(lambda _catalog: self.read_trends())
+        work.failed.connect(self._faults.report)
+        self._desk.working.emit(work, f"The debrief of {session.name} is kept in {catalog}.")
+        work.start()
+
+    def show_in_charts(self) -> None:
+        """Go to the maneuver that is looked at, in the charts."""
+        judged = None if self.page is None else self.page.maneuver
+        if judged is not None:
+            self.asked_for.emit(judged.verdict.t_input)

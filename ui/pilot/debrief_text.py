@@ -1,0 +1,137 @@
+"""What the debrief says of each maneuver, of the cards, and of flights in a row."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+from gsapp.excitation.debrief import Debrief
+from gsapp.excitation.debrief_maneuver import EvaluatedManeuver
+from gsapp.excitation.debrief_trends import FlightTrend
+from gsapp.flight.cards.card import SURFACE_NAMES
+from gsapp.quantities import channel
+from ui.icons import IndicatorState
+from ui.number_format import (
+    DASH,
+    channel_value_text,
+    clock_text,
+    count_text,
+    duration_text,
+    number_text,
+    percent_text,
+)
+from ui.pilot.pilot_text import RESULT_SIGNS, surfaces_text
+from ui.preflight.status_list import StatusListItem
+
+_RESULT_STATES: Final[Mapping[str, IndicatorState]] = {"good": "good", "unclear": "unknown"}
+"""Signs of verdicts; all others are a caution."""
+
+
+def debrief_headline(debrief: Debrief | None) -> str:
+    """Return how the flight went, in one line."""
+    if debrief is None:
+        return "No flight with cues is open"
+    flown = len(debrief.maneuvers)
+    good = f"{debrief.good} of {count_text(flown, 'input')} good" if flown else "no inputs yet"
+    words = f"{debrief.flight}: {good}"
+    if debrief.score is not None:
+        words += f" · {percent_text(debrief.score)} of what the cards ask for"
+    return words
+
+
+def build_maneuver_item(judged: EvaluatedManeuver, units: str) -> StatusListItem:
+    """Return one maneuver as a line of the list."""
+    verdict = judged.verdict
+    speed = "" if verdict.V is None else f", {channel_value_text(channel('V'), verdict.V, units)}"
+    counts = "counts" if verdict.counts else ""
+    return StatusListItem(
+        key=verdict.id,
+        words=f"{verdict.id}  {surfaces_text(verdict.surfaces)} {verdict.kind}",
+        more=f"{clock_text(verdict.t_input, decimals=1)}{speed}: {verdict.advice}",
+        state=_RESULT_STATES.get(verdict.result, "caution"),
+        state_words=RESULT_SIGNS[verdict.result][0].lower(),
+        note=" ".join(filter(None, (verdict.card, counts))),
+    )
+
+
+def list_verdict_reasons(judged: EvaluatedManeuver, units: str) -> tuple[str, ...]:
+    """Return why a maneuver got its verdict, and what was measured of it, as sentences."""
+    verdict = judged.verdict
+    said = [finding.words for finding in verdict.findings] or ["nothing speaks against it"]
+    said += [_input_shape_text(judged, name, units) for name in verdict.surfaces]
+    moved = [f"{SURFACE_NAMES.get(name, name)} {_angle_text(name, size, units)}"
+             for name, size in verdict.cross.items()]  # fmt: skip
+    if moved:
+        said.append(f"moved beside it: {', '.join(moved)}")
+    said.append(_input_start_text(judged))
+    said += verdict.judged_by
+    return tuple(said)
+
+
+def _input_shape_text(judged: EvaluatedManeuver, name: str, units: str) -> str:
+    """Return size, times and symmetry of what a surface did."""
+    verdict, wanted = judged.verdict, judged.wanted
+    words = SURFACE_NAMES.get(name, name)
+    if name in verdict.amplitudes:
+        words += f" {_angle_text(name, verdict.amplitudes[name], units)}"
+    if wanted is not None and name in wanted.amplitudes:
+        band = wanted.amplitudes[name]
+        words += f" (wanted {_angle_text(name, band.low, units)} to {_angle_text(name, band.high, units)})"
+    halves = verdict.halves.get(name, ())
+    if halves:
+        words += f", steps of {', '.join(number_text(step, 2) for step in halves)} s"
+    if name in verdict.symmetry:
+        words += f", halves alike to {percent_text(verdict.symmetry[name])}"
+    if name in verdict.left_over:
+        words += f", {percent_text(verdict.left_over[name])} left over"
+    return words
+
+
+def _angle_text(name: str, value: float, units: str) -> str:
+    return channel_value_text(channel(name), value, units)
+
+
+def _input_start_text(judged: EvaluatedManeuver) -> str:
+    """Return how it began: with GO or without, and what was off."""
+    go = judged.go_at
+    begun = judged.verdict.t_input
+    words = "begun without GO" if go is None else f"begun {duration_text(begun - go)} after GO"
+    off = [f"{name} {number_text(share, 1)}" for name, share in judged.off.items()]
+    return f"{words}; off in tolerances: {', '.join(off)}" if off else words
+
+
+CARD_COLUMN_TITLES: Final = ("Card", "", "Good", "Flown", "Wanted")
+
+
+def build_card_rows(debrief: Debrief | None) -> tuple[tuple[str, ...], ...]:
+    """Return the score by card as rows of a table."""
+    cards = () if debrief is None else debrief.cards
+    return tuple(
+        (one.card, one.heading, str(one.good), str(one.flown), str(one.wanted)) for one in cards
+    )
+
+
+TREND_COLUMN_TITLES: Final = (
+    "Flight", "Good", "Cards", "Size flown over wanted", "Off at the start", "Apart",
+)  # fmt: skip
+
+
+def build_trend_rows(trends: Sequence[FlightTrend]) -> tuple[tuple[str, ...], ...]:
+    """Return flights in a row as rows of a table, the newest first."""
+    return tuple(
+        (
+            one.flight,
+            f"{one.good} of {one.inputs}",
+            percent_text(one.score),
+            _share_texts(
+                {SURFACE_NAMES.get(name, name): value for name, value in one.amplitudes.items()}
+            ),
+            _share_texts(one.trim_errors),
+            duration_text(one.seconds_each),
+        )
+        for one in reversed(trends)
+    )
+
+
+def _share_texts(values: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} {number_text(value, 1)}" for name, value in values.items()) or DASH

@@ -1,0 +1,69 @@
+"""What can be done on the page, as buttons with their keys. No Qt widgets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from PySide6.QtGui import QAction
+
+from ui.commands import shortcut_text
+from ui.preflight.action_bar import ActionItem
+
+_ACTION_LABELS: Final[Mapping[str, str]] = {
+    "pilot_dismiss": "Verdict away",
+    "pilot_previous_card": "Card before",
+    "pilot_next_card": "Next card",
+    "pilot_fly_card": "Fly this card",
+    "pilot_repeat": "Last card again",
+    "pilot_any_card": "Best card",
+    "pilot_sticks": "Sticks",
+    "pilot_charts": "In the charts",
+    "pilot_keep": "Keep",
+    "pilot_debrief": "Debrief",
+    "pilot_page": "In flight",
+    "pilot_window": "Own window",
+    "pilot_train": "Train",
+    "mute": "Sound",
+}
+"""Short words of the commands that have a button."""
+
+
+def build_page_actions(
+    actions: Mapping[str, QAction], *, debrief: bool, looking: bool, sticks: str
+) -> tuple[ActionItem, ...]:
+    """Return the buttons below the page: what acts now, the most wanted first.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        The commands.
+    debrief : bool
+        Whether the debrief is on screen.
+    looking : bool
+        Whether another card is looked at than that which is to be flown.
+    sticks : str
+        What taking or giving back the sticks is called now; empty without training.
+    """
+    # The verdict's button keeps its place without a verdict, so that no other comes under a thumb.
+    shown = ["pilot_charts", "pilot_keep"] if debrief else ["pilot_dismiss"]
+    if not debrief and actions["pilot_fly_card"].isEnabled():
+        shown += ["pilot_previous_card", "pilot_next_card", "pilot_fly_card", "pilot_repeat",
+                  "pilot_any_card"]  # fmt: skip
+    if sticks:
+        shown.insert(0, "pilot_sticks")
+    shown.append("pilot_page" if debrief else "pilot_debrief")
+    shown += ["pilot_window", "pilot_train", "mute"]
+    return tuple(
+        ActionItem(
+            id=name,
+            text=sticks if name == "pilot_sticks" else _ACTION_LABELS[name],
+            # Letters are sticks while a trainee flies: the last key is no letter.
+            key=shortcut_text(
+                actions[name].shortcuts()[-1 if sticks and name == "mute" else 0].toString()
+            ),
+            first=name == "pilot_fly_card" and looking,
+            why="" if actions[name].isEnabled() else actions[name].toolTip(),
+        )
+        for name in shown
+    )

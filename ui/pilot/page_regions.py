@@ -1,0 +1,116 @@
+"""Where everything stands on the page; from its size and that of letters alone, so that nothing
+ever jumps."""  # noqa: D205, D209
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from PySide6.QtCore import QRectF
+
+_ROW_SHARES: Final = (0.33, 0.24, 0.18, 0.2, 0.05)
+"""Shares of the height: state, hints, gauges, card, small line."""
+_SIGN_SHARE: Final = 0.19
+"""Share of the width for seconds of leg and for time left, on the right."""
+_MARGIN: Final = 0.016
+"""Share of the width that is left free around everything."""
+SMALL_FONT_SIZE: Final = 11
+"""Pixels of the small line's letters, at least; times the scale of the window."""
+_MIN_TITLE_SIZE: Final = 15
+"""Pixels of the letters of titles, at least; times the scale of the window."""
+_LINE_SPACING: Final = 1.25
+"""Room for a line of letters, times their height."""
+_MAX_TITLE_SHARE: Final = 0.36
+"""Share of its box that a title takes at most."""
+_FIRST_HINT_SHARE: Final = 0.6
+"""Share of their row that the first of two hints takes."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PageRegions:
+    """Boxes of the page, pixels; no `foot` where it has no room for a line of the small letters,
+    and how high a title is at least."""  # noqa: D205, D209
+
+    state: QRectF
+    sign: QRectF
+    word: QRectF
+    hints: QRectF
+    gauges: QRectF
+    leg: QRectF
+    card: QRectF
+    time: QRectF
+    foot: QRectF | None
+    least_title: float
+
+    def titled(self, box: QRectF, share: float) -> tuple[QRectF, QRectF]:
+        """Return the strip on top of a box where its title stands, and what is below.
+
+        Parameters
+        ----------
+        box : QRectF
+        share : float
+            Of its height for the title, unless the least letters take more.
+        """
+        high = box.height()
+        strip = min(max(share * high, self.least_title), _MAX_TITLE_SHARE * high)
+        return box.adjusted(0, 0, 0, strip - high), box.adjusted(0, strip, 0, 0)
+
+    def hint_boxes(self, count: int) -> tuple[QRectF, ...]:
+        """Return the boxes of so many hints, the first one larger."""
+        box = self.hints
+        if count < 2:
+            return (box,)
+        first = _FIRST_HINT_SHARE * box.height()
+        return (
+            QRectF(box.left(), box.top(), box.width(), first),
+            QRectF(box.left(), box.top() + first, box.width(), box.height() - first),
+        )
+
+    def gauge_boxes(self, count: int) -> tuple[QRectF, ...]:
+        """Return the boxes of so many gauges, side by side."""
+        box, gap = self.gauges, _MARGIN * self.state.width()
+        if count < 1:
+            return ()
+        wide = (box.width() - gap * (count - 1)) / count
+        return tuple(
+            QRectF(box.left() + place * (wide + gap), box.top(), wide, box.height())
+            for place in range(count)
+        )
+
+
+def compute_regions(width: float, height: float, scale: float) -> PageRegions:
+    """Return the boxes of a page of this size, with letters of this scale."""
+    gap = _MARGIN * min(width, 1.6 * height)
+    inner = QRectF(gap, gap, width - 2 * gap, height - 2 * gap)
+    free = inner.height() - gap * (len(_ROW_SHARES) - 1)
+    shares = _ROW_SHARES
+    if _ROW_SHARES[-1] * free < _LINE_SPACING * SMALL_FONT_SIZE * scale:
+        # What can be read from afar has its room before what cannot.
+        shares = _ROW_SHARES[:-1]
+        free += gap
+    rows = []
+    top = inner.top()
+    for share in shares:
+        high = share / sum(shares) * free
+        rows.append(QRectF(inner.left(), top, inner.width(), high))
+        top += high + gap
+    state, hints, gauges, card = rows[:4]
+    pad = 0.1 * state.height()
+    side = min(state.height() - 2 * pad, 0.25 * state.width())
+    sign = QRectF(state.left() + pad, state.center().y() - side / 2, side, side)
+    word = QRectF(
+        sign.right() + pad, state.top(), state.right() - sign.right() - 2 * pad, state.height()
+    )
+    right = _SIGN_SHARE * inner.width()
+    return PageRegions(
+        state=state,
+        sign=sign,
+        word=word,
+        hints=hints,
+        gauges=gauges.adjusted(0, 0, -right - gap, 0),
+        leg=QRectF(gauges.right() - right, gauges.top(), right, gauges.height()),
+        card=card.adjusted(0, 0, -right - gap, 0),
+        time=QRectF(card.right() - right, card.top(), right, card.height()),
+        foot=rows[4] if len(rows) > 4 else None,
+        least_title=_LINE_SPACING * _MIN_TITLE_SIZE * scale,
+    )

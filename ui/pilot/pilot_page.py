@@ -1,0 +1,316 @@
+"""The place Pilot: the page of the cues, its own window, the debrief, training."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from PySide6.QtCore import QTimer, Signal
+from PySide6.QtGui import QAction, QHideEvent, QShowEvent
+from PySide6.QtWidgets import QApplication, QStackedWidget, QVBoxLayout, QWidget
+
+from ui.commands import CommandRequirement
+from ui.display_style import DisplayStyle
+from ui.error_reporter import ErrorReporter
+from ui.flight_controller import FlightController
+from ui.pilot.debrief_controller import DebriefController
+from ui.pilot.flight_cues import FlightCues
+from ui.pilot.page_actions import build_page_actions
+from ui.pilot.page_state import PilotPageState
+from ui.pilot.pilot_canvas import PilotCanvas
+from ui.pilot.pilot_window_controller import PilotWindowController
+from ui.pilot.speech import FlightSpeech
+from ui.pilot.stick_key_filter import StickKeyFilter
+from ui.pilot.training_flight import TrainingFlight
+from ui.pilot.training_status_line import TrainingStatusLine
+from ui.preflight.action_bar import ActionBar
+from ui.settings import SettingsStore
+from ui.voice.voice import Voice
+
+MIN_REFRESH_INTERVAL: Final = 0.05
+"""Seconds between two looks at the cues: they are made anew so often."""
+
+
+class PilotPage(QWidget):
+    """Shows, speaks, and lets the crew choose.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        The commands.
+    look : DisplayStyle
+        Colors, sizes, units.
+    store : SettingsStore
+        Remembers the second window, and whether cues are spoken.
+    faults : ErrorReporter
+        Where errors go.
+    desk : FlightController
+        The open flight.
+    voice : Voice
+        Is heard.
+
+    Attributes
+    ----------
+    changed : Signal
+        Other commands are of use now.
+    wanted : Signal
+        The place should be on screen.
+    cues : FlightCues
+        What is known of the open flight.
+    state : PilotPageState
+        What the crew did to the page.
+    own_window : PilotWindowController
+        The page once more, for a second screen.
+    debrief : DebriefController
+        What is said afterwards.
+    training : TrainingFlight
+        The virtual aircraft flown with keys.
+    """
+
+    changed = Signal()
+    wanted = Signal()
+
+    def __init__(
+        self,
+        actions: Mapping[str, QAction],
+        look: DisplayStyle,
+        store: SettingsStore,
+        faults: ErrorReporter,
+        desk: FlightController,
+        voice: Voice,
+    ) -> None:
+        super().__init__()
+        self._actions = actions
+        self._look = look
+        self._store = store
+        self._desk = desk
+        self.cues = FlightCues(desk)
+        self.state = PilotPageState(self.cues)
+        self.speech = FlightSpeech(voice)
+        self.training = TrainingFlight(desk)
+        self.own_window = PilotWindowController(self, actions, self._page_handlers, look, store)
+        self.debrief = DebriefController(
+            self, look, store, faults, desk, self.cues,
+            [actions["pilot_charts"], actions["pilot_keep"]],
+        )  # fmt: skip
+        self._looked = 0.0
+        self._was_opened = False
+        self._units = look.units
+        self._present: tuple[CommandRequirement, ...] = ()
+        self.setAccessibleName("Pilot")
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        self.stack = QStackedWidget()
+        self.canvas = PilotCanvas(look)
+        self.stack.addWidget(self.canvas)
+        column.addWidget(self.stack, 1)
+        self.help = TrainingStatusLine(look)
+        column.addWidget(self.help)
+        self.buttons = ActionBar(look)
+        self.buttons.pressed.connect(lambda name: actions[name].trigger())
+        column.addWidget(self.buttons)
+        self._capture = StickKeyFilter(self.training, self.canvas)
+        self.training.changed.connect(self._training_changed)
+        self.own_window.changed.connect(self.refresh)
+        desk.changed.connect(self._flight_changed)
+        desk.painted.connect(lambda _until: self._samples_came())
+        desk.told.connect(self.refresh)
+        look.changed.connect(self._restyle)
+
+    # Commands
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what the commands of this place do."""
+        return {
+            "pilot_page": lambda: self.go(debrief=False),
+            "pilot_debrief": lambda: self.go(debrief=True),
+            "pilot_window": self.own_window.toggle,
+            "pilot_speak": self.toggle_speech,
+            **self._page_handlers,
+            "pilot_keep": self.debrief.keep,
+            "pilot_charts": self.debrief.show_in_charts,
+            "pilot_train": self.train,
+            "pilot_sticks": self.training.exchange,
+        }
+
+    @property
+    def _page_handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what the commands of the page do, in whichever window it is."""
+        state = self.state
+
+        def then_show(act: Callable[[], object]) -> Callable[[], object]:
+            def acted() -> None:
+                act()
+                self.refresh()
+
+            return acted
+
+        return {
+            "pilot_previous_card": then_show(lambda: state.step_card(-1)),
+            "pilot_next_card": then_show(lambda: state.step_card(1)),
+            "pilot_fly_card": then_show(state.fly_card),
+            "pilot_repeat": then_show(state.repeat),
+            "pilot_any_card": then_show(state.any_card),
+            "pilot_dismiss": then_show(state.dismiss),
+        }
+
+    @property
+    def shown(self) -> bool:
+        """Return whether the place is on screen, so that its keys are meant."""
+        return self.isVisible()
+
+    @property
+    def present(self) -> tuple[CommandRequirement, ...]:
+        """Return what commands may act on."""
+        if not self.shown:
+            return ()
+        found: list[CommandRequirement] = ["pilot"]
+        if self.debriefing:
+            if self.debrief.page is not None and self.debrief.page.maneuver is not None:
+                found.append("pilot_flown")
+            return tuple(found)
+        if self.cues.cards is not None:
+            found.append("pilot_cards")
+        if self.state.standing_verdict:
+            found.append("pilot_verdict")
+        if self.training.running:
+            found.append("pilot_training")
+        return tuple(found)
+
+    # What the crew does
+
+    def go(self, *, debrief: bool) -> None:
+        """Show the page of the cues, or the debrief."""
+        if debrief:
+            page = self.debrief.made()
+            if self.stack.indexOf(page) < 0:
+                self.stack.addWidget(page)
+            self.stack.setCurrentWidget(page)
+            self.debrief.refresh()
+            self.debrief.read_trends()
+        else:
+            self.stack.setCurrentWidget(self.canvas)
+        self.refresh()
+        self.begin()
+
+    @property
+    def debriefing(self) -> bool:
+        """Return whether the debrief is on screen, or comes up with the place."""
+        return self.stack.currentWidget() is not self.canvas
+
+    def begin(self) -> None:
+        """Put the keyboard where one goes on."""
+        if self.debriefing:
+            self.debrief.made().begin()
+        else:
+            self.canvas.setFocus()
+
+    def train(self) -> None:
+        """Begin a training flight, on the page; not in the place of a flight that is recorded."""
+        if self.training.start():
+            self.go(debrief=False)
+            self.wanted.emit()
+
+    def _training_changed(self) -> None:
+        """Show who has the sticks, and that the flight began or ended."""
+        self.help.show_training(self.training)
+        if self.training.flies and self.debriefing:
+            self.go(debrief=False)
+        self.refresh()
+
+    def _sticks_words(self) -> str:
+        if not self.training.running:
+            return ""
+        return "Give it back" if self.training.flies else "I have it"
+
+    # Speech
+
+    @property
+    def aloud(self) -> bool:
+        """Return whether cues are spoken."""
+        wish = self._store.current.flight_speech
+        opened = self._was_opened or self.own_window.window is not None
+        return wish == "always" or (wish == "page" and opened)
+
+    def toggle_speech(self) -> None:
+        """Speak the cues of this flight and of those to come, or none."""
+        self._store.change(flight_speech="never" if self.aloud else "always")
+        self.refresh()
+
+    # What happens
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Speak from now on: whoever opens the page flies."""
+        super().showEvent(event)
+        self._was_opened = True
+        self.refresh()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Say that other commands are of use now."""
+        super().hideEvent(event)
+        self._tell_present()
+
+    def _tell_present(self) -> None:
+        """Say so where other commands are of use than a moment ago."""
+        present = self.present
+        if present != self._present:
+            self._present = present
+            self.changed.emit()
+
+    def _flight_changed(self) -> None:
+        """Another flight is open, or none."""
+        self.state.restart()
+        self.speech.restart(self.cues.spoken())
+        self.debrief.refresh()
+        self.refresh()
+        # Whoever shows the flight elsewhere may have taken the keyboard along.
+        QTimer.singleShot(0, self, self._keep_keyboard)
+
+    def _keep_keyboard(self) -> None:
+        focus = QApplication.focusWidget()
+        if self.shown and not (focus is not None and self.isAncestorOf(focus)):
+            self.begin()
+
+    def _restyle(self) -> None:
+        """Show it in other colors, sizes or units; units are spoken, too."""
+        if self._look.units != self._units:
+            self._units = self._look.units
+            self.cues.use_units(self._units)
+        self.refresh()
+
+    def _samples_came(self) -> None:
+        """Look at the cues as soon as samples came, but not at every one."""
+        if time.monotonic() - self._looked >= MIN_REFRESH_INTERVAL:
+            self.refresh()
+
+    def refresh(self) -> None:
+        """Show and say what the cues are now."""
+        self._looked = time.monotonic()
+        second, aloud = self.own_window.window, self.aloud
+        watched = self.shown or second is not None
+        # A flight that nobody watches here costs nothing.
+        cues = self.state.look() if watched or aloud else None
+        # While a flight is caught up with, what is to be heard was true a while ago.
+        current = self.cues.watched() >= 1.0
+        self.speech.hear(cues, self.cues.spoken(), aloud=aloud and current)
+        self._actions["pilot_speak"].setChecked(aloud)
+        if watched:
+            sheet = self.state.sheet(self._look.units)
+            self.canvas.show_sheet(sheet)
+            if second is not None:
+                second.canvas.show_sheet(sheet)
+        if self.shown:
+            if self.debriefing:
+                self.debrief.refresh(None if cues is None else cues.events)
+            self._tell_present()
+            self.buttons.show_offers(
+                build_page_actions(
+                    self._actions,
+                    debrief=self.debriefing,
+                    looking=self.state.looking,
+                    sticks=self._sticks_words(),
+                )
+            )

@@ -1,0 +1,96 @@
+"""The pilot's page in a window of its own, full screen on a second screen where there is one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from PySide6.QtCore import QEvent, QKeyCombination, QPoint, QRect, Qt, Signal
+from PySide6.QtGui import QCloseEvent, QGuiApplication, QKeyEvent, QKeySequence, QScreen
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from ui.commands import FULL_SCREEN_KEYS
+from ui.display_style import DisplayStyle
+from ui.pilot.pilot_canvas import PilotCanvas
+
+_WINDOW_SHARE: Final = 0.75
+"""Of its screen, where the window does not fill it: on the only one, or after F11 on a second."""
+
+
+class PilotWindow(QWidget):
+    """The page alone; it obeys the keys of the page, F11, and Esc to be closed.
+
+    Parameters
+    ----------
+    look : DisplayStyle
+        Colors and units.
+    keys : mapping of str to callable
+        What keys do, in the portable text of key sequences.
+
+    Attributes
+    ----------
+    closed : Signal
+        It was closed by hand.
+    """
+
+    closed = Signal()
+
+    def __init__(self, look: DisplayStyle, keys: Mapping[str, Callable[[], object]]) -> None:
+        super().__init__()
+        self.setObjectName("page")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setWindowTitle("Pilot – Ground station")
+        self.setAccessibleName("Pilot page, window of its own")
+        full_screen = dict.fromkeys(FULL_SCREEN_KEYS, self.toggle_full_screen)
+        self._keys = {**keys, **full_screen, "Esc": self.close}
+        self.canvas = PilotCanvas(look)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self.canvas)
+        self.setMinimumSize(320, 200)
+
+    def open_beside(self, main: QWidget) -> None:
+        """Fill a screen that the main window is not on, or show a window on the only one."""
+        other = find_other_screen(main.screen(), QGuiApplication.screens())
+        here = other or main.screen()
+        room = here.availableGeometry()
+        # In the middle: at its edge the title bar would stand beyond the screen.
+        place = QRect(QPoint(), _WINDOW_SHARE * room.size())
+        place.moveCenter(room.center())
+        self.setGeometry(place)
+        if other is not None:
+            self.showFullScreen()
+        else:
+            self.show()
+
+    def toggle_full_screen(self) -> None:
+        """Fill the screen, or come back to the window as it was."""
+        self.setWindowState(self.windowState() ^ Qt.WindowState.WindowFullScreen)
+
+    def event(self, event: QEvent) -> bool:
+        """Keep keys of the page from becoming something else."""
+        if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Do what the key does on the page."""
+        # On macOS the arrows are keys of the keypad, everywhere one Enter is.
+        modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+        pressed = QKeySequence(QKeyCombination(modifiers, Qt.Key(event.key())))
+        act = self._keys.get(pressed.toString())
+        if act is None:
+            super().keyPressEvent(event)
+        else:
+            act()
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Say that it is gone."""
+        super().closeEvent(event)
+        self.closed.emit()
+
+
+def find_other_screen(main: QScreen | None, screens: list[QScreen]) -> QScreen | None:
+    """Return a screen that is not the main window's; None where there is but one."""
+    return next((screen for screen in screens if screen is not main), None)

@@ -1,0 +1,185 @@
+"""A training flight: the virtual aircraft flown with keys, recorded and judged like any flight."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
+
+from gsapp.dynamics.virtual_aircraft.handover_phases import RECOVERY_PHASE, TRAINEE_PHASE
+from gsapp.flight.cards import load_cards
+from gsapp.telemetry.virtual_aircraft.aircraft_process import TrainingProcess
+from gsapp.telemetry.virtual_aircraft.phase_announcements import phase_announcement
+from ui.flight_controller import FlightController
+from ui.pilot.stick_keys import (
+    STICK_TRAVEL_TEXTS,
+    LeverStep,
+    RateSwitch,
+    StickAction,
+    StickKeys,
+    StickTravel,
+)
+from ui.virtual_flight_session import VIRTUAL_AIRCRAFT, VirtualFlightSession
+
+_PERIOD_MS: Final = 20
+"""Between two words to the sticks: 50 a second."""
+_DEFAULT_TRAVEL: Final = 0.25
+"""Share of full stick that a key pushes until another size is chosen."""
+_TRAINEE_TEXT: Final = phase_announcement(TRAINEE_PHASE)
+_RECOVERY_TEXT: Final = phase_announcement(RECOVERY_PHASE)
+
+
+class TrainingFlight(QObject):
+    """Flies the virtual aircraft over a link of this machine, with the keys of the page.
+
+    Parameters
+    ----------
+    desk : FlightController
+        Records and follows it as it would an aircraft.
+
+    Attributes
+    ----------
+    changed : Signal
+        The sticks changed hands, or the flight began or ended.
+    seed : int
+        Same seed, same air.
+    turbulence : float or None
+        Gusts, m/s; None leaves them to the plan.
+    """
+
+    changed = Signal()
+
+    def __init__(
+        self, desk: FlightController, *, seed: int = 0, turbulence: float | None = 0.0
+    ) -> None:
+        super().__init__()
+        self._desk = desk
+        self.seed = seed
+        self.turbulence = turbulence
+        self.keys = StickKeys()
+        self._flight = VirtualFlightSession(desk, "training", self._launch)
+        self._size, self._high = _DEFAULT_TRAVEL, True
+        self._flies = False
+        self._timer = QTimer(self)
+        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
+        self._timer.setInterval(_PERIOD_MS)
+        self._timer.timeout.connect(self._say_sticks)
+        self._flight.changed.connect(self._began_or_ended)
+        desk.told.connect(self._listen)
+
+    @property
+    def running(self) -> bool:
+        """Return whether the aircraft flies and is what is open."""
+        return self._flight.running
+
+    @property
+    def folder(self) -> Path | None:
+        """Return the folder of the flight; None before the first."""
+        return self._flight.folder
+
+    @property
+    def flies(self) -> bool:
+        """Return whether the trainee has the aircraft."""
+        return self._flies and self.running
+
+    @property
+    def settings(self) -> str:
+        """Return how the keys are set, in words."""
+        return f"{STICK_TRAVEL_TEXTS[self._size]}, {'high' if self._high else 'low'} rate"
+
+    def start(self) -> bool:
+        """Record what the aircraft will send, and open it; it flies when that is done.
+
+        Returns
+        -------
+        bool
+            Whether it could; otherwise it is said why not.
+        """
+        return self._flight.start()
+
+    def stop(self) -> None:
+        """End the flight, and in the background its recording."""
+        self._flight.stop()
+
+    def _launch(self, folder: Path, port: int) -> TrainingProcess:
+        """Let it fly, for its own cards where the crew has prepared none."""
+        session = self._desk.session
+        if session is not None and session.cards is None:
+            session.use_cards(load_cards(VIRTUAL_AIRCRAFT))
+        return TrainingProcess(folder, port, seed=self.seed, turbulence=self.turbulence)
+
+    def _began_or_ended(self) -> None:
+        if self._flight.process is None:
+            self._timer.stop()
+            self.keys.let_go()
+            self._flies = False
+        self.changed.emit()
+
+    # Who has it
+
+    def _listen(self) -> None:
+        """Hear who has the aircraft, from what it says over the link."""
+        session, aircraft = self._desk.session, self._flight.process
+        if session is None or aircraft is None:
+            return
+        if complaint := aircraft.complaint():
+            self._desk.said.emit("warning", complaint)
+        said = [
+            event.text
+            for event in session.messages()
+            if event.text in (_TRAINEE_TEXT, _RECOVERY_TEXT)
+        ]
+        flies = bool(said) and said[-1] == _TRAINEE_TEXT
+        if flies != self._flies:
+            self._flies = flies
+            if not flies:
+                self._timer.stop()
+                self.keys.let_go()
+            self.changed.emit()
+
+    def exchange(self) -> None:
+        """Take the sticks, or give them back."""
+        aircraft = self._flight.process
+        if aircraft is None:
+            return
+        if self._flies:
+            aircraft.hand_back()
+            return
+        aircraft.take_over()
+        aircraft.choose_size(self._size)
+        aircraft.choose_rate(high=self._high)
+        self._timer.start()
+
+    # Keys
+
+    def press(self, key: Qt.Key, *, trim: bool, again: bool) -> None:
+        """Take a key that went down."""
+        self._do(self.keys.press(key, trim=trim, again=again))
+        self._say_sticks()
+
+    def release(self, key: Qt.Key) -> None:
+        """Take a key that went up."""
+        self.keys.release(key)
+        self._say_sticks()
+
+    def _do(self, doing: StickAction | None) -> None:
+        aircraft = self._flight.process
+        if aircraft is None or doing is None:
+            return
+        if isinstance(doing, LeverStep):
+            aircraft.click(doing.axis, doing.by)
+        elif isinstance(doing, StickTravel):
+            self._size = doing.share
+            aircraft.choose_size(doing.share)
+            self.changed.emit()
+        elif isinstance(doing, RateSwitch):
+            self._high = doing.high
+            aircraft.choose_rate(high=doing.high)
+            self.changed.emit()
+
+    def _say_sticks(self) -> None:
+        aircraft = self._flight.process
+        if aircraft is not None:
+            push = self.keys.push
+            aircraft.sticks(push.pitch, push.roll, push.yaw)

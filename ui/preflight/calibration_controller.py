@@ -1,0 +1,74 @@
+"""Which calibrations are meant, and how those just made come in force in what is open."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ui.disk_checks import path_kind
+from ui.flight_controller import FlightController
+from ui.preflight.calibration_folder import (
+    CalibrationFolder,
+    find_current_aircraft,
+    practice_folder,
+)
+from ui.preflight.practice_bench import PracticeBench
+from ui.settings import SettingsStore, calibrations_path
+
+_DEFAULT_CERTIFICATES = "b777"
+
+
+class CalibrationController:
+    """The shelf of the aircraft at hand, and the way from it into flights.
+
+    Parameters
+    ----------
+    desk : FlightController
+        The open flight.
+    store : SettingsStore
+        Remembers which certificates flights are made with.
+    practice : PracticeBench
+        What is calibrated while it runs never counts for an aircraft.
+    """
+
+    def __init__(
+        self, desk: FlightController, store: SettingsStore, practice: PracticeBench
+    ) -> None:
+        self._desk = desk
+        self._store = store
+        self._practice = practice
+        self._shelf: CalibrationFolder | None = None
+        self._stale: Path | None = None
+
+    @property
+    def shelf(self) -> CalibrationFolder:
+        """Return the calibrations of the aircraft at hand."""
+        name = find_current_aircraft(self._desk.session, self._store.current)
+        practices = self._practice.running
+        settings = self._store.path
+        folder = practice_folder(settings) if practices else calibrations_path(settings)
+        shelf = self._shelf
+        if shelf is None or (shelf.folder, shelf.aircraft) != (folder, name):
+            usual = _DEFAULT_CERTIFICATES if practices else self._store.current.calibration
+            shelf = self._shelf = CalibrationFolder(folder, name, usual)
+        return shelf
+
+    def put(self, shelf: CalibrationFolder) -> None:
+        """Let flights, the open one and those to come, be made with a shelf's certificates."""
+        if shelf.folder != practice_folder(self._store.path):
+            self._store.change(calibration=str(shelf.flight_set()))
+        session = self._desk.session
+        if (
+            session is not None
+            and session.replaying is None
+            and path_kind(session.path) == "folder"
+            and shelf is self.shelf
+            and shelf.keep_with(session.path)
+        ):
+            self._stale = session.path
+
+    def read_anew(self) -> None:
+        """Read the open flight with the certificates put in force: as any replay will."""
+        session, stale = self._desk.session, self._stale
+        self._stale = None
+        if session is not None and session.path == stale:
+            self._desk.starter.open_flight(stale)

@@ -1,0 +1,218 @@
+"""The points of an instrument in the order of taking: set to, volts, off the curve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from calibration.points import DIRECTION_TEXT, Direction
+from ui.display_style import DisplayStyle
+from ui.icons import paint_indicator
+
+_ROW, _HEAD = 26, 24
+_ALIGN = Qt.AlignmentFlag
+_TITLES = ("Set to", "Volts", "Off the curve")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CalibrationPointRow:
+    """One point, taken or still to be taken.
+
+    Attributes
+    ----------
+    value, volts, residual : str
+        As shown; volts and residual are empty where it was not taken yet.
+    direction : {"up", "down", "single"}
+        Whether the value increases or decreases as it is reached.
+    share : float
+        Residual over the largest of them, or over the error of a setting where that is larger; -1
+        to 1.
+    remark : str
+        What is odd about it; empty for nothing.
+    index : int or None
+        Place among the points taken; None for a setting still to come.
+    current : bool
+        Whether it is to be taken now.
+    """
+
+    value: str
+    direction: Direction = "single"
+    volts: str = ""
+    residual: str = ""
+    share: float = 0.0
+    remark: str = ""
+    index: int | None = None
+    current: bool = False
+
+    @property
+    def words(self) -> str:
+        """Return the row in words."""
+        way = DIRECTION_TEXT[self.direction]
+        if self.index is None:
+            parts = (self.value, way, "now" if self.current else "to come")
+        else:
+            parts = (self.value, way, self.volts, self.residual, self.remark)
+        return ", ".join(part for part in parts if part)
+
+
+class CalibrationPointList(QWidget):
+    """Draws the rows; a press chooses one.
+
+    Parameters
+    ----------
+    look : DisplayStyle
+        Colors and sizes.
+
+    Attributes
+    ----------
+    chosen : Signal(int)
+        The place of a point among those taken.
+    """
+
+    chosen = Signal(int)
+
+    def __init__(self, look: DisplayStyle) -> None:
+        super().__init__()
+        self._look = look
+        self.rows: tuple[CalibrationPointRow, ...] = ()
+        self.choice: int | None = None
+        self.setAccessibleName("Points")
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        look.changed.connect(self._restyle)
+
+    def _restyle(self) -> None:
+        self.updateGeometry()
+        self.update()
+
+    def sizeHint(self) -> QSize:
+        """Return the size of all rows."""
+        rows = max(len(self.rows), 3)
+        return QSize(self._look.px(320), self._look.px(_HEAD) + rows * self._look.px(_ROW))
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the least size: all rows, so that none is cut."""
+        return QSize(self._look.px(240), self.sizeHint().height())
+
+    def show_rows(self, rows: tuple[CalibrationPointRow, ...], choice: int | None) -> None:
+        """Show other rows, one of the points taken being chosen."""
+        if (rows, choice) == (self.rows, self.choice):
+            return
+        longer = len(rows) != len(self.rows)
+        self.rows, self.choice = rows, choice
+        self.setAccessibleDescription("; ".join(row.words for row in rows))
+        if longer:
+            self.updateGeometry()
+        self.update()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Choose the point under the mouse."""
+        if event.button() != Qt.MouseButton.LeftButton:
+            event.ignore()
+            return
+        place = int((event.position().y() - self._look.px(_HEAD)) // self._look.px(_ROW))
+        if 0 <= place < len(self.rows) and self.rows[place].index is not None:
+            self.chosen.emit(self.rows[place].index)
+
+    def _columns(self) -> tuple[QRectF, QRectF, QRectF, QRectF]:
+        """Return the columns of a row at the top: way and setting, volts, residual, bar."""
+        px, wide = self._look.px, float(self.width())
+        high = px(_ROW)
+        first = min(0.34 * wide, px(150))
+        volts = min(0.24 * wide, px(90))
+        number = min(0.24 * wide, px(110))
+        left = px(6)
+        return (
+            QRectF(left, 0, first, high),
+            QRectF(left + first, 0, volts, high),
+            QRectF(left + first + volts, 0, number, high),
+            QRectF(left + first + volts + number + px(12), 0,
+                   max(wide - left - first - volts - number - px(20), 0.0), high),
+        )  # fmt: skip
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw head and rows."""
+        look = self._look
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        columns = self._columns()
+        painter.setFont(look.font("label"))
+        painter.setPen(look.color("muted"))
+        head = look.px(_HEAD)
+        for title, column, right in zip(_TITLES, columns[:3], (False, True, True), strict=True):
+            box = QRectF(column.left(), 0, column.width(), head)
+            side = _ALIGN.AlignRight if right else _ALIGN.AlignLeft
+            painter.drawText(box, _ALIGN.AlignVCenter | side, title)
+        top = float(head)
+        for row in self.rows:
+            self._paint_row(painter, row, top, columns)
+            top += look.px(_ROW)
+        painter.end()
+
+    def _paint_row(
+        self, painter: QPainter, row: CalibrationPointRow, top: float, columns: tuple[QRectF, ...]
+    ) -> None:
+        look, px = self._look, self._look.px
+        whole = QRectF(0, top, self.width(), px(_ROW))
+        taken = row.index is not None
+        if taken and row.index == self.choice:
+            painter.fillRect(whole, look.color("chosen"))
+            painter.fillRect(QRectF(0, top, px(3), px(_ROW)), look.color("text"))
+        if row.current:
+            painter.setPen(QPen(look.color("target"), px(2)))
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawRoundedRect(whole.adjusted(1, 1, -1, -1), px(4), px(4))
+        ink = look.color("text" if taken else "target" if row.current else "muted")
+        setting, volts, residual, bar = (column.translated(0, top) for column in columns)
+        self._paint_direction(painter, row, setting, ink)
+        painter.setFont(look.font("body", strong=row.current))
+        painter.setPen(ink)
+        painter.drawText(setting.adjusted(px(20), 0, 0, 0), _ALIGN.AlignVCenter, row.value)
+        painter.setFont(look.font("body"))
+        right = _ALIGN.AlignVCenter | _ALIGN.AlignRight
+        painter.drawText(volts, right, row.volts)
+        painter.drawText(residual, right, row.residual)
+        if taken:
+            self._paint_bar(painter, row, bar)
+
+    def _paint_direction(
+        self, painter: QPainter, row: CalibrationPointRow, box: QRectF, ink: object
+    ) -> None:
+        px = self._look.px
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(ink)
+        x, y, half = box.left() + px(8), box.center().y(), px(5)
+        if row.direction != "single":
+            tip = -half if row.direction == "up" else half
+            foot = -0.8 * tip
+            corners = [
+                QPointF(x - half, y + foot),
+                QPointF(x + half, y + foot),
+                QPointF(x, y + tip),
+            ]
+            painter.drawPolygon(QPolygonF(corners))
+        else:
+            painter.drawEllipse(QPointF(x, y), 0.7 * half, 0.7 * half)
+
+    def _paint_bar(self, painter: QPainter, row: CalibrationPointRow, box: QRectF) -> None:
+        look, px = self._look, self._look.px
+        if box.width() < px(24):
+            return
+        if row.remark:
+            sign = QRectF(box.left(), box.center().y() - px(7), px(14), px(14))
+            paint_indicator(painter, "caution", sign, look.color("caution"))
+            painter.setFont(look.font("label", strong=True))
+            painter.setPen(look.color("caution"))
+            painter.drawText(box.adjusted(px(18), 0, 0, 0), _ALIGN.AlignVCenter, row.remark)
+            return
+        if not row.residual:
+            return
+        middle = box.center().x()
+        half = 0.5 * box.width()
+        painter.setPen(QPen(look.color("axis"), 1))
+        painter.drawLine(QPointF(middle, box.top() + px(4)), QPointF(middle, box.bottom() - px(4)))
+        painter.fillRect(
+            QRectF(middle, box.center().y() - px(4), half * row.share, px(8)), look.color("text")
+        )

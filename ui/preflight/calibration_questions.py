@@ -1,0 +1,127 @@
+"""What a calibration asks before it does something: reasons, numbers, and whether it is meant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from calibration.wizard import WizardAction
+from gsapp.quantities import channel, to_si
+from ui.number_format import parse_number, unit_text
+from ui.preflight.question_bar import QuestionBar
+from ui.preflight.wizard_controller import WizardController
+
+_PRESSURE = channel("static_pressure").quantity
+_TEMPERATURE = channel("temperature").quantity
+_FIT_ORDERS: Mapping[str, int | None] = {"0": None, "1": 1, "2": 2, "3": 3}
+
+
+class CalibrationQuestions:
+    """Asks for the crew's action what must be known for it.
+
+    Parameters
+    ----------
+    bar : QuestionBar
+        Where it is asked.
+    units : callable
+        Returns the units of the screen, ``US`` or ``SI``.
+    """
+
+    def __init__(self, bar: QuestionBar, units: Callable[[], str]) -> None:
+        self._bar = bar
+        self._units = units
+        self._asking: Mapping[str, Callable[[WizardController], None]] = {
+            "skip": self._skip,
+            "add": self._add,
+            "abort": self._abort,
+            "choose_degree": self._degree,
+            "enter": self._air,
+        }
+
+    def handles(self, name: str) -> bool:
+        """Return whether an action needs a question."""
+        return name in self._asking
+
+    def ask(self, name: str, run: WizardController) -> None:
+        """Ask, then act."""
+        self._asking[name](run)
+
+    def _skip(self, run: WizardController) -> None:
+        full = run.view.mode == "full"
+        self._bar.ask(
+            f"Leave this instrument {'uncalibrated' if full else 'unchecked'}? Say why.",
+            lambda reason: run.act(WizardAction(kind="skip", reason=reason)),
+            typed=True,
+            yes="Skip it",
+            text="not calibrated today" if full else "not today",
+        )
+
+    def _add(self, run: WizardController) -> None:
+        instrument = run.view.instrument
+        if instrument is None:
+            return
+
+        def add(text: str) -> None:
+            value = parse_number(text)
+            if value is not None:
+                run.act(WizardAction(kind="add", value=value))
+
+        question = f"Which further setting, in {instrument.unit}?"
+        self._bar.ask(question, add, typed=True, yes="Add it", wrong=_no_number)
+
+    def _abort(self, run: WizardController) -> None:
+        full = run.view.mode == "full"
+        self._bar.ask(
+            "Break the calibration off? What was accepted stays in force."
+            if full
+            else "Break the check off? The certificates stay in force.",
+            lambda _: run.act(WizardAction(kind="abort")),
+            typed=False,
+            yes="Break off",
+        )
+
+    def _air(self, run: WizardController) -> None:
+        metric = self._units() == "SI"
+        unit, degrees = ("hPa", "degC") if metric else ("inHg", "degF")
+
+        def pressure_entered(text: str) -> None:
+            value = parse_number(text)
+            if value is None:
+                return
+            pressure = to_si(value, unit, _PRESSURE)
+            self._bar.ask(
+                f"Temperature of the air in the shade, in {unit_text(degrees)}?",
+                lambda typed: self._air_entered(run, pressure, typed, degrees),
+                typed=True,
+                yes="Enter it",
+                wrong=_no_number,
+            )
+
+        question = f"Pressure at the field, not reduced to sea level, in {unit}?"
+        self._bar.ask(question, pressure_entered, typed=True, yes="Go on", wrong=_no_number)
+
+    @staticmethod
+    def _air_entered(run: WizardController, pressure: float, typed: str, degrees: str) -> None:
+        value = parse_number(typed)
+        if value is not None:
+            temperature = to_si(value, degrees, _TEMPERATURE)
+            run.act(WizardAction(kind="enter", pressure=pressure, temperature=temperature))
+
+    def _degree(self, run: WizardController) -> None:
+        def choose(text: str) -> None:
+            if text in _FIT_ORDERS:
+                run.act(WizardAction(kind="choose_degree", degree=_FIT_ORDERS[text]))
+
+        question = "1 straight line, 2 quadratic, 3 cubic, 0 lets the points decide:"
+        self._bar.ask(
+            question,
+            choose,
+            typed=True,
+            yes="Take it",
+            text="0",
+            wrong=lambda text: "" if text in _FIT_ORDERS else f"'{text}' is none of these.",
+        )
+
+
+def _no_number(text: str) -> str:
+    """Return that something typed is no number; nothing if it is one."""
+    return "" if parse_number(text) is not None else f"'{text}' is not a number."

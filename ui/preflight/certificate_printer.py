@@ -1,0 +1,82 @@
+"""Certificates on paper: one page for each that is in force, written in the background."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from calibration.certificate_overview import load_certificate_overview
+from gsapp.foundation import FlightError
+from ui.background_job import BackgroundJob, JobProgress
+from ui.flight_controller import FlightController
+from ui.preflight.calibration_folder import CalibrationFolder, current_local_time
+
+
+class CertificatePrinter:
+    """Writes the pages of what was calibrated.
+
+    Parameters
+    ----------
+    desk : FlightController
+        Shows the progress, and says where the pages are.
+
+    Attributes
+    ----------
+    work : BackgroundJob or None
+        Under way.
+    """
+
+    def __init__(self, desk: FlightController) -> None:
+        self._desk = desk
+        self.work: BackgroundJob | None = None
+
+    def write(self, shelf: CalibrationFolder, units: str) -> None:
+        """Write a PDF for every certificate in force that was made here; once at a time.
+
+        Raises
+        ------
+        FlightError
+            If there is none yet.
+        """
+        if self.work is not None and self.work.running:
+            return
+        folder = shelf.store.in_force_folder.parent
+        if not shelf.store.in_force():
+            raise FlightError(
+                f"nothing was calibrated on the {shelf.aircraft} yet: there is no certificate to "
+                "print"
+            )
+        work = BackgroundJob(
+            "Writing the certificates",
+            lambda told: _write_pages(folder, units, told),
+            parent=self._desk,
+        )
+        work.done.connect(self._written)
+        work.failed.connect(self._desk.faults.report)
+        self.work = work
+        self._desk.working.emit(work, "")
+        work.start()
+
+    def _written(self, pages: tuple[Path, ...]) -> None:
+        count = "1 page is" if len(pages) == 1 else f"{len(pages)} pages are"
+        self._desk.said.emit(
+            "note", f"{count} written, one for each certificate: {pages[0].parent}."
+        )
+
+
+def _write_pages(folder: Path, units: str, told: JobProgress) -> tuple[Path, ...]:
+    from gsapp.report.certificate_report import write_certificate_report
+
+    standing = load_certificate_overview(folder).standing
+    pages = []
+    for number, one in enumerate(standing):
+        told(number / len(standing), f"Drawing {one.certificate.channel}")
+        page = folder / "pages" / f"{one.certificate.channel}.pdf"
+        pages.append(
+            write_certificate_report(
+                one,
+                page,
+                written=f"{current_local_time():%Y-%m-%d %H:%M}",
+                units="SI" if units == "SI" else "US",
+            )
+        )
+    return tuple(pages)

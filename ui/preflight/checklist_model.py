@@ -1,0 +1,255 @@
+"""The checklist as the crew goes through it: which list, how it stands, what was ticked. No Qt."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from datetime import datetime
+from pathlib import Path
+
+from gsapp.aircraft import Aircraft
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.info import FlightInfo
+from gsapp.foundation import GroundStationError
+from gsapp.foundation.files import FileStamp, file_stamp, write_atomically
+from gsapp.session import Session
+from gsapp.session.checklist import (
+    SHIPPED_CHECKLISTS,
+    ChecklistFile,
+    EvaluatedItem,
+    SessionChecklist,
+    load_checklist,
+    shipped_checklists,
+)
+from gsapp.session.pending_checklist import PendingChecklist
+from ui.number_format import count_text
+from ui.preflight.value_history import ValueHistory
+from ui.window_frame.page_steps import StepStatus
+
+Ticks = frozenset[str]
+
+
+class ChecklistModel:
+    """One checklist and its ticks.
+
+    Parameters
+    ----------
+    own : Path
+        The crew's own list; the shipped one counts until it is there.
+
+    Attributes
+    ----------
+    items : tuple of EvaluatedItem
+        As of the last look; what is not green comes first.
+    complaint : str
+        Why the crew's own list could not be used; empty if it could.
+    """
+
+    def __init__(self, own: Path) -> None:
+        self.own = own
+        self.items: tuple[EvaluatedItem, ...] = ()
+        self.complaint = ""
+        self._file: ChecklistFile | None = None
+        self._session: Session | None = None
+        self._folder = own.parent
+        self._card: Callable[[], FlightInfo | None] = lambda: None
+        self._aircraft: Aircraft | None = None
+        self._going: SessionChecklist | PendingChecklist | None = None
+        self._changes: ValueHistory[Ticks] = ValueHistory(frozenset())
+        self._read_stamp: FileStamp | None = None
+        self._system = "US"
+
+    # Which list
+
+    def follow(
+        self,
+        session: Session | None,
+        folder: Path,
+        card: Callable[[], FlightInfo | None],
+        aircraft: Aircraft | None,
+    ) -> None:
+        """Go through the list for another flight, or for the next one."""
+        self._session, self._folder = session, folder
+        self._card, self._aircraft = card, aircraft
+        self.read()
+
+    def read(self) -> None:
+        """Read the list again, after it was edited or for another aircraft; ticks stay."""
+        self._read_stamp = file_stamp(self.own)
+        try:
+            self._file = load_checklist(self.own if self.own.is_file() else self.shipped)
+            self.complaint = ""
+        except GroundStationError as error:
+            self.complaint = str(error)
+            self._file = self._file or load_checklist(self.shipped)
+        if self._session is not None:
+            self._going = SessionChecklist(self._session, self._file, card=self._card)
+        else:
+            log = FlightFolder(path=self._folder).events
+            self._going = PendingChecklist(
+                log, self._file, card=self._card, aircraft=self._aircraft
+            )
+        self.look()
+        self._changes = ValueHistory(self.ticks)
+
+    def read_if_changed(self) -> bool:
+        """Read the list again if its file is another; return whether it was."""
+        if file_stamp(self.own) == self._read_stamp:
+            return False
+        self.read()
+        return True
+
+    @property
+    def shipped(self) -> str:
+        """Return the name of the list that comes with the program for this aircraft."""
+        names = shipped_checklists()
+        name = "" if self._aircraft is None else self._aircraft.name.casefold()
+        return name if name in names else names[0]
+
+    @property
+    def name(self) -> str:
+        """Return what the list is called."""
+        return self._file.name if self._file is not None else ""
+
+    def make_own(self) -> Path:
+        """Return the crew's own list, made from the shipped one if there is none yet.
+
+        Raises
+        ------
+        OSError
+            If the disk refuses.
+        """
+        if not self.own.is_file():
+            write_atomically(self.own, SHIPPED_CHECKLISTS.find(self.shipped).read_bytes())
+        return self.own
+
+    # How it stands
+
+    def look(self, system: str = "") -> None:
+        """See how the items stand now; `system` are the units of the sentences from here on."""
+        if self._going is not None:
+            self._system = system or self._system
+            self._going.system = self._system
+            self.items = self._going.look()
+
+    @property
+    def live(self) -> bool:
+        """Return whether ticks are of use: not in a replay of a flight that was."""
+        return self._session is None or self._session.replaying is None
+
+    @property
+    def ticks(self) -> Ticks:
+        """Return what is ticked by hand."""
+        return frozenset(self._going.checklist.ticks) if self._going is not None else frozenset()
+
+    @property
+    def open_items(self) -> tuple[EvaluatedItem, ...]:
+        """Return what is not green."""
+        return tuple(item for item in self.items if item.state != "green")
+
+    @property
+    def started_words(self) -> str:
+        """Return how this flight was started, by this or another window; empty before."""
+        going = self._going
+        event = going.started if isinstance(going, SessionChecklist) else None
+        if event is None:
+            return ""
+        at = datetime.fromtimestamp(event.host_time_us / 1e6).astimezone()
+        left = sum(len(event.data.get(state, ())) for state in ("red", "amber", "open"))
+        if not left:
+            return f"Flight started at {at:%H:%M}, everything green. That is recorded."
+        items = count_text(left, "item")
+        return f"Flight started at {at:%H:%M} all the same, {items} not green. That is recorded."
+
+    @property
+    def state(self) -> StepStatus:
+        """Return how the step stands."""
+        left = self.open_items
+        if not self.live:
+            return StepStatus(
+                state="plain", words="a replay", detail=f"{len(left)} not green in this replay"
+            )
+        if not left:
+            return StepStatus(state="good", words="all green")
+        detail = f"Not green: {', '.join(item.words for item in left)}"
+        return StepStatus(state="warning", words=f"{len(left)} not green", detail=detail)
+
+    # What the crew does
+
+    def toggle(self, item_id: str) -> bool:
+        """Tick an item, or take its tick back; return whether it can be ticked.
+
+        Raises
+        ------
+        FlightError
+            If it cannot be written.
+        """
+        item = next((one for one in self.items if one.id == item_id), None)
+        if item is None or not item.can_tick or not self.live:
+            return False
+        self._set(self.ticks ^ {item_id})
+        self._changes.record(self.ticks)
+        return True
+
+    def restart(self) -> None:
+        """Begin anew: no tick stands and nothing was seen.
+
+        Raises
+        ------
+        FlightError
+            If it cannot be written.
+        """
+        if self._going is not None and self.live:
+            self._going.restart()
+            self.look()
+            if self.ticks != self._changes.value:
+                self._changes.record(self.ticks)
+
+    def _set(self, wanted: Ticks) -> None:
+        going = self._going
+        if going is None:
+            return
+        for item_id in sorted(wanted - self.ticks):
+            going.tick(item_id)
+        for item_id in sorted(self.ticks - wanted):
+            going.untick(item_id)
+        self.look()
+
+    @property
+    def can_undo(self) -> bool:
+        """Return whether there is a tick to take back."""
+        return self._changes.can_undo
+
+    @property
+    def can_redo(self) -> bool:
+        """Return whether there is a tick to make again."""
+        return self._changes.can_redo
+
+    def undo(self) -> None:
+        """Take back the last tick, or bring back those that beginning anew took away."""
+        if self._changes.undo():
+            self._set(self._changes.value)
+
+    def redo(self) -> None:
+        """Make again what was taken back."""
+        if self._changes.redo():
+            self._set(self._changes.value)
+
+    def start(self) -> str:
+        """Record that the flight begins as the list stands; return that in words, else nothing.
+
+        Raises
+        ------
+        FlightError
+            If it cannot be written.
+        """
+        if not isinstance(self._going, SessionChecklist) or not self.live:
+            return ""
+        self._going.start()
+        self.look()
+        return self.started_words
+
+
+def describe_summary(items: Sequence[EvaluatedItem]) -> str:
+    """Return the one line on top: ``3 not green``."""
+    left = [item for item in items if item.state != "green"]
+    return f"{len(left)} not green" if left else f"All green: {count_text(len(items), 'item')}"

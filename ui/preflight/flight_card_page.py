@@ -1,0 +1,252 @@
+"""The flight card: a form in the user's units, saved as it is typed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+
+from gsapp.aircraft import Aircraft
+from gsapp.flight.info import FlightInfo
+from gsapp.flight.info_checks import check_flight_info
+from gsapp.foundation import GroundStationError
+from ui.dialogs.form_dialog import FieldMessage
+from ui.display_style import DisplayStyle
+from ui.preflight.card_payload import PayloadForm
+from ui.preflight.card_transmitter import TransmitterForm
+from ui.preflight.card_weighing import WeighingForm
+from ui.preflight.flight_card_fields import (
+    DEBRIEF_FIELDS,
+    FLIGHT_FIELDS,
+    TRANSMITTER_FIELDS,
+    TRANSMITTER_REMARKS_FIELD,
+    WEATHER_FIELDS,
+    WEIGHT_FIELDS,
+    CardField,
+)
+from ui.preflight.form_columns import FormColumns, FormSection
+from ui.preflight.form_editor import FormEditor
+from ui.preflight.form_fields import FormField
+from ui.preflight.preflight_model import PreflightModel
+from ui.preflight.step_page import PreflightStepPage
+from ui.start_page import create_label
+
+_SAVE_MS = 400
+"""Quiet after which what was typed goes to the disk."""
+
+
+class FlightCardPage(PreflightStepPage):
+    """Asks for everything that no instrument writes down.
+
+    Parameters
+    ----------
+    look : DisplayStyle
+        Colors, sizes, units.
+    fail : callable
+        Takes an error that the user must see.
+    """
+
+    def __init__(self, look: DisplayStyle, fail: Callable[[BaseException], object]) -> None:
+        super().__init__(look, "Flight card")
+        self._fail = fail
+        self._aircraft: Aircraft | None = None
+        self.editor: FormEditor[FlightInfo] | None = None
+        self.fields: dict[str, tuple[CardField, FormField]] = {}
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        self.area = FormColumns(look)
+        column.addWidget(self.area)
+        self._head()
+        self.weighing = WeighingForm(look)
+        self.transmitter = TransmitterForm(look)
+        self.loading = PayloadForm(look)
+        self._sections()
+        self._later = QTimer(self)
+        self._later.setSingleShot(True)
+        self._later.setInterval(_SAVE_MS)
+        self._later.timeout.connect(self.flush)
+        for form in (self.weighing, self.transmitter, self.loading):
+            form.typed.connect(self._typed_below)
+            form.left.connect(self._left)
+        look.changed.connect(self.show_card)
+
+    def _head(self) -> None:
+        row = QHBoxLayout()
+        self.home = create_label("", wrap=True)
+        row.addWidget(self.home, 1)
+        self.saved = FieldMessage()
+        self.saved.setWordWrap(False)
+        row.addWidget(self.saved)
+        self.area.head.addLayout(row)
+
+    def _sections(self) -> None:
+        flight = self._section("Flight", FLIGHT_FIELDS)
+        weights = self._section("Weight and fuel", WEIGHT_FIELDS)
+        wheels = FormSection(self.look, "On the scales")
+        wheels.add(self.weighing)
+        board = FormSection(self.look, "On board beside the aircraft file")
+        board.add(self.loading)
+        weather = self._section("Weather at the field", WEATHER_FIELDS)
+        sticks = self._section("Transmitter", TRANSMITTER_FIELDS)
+        sticks.add(self.transmitter, self._field(TRANSMITTER_REMARKS_FIELD))
+        debrief = self._section("Debrief", DEBRIEF_FIELDS)
+        self.area.show_sections(
+            [
+                (flight, 0),
+                (weights, 1),
+                (wheels, 1),
+                (board, 1),
+                (weather, 2),
+                (sticks, 2),
+                (debrief, 0),
+            ]
+        )
+
+    def _section(self, title: str, values: Sequence[CardField]) -> FormSection:
+        section = FormSection(self.look, title)
+        section.add(*(self._field(value) for value in values))
+        return section
+
+    def _field(self, value: CardField) -> QWidget:
+        field = FormField(
+            self.look,
+            value.name,
+            rows=3 if value.kind == "lines" else 1,
+            choices=value.choices,
+        )
+        field.typed.connect(lambda text: self._typed(value, text))
+        field.left.connect(self._left)
+        self.fields[".".join(value.key)] = (value, field)
+        return field
+
+    # Showing
+
+    def follow(self, books: PreflightModel) -> None:
+        """Show the card of another flight, and whose it is."""
+        self.flush()
+        self.editor, self._aircraft = books.card, books.aircraft
+        self.home.setText(books.home)
+        self.area.setEnabled(books.card is not None)
+        self.show_card()
+
+    def refresh(self) -> None:
+        """Take in what another program wrote into the card."""
+        if self.editor is not None and not self._later.isActive() and self.editor.look_again():
+            self.show_card()
+            self.changed.emit()
+
+    def show_card(self) -> None:
+        """Show everything that is on the card."""
+        editor, units = self.editor, self.look.units
+        if editor is None:
+            return
+        for value, field in self.fields.values():
+            field.show_text(editor.text(value, units))
+            field.show_unit(value.unit_shown(units) if value.kind == "number" else "")
+        self.weighing.show_card(editor, self._aircraft)
+        self.transmitter.show_card(editor)
+        self.loading.show_card(editor)
+        self._judge()
+
+    def _judge(self) -> None:
+        """Say below each field what is wrong or doubtful there."""
+        editor = self.editor
+        if editor is None:
+            return
+        doubts: dict[str, list[str]] = {}
+        for doubt in check_flight_info(editor.file.model, self._aircraft, system=self.look.units):
+            doubts.setdefault(doubt.field, []).append(doubt.words)
+        for name, (value, field) in self.fields.items():
+            if value.key in editor.problems:
+                field.say(f"Not on the card: {editor.problems[value.key]}", "warning")
+            else:
+                field.say(" ".join(doubts.get(name, ())), "caution")
+        self.weighing.doubt(" ".join(doubts.get("weighing", ())))
+        self._tell_saved()
+
+    def _tell_saved(self) -> None:
+        editor = self.editor
+        if editor is None:
+            return
+        if editor.problems:
+            self.saved.say("Saved but for what is marked", "warning")
+        elif editor.file.is_saved:
+            self.saved.say("Saved", "good")
+        elif self._later.isActive():
+            self.saved.say("Saving…")
+        else:
+            self.saved.say("Not saved", "warning")
+
+    # Typing
+
+    def _typed(self, value: CardField, text: str) -> None:
+        if self.editor is not None:
+            self.editor.type(value, text, self.look.units)
+            self._typed_on()
+
+    def _typed_below(self) -> None:
+        """Take in what a part of the form has put on the card."""
+        if self.editor is not None:
+            value, field = self.fields["takeoff_weight"]
+            field.show_text(self.editor.text(value, self.look.units))
+            self._typed_on()
+
+    def _typed_on(self) -> None:
+        self._later.start()
+        self._judge()
+        self.changed.emit()
+
+    def _left(self) -> None:
+        """Show what was typed as it is on the card, in the unit of the screen."""
+        if self.editor is not None:
+            self.editor.pause()
+            self.flush()
+            self.show_card()
+
+    def flush(self) -> None:
+        """Write what was typed to the disk."""
+        self._later.stop()
+        editor = self.editor
+        if editor is None or editor.file.is_saved:
+            return
+        try:
+            editor.save()
+        except GroundStationError as error:
+            self._fail(error)
+        self._tell_saved()
+
+    # Undo
+
+    @property
+    def can_undo(self) -> bool:
+        """Return whether there is a change to take back."""
+        return self.editor is not None and self.editor.can_undo
+
+    @property
+    def can_redo(self) -> bool:
+        """Return whether there is a change to make again."""
+        return self.editor is not None and self.editor.can_redo
+
+    def undo(self) -> None:
+        """Take back the last change."""
+        if self.editor is not None:
+            self.editor.undo()
+            self._after()
+
+    def redo(self) -> None:
+        """Make again what was taken back."""
+        if self.editor is not None:
+            self.editor.redo()
+            self._after()
+
+    def _after(self) -> None:
+        self.show_card()
+        self.flush()
+        self.changed.emit()
+
+    def begin(self) -> None:
+        """Put the keyboard into the first field that is empty."""
+        fields = [field for _value, field in self.fields.values()]
+        first = next((field for field in fields if not field.text), fields[0])
+        first.setFocus()

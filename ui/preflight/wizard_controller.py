@@ -1,0 +1,173 @@
+"""A calibration that runs: volts of the open flight in, prompts and views out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+
+from calibration.wizard import CalibrationWizard, WizardAction, WizardView
+from gsapp.foundation import GroundStationError
+from gsapp.quantities import INSTRUMENTS, Block
+from ui.error_reporter import ErrorReporter
+from ui.flight_controller import FlightController
+from ui.preflight.prompter import Prompter
+
+_VOLTAGE_CHANNELS = tuple(f"{name}_volts" for name in INSTRUMENTS)
+_NO_DATA_SECONDS = 1.5
+"""Seconds without volts after which none are shown, and none can be taken."""
+_MAX_NAMED_CHANNELS = 15
+"""Samples that stand for these seconds: one for each look at the volts."""
+_MAX_DATA_DELAY = 2.0
+"""Seconds after which a channel that does not come is not waited for."""
+
+
+class WizardController(QObject):
+    """Feeds a wizard from the open flight, ten times a second, while its page is on screen.
+
+    Parameters
+    ----------
+    wizard : CalibrationWizard
+        The state machine.
+    desk : FlightController
+        The open flight.
+    prompter : Prompter
+        Speaks and sounds.
+    faults : ErrorReporter
+        Where errors go.
+
+    Attributes
+    ----------
+    viewed : Signal(object)
+        Another `WizardView` is to be shown.
+    certified : Signal
+        Other certificates are in force.
+    """
+
+    viewed = Signal(object)
+    certified = Signal()
+
+    def __init__(
+        self,
+        wizard: CalibrationWizard,
+        desk: FlightController,
+        prompter: Prompter,
+        faults: ErrorReporter,
+    ) -> None:
+        super().__init__()
+        self._wizard = wizard
+        self._desk = desk
+        self._prompter = prompter
+        self._faults = faults
+        self._next: int | None = None
+        self._listens = False
+        self._said = ""
+        self._heard = time.monotonic()
+        self._fed: float | None = None  # flight time, s; None once told of silence
+        self.view: WizardView = wizard.view
+        desk.told.connect(self._tell)
+        desk.changed.connect(self._begin_anew)
+
+    def listen(self, on: bool) -> None:
+        """Look at the volts from now on, or no longer: sticks are moved for other reasons too."""
+        if on != self._listens:
+            self._listens = on
+            self._begin_anew()
+
+    def close(self) -> None:
+        """Look no longer; everything is in the journal."""
+        self._desk.told.disconnect(self._tell)
+        self._desk.changed.disconnect(self._begin_anew)
+
+    def act(self, action: WizardAction) -> None:
+        """Do what the crew asks."""
+        self._guarded(lambda: self._act(action))
+
+    def _act(self, action: WizardAction) -> None:
+        self._tell_silence()
+        self._wizard.act(action)
+
+    def _begin_anew(self) -> None:
+        self._next = None
+
+    def _tell(self) -> None:
+        if self._listens:
+            self._guarded(self._feed)
+
+    def _tell_silence(self) -> None:
+        """Let the wizard know that no volts come, lest it take those that came last."""
+        if self._fed is None or not self.silent:
+            return
+        times = self._fed + np.linspace(0.0, _NO_DATA_SECONDS, _MAX_NAMED_CHANNELS + 1)[1:]
+        self._fed = None
+        missing = np.full((_MAX_NAMED_CHANNELS, 1), np.nan)
+        self._wizard.feed(Block(channels=_VOLTAGE_CHANNELS[:1], times=times, values=missing))
+
+    def _guarded(self, work: Callable[[], object]) -> None:
+        """Do something, show what came of it; a disk that refuses is said once, and not fatal."""
+        try:
+            work()
+        except GroundStationError as error:
+            if str(error) != self._said:
+                self._said = str(error)
+                self._faults.report(error)
+        else:
+            self._said = ""
+        self._show(self._wizard.view)
+
+    def _feed(self) -> None:
+        session = self._desk.session
+        if session is None or session.replaying is not None:
+            # Volts of another day say nothing about the instruments as they are now.
+            return
+        if self._next is None and not session.feed.present:
+            # What was recorded before is no movement of now.
+            return
+        history = session.history
+        names = [name for name in (*_VOLTAGE_CHANNELS, "excitation") if history.has(name)]
+        spans = [span for name in names if (span := history.span(name)) is not None]
+        end = history.end
+        if not spans or end is None:
+            return
+        last = min(max(stop for _, stop in spans), history.index(end) + 1)
+        # Slow channels hold the others up for a while, silent ones do not.
+        stop = min(
+            min(stop, last) for _, stop in spans if stop > last - _MAX_DATA_DELAY * history.rate
+        )
+        first = self._next
+        if first is None or first > stop:
+            self._next = stop
+            self._heard = time.monotonic()
+            return
+        if stop > first:
+            self._next = stop
+            self._heard = time.monotonic()
+            rows = history.rows(first, stop, names)
+            self._fed = float(rows.times[-1])
+            self._wizard.feed(rows)
+
+    @property
+    def silent(self) -> bool:
+        """Return whether no volts have come for a while: what they were is not what they are."""
+        return time.monotonic() - self._heard > _NO_DATA_SECONDS
+
+    @property
+    def catching_up(self) -> bool:
+        """Return whether none come because the flight is still being read, as after a change."""
+        session = self._desk.session
+        return session is not None and not session.feed.present
+
+    def _show(self, view: WizardView) -> None:
+        if self.silent:
+            view = replace(view, reading=None, value_now=None, amount=None)
+        before, self.view = self.view, view
+        if view.event != before.event and view.tone:
+            self._prompter.tone(view.tone)
+        if view.spoken != before.spoken and view.spoken:
+            self._prompter.say(view.spoken)
+        self.viewed.emit(view)
+        if (view.accepted, dict(view.skipped)) != (before.accepted, dict(before.skipped)):
+            self.certified.emit()

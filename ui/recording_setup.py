@@ -1,0 +1,172 @@
+"""What begins a live flight: the folder with all that is in force, recorders, the aircraft."""
+
+from __future__ import annotations
+
+import shutil
+import threading
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from gsapp.flight.folder import FlightFolder
+from gsapp.flight.folder_setup import prepare_flight_folder
+from gsapp.session import Session
+from gsapp.telemetry.recorder_control import RecorderHandle, find_recorders
+from gsapp.telemetry.virtual_aircraft.aircraft_process import AircraftProcess
+from ui.dialogs.flight_requests import ConnectRequest, VirtualFlightRequest
+
+_POLL_SECONDS = 1.0
+_DISK_TIMEOUT = 0.2
+"""Seconds that the window waits for the disks of recorders."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunningRecorder:
+    """A recorder found running.
+
+    Attributes
+    ----------
+    handle : RecorderHandle
+        To attach to.
+    name : str
+        Of the flight.
+    link : str
+        What it records.
+    """
+
+    handle: RecorderHandle
+    name: str
+    link: str
+
+
+@dataclass(slots=True, eq=False)
+class PendingFlight:
+    """What was set going for a flight that opens; undone if nobody wants it any more.
+
+    Attributes
+    ----------
+    session : Session or None
+        The flight.
+    aircraft : AircraftProcess or None
+        Flies for it.
+    recorder : RecorderHandle or None
+        Was started for it; None where one ran already, or none is needed.
+    folder : Path or None
+        The flight folder, if it was made for it.
+    handed_over : bool
+        Whether the flight has what waited for the next one.
+    """
+
+    session: Session | None = None
+    aircraft: AircraftProcess | None = None
+    recorder: RecorderHandle | None = None
+    folder: Path | None = None
+    handed_over: bool = False
+
+    @property
+    def flight_stays(self) -> bool:
+        """Return whether there is a flight to which what waited for the next one belongs."""
+        return self.folder is None or self.folder.is_dir()
+
+    def undo(self) -> bool:
+        """End everything, and take away a folder without a record; return whether one is kept."""
+        if self.session is not None:
+            self.session.close()
+        if self.aircraft is not None:
+            self.aircraft.stop()
+        ended = self.recorder is None or self.recorder.stop()
+        if self.folder is None or not self.folder.is_dir():
+            return False
+        if not ended or FlightFolder(path=self.folder).records:
+            return True
+        shutil.rmtree(self.folder, ignore_errors=True)
+        return False
+
+
+def find_running_recorders() -> tuple[RunningRecorder, ...]:
+    """Return the recorders of this user that run now, the newest first."""
+    found = []
+    for handle in reversed(find_recorders()):
+        status = handle.status()
+        link = status.link if status is not None else "its link"
+        found.append(RunningRecorder(handle=handle, name=handle.folder.name, link=link))
+    return tuple(found)
+
+
+class RecorderMonitor(QObject):
+    """Looks once a second for recorders that run, in a thread: a disk that hangs holds up nothing.
+
+    Attributes
+    ----------
+    running : tuple of RunningRecorder
+        The newest first.
+    changed : Signal
+        Others run than before.
+    """
+
+    changed = Signal()
+    _seen = Signal(object)
+
+    def __init__(self, parent: QObject) -> None:
+        super().__init__(parent)
+        self.running: tuple[RunningRecorder, ...] = ()
+        self._over = threading.Event()
+        self._asking: threading.Thread | None = None
+        self._newest: tuple[RunningRecorder, ...] = ()
+        self._seen.connect(self._take)
+        self.destroyed.connect(self._over.set)
+        threading.Thread(target=self._watch, name="recorders", daemon=True).start()
+
+    def look(self) -> tuple[RunningRecorder, ...]:
+        """Return the recorders that run now; those of the last look where a disk hangs."""
+        if self._asking is None or not self._asking.is_alive():
+            self._asking = threading.Thread(target=self._look, name="recorders now", daemon=True)
+            self._asking.start()
+        self._asking.join(_DISK_TIMEOUT)
+        if not self._asking.is_alive():
+            self._take(self._newest)
+        return self.running
+
+    def _look(self) -> None:
+        with suppress(OSError):  # the runtime folder cannot be read
+            self._newest = find_running_recorders()
+
+    def _watch(self) -> None:
+        while not self._over.wait(_POLL_SECONDS):
+            self._look()
+            try:
+                self._seen.emit(self._newest)
+            except RuntimeError:
+                return  # the window is closed
+
+    def _take(self, running: tuple[RunningRecorder, ...]) -> None:
+        if running != self.running:
+            self.running = running
+            self.changed.emit()
+
+
+def prepare_requested_flight(request: ConnectRequest) -> Path:
+    """Make the flight folder with copies of everything in force; see `prepare_flight_folder`."""
+    return prepare_flight_folder(
+        request.folder,
+        name=request.title,
+        aircraft=request.aircraft,
+        channel_map=request.channel_map,
+        calibration=request.calibration,
+        source=request.link,
+    ).path
+
+
+def launch_virtual_aircraft(request: VirtualFlightRequest, port: int) -> AircraftProcess:
+    """Let the virtual aircraft fly as asked for, sending to a UDP port of this machine."""
+    return AircraftProcess(
+        request.folder,
+        port,
+        plan=request.plan,
+        seed=request.seed,
+        speed=request.speed,
+        hidden=request.hidden,
+        thin=request.thin,
+    )

@@ -1,0 +1,57 @@
+"""Which maneuvers a run would take, and why none. No Qt."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from gsapp.identification.axes import AXIS_SURFACES
+from ui.number_format import plain_shortcut_text
+from ui.review.estimate_form import EstimateForm
+from ui.review.estimate_text import format_maneuver_count
+
+if TYPE_CHECKING:
+    from gsapp.identification.runs.request import SelectedManeuver
+    from gsapp.session.review import Review
+
+
+def select_maneuvers(
+    wishes: EstimateForm, review: Review, looked_at: str
+) -> tuple[SelectedManeuver, ...]:
+    """Return the maneuvers that a run would take.
+
+    Parameters
+    ----------
+    wishes : EstimateForm
+    review : Review
+    looked_at : str
+        Id of the maneuver that is chosen.
+    """
+    if wishes.maneuvers == "chosen":
+        chosen = review.chosen((looked_at,))
+    elif wishes.maneuvers == "all":
+        chosen = review.chosen([row.id for row in review.rows()])
+    else:
+        chosen = review.chosen()
+    if wishes.axis == "both" or wishes.six_degrees:
+        return chosen
+    return tuple(
+        one for one in chosen if not set(AXIS_SURFACES[wishes.axis]).isdisjoint(one.inputs)
+    )
+
+
+def describe_selection(maneuvers: tuple[SelectedManeuver, ...]) -> str:
+    """Return what a run would take, in words."""
+    flights = len({one.flight for one in maneuvers})
+    return f"{format_maneuver_count([one.inputs for one in maneuvers], flights)}."
+
+
+def describe_empty_selection(wishes: EstimateForm, review: Review) -> str:
+    """Return why a run would take nothing, and what to do."""
+    there = f"under Maneuvers ({plain_shortcut_text('Alt+1')})"
+    if wishes.maneuvers == "chosen":
+        return f"No maneuver is chosen: choose one {there} or in a figure."
+    if not review.rows():
+        return f"These flights have no maneuvers: add them {there}."
+    if wishes.axis != "both":
+        return "No maneuver in use moved a surface of this axis: choose another axis."
+    return f"No maneuver is in use: check some {there}."

@@ -1,0 +1,86 @@
+"""What runs are made with, loaded in a thread; and what of the wishes cannot be asked for."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+
+from gsapp.foundation import GroundStationError
+from ui.background_job import BackgroundJob, JobProgress
+from ui.review.estimate_form import EstimateForm
+from ui.review.estimate_request import FormFieldError, find_form_error, load_effect_parameters
+
+if TYPE_CHECKING:
+    from gsapp.aircraft import Aircraft
+
+
+class EstimateValidator(QObject):
+    """Judges wishes once it has loaded what that takes.
+
+    Parameters
+    ----------
+    report_error : callable
+        Where errors go.
+
+    Attributes
+    ----------
+    loaded : Signal(object, object)
+        Names of the models and of the weights that come with the program.
+    ready : bool
+    problem : FormFieldError or None
+        What could not be asked for when it was judged last.
+    """
+
+    loaded = Signal(object, object)
+
+    def __init__(
+        self, report_error: Callable[[BaseException], None], parent: QObject | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.ready = False
+        self.problem: FormFieldError | None = None
+        self._judged: EstimateForm | None = None
+        self._model = ""
+        self.effects: Mapping[str, float] = {}
+        work = BackgroundJob("Loading the settings", _load, self)
+        work.done.connect(self._loaded)
+        work.failed.connect(report_error)
+        work.start()
+
+    def _loaded(self, names: tuple[tuple[str, ...], tuple[str, ...]]) -> None:
+        self.ready = True
+        self.loaded.emit(*names)
+
+    def forget(self) -> None:
+        """Judge anew: files may be others now."""
+        self._judged = None
+
+    def judge(self, wishes: EstimateForm) -> FormFieldError | None:
+        """Return what cannot be asked for; None if all is well, or nothing is loaded yet."""
+        if self.ready and self._judged != wishes:
+            self.problem = find_form_error(wishes)
+            self._judged = wishes
+        return self.problem
+
+    def follow(self, model: str, aircraft: Aircraft) -> bool:
+        """Find the parameters of the effects of a model; return whether it is another one."""
+        if not self.ready or model == self._model:
+            return False
+        self._model, self.effects = model, {}
+        if model:
+            # A model that cannot be read is said beside its field.
+            with contextlib.suppress(GroundStationError, OSError):
+                self.effects = load_effect_parameters(model, aircraft)
+        return True
+
+
+def _load(_progress: JobProgress) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Import what takes a second; return the names of models and weights."""
+    import gsapp.identification.runs.run_execution  # noqa: F401
+    from gsapp.dynamics.model import shipped_models
+    from gsapp.identification.weights import shipped_weights
+
+    return shipped_models(), shipped_weights()

@@ -1,0 +1,341 @@
+"""The figures of the review: what each shows, what can be chosen in it, and how it is made.
+
+Pictures are the report's own. They are made in the thread that draws them; matplotlib is loaded
+there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from ui.review.figure_data import FigureData, find_result, format_run_name
+from ui.review.figure_options import (
+    AXIS_NAMES,
+    JOINT_PREFIX,
+    LONGITUDINAL_COEFFICIENTS,
+    FigureOption,
+    abscissa_option,
+    axis_text,
+    comparison_run_option,
+    derivative_group_option,
+    derivatives_in_group,
+    fit_option,
+    flight_option,
+    ftr_axis_option,
+    held_out_option,
+    linear_model_axis_option,
+    maneuver_option,
+    selected_choice,
+)
+from ui.review.figure_renderer import FigureSize
+
+if TYPE_CHECKING:
+    from gsapp.identification.results import Estimate
+    from gsapp.identification.summary.mode_uncertainty import ModeUncertainty
+    from gsapp.report.document import DocumentFigure, DocumentTable
+    from gsapp.report.palette import Palette
+
+_TARGET_ASPECT, _MIN_ROW_HEIGHT = 1.5, 1.45
+"""Width over height that small charts are best read at; inches of height that each takes."""
+_MIN_CHART_WIDTH = 2.3
+"""Inches that a small chart of a value takes at least."""
+_HISTORY_HEIGHT = 3.2
+"""Inches of a history over a flight."""
+_NO_ESTIMATE_TEXT = "{method} earned no derivative in maneuver {maneuver}: {why}."
+_MAX_REASONS = 3
+"""Reasons that a sentence holds."""
+_NO_COEFFICIENTS_TEXT = (
+    "Maneuver {maneuver} has no force and moment coefficients to compare: they take airspeed and "
+    "rates that were measured."
+)
+_NO_RESIDUALS_TEXT = (
+    "{method} compares smoothed coefficients, and what smoothing leaves over is never white. The "
+    "figure Fit shows how well they are followed; maximum likelihood has residuals to look at."
+)
+_METHOD_TITLES = {"ml": "Maximum likelihood", "ee": "Equation error", "ftr": "FTR"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FigureKind:
+    """One entry of the list of figures.
+
+    Attributes
+    ----------
+    id, title : str
+    tells : str
+        What it shows, in a sentence.
+    options : callable
+        Returns the lists above it.
+    make : callable
+        Returns the picture, or why there is none.
+    needs : {"", "heard", "comparison"}
+        What has to be worked out first.
+    table : callable or None
+        Returns a table to be read below it.
+    """
+
+    id: str
+    title: str
+    tells: str
+    options: Callable[[FigureData], tuple[FigureOption, ...]]
+    make: Callable[[FigureData, Palette, FigureSize], DocumentFigure | str]
+    needs: Literal["", "heard", "comparison"] = ""
+    table: Callable[[FigureData], DocumentTable | None] | None = None
+
+
+def best_column_count(count: int, room: FigureSize, least: float) -> int:
+    """Return how many of so many charts stand beside each other.
+
+    Parameters
+    ----------
+    count : int
+    room : FigureSize
+    least : float
+        Inches across that a chart takes.
+    """
+
+    def misshapen(across: int) -> float:
+        down = -(-count // across)
+        shape = (room.width / across) / max(room.height / down, _MIN_ROW_HEIGHT)
+        return abs(math.log(shape / _TARGET_ASPECT))
+
+    most = max(1, min(count, int(room.width / least)))
+    return min(range(1, most + 1), key=misshapen)
+
+
+# Values
+
+
+def _build_values(material: FigureData, palette: Palette, room: FigureSize) -> DocumentFigure | str:
+    from gsapp.report.value_figures import value_figure
+
+    names = derivatives_in_group(
+        material, selected_choice(material, derivative_group_option(material))
+    )
+    if not names:
+        return "No maneuver of this run earned a derivative; the page Summary says why."
+    return value_figure(
+        material.outcome.summary, names, selected_choice(material, abscissa_option(material)), units=material.units,
+        known=material.known, palette=palette, across=best_column_count(len(names), room, _MIN_CHART_WIDTH),
+    )  # fmt: skip
+
+
+# One maneuver
+
+
+def _missing_fit_text(material: FigureData) -> str:
+    """Return why there is nothing to draw of the maneuver that is looked at."""
+    looked_at = material.looked_at
+    if looked_at.estimate is None:
+        return f"Maneuver {looked_at.maneuver.id} could not be fitted: {looked_at.failure}."
+    estimate = looked_at.estimate
+    if estimate.free:
+        return _NO_COEFFICIENTS_TEXT.format(maneuver=looked_at.maneuver.id)
+    whys = dict.fromkeys(one.why for one in estimate.derivatives.values() if one.why)
+    return _NO_ESTIMATE_TEXT.format(
+        method=_METHOD_TITLES[estimate.method],
+        maneuver=looked_at.maneuver.id,
+        why=", ".join([*whys][:_MAX_REASONS]) or estimate.message,
+    )
+
+
+def _build_fit(material: FigureData, palette: Palette, _room: FigureSize) -> DocumentFigure | str:
+    from gsapp.report.fit_figures import fit_figure
+
+    place = selected_choice(material, comparison_run_option(material))
+    other = material.others[int(place)] if place else None
+    picture = fit_figure(
+        material.looked_at, units=material.units, palette=palette,
+        other=None if other is None else find_result(other, material.looked_at.maneuver.id),
+        other_name="" if other is None else format_run_name(other),
+    )  # fmt: skip
+    return picture or _missing_fit_text(material)
+
+
+def _methods_figure_data(material: FigureData) -> DocumentTable | None:
+    from gsapp.report.gust_text import method_comparison_table
+
+    return method_comparison_table(material.looked_at)
+
+
+def _build_residuals(
+    material: FigureData, palette: Palette, _room: FigureSize
+) -> DocumentFigure | str:
+    from gsapp.report.fit_figures import residual_figure
+
+    picture = residual_figure(material.looked_at, units=material.units, palette=palette)
+    estimate = material.looked_at.estimate
+    if picture is None and estimate is not None and estimate.method != "ml":
+        return _NO_RESIDUALS_TEXT.format(method=_METHOD_TITLES[estimate.method])
+    return picture or _missing_fit_text(material)
+
+
+def _selected_fit(material: FigureData) -> tuple[Estimate | None, str]:
+    """Return the fit that is looked at, and what it is of, in words."""
+    key = selected_choice(material, fit_option(material))
+    if key.startswith(JOINT_PREFIX):
+        one = material.outcome.result.joint[int(key.removeprefix(JOINT_PREFIX))]
+        return one, f"{len(one.maneuvers)} {axis_text(one)} maneuvers together"
+    looked_at = material.looked_at
+    return looked_at.estimate, f"maneuver {looked_at.maneuver.id} of {looked_at.maneuver.flight}"
+
+
+def _build_correlations(
+    material: FigureData, palette: Palette, _room: FigureSize
+) -> DocumentFigure | str:
+    from gsapp.report.fit_diagnostic_figures import correlation_figure
+
+    estimate, subject = _selected_fit(material)
+    if estimate is None:
+        return _missing_fit_text(material)
+    picture = correlation_figure(estimate, subject, palette=palette)
+    return picture or f"The fit of {subject} freed fewer than two derivatives."
+
+
+def _build_bounds(
+    material: FigureData, palette: Palette, _room: FigureSize
+) -> DocumentFigure | str:
+    from gsapp.report.fit_diagnostic_figures import bounds_figure
+
+    estimate, subject = _selected_fit(material)
+    if estimate is None:
+        return _missing_fit_text(material)
+    return bounds_figure(estimate, subject, palette=palette) or (
+        f"The fit of {subject} earned no derivative."
+    )
+
+
+# In flight
+
+
+def _build_ftr_history(
+    material: FigureData, palette: Palette, room: FigureSize
+) -> DocumentFigure | str:
+    from gsapp.report.online_figures import online_estimates_figure
+
+    flights = list(material.heard or ())
+    name = selected_choice(material, flight_option(material))
+    one = next((one for one in flights if one.flight == name), None)
+    if one is None or not one.histories:
+        why = f" ({one.why})" if one is not None and one.why else ""
+        return f"FTR did not listen to this flight{why}."
+    lon = selected_choice(material, ftr_axis_option(material)) == "lon"
+    histories = [
+        history
+        for derivative, history in one.histories.items()
+        if not derivative.endswith("_0")
+        and (derivative.partition("_")[0] in LONGITUDINAL_COEFFICIENTS) == lon
+    ]
+    # Those that formed come first: a page holds so many.
+    histories.sort(key=lambda history: not bool((history.values == history.values).any()))
+    return online_estimates_figure(
+        histories, material.outcome.result, material.outcome.summary, one.flight,
+        flights.index(one) + 1, palette=palette, across=best_column_count(len(histories), room, _HISTORY_HEIGHT),
+    )  # fmt: skip
+
+
+# Linear models
+
+
+def _build_linear(material: FigureData, palette: Palette, room: FigureSize) -> DocumentFigure | str:
+    from gsapp.report.linear_figures import linear_model_figure, select_traces
+
+    comparison = material.comparison
+    axis = selected_choice(material, linear_model_axis_option(material))
+    if comparison is None or not axis:
+        remarks = () if comparison is None else comparison.remarks
+        return "There are no linear models to compare" + "".join(f": {one}" for one in remarks)
+    one, name = comparison.axes[axis], selected_choice(material, held_out_option(material))
+    traces = tuple(trace for trace in one.traces if trace.maneuver == name)
+    traces = traces or select_traces(one)[: max(1, int(room.width / _MIN_CHART_WIDTH))]
+    return linear_model_figure(one, traces, units=material.units, palette=palette)
+
+
+def _build_error_table(material: FigureData) -> DocumentTable | None:
+    from gsapp.report.linear_report import error_table
+
+    comparison = material.comparison
+    axis = selected_choice(material, linear_model_axis_option(material))
+    if comparison is None or not axis:
+        return None
+    return error_table(comparison.axes[axis], comparison.method)
+
+
+def _modes_with_spread(material: FigureData) -> dict[str, tuple[ModeUncertainty, ...]]:
+    from gsapp.identification.summary.mode_uncertainty import propagate_mode_uncertainty
+
+    outcome = material.outcome
+    return {
+        AXIS_NAMES[axis]: propagate_mode_uncertainty(outcome.result, outcome.summary, axis)
+        for axis in outcome.models
+    }
+
+
+def _build_modes(material: FigureData, palette: Palette, _room: FigureSize) -> DocumentFigure | str:
+    from gsapp.report.mode_figures import modes_figure
+
+    if not material.outcome.models:
+        from gsapp.identification.summary.campaign_linear_models import NO_LINEAR_MODEL_PREFIX
+
+        why = [one for one in material.outcome.remarks if one.startswith(NO_LINEAR_MODEL_PREFIX)]
+        return "There is no linear model" + "".join(f": {one}" for one in why) + "."
+    return modes_figure(_modes_with_spread(material), palette=palette)
+
+
+def _build_mode_table(material: FigureData) -> DocumentTable | None:
+    from gsapp.report.mode_figures import modes_table
+
+    if not material.outcome.models:
+        return None
+    return modes_table(_modes_with_spread(material), material.units)
+
+
+FIGURE_KINDS = (
+    FigureKind(
+        id="values", title="Values",
+        tells="Each derivative, maneuver by maneuver, with bounds and mean.",
+        options=lambda material: (derivative_group_option(material), abscissa_option(material)), make=_build_values,
+    ),
+    FigureKind(
+        id="fit", title="Fit",
+        tells="What was moved, and measured against computed responses or coefficients.",
+        options=lambda material: (maneuver_option(material), comparison_run_option(material)), make=_build_fit,
+        table=_methods_figure_data,
+    ),
+    FigureKind(
+        id="residuals", title="Residuals",
+        tells="What the fit leaves over, and whether it is white.",
+        options=lambda material: (maneuver_option(material),), make=_build_residuals,
+    ),
+    FigureKind(
+        id="online", title="In flight",
+        tells="Derivatives as FTR formed them, against the points on the ground.",
+        options=lambda material: (flight_option(material), ftr_axis_option(material)), make=_build_ftr_history,
+        needs="heard",
+    ),
+    FigureKind(
+        id="linear", title="Linear models",
+        tells="Linear models on maneuvers that they never saw.",
+        options=lambda material: (linear_model_axis_option(material), held_out_option(material)), make=_build_linear,
+        needs="comparison", table=_build_error_table,
+    ),
+    FigureKind(
+        id="correlations", title="Correlations",
+        tells="What a fit cannot tell apart.",
+        options=lambda material: (fit_option(material),), make=_build_correlations,
+    ),
+    FigureKind(
+        id="bounds", title="Bounds",
+        tells="Bounds in percent, as white noise would have them and corrected.",
+        options=lambda material: (fit_option(material),), make=_build_bounds,
+    ),
+    FigureKind(
+        id="modes", title="Modes",
+        tells="Poles of the linear models with frequency and damping.",
+        options=lambda _material: (), make=_build_modes, table=_build_mode_table,
+    ),
+)  # fmt: skip
+"""In the order in which a review takes them."""

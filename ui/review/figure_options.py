@@ -1,0 +1,186 @@
+"""What can be chosen above each figure: derivatives, conditions, maneuvers, runs. No Qt."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from gsapp.quantities import symbol_text
+from ui.review.figure_data import FigureData, describe_maneuver, find_result, format_run_name
+
+if TYPE_CHECKING:
+    from gsapp.identification.campaign import ManeuverResult
+    from gsapp.identification.results import Estimate
+
+OptionChoices = tuple[tuple[str, str], ...]
+"""Keys and words of a list."""
+
+JOINT_PREFIX = "joint "
+"""Begins the key of a fit of several maneuvers together."""
+_CONDITIONS = (("number", "maneuver"), ("V", "speed"), ("alpha", "angle of attack"),
+               ("beta", "sideslip"))  # fmt: skip
+LONGITUDINAL_COEFFICIENTS = ("CN", "CA", "Cm")
+"""Coefficients of the longitudinal axis."""
+_COEFFICIENTS = (*LONGITUDINAL_COEFFICIENTS, "CY", "Cl", "Cn")
+_EFFECTS_GROUP = "effects"
+AXIS_NAMES = {"lon": "longitudinal", "lat": "lateral"}
+"""Words for the axes."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FigureOption:
+    """A list above a figure.
+
+    Attributes
+    ----------
+    id : str
+        Key of what is chosen.
+    title : str
+    choices : tuple of (key, words)
+    """
+
+    id: str
+    title: str
+    choices: OptionChoices
+
+
+def selected_choice(material: FigureData, option: FigureOption) -> str:
+    """Return what is chosen in a list: the first where the last choice is not there."""
+    wanted = material.chosen.get(option.id, "")
+    keys = [key for key, _ in option.choices]
+    return wanted if wanted in keys else keys[0] if keys else ""
+
+
+def derivative_group_option(material: FigureData) -> FigureOption:
+    """Return which derivatives can be looked at together, and each alone."""
+    names = _plotted_derivatives(material)
+    groups = {
+        **{axis: f"all {words}" for axis, words in AXIS_NAMES.items()},
+        **{one: f"of {symbol_text(one)}" for one in _COEFFICIENTS},
+        _EFFECTS_GROUP: "parameters of effects",
+    }
+    choices = tuple((key, words) for key, words in groups.items() if _filter_by_group(names, key))
+    return FigureOption(
+        id="group",
+        title="Derivatives",
+        choices=(*choices, *((name, symbol_text(name)) for name in names)),
+    )
+
+
+def derivatives_in_group(material: FigureData, group: str) -> tuple[str, ...]:
+    """Return the derivatives of a group."""
+    names = _plotted_derivatives(material)
+    return (group,) if group in names else _filter_by_group(names, group)
+
+
+def _plotted_derivatives(material: FigureData) -> tuple[str, ...]:
+    """Return what has figures: all that was estimated but the values at zero."""
+    found = material.outcome.summary.derivatives
+    return tuple(name for name in found if not name.endswith("_0"))
+
+
+def _filter_by_group(names: Sequence[str], group: str) -> tuple[str, ...]:
+    """Return those of an axis, of a coefficient, or of effects."""
+    lateral = tuple(one for one in _COEFFICIENTS if one not in LONGITUDINAL_COEFFICIENTS)
+    wanted = {"lon": LONGITUDINAL_COEFFICIENTS, "lat": lateral}.get(group, (group,))
+    if group == _EFFECTS_GROUP:
+        return tuple(name for name in names if name.partition("_")[0] not in _COEFFICIENTS)
+    return tuple(name for name in names if name.partition("_")[0] in wanted)
+
+
+def abscissa_option(material: FigureData) -> FigureOption:
+    """Return what values can be drawn against: only what was measured."""
+    flown = {
+        name
+        for one in material.outcome.summary.derivatives.values()
+        for point in one.points
+        for name in point.conditions
+    }
+    return FigureOption(
+        id="over",
+        title="Against",
+        choices=tuple(one for one in _CONDITIONS if one[0] == "number" or one[0] in flown),
+    )
+
+
+def maneuver_option(material: FigureData) -> FigureOption:
+    """Return the maneuvers of the run."""
+    return FigureOption(
+        id="maneuver",
+        title="Maneuver",
+        choices=tuple(
+            (one.maneuver.id, describe_maneuver(one)) for one in material.outcome.result.results
+        ),
+    )
+
+
+def comparison_run_option(material: FigureData) -> FigureOption:
+    """Return the runs that a fit can be compared with: those that computed the same, too."""
+    shown = _computed_channels(material.looked_at)
+    comparable = [
+        (str(place), format_run_name(one))
+        for place, one in enumerate(material.others)
+        if (found := find_result(one, material.looked_at.maneuver.id)) is not None
+        and shown & _computed_channels(found)
+    ]
+    return FigureOption(
+        id="beside", title="Compare with", choices=(("", "no other run"), *comparable)
+    )
+
+
+def _computed_channels(result: ManeuverResult) -> frozenset[str]:
+    """Return the responses or coefficients that a fit computed."""
+    histories = () if result.estimate is None else result.estimate.histories
+    return frozenset(name for one in histories for name in one.channels)
+
+
+def fit_option(material: FigureData) -> FigureOption:
+    """Return the fits of the run: of each maneuver, and of several together."""
+    joint = tuple(
+        (f"{JOINT_PREFIX}{place}", f"{len(one.maneuvers)} maneuvers together, {axis_text(one)}")
+        for place, one in enumerate(material.outcome.result.joint)
+    )
+    single = maneuver_option(material)
+    return FigureOption(id="maneuver", title="Fit", choices=(*single.choices, *joint))
+
+
+def axis_text(estimate: Estimate) -> str:
+    """Return the axis of a fit in words."""
+    return AXIS_NAMES.get(estimate.axis, "six degrees of freedom")
+
+
+def flight_option(material: FigureData) -> FigureOption:
+    """Return the flights that FTR listened to."""
+    return FigureOption(
+        id="flight",
+        title="Flight",
+        choices=tuple((one.flight, one.flight) for one in material.heard or ()),
+    )
+
+
+def ftr_axis_option(_material: FigureData) -> FigureOption:
+    """Return the axes whose derivatives formed in flight."""
+    return FigureOption(id="axis", title="Axis", choices=tuple(AXIS_NAMES.items()))
+
+
+def linear_model_axis_option(material: FigureData) -> FigureOption:
+    """Return the axes that linear models were judged in."""
+    axes = () if material.comparison is None else tuple(material.comparison.axes)
+    return FigureOption(
+        id="axis", title="Axis", choices=tuple((one, AXIS_NAMES[one]) for one in axes)
+    )
+
+
+def held_out_option(material: FigureData) -> FigureOption:
+    """Return the maneuvers that the linear models were judged on."""
+    axis = selected_choice(material, linear_model_axis_option(material))
+    traces = material.comparison.axes[axis].traces if material.comparison and axis else ()
+    return FigureOption(
+        id="kept_out",
+        title="Maneuver",
+        choices=(
+            ("", "some of them"),
+            *((one.maneuver, f"{one.maneuver} of {one.flight}") for one in traces),
+        ),
+    )

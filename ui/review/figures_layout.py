@@ -1,0 +1,172 @@
+"""What the page Figures is laid out with: the list, the choices above a figure, buttons below."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QAction, QResizeEvent
+from PySide6.QtWidgets import QHBoxLayout, QListWidget, QSizePolicy, QVBoxLayout, QWidget
+
+from ui.display_style import DisplayStyle
+from ui.flight.controls import ActionButton
+from ui.flow_layout import FlowLayout
+from ui.gap.layout_widgets import LabeledComboBox, create_button_row
+from ui.review.figure_kinds import FIGURE_KINDS, FigureKind
+from ui.review.figure_options import FigureOption
+from ui.review.figure_table import ReportTable
+from ui.review.figure_view import FigureView
+from ui.start_page import create_label
+
+_LIST_WIDTH = 152
+"""Points of width of the list of figures ..."""
+_WIDE_WIDTH = 820
+"""... that stands at the left where the page has so many; else above."""
+_COMBO_CHARACTERS = 24
+"""Of a choice above the figure: a maneuver with its input and flight."""
+_MIN_TALL_HEIGHT = 380
+"""Points of height below which the buttons give way to the figure."""
+
+
+class FiguresLayout(QWidget):
+    """The figure with its surroundings.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        The commands.
+    look : DisplayStyle
+        Colors and sizes.
+    describe : callable
+        Returns what is known of a point, from the chart's name and the maneuver.
+
+    Attributes
+    ----------
+    kind_chosen : Signal(str)
+        Id of the figure that is wanted.
+    option_chosen : Signal(str, str)
+        A list above the figure, and the key chosen in it.
+    view : FigureView
+    table : ReportTable
+    """
+
+    kind_chosen = Signal(str)
+    option_chosen = Signal(str, str)
+
+    def __init__(
+        self,
+        actions: Mapping[str, QAction],
+        look: DisplayStyle,
+        describe: Callable[[str, str], str],
+    ) -> None:
+        super().__init__()
+        self._look = look
+        self._row = QHBoxLayout(self)
+        self._row.setContentsMargins(0, 0, 0, 0)
+        self.list = self._made_list()
+        self._row.addWidget(self.list)
+        self._column = QVBoxLayout()
+        self._row.addLayout(self._column, 1)
+        self._column.addWidget(self._made_bar())
+        self.table = ReportTable(look)
+        self.detail = create_label("", wrap=True, remarks_in=look)
+        self.detail.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.caption = create_label("", "hint", wrap=True, remarks_in=look)
+        below = (self.table, self.detail, self.caption)
+        self.view = FigureView(look, describe, "Figure", below)
+        self._column.addWidget(self.view, 1)
+        self.buttons = create_button_row(
+            look,
+            ActionButton(actions["review_exclude"], "Leave out or take in", look),
+            ActionButton(actions["review_open_fit"], "Its fit", look),
+            ActionButton(actions["review_figure_copy"], "Copy picture", look),
+            ActionButton(actions["review_figure_copy_numbers"], "Copy numbers", look),
+            ActionButton(actions["review_figure_save"], "Save as…", look),
+        )
+        self._column.addWidget(self.buttons)
+        look.changed.connect(self._restyle)
+        self._restyle()
+
+    def _made_list(self) -> QListWidget:
+        made = QListWidget()
+        made.setProperty("role", "boxed")
+        made.setAccessibleName("Figures")
+        made.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        for kind in FIGURE_KINDS:
+            made.addItem(kind.title)
+            made.item(made.count() - 1).setToolTip(kind.tells)
+        made.setCurrentRow(0)
+        made.currentRowChanged.connect(lambda place: self.kind_chosen.emit(FIGURE_KINDS[place].id))
+        return made
+
+    def _made_bar(self) -> QWidget:
+        bar = QWidget()
+        policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
+        policy.setHeightForWidth(True)
+        bar.setSizePolicy(policy)
+        self._bar = FlowLayout(bar, spacing=self._look.px(8))
+        self.figure_choice = LabeledComboBox(self._look, "Figure")
+        self.figure_choice.box.currentIndexChanged.connect(
+            lambda _place: self.kind_chosen.emit(self.figure_choice.value)
+        )
+        self._bar.addWidget(self.figure_choice)
+        self.choices: dict[str, LabeledComboBox] = {}
+        return bar
+
+    def show_kind(self, kind: FigureKind) -> None:
+        """Show which figure of the list is on screen."""
+        with QSignalBlocker(self.list):
+            self.list.setCurrentRow(FIGURE_KINDS.index(kind))
+        self.figure_choice.show_choices([(one.id, one.title) for one in FIGURE_KINDS], kind.id)
+        for widget in (self.view, self.view.canvas):
+            widget.setAccessibleName(f"{kind.title}: {kind.tells}")
+
+    def show_options(self, options: Sequence[tuple[FigureOption, str]]) -> None:
+        """Show the lists above the figure, each with the key that is chosen."""
+        for option, key in options:
+            if option.id not in self.choices:
+                choice = LabeledComboBox(self._look, option.title, letters=_COMBO_CHARACTERS)
+                choice.box.currentIndexChanged.connect(
+                    lambda _place, name=option.id: self.option_chosen.emit(
+                        name, self.choices[name].value
+                    )
+                )
+                self.choices[option.id] = choice
+                self._bar.addWidget(choice)
+            choice = self.choices[option.id]
+            choice.title.setText(option.title)
+            choice.box.setAccessibleName(option.title)
+            choice.show_choices(option.choices, key)
+        shown = {option.id for option, _ in options if option.choices}
+        for name, choice in self.choices.items():
+            choice.setVisible(name in shown)
+
+    def tell(self, words: str) -> None:
+        """Say something under the figure: what is chosen in it, or what became of it."""
+        self.detail.setText(words)
+        self.detail.setVisible(bool(words))
+
+    def show_caption(self, words: str) -> None:
+        """Say what the figure shows."""
+        self.caption.setText(words)
+        self.caption.setVisible(bool(words))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Put the list above the figure where there is little room."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        wide = self.width() >= self._look.px(_WIDE_WIDTH)
+        self.list.setVisible(wide)
+        self.figure_choice.setVisible(not wide)
+        # Their keys and the menu are still there.
+        self.buttons.setVisible(self.height() >= self._look.px(_MIN_TALL_HEIGHT))
+
+    def _restyle(self) -> None:
+        look = self._look
+        self._row.setSpacing(look.px(12))
+        self._column.setSpacing(look.px(6))
+        self._bar.setSpacing(look.px(8))
+        self.list.setFixedWidth(look.px(_LIST_WIDTH))
+        self._fit()

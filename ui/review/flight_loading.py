@@ -1,0 +1,138 @@
+"""What the page of maneuvers has done in threads: flights opened, changes kept in the catalog."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from gsapp.foundation import FlightError
+from gsapp.session.review import ReviewedFlight, open_reviewed_flight, save_maneuvers_to_catalog
+from ui.background_job import BackgroundJob, JobProgress
+from ui.disk_checks import may_block
+
+
+class FlightLoader(QObject):
+    """Opens flights one after the other.
+
+    Parameters
+    ----------
+    catalog : callable
+        Returns the catalog in which verdicts may have been kept.
+
+    Attributes
+    ----------
+    opened : Signal(object)
+        A `ReviewedFlight`.
+    failed : Signal(object, object)
+        The path, and the exception.
+    changed : Signal
+        `doing` says something else.
+    """
+
+    opened = Signal(object)
+    failed = Signal(object, object)
+    changed = Signal()
+
+    def __init__(self, catalog: Callable[[], Path], parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._catalog = catalog
+        self._waiting: list[Path] = []
+        self._work: BackgroundJob | None = None
+        self._words = ""
+
+    @property
+    def doing(self) -> str:
+        """Return what is being opened, in words; empty for nothing."""
+        if self._work is None:
+            return ""
+        left = f", {len(self._waiting)} more to come" if self._waiting else ""
+        return f"{self._words[:1].upper()}{self._words[1:]}{left} …"
+
+    def open(self, paths: Iterable[Path]) -> None:
+        """Open these flights after those that wait."""
+        self._waiting += [path for path in paths if path not in self._waiting]
+        if self._work is None:
+            self._next()
+
+    def _next(self) -> None:
+        if not self._waiting:
+            self._work = None
+            self.changed.emit()
+            return
+        path = self._waiting.pop(0)
+        catalog = self._catalog()
+
+        def run(progress: JobProgress) -> ReviewedFlight:
+            if may_block(path):
+                raise FlightError(f"{path} does not respond")
+            return open_reviewed_flight(
+                path, catalog=catalog, doing=lambda words: progress(None, words)
+            )
+
+        self._words = f"opening {path.name}"
+        self._work = BackgroundJob(self._words, run, self)
+        self._work.progressed.connect(self._told)
+        self._work.done.connect(self._done)
+        self._work.failed.connect(lambda error: self._missed(path, error))
+        self._work.start()
+        self.changed.emit()
+
+    def _told(self, _share: object, words: str) -> None:
+        self._words = words
+        self.changed.emit()
+
+    def _done(self, flight: ReviewedFlight) -> None:
+        self.opened.emit(flight)
+        self._next()
+
+    def _missed(self, path: Path, error: BaseException) -> None:
+        self.failed.emit(path, error)
+        self._next()
+
+
+class CatalogWriter(QObject):
+    """Keeps the maneuvers of changed flights in the catalog, the latest state of each.
+
+    Attributes
+    ----------
+    failed : Signal(object)
+        The exception.
+    """
+
+    failed = Signal(object)
+
+    def __init__(self, catalog: Callable[[], Path], parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._catalog = catalog
+        self._waiting: dict[Path, Callable[[], None]] = {}
+        self._work: BackgroundJob | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Return whether something is still to be kept."""
+        return self._work is not None
+
+    def keep(self, flight: ReviewedFlight) -> None:
+        """Keep the maneuvers of a flight as they stand now."""
+        catalog, maneuvers = self._catalog(), flight.maneuvers
+        self._waiting[flight.path] = lambda: save_maneuvers_to_catalog(
+            catalog, flight.flight, maneuvers, flight.aircraft.name
+        )
+        if self._work is None:
+            self._next()
+
+    def _next(self) -> None:
+        if not self._waiting:
+            self._work = None
+            return
+        write = self._waiting.pop(next(iter(self._waiting)))
+        self._work = BackgroundJob("Keeping the maneuvers", lambda _progress: write(), self)
+        self._work.done.connect(lambda _result: self._next())
+        self._work.failed.connect(self._missed)
+        self._work.start()
+
+    def _missed(self, error: BaseException) -> None:
+        self.failed.emit(error)
+        self._next()

@@ -1,0 +1,163 @@
+"""The flights under review: chosen, added, taken out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QAction, QKeyEvent
+from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPushButton, QVBoxLayout, QWidget
+
+from gsapp.session.review.review import Review
+from gsapp.session.review.reviewed_flight import ReviewedFlight
+from ui.commands import action_hint
+from ui.display_style import DisplayStyle
+from ui.gap.layout_widgets import create_button_row
+from ui.number_format import count_text, join_sentences
+from ui.review.maneuver_text import grade_counts_text
+from ui.start_page import create_label
+
+_MAX_VISIBLE_ROWS = 5
+"""Flights in sight at once."""
+_MAX_REMARKS = 3
+"""Remarks on a flight in sight; the others are in the tool tip."""
+
+
+class _ReviewFlightList(QListWidget):
+    """Flights; Delete takes one out of the review."""
+
+    deleted = Signal()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Take out with Delete."""
+        if event.key() == Qt.Key.Key_Delete:
+            self.deleted.emit()
+        else:
+            super().keyPressEvent(event)
+
+
+class FlightsPanel(QWidget):
+    """The flights with their maneuvers and grades, what is to be said of the one chosen.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        The commands.
+    look : DisplayStyle
+        Sizes.
+
+    Attributes
+    ----------
+    chosen : Signal(int)
+        Place of a flight in the review.
+    """
+
+    chosen = Signal(int)
+
+    def __init__(self, actions: Mapping[str, QAction], look: DisplayStyle) -> None:
+        super().__init__()
+        self._look = look
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        self._column = column
+        column.addWidget(create_label("Flights", "heading"))
+        self.flights = _ReviewFlightList()
+        self.flights.setProperty("role", "boxed")
+        self.flights.setAccessibleName("Flights under review")
+        self.flights.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.flights.setTextElideMode(Qt.TextElideMode.ElideRight)
+        self.flights.currentRowChanged.connect(self._moved)
+        column.addWidget(self.flights)
+        self.words = create_label("", "muted", wrap=True, remarks_in=look)
+        column.addWidget(self.words)
+        self.buttons: dict[str, QPushButton] = {}
+        names = ("review_add_open", "review_add_folder", "review_add_files", "review_take_out",
+                 "review_trial")  # fmt: skip
+        for name in names:
+            self.buttons[name] = create_command_button(actions[name])
+        column.addWidget(create_button_row(look, *self.buttons.values()))
+        column.addStretch(1)
+        self.flights.deleted.connect(actions["review_take_out"].trigger)
+        look.changed.connect(self._fit)
+        self._fit()
+
+    def _fit(self) -> None:
+        self._column.setSpacing(self._look.px(6))
+        rows = min(max(self.flights.count(), 1), _MAX_VISIBLE_ROWS)
+        self.flights.setFixedHeight(rows * self._look.px(30) + 4)
+
+    def show_flights(self, review: Review, place: int, doing: str) -> None:
+        """Show the flights, one of them chosen, and what is being opened."""
+        flights = review.flights
+        self.flights.blockSignals(True)
+        while self.flights.count() > len(flights):
+            self.flights.takeItem(self.flights.count() - 1)
+        for row, flight in enumerate(flights):
+            if row == self.flights.count():
+                self.flights.addItem(QListWidgetItem())
+            count = count_text(len(flight.maneuvers), "maneuver")
+            grades = grade_counts_text(flight.maneuvers)
+            item = self.flights.item(row)
+            item.setText(f"{row + 1}  {review.title(flight)}   {count}")
+            item.setToolTip(f"{flight.path}\n{count}: {grades}")
+        self.flights.setCurrentRow(place)
+        self.flights.blockSignals(False)
+        self.flights.setVisible(bool(flights))
+        self.buttons["review_trial"].setVisible(not flights)
+        self._fit()
+        if doing:
+            self._say(doing)
+        elif not flights:
+            self._say(
+                "No flight yet. Add one: a flight folder, or a file (tlog, bin, ulg, csv, mat)."
+            )
+        else:
+            self._tell_of(flights[place])
+
+    def _tell_of(self, flight: ReviewedFlight) -> None:
+        """Tell grades and the latest remarks: what was changed by hand is said last."""
+        grades = grade_counts_text(flight.maneuvers)
+        said = flight.remarks[::-1]
+        more = max(len(said) - _MAX_REMARKS, 0)
+        lines = (
+            f"grades: {grades}" if grades else "",
+            *said[:_MAX_REMARKS],
+            f"{count_text(more, 'remark')} more" if more else "",
+        )
+        self._say(join_sentences(lines), flight.remarks)
+
+    def _say(self, words: str, remarks: Sequence[str] = ()) -> None:
+        self.words.setText(words)
+        self.words.setToolTip("\n".join(remarks))
+        self.words.setAccessibleDescription(join_sentences(remarks))
+
+    def offer_open(self, offered: bool) -> None:
+        """Offer the flight that is open in the window, or not."""
+        self.buttons["review_add_open"].setVisible(offered)
+
+    @property
+    def has_keyboard(self) -> bool:
+        """Return whether the keyboard is on one of the buttons."""
+        return any(button.hasFocus() for button in self.buttons.values())
+
+    def _moved(self, row: int) -> None:
+        if row >= 0:
+            self.chosen.emit(row)
+
+
+def create_command_button(action: QAction, *, quiet: bool = False) -> QPushButton:
+    """Return a button that does what a command does, gray when the command is."""
+    words = action.text()
+    button = QPushButton(words)
+    button.setAccessibleName(words.rstrip("…"))
+    if quiet:
+        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    button.clicked.connect(action.trigger)
+
+    def follow() -> None:
+        button.setEnabled(action.isEnabled())
+        button.setToolTip(action_hint(action))
+
+    action.changed.connect(follow)
+    follow()
+    return button

@@ -1,0 +1,147 @@
+"""The columns of the table of maneuvers: title, text, and what each is sorted by. No Qt."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from gsapp.quantities import channel
+from gsapp.session.review.review import ManeuverRow
+from ui.number_format import channel_value_text, clock_text, unit_text
+from ui.review.maneuver_text import grade_text, surface_symbols_text
+
+_MISSING_SORT_VALUE = -1e9
+"""Sorts what is not known before everything."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ManeuverColumn:
+    """One column.
+
+    Attributes
+    ----------
+    id, title : str
+    width : int
+        Points.
+    key : callable
+        What its rows are sorted by.
+    text : callable or None
+        What stands in a cell; None for a value in the units of the screen.
+    quantity : str
+        Channel whose unit that value has.
+    hint : str
+        Tool tip of the title.
+    """
+
+    id: str
+    title: str
+    width: int
+    key: Callable[[ManeuverRow], object]
+    text: Callable[[ManeuverRow], str] | None = None
+    quantity: str = ""
+    hint: str = ""
+
+    @property
+    def right(self) -> bool:
+        """Return whether it holds numbers."""
+        return self.text is None or self.id in ("start", "length")
+
+    def heading(self, units: str) -> str:
+        """Return the title with the unit."""
+        if not self.quantity:
+            return self.title
+        return f"{self.title} [{unit_text(channel(self.quantity).display_unit(units))}]"
+
+    def words(self, row: ManeuverRow, units: str) -> str:
+        """Return what stands in a cell."""
+        if self.text is not None:
+            return self.text(row)
+        value = _COLUMN_VALUES[self.id](row)
+        return channel_value_text(channel(self.quantity), value, units, unit=False)
+
+
+_COLUMN_VALUES: dict[str, Callable[[ManeuverRow], float | None]] = {
+    "size": lambda row: row.maneuver.amplitude,
+    "V": lambda row: row.maneuver.V,
+    "alpha": lambda row: row.maneuver.alpha,
+}
+
+
+def _flight_order_key(row: ManeuverRow) -> tuple[int, float]:
+    return row.number, row.maneuver.t_start
+
+
+def _numeric_sort_key(name: str) -> Callable[[ManeuverRow], object]:
+    def key(row: ManeuverRow) -> float:
+        value = _COLUMN_VALUES[name](row)
+        return _MISSING_SORT_VALUE if value is None else value
+
+    return key
+
+
+def _maneuver_length(row: ManeuverRow) -> float:
+    return row.maneuver.t_end - row.maneuver.t_start
+
+
+def _pilot_verdict_text(row: ManeuverRow) -> str:
+    return "" if row.verdict is None else row.verdict.advice or row.verdict.result
+
+
+MANEUVER_COLUMNS = (
+    ManeuverColumn(
+        id="use", title="Use", width=46, key=lambda row: not row.in_use, text=lambda _row: "",
+        hint="Takes part in the estimate",
+    ),
+    ManeuverColumn(
+        id="id", title="Id", width=64, key=_flight_order_key, text=lambda row: row.id,
+        hint="Its name, with several flights after the number of its own; press to change it",
+    ),
+    ManeuverColumn(
+        id="flight", title="Flight", width=150, key=_flight_order_key,
+        text=lambda row: f"{row.number} {row.flight}",
+    ),
+    ManeuverColumn(
+        id="start", title="Start", width=78, key=lambda row: row.maneuver.t_start,
+        text=lambda row: clock_text(row.maneuver.t_start, decimals=1),
+    ),
+    ManeuverColumn(
+        id="length", title="Length [s]", width=84, key=_maneuver_length,
+        text=lambda row: f"{_maneuver_length(row):.1f}",
+    ),
+    ManeuverColumn(
+        id="inputs", title="Inputs", width=70, key=lambda row: row.maneuver.inputs,
+        text=lambda row: surface_symbols_text(row.maneuver),
+    ),
+    ManeuverColumn(
+        id="kind", title="Kind", width=80, key=lambda row: row.maneuver.kind,
+        text=lambda row: row.maneuver.kind,
+    ),
+    ManeuverColumn(
+        id="size", title="Size", width=74, key=_numeric_sort_key("size"), quantity="de",
+        hint="Half of peak to peak of the main input",
+    ),
+    ManeuverColumn(
+        id="V", title="V", width=78, key=_numeric_sort_key("V"), quantity="V",
+        hint="True airspeed at the start",
+    ),
+    ManeuverColumn(
+        id="alpha", title="α", width=66, key=_numeric_sort_key("alpha"), quantity="alpha",
+        hint="Angle of attack at the start",
+    ),
+    ManeuverColumn(
+        id="grade", title="Grade", width=100, key=lambda row: (row.maneuver.grade, *_flight_order_key(row)),
+        text=lambda row: grade_text(row.maneuver),
+    ),
+    ManeuverColumn(id="told", title="The pilot was told", width=180, key=_pilot_verdict_text, text=_pilot_verdict_text),
+    ManeuverColumn(
+        id="note", title="Note", width=160, key=lambda row: row.maneuver.note,
+        text=lambda row: row.maneuver.note, hint="Press to write",
+    ),
+)  # fmt: skip
+"""From left to right."""
+
+COLUMN_INDEXES = {column.id: place for place, column in enumerate(MANEUVER_COLUMNS)}
+"""Where each stands."""
+
+EDITABLE_COLUMNS = ("id", "note")
+"""Columns that people write in."""

@@ -1,0 +1,222 @@
+"""What is done to maneuvers on the first page of the review; each deed can be taken back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from gsapp.flight.maneuvers.detected_maneuver import Grade
+from gsapp.foundation import GroundStationError
+from gsapp.session.review import ManeuverRow, Review, ReviewedFlight
+from ui.review.flight_loading import CatalogWriter
+from ui.review.review_selection import ReviewSelection
+from ui.review.reviewed_flights import ReviewedFlights
+
+NUDGE_SECONDS = 0.1
+"""Seconds that an edge moves by with one key; with the other it is a sample."""
+
+
+class ManeuverEditor(QObject):
+    """Changes the maneuvers of the flight on screen.
+
+    Parameters
+    ----------
+    flights : ReviewedFlights
+    review : Review
+    selection : ReviewSelection
+        The maneuver that is changed.
+    keeping : CatalogWriter
+        Hands every change on to the catalog.
+
+    Attributes
+    ----------
+    changed : Signal
+        Maneuvers or their use are others now.
+    said : Signal(str, str)
+        What came of the last deed, and its state; empty for nothing worth saying.
+    """
+
+    changed = Signal()
+    said = Signal(str, str)
+
+    def __init__(
+        self,
+        flights: ReviewedFlights,
+        review: Review,
+        selection: ReviewSelection,
+        keeping: CatalogWriter,
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._flights = flights
+        self._review = review
+        self._selection = selection
+        self._keeping = keeping
+
+    @property
+    def row(self) -> ManeuverRow | None:
+        """Return the chosen maneuver; None for none."""
+        chosen = self._selection.maneuver
+        return next((row for row in self._review.rows() if row.id == chosen), None)
+
+    def _edit(
+        self,
+        change: Callable[[ReviewedFlight], str | None],
+        flight: ReviewedFlight | None = None,
+    ) -> None:
+        """Do something to a flight, by default the one on screen.
+
+        What cannot be is said, and changes nothing. A text that the change returns is the id of
+        the maneuver to be looked at.
+        """
+        flight = flight or self._flights.flight
+        if flight is None:
+            return
+        at = self._where()
+        try:
+            name = change(flight)
+        except GroundStationError as error:
+            self.said.emit(str(error), "warning")
+            flight.poll()
+        else:
+            self.said.emit("", "")
+            self._keeping.keep(flight)
+            if name:
+                self._selection.choose_maneuver(self._review.campaign_id(flight, name))
+        self._settle(at)
+
+    def follow(self) -> None:
+        """Take in what other windows changed."""
+        at = self._where()
+        try:
+            changed = self._review.poll()
+        except GroundStationError as error:
+            self.said.emit(str(error), "warning")
+            return
+        if changed:
+            self._settle(at)
+
+    def _where(self) -> float:
+        """Return where the eye is, s, should the chosen maneuver be gone afterwards."""
+        row = self.row
+        return row.maneuver.t_start if row is not None else 0.0
+
+    def _settle(self, at: float) -> None:
+        """Look at what stands; a maneuver that is gone gives its place to the one next to it."""
+        flight = self._flights.flight
+        if flight is not None and self._review.located(self._selection.maneuver) is None:
+            near = min(flight.maneuvers, key=lambda one: abs(one.t_start - at), default=None)
+            name = "" if near is None else self._review.campaign_id(flight, near.id)
+            self._selection.choose_maneuver(name)
+        self.changed.emit()
+
+    # Edges
+
+    def move(self, name: str, start: float, stop: float) -> None:
+        """Move the edges of a maneuver of the flight on screen, s."""
+        self._edit(lambda flight: flight.move(name, start, stop))
+
+    def nudge(self, start: int, stop: int) -> None:
+        """Move the edges of the chosen maneuver by so many tenths of a second."""
+        self._nudge(start * NUDGE_SECONDS, stop * NUDGE_SECONDS)
+
+    def nudge_samples(self, start: int, stop: int) -> None:
+        """Move the edges of the chosen maneuver by so many samples."""
+        if self._flights.flight is not None:
+            step = self._flights.flight.step
+            self._nudge(start * step, stop * step)
+
+    def _nudge(self, start: float, stop: float) -> None:
+        row = self.row
+        if row is not None:
+            one = row.maneuver
+            self.move(one.id, one.t_start + start, one.t_end + stop)
+
+    # The list
+
+    def add(self, start: float, stop: float) -> None:
+        """Make a stretch (s) a maneuver."""
+        self._edit(lambda flight: flight.add(start, stop))
+
+    def _picked(self, ids: Sequence[str]) -> tuple[str, ...]:
+        """Return the ids within the flight on screen that a deed is meant for.
+
+        Those picked in the table, if the chosen maneuver is one of them; else that one alone.
+        """
+        row = self.row
+        if row is None:
+            return ()
+        if row.id not in ids:
+            return (row.maneuver.id,)
+        return tuple(
+            one.maneuver.id
+            for one in self._review.rows()
+            if one.id in ids and one.number == row.number
+        )
+
+    def remove(self, ids: Sequence[str]) -> None:
+        """Take out the maneuvers picked, as one change."""
+        picked = self._picked(ids)
+        if picked:
+            self._edit(lambda flight: flight.remove(*picked))
+
+    def merge(self, ids: Sequence[str]) -> None:
+        """Merge the maneuvers picked; one alone with the next of its flight."""
+        picked, flight = self._picked(ids), self._flights.flight
+        if flight is None or not picked:
+            return
+        if len(picked) == 1:
+            names = [one.id for one in flight.maneuvers]
+            place = names.index(picked[0])
+            picked = tuple(names[place : place + 2])
+        self._edit(lambda flight: flight.merge(picked))
+
+    # What people say of one
+
+    def rename(self, campaign_id: str, new: str) -> None:
+        """Give a maneuver another id."""
+        self._named(campaign_id, lambda flight, name: flight.rename(name, new))
+
+    def annotate(self, campaign_id: str, note: str) -> None:
+        """Write a note beside a maneuver."""
+        self._named(campaign_id, lambda flight, name: flight.annotate(name, note))
+
+    def _named(self, campaign_id: str, change: Callable[[ReviewedFlight, str], str | None]) -> None:
+        place = self._review.located(campaign_id)
+        if place is None:
+            return
+        flight, maneuver = place
+        # When the editor of the cell has closed: the rows may be others then.
+        QTimer.singleShot(
+            0, self, lambda: self._edit(lambda flight: change(flight, maneuver.id), flight)
+        )
+
+    def regrade(self, flight: ReviewedFlight, name: str, grade: Grade | None, reason: str) -> None:
+        """Give a maneuver of a flight a grade; None leaves it to the samples."""
+        self._edit(lambda flight: flight.regrade(name, grade, reason), flight)
+
+    def use(self, campaign_id: str, wanted: bool) -> None:
+        """Let a maneuver take part in estimates, or not."""
+        self._named(campaign_id, lambda flight, name: flight.use(name, wanted))
+
+    # Taking back
+
+    def undo(self) -> None:
+        """Take back the last change of the flight on screen."""
+        self._back("Taken back", lambda flight: flight.undo())
+
+    def redo(self) -> None:
+        """Make again the change of the flight on screen that was taken back."""
+        self._back("Made again", lambda flight: flight.redo())
+
+    def _back(self, what: str, act: Callable[[ReviewedFlight], str]) -> None:
+        words = ""
+
+        def change(flight: ReviewedFlight) -> None:
+            nonlocal words
+            words = act(flight)
+
+        self._edit(change)
+        if words:
+            self.said.emit(f"{what}: {words}.", "")

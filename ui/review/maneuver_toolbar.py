@@ -1,0 +1,63 @@
+"""What can be done with the maneuver that is looked at, as a row of buttons."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
+
+from ui.display_style import DisplayStyle
+from ui.gap.layout_widgets import create_button_row
+from ui.review.flights_panel import create_command_button
+
+_BUTTONS = (
+    ("review_zoom", "Zoom"),
+    ("review_add_maneuver", "Add"),
+    ("review_remove_maneuver", "Remove"),
+    ("review_merge", "Merge"),
+    ("review_rename", "Rename"),
+    ("review_note", "Note"),
+    ("review_grade", "Grade…"),
+)
+
+
+class ManeuverToolbar(QWidget):
+    """Buttons of the commands, and whether the maneuver takes part in estimates.
+
+    Parameters
+    ----------
+    actions : mapping of str to QAction
+        The commands.
+    look : DisplayStyle
+        Sizes.
+    """
+
+    def __init__(self, actions: Mapping[str, QAction], look: DisplayStyle) -> None:
+        super().__init__()
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        self.use = QCheckBox("Use in the estimate")
+        self._in_use = actions["review_in_use"]
+        self.use.clicked.connect(actions["review_in_use"].trigger)
+        self.buttons = {}
+        for name, words in _BUTTONS:
+            button = create_command_button(actions[name], quiet=True)
+            button.setText(words)
+            self.buttons[name] = button
+        self._look = look
+        column.addWidget(create_button_row(look, *self.buttons.values(), self.use))
+
+        look.changed.connect(self._restyle)
+        self._restyle()
+
+    def _restyle(self) -> None:
+        # As high as the buttons beside it.
+        self.use.setMinimumHeight(self._look.px(30))
+
+    def show_use(self, used: bool | None) -> None:
+        """Show whether the maneuver takes part; None where there is none."""
+        self.use.setEnabled(used is not None)
+        known = used is not None
+        self.use.setToolTip(self._in_use.text() if known else "Choose a maneuver first")
+        self.use.setChecked(bool(used))

@@ -1,0 +1,174 @@
+"""On-board logs in the window: asked for, fetched and aligned behind it, told in banners."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QWidget
+
+from ui.display_style import DisplayStyle
+from ui.job_process.job_runner import JobRunner
+from ui.review.job_queue import JobQueue
+from ui.review.onboard_log_job import OnboardLogJob, OnboardLogResult
+from ui.review.onboard_log_worker import create_log_job_runner
+from ui.settings import SettingsStore
+from ui.window_frame.banners import BannerStack
+from ui.window_frame.job_banner import JobBanner
+
+if TYPE_CHECKING:
+    from gsapp.flight.flight import Flight
+    from gsapp.flight.folder import FlightFolder
+    from ui.review.onboard_log_dialog import FlightLogs
+
+
+class OnboardLogController(QObject):
+    """Takes logs into flights, one after the other; a fetch of an hour holds up nothing else.
+
+    Parameters
+    ----------
+    look : DisplayStyle
+        Colors, sizes.
+    store : SettingsStore
+        Remembers links.
+    banners : BannerStack
+        Tells of the work, and offers to stop it or to take it back.
+    report_error : callable
+        Where errors go.
+    flights : callable
+        Returns the flights that are open for review.
+    others : callable
+        Returns paths of further flights that may be meant.
+    parent : QWidget
+        The place.
+    engine : JobRunner, optional
+        What does the work; a process of its own by default.
+
+    Attributes
+    ----------
+    placed : Signal(object)
+        The path of a flight whose samples are others now.
+    changed : Signal
+        Other commands are of use now.
+    """
+
+    placed = Signal(object)
+    changed = Signal()
+
+    def __init__(
+        self,
+        look: DisplayStyle,
+        store: SettingsStore,
+        banners: BannerStack,
+        report_error: Callable[[BaseException], None],
+        flights: Callable[[], Sequence[Flight]],
+        others: Callable[[], Sequence[Path]],
+        parent: QWidget,
+        engine: JobRunner | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._look = look
+        self._store = store
+        self._banners = banners
+        self._flights = flights
+        self._others = others
+        self._parent = parent
+        self.work = JobQueue(engine or create_log_job_runner(), report_error, self)
+        self._banner = JobBanner(banners, self.work.cancel)
+        self.work.began.connect(self._began)
+        self.work.progressed.connect(self._told)
+        self.work.ended.connect(self._ended)
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what the commands do."""
+        return {"review_onboard": self.ask, "review_onboard_stop": self.work.cancel}
+
+    @property
+    def folders(self) -> list[Path]:
+        """Return the flight folders that a log may go into."""
+        paths = [*(flight.path for flight in self._flights()), *self._others()]
+        return [path for path in dict.fromkeys(one.resolve() for one in paths) if path.is_dir()]
+
+    def ask(self) -> None:
+        """Ask for flight and log, and begin."""
+        from gsapp.telemetry.log_download import parse_log_link
+        from ui.dialog_options import named_serial_ports
+        from ui.review.onboard_log_dialog import OnboardLogDialog
+
+        flights = self.offered()
+        if not flights:
+            return
+        dialog = OnboardLogDialog(
+            self._look, flights, self._store.current.links, parse_log_link, named_serial_ports,
+            self._parent.window(),
+        )  # fmt: skip
+        if dialog.exec():
+            self.begin(dialog.job)
+
+    def begin(self, job: OnboardLogJob) -> None:
+        """Begin a job, or let it wait."""
+        if job.link:
+            self._store.change(links=self._store.current.with_link(job.link).links)
+        self.work.begin(job, self._done)
+
+    def offered(self) -> tuple[FlightLogs, ...]:
+        """Return the flights that may get a log."""
+        from gsapp.flight.folder import FlightFolder
+        from gsapp.flight.onboard_log.log_storage import list_logs
+        from gsapp.telemetry.recorder_control import find_recorder
+        from ui.review.onboard_log_dialog import FlightLogs
+
+        opened = {flight.path.resolve(): flight for flight in self._flights()}
+        found = []
+        for path in self.folders:
+            folder = FlightFolder(path=path)
+            flight = opened.get(path)
+            recorder = find_recorder(path)
+            status = recorder.status() if recorder is not None else None
+            found.append(
+                FlightLogs(
+                    path=path,
+                    name=flight.name if flight is not None else path.name,
+                    in_force=_applied_log_name(folder),
+                    state=flight.onboard if flight is not None else None,
+                    kept=list_logs(folder),
+                    link=status.link if status is not None else "",
+                )
+            )
+        return tuple(found)
+
+    def close(self) -> None:
+        """Stop everything, as the window closes; what came of a log is kept."""
+        self.work.close()
+
+    # Work
+
+    def _began(self, title: str) -> None:
+        self._banner.show(title)
+        self.changed.emit()
+
+    def _told(self, share: float | None, words: str) -> None:
+        self._banner.tell(share, words)
+
+    def _ended(self, title: str, how: str) -> None:
+        self._banner.drop()
+        if how == "cancelled":
+            self._banners.show_banner(
+                "note", f"{title}: stopped. The flight stands as it stood; what came is kept."
+            )
+        self.changed.emit()
+
+    def _done(self, result: object) -> None:
+        if not isinstance(result, OnboardLogResult):
+            return
+        back = OnboardLogJob(flight=result.flight, use=result.former)
+        self._banners.show_banner("note", result.words, ("Take back", lambda: self.begin(back)))
+        self.placed.emit(result.flight)
+
+
+def _applied_log_name(folder: FlightFolder) -> str:
+    info = folder.info()
+    return info.onboard_log if info is not None else ""

@@ -1,0 +1,223 @@
+"""Asks which log is to take the place of the live record, and says how the one in force stands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtWidgets import (
+    QComboBox,
+    QFileDialog,
+    QHBoxLayout,
+    QLineEdit,
+    QPushButton,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ui.dialogs.connect import LinkField
+from ui.dialogs.flight_file_dialogs import LOG_NAME_FILTER
+from ui.dialogs.form_dialog import FieldMessage, FormDialog
+from ui.disk_checks import nearest_folder, path_kind
+from ui.display_style import DisplayStyle
+from ui.review.onboard_log_job import OnboardLogJob
+
+if TYPE_CHECKING:
+    from gsapp.flight.onboard_log import OnboardLogState
+
+_FILE, _LINK, _STORED, _NONE = "file", "link", "kept", "none"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlightLogs:
+    """A flight that may get an on-board log.
+
+    Attributes
+    ----------
+    path : Path
+        Its folder.
+    name : str
+    in_force : str
+        File name of the log in force; empty for none.
+    state : OnboardLogState or None
+        How it stands; None where the flight has not been opened with it.
+    kept : tuple of str
+        Logs in the folder, in force or not.
+    link : str
+        The LINK that is recorded into it now; empty for none.
+    """
+
+    path: Path
+    name: str
+    in_force: str = ""
+    state: OnboardLogState | None = None
+    kept: tuple[str, ...] = ()
+    link: str = ""
+
+
+class ExistingFileField(QWidget):
+    """A file that is there, typed or chosen."""
+
+    def __init__(self, name: str, look: DisplayStyle) -> None:
+        super().__init__()
+        self._name = name
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(look.px(8))
+        self.edit = QLineEdit()
+        self.edit.setAccessibleName(name)
+        row.addWidget(self.edit, 1)
+        self.button = QPushButton("Choose…")
+        self.button.setAccessibleName(f"Choose {name.lower()}")
+        self.button.clicked.connect(self._choose)
+        row.addWidget(self.button)
+        self.setFocusProxy(self.edit)
+
+    def _choose(self) -> None:
+        text = self.edit.text().strip()
+        start = str(nearest_folder(Path(text).expanduser() if text else Path.home()))
+        path, _kind = QFileDialog.getOpenFileName(self, self._name, start, LOG_NAME_FILTER)
+        if path:
+            self.edit.setText(path)
+
+
+class OnboardLogDialog(FormDialog):
+    """Which flight, which log.
+
+    Parameters
+    ----------
+    look : DisplayStyle
+    flights : sequence of FlightLogs
+        The one looked at first.
+    links : sequence of str
+        Used before, newest first.
+    parse, list_ports : callable
+        See `ui.dialogs.connect.LinkField`.
+    """
+
+    def __init__(
+        self,
+        look: DisplayStyle,
+        flights: Sequence[FlightLogs],
+        links: Sequence[str],
+        parse: Callable[[str], object],
+        list_ports: Callable[[], Sequence[tuple[str, str]]],
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(
+            "On-board log",
+            "The full record of the box takes the place of what came over the radio. Flight time "
+            "stays, and with it marks, grades and the edges of maneuvers.",
+            "Take it",
+            look,
+            parent,
+        )
+        self._flights = tuple(flights)
+        self.flight = QComboBox()
+        for one in self._flights:
+            self.flight.addItem(one.name)
+        self.now = FieldMessage()
+        self.add_row("Flight", self.flight, self.now)
+        self.origin = QComboBox()
+        self.verdict = FieldMessage()
+        self.add_row("Log", self.origin, self.verdict)
+        self.file = ExistingFileField("Log file", look)
+        at_work = [one.link for one in self._flights if one.link]
+        self.link = LinkField(list(dict.fromkeys([*at_work, *links])), parse, list_ports, look)
+        self._pages = QStackedWidget()
+        self._pages.addWidget(_align_to_top(self.file))
+        self._pages.addWidget(self.link)
+        self._pages.addWidget(QWidget())
+        self.add_row("From", self._pages)
+        self.flight.currentIndexChanged.connect(self._flight_chosen)
+        self.origin.currentIndexChanged.connect(self._judge)
+        self.file.edit.textChanged.connect(self._judge)
+        self.link.changed.connect(self._judge)
+        self._flight_chosen()
+        self.origin.setFocus()
+        self.fit()
+
+    @property
+    def _chosen(self) -> FlightLogs:
+        return self._flights[self.flight.currentIndex()]
+
+    @property
+    def _from(self) -> tuple[str, str]:
+        kind, name = self.origin.currentData() or (_FILE, "")
+        return kind, name
+
+    def _flight_chosen(self) -> None:
+        one = self._chosen
+        state, in_force = one.state, one.in_force
+        if not in_force:
+            self.now.say("The live record stands alone: what came over the radio.")
+        elif state is None or state.file != in_force:
+            self.now.say(f"{in_force} is in force; how its clock stands is said on opening.")
+        else:
+            self.now.say(
+                capitalize_sentence(state.remark()) + ".", "good" if state.in_place else "caution"
+            )
+        self.origin.blockSignals(True)
+        self.origin.clear()
+        self.origin.addItem("A file, from a card or the data box", (_FILE, ""))
+        self.origin.addItem("The autopilot's, over the link", (_LINK, ""))
+        for name in one.kept:
+            if name != in_force:
+                self.origin.addItem(f"{name}, in the flight's folder", (_STORED, name))
+        if in_force:
+            self.origin.addItem("None: the live record alone", (_NONE, ""))
+        self.origin.blockSignals(False)
+        self._judge()
+
+    def _judge(self) -> None:
+        kind, name = self._from
+        self._pages.setCurrentIndex({_FILE: 0, _LINK: 1}.get(kind, 2))
+        usable = True
+        if kind == _FILE:
+            typed = self.file.edit.text().strip()
+            usable = path_kind(typed) == "file" if typed else False
+            if not typed:
+                self.verdict.say("ArduPilot .bin, PX4 .ulg, .tlog, or a Flight CSV.")
+            elif usable:
+                self.verdict.say("Compared with the live record first.", "good")
+            else:
+                self.verdict.say(f"There is no file {typed}.", "warning")
+        elif kind == _LINK:
+            usable = self.link.verdict.usable
+            self.verdict.say(
+                "The aircraft has landed and is disarmed. A fetch that was broken off goes on."
+            )
+        elif kind == _STORED:
+            self.verdict.say(f"{name} is in force again; the one before stays in the folder.")
+        else:
+            self.verdict.say("The log stays in the folder and can be taken again.")
+        self.button.setEnabled(usable)
+
+    @property
+    def job(self) -> OnboardLogJob:
+        """Return what was asked for."""
+        kind, name = self._from
+        flight = self._chosen.path
+        if kind == _FILE:
+            return OnboardLogJob(flight=flight, file=Path(self.file.edit.text().strip()))
+        if kind == _LINK:
+            return OnboardLogJob(flight=flight, link=self.link.value)
+        return OnboardLogJob(flight=flight, use=name)
+
+
+def _align_to_top(field: QWidget) -> QWidget:
+    """Return a page with a field at its top."""
+    page = QWidget()
+    column = QVBoxLayout(page)
+    column.setContentsMargins(0, 0, 0, 0)
+    column.addWidget(field)
+    column.addStretch(1)
+    return page
+
+
+def capitalize_sentence(words: str) -> str:
+    """Return a sentence with its first letter capital."""
+    return words[:1].upper() + words[1:]

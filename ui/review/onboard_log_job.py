@@ -1,0 +1,52 @@
+"""What is done about a flight's on-board log, in a process of its own. No Qt."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OnboardLogJob:
+    """Let a log take the place of the live record; the result is a `OnboardLogResult`.
+
+    Attributes
+    ----------
+    flight : Path
+        A flight folder.
+    file : Path or None
+        This file.
+    link : str or None
+        The log that is fetched over this LINK; empty for that of the recorder at work.
+    use : str or None
+        A log that lies in the folder; empty for the live record alone.
+    """
+
+    flight: Path
+    file: Path | None = None
+    link: str | None = None
+    use: str | None = None
+
+    @property
+    def title(self) -> str:
+        """Return what is being done, in words."""
+        what = "Fetching" if self.link is not None else "Aligning"
+        return f"{what} the on-board log of {self.flight.name}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OnboardLogResult:
+    """How a flight stands now.
+
+    Attributes
+    ----------
+    flight : Path
+    words : str
+        Which log is in force and how its clock stands; for a banner.
+    former : str
+        What was in force before; empty for the live record alone.
+    """
+
+    flight: Path
+    words: str
+    former: str

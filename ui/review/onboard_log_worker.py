@@ -1,0 +1,107 @@
+"""The process that fetches and aligns on-board logs. No Qt."""
+
+from __future__ import annotations
+
+from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING
+
+from ui.job_process.job_runner import ProcessJobRunner
+from ui.job_process.job_server import JobProgressCallback, StopEvent, serve_jobs
+from ui.review.onboard_log_job import OnboardLogJob, OnboardLogResult
+
+if TYPE_CHECKING:
+    from gsapp.flight.onboard_log.log_storage import InstalledLog
+    from gsapp.telemetry.log_download import DownloadState
+
+_FETCH_SHARE = 0.95
+"""Share of the bar when the log has come; then it is aligned."""
+_PHASES = {
+    "listening": "listening to the autopilot",
+    "listing": "asking for the list of logs",
+    "listed": "choosing the log of this flight",
+    "done": "the log is here",
+}
+
+
+def create_log_job_runner() -> ProcessJobRunner:
+    """Return the process; it begins with its first job."""
+    return ProcessJobRunner(
+        serve_log_jobs, name="work on the log", remedy="begin again: what came of a log is kept"
+    )
+
+
+def serve_log_jobs(connection: Connection, stop: StopEvent) -> None:
+    """Do jobs until the window hangs up; see `ui.job_process.job_server.serve_jobs`."""
+    serve_jobs(connection, stop, OnboardLogJobHandler)
+
+
+class OnboardLogJobHandler:
+    """Does one job after the other.
+
+    Parameters
+    ----------
+    tell : callable
+        Says how far the job is; raises where the window does not want it any more.
+    """
+
+    def __init__(self, tell: JobProgressCallback) -> None:
+        self._tell = tell
+
+    def do(self, job: OnboardLogJob) -> OnboardLogResult:
+        """Do one job and return how the flight stands."""
+        from gsapp.flight.folder import FlightFolder
+        from gsapp.flight.onboard_log.log_storage import activate_log
+
+        if job.use is not None:
+            info = FlightFolder.open(job.flight).info()
+            self._tell(None, "reading the flight")
+            flight = activate_log(job.flight, job.use)
+            state = flight.onboard
+            words = state.remark() if state is not None else "the live record stands alone"
+            former = info.onboard_log if info is not None else ""
+            return OnboardLogResult(
+                flight=job.flight, words=f"{flight.name}: {words}.", former=former
+            )
+        placed = self._fetched(job) if job.link is not None else self._placed(job)
+        state = placed.flight.onboard
+        words = state.remark() if state is not None else ""
+        beside = f" {placed.remark}." if placed.remark else ""
+        return OnboardLogResult(
+            flight=job.flight,
+            words=f"{placed.flight.name}: {words}.{beside}",
+            former=placed.former,
+        )
+
+    def _placed(self, job: OnboardLogJob) -> InstalledLog:
+        from gsapp.flight.onboard_log.log_storage import install_log
+        from gsapp.foundation import FlightError
+
+        if job.file is None:
+            raise FlightError("no log was named; choose a file")
+        self._tell(None, f"comparing {job.file.name} with the live record")
+        return install_log(job.flight, job.file)
+
+    def _fetched(self, job: OnboardLogJob) -> InstalledLog:
+        from gsapp.flight.onboard_log.log_storage import install_log
+        from gsapp.foundation import LinkError
+        from gsapp.telemetry.log_download import LogFetcher
+
+        with LogFetcher(job.flight, job.link or "", tell=self._coming) as fetcher:
+            entry = fetcher.choose()
+            fetched = fetcher.fetch(entry) if entry is not None else None
+        if fetched is None:
+            raise LinkError("the log was not fetched; begin again")
+        self._tell(_FETCH_SHARE, "comparing it with the live record")
+        placed = install_log(job.flight, fetched.path, begun=fetched.begun)
+        fetched.path.unlink(missing_ok=True)
+        return placed
+
+    def _coming(self, state: DownloadState) -> None:
+        if state.phase != "fetching":
+            self._tell(None, _PHASES.get(state.phase, state.phase))
+            return
+        share = state.got / state.size if state.size else 0.0
+        words = f"{state.got / 1e6:.1f} of {state.size / 1e6:.1f} MB"
+        if state.rate > 0.0:
+            words += f", {state.rate / 1e3:.0f} kB/s"
+        self._tell(_FETCH_SHARE * share, words)

@@ -1,0 +1,187 @@
+"""The process of the review: it keeps the opened flights for the runs that follow. No Qt."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gsapp.foundation import GroundStationError
+from ui.gap.virtual_flight_simulation import simulate_virtual_flight
+from ui.job_process.job_server import JobProgressCallback, StopEvent, serve_jobs
+from ui.review.review_jobs import (
+    NOT_STORED_TEXT,
+    EstimateJob,
+    FtrHistoryJob,
+    LinearModelsJob,
+    RepeatJob,
+    ReviewJob,
+    RunReportJob,
+    VirtualFlightJob,
+)
+
+if TYPE_CHECKING:
+    from gsapp.identification.runs.flight_cache import FlightCache
+    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.run_repetition import RepeatedRun
+    from gsapp.report.ftr_histories import FlightEstimateHistory
+    from gsapp.report.linear_report import LinearModelValidation
+
+_READ_SHARE, _FIT_SHARE = 0.2, 0.98
+"""Shares of the bar when the flights are read, and when all is fitted."""
+
+
+def serve_review_jobs(connection: Connection, stop: StopEvent) -> None:
+    """Do jobs until the window hangs up; see `ui.job_process.job_server.serve_jobs`."""
+    serve_jobs(connection, stop, ReviewJobHandler)
+
+
+class ReviewJobHandler:
+    """Does jobs one after the other and keeps the flights for the next.
+
+    Parameters
+    ----------
+    tell : callable
+        Says how far the job is; raises where the window does not want it any more.
+    """
+
+    def __init__(self, tell: JobProgressCallback) -> None:
+        self._tell = tell
+        self._shelf: FlightCache | None = None
+
+    def do(self, job: ReviewJob) -> object:
+        """Do one job and return its result."""
+        match job:
+            case EstimateJob():
+                return self._estimate(job)
+            case RepeatJob():
+                return self._repeat(job)
+            case FtrHistoryJob():
+                return self._hear(job)
+            case LinearModelsJob():
+                return self._compare(job)
+            case RunReportJob():
+                return self._report(job)
+            case VirtualFlightJob():
+                return simulate_virtual_flight(job.folder, self._tell, hide="")
+
+    @property
+    def flights(self) -> FlightCache:
+        """Return the flights that are open."""
+        if self._shelf is None:
+            from gsapp.identification.runs.flight_cache import FlightCache
+
+            self._shelf = FlightCache()
+        return self._shelf
+
+    def _estimate(self, job: EstimateJob) -> RunOutcome:
+        from gsapp.flight.catalog import Catalog
+        from gsapp.identification.runs.run_execution import execute_run
+        from gsapp.identification.runs.run_store import save_run
+
+        outcome = execute_run(
+            job.request,
+            flights=self.flights,
+            doing=_ReadProgress(self._tell, len(job.request.flights)),
+            progress=self._fitting,
+        )
+        if job.catalog is None:
+            return outcome
+        self._tell(_FIT_SHARE, "keeping the run")
+        try:
+            job.catalog.parent.mkdir(parents=True, exist_ok=True)
+            with Catalog(job.catalog) as catalog:
+                return replace(outcome, number=save_run(catalog, outcome))
+        except (GroundStationError, OSError) as error:
+            # What was estimated is there all the same.
+            return replace(outcome, remarks=(*outcome.remarks, f"{NOT_STORED_TEXT}: {error}"))
+
+    def _repeat(self, job: RepeatJob) -> RepeatedRun:
+        from gsapp.flight.catalog import Catalog
+        from gsapp.identification.runs.run_repetition import repeat_run
+
+        with Catalog(job.catalog) as catalog:
+            return repeat_run(
+                catalog,
+                job.number,
+                flights=self.flights,
+                doing=_ReadProgress(self._tell, 1),
+                progress=self._fitting,
+            )
+
+    def _hear(self, job: FtrHistoryJob) -> tuple[FlightEstimateHistory, ...]:
+        from gsapp.identification.runs.inputs import flight_open_requests
+        from gsapp.report.ftr_histories import compute_ftr_histories
+
+        openings = flight_open_requests(job.request)
+        reading = _ReadProgress(self._tell, len(openings))
+        opened = [self.flights.open(one, doing=reading).opened for one in openings]
+        listening = _ReadProgress(self._tell, len(openings), since=_READ_SHARE, until=1.0, each=1)
+        return compute_ftr_histories(
+            [(one.flight, one.aircraft) for one in opened], most=None, doing=listening
+        )
+
+    def _compare(self, job: LinearModelsJob) -> LinearModelValidation:
+        from gsapp.report.linear_report import compare_linear_models
+
+        return compare_linear_models(
+            job.outcome, job.validate, flights=self.flights, progress=self._stepping
+        )
+
+    def _report(self, job: RunReportJob) -> Path:
+        from gsapp.flight.info import local_timestamp
+        from gsapp.report.campaign_report import write_campaign_report
+
+        written = write_campaign_report(
+            job.outcome,
+            job.path,
+            units="SI" if job.units == "SI" else "US",
+            written=local_timestamp(),
+            heard=job.heard,
+            linear=job.linear,
+            flights=self.flights,
+            progress=self._stepping,
+        )
+        return written[0] if len(written) == 1 else job.path
+
+    def _fitting(self, done: int, total: int, what: str) -> bool:
+        share = done / total if total else 1.0
+        self._tell(_READ_SHARE + (_FIT_SHARE - _READ_SHARE) * share, what or "summing up")
+        return True
+
+    def _stepping(self, done: int, total: int, what: str) -> bool:
+        self._tell(done / total if total else 1.0, what)
+        return True
+
+
+class _ReadProgress:
+    """Tells of flights that are read; of each, what is done in so many steps.
+
+    Parameters
+    ----------
+    tell : callable
+    flights : int
+    since, until : float
+        Share of the bar.
+    each : int
+        Steps of a flight: it is opened, then its maneuvers are looked for.
+    """
+
+    def __init__(
+        self,
+        tell: JobProgressCallback,
+        flights: int,
+        *,
+        since: float = 0.0,
+        until: float = _READ_SHARE,
+        each: int = 2,
+    ) -> None:
+        self._tell = tell
+        self._steps = max(flights * each, 1)
+        self._from, self._room = since, until - since
+        self._done = 0
+
+    def __call__(self, words: str) -> None:
+        self._tell(self._from + self._room * min(self._done / self._steps, 1.0), words)
+        self._done += 1

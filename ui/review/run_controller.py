@@ -1,0 +1,132 @@
+"""Runs on their way: begun, done, repeated, stopped, and what is said of it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+
+from ui.background_job import JobCanceledError
+from ui.commands import shortcut_text
+from ui.number_format import join_sentences
+from ui.review.review_jobs import NOT_STORED_TEXT, EstimateJob, JobSubmitter, RepeatJob
+from ui.review.run_rows import count_derivatives
+from ui.review.run_store import RunStore
+
+if TYPE_CHECKING:
+    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.runs.request import RunRequest
+    from gsapp.identification.runs.run_repetition import RepeatedRun
+
+
+class RunController(QObject):
+    """Has runs done, one at a time.
+
+    Parameters
+    ----------
+    begin_job : JobSubmitter
+        Has a job done.
+    book : RunStore
+        Knows the kept runs.
+
+    Attributes
+    ----------
+    changed : Signal
+        A run began or ended.
+    estimated : Signal(object)
+        An `RunOutcome` is there.
+    running : bool
+    told : str
+        How the last run ended; empty where there is nothing to say any more.
+    """
+
+    changed = Signal()
+    estimated = Signal(object)
+
+    def __init__(
+        self, begin_job: JobSubmitter, book: RunStore, parent: QObject | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._begin_job = begin_job
+        self._book = book
+        self._kept_before: set[int] | None = None
+        self.running = False
+        self.told = ""
+        book.changed.connect(self._runs_read)
+
+    def estimate(self, request: RunRequest) -> None:
+        """Run what is asked for, and keep it."""
+        self._begin()
+        job = EstimateJob(request=request, catalog=self._book.catalog)
+        self._begin_job(job, self._done, failed=self._failed)
+
+    def repeat(self, number: int) -> None:
+        """Do a kept run again, exactly."""
+        if not self.running:
+            self._begin()
+            job = RepeatJob(catalog=self._book.catalog, number=number)
+            self._begin_job(job, self._repeated, failed=self._failed)
+
+    def _begin(self) -> None:
+        self.running = True
+        self.told = ""
+        self.changed.emit()
+
+    def _done(self, found: object) -> None:
+        outcome: RunOutcome = found  # type: ignore[assignment]
+        self._book.read()
+        self._end(_describe_run_end(outcome), outcome)
+
+    def _repeated(self, found: object) -> None:
+        repeated: RepeatedRun = found  # type: ignore[assignment]
+        same = "The same to the last bit." if repeated.same else "It is not the same."
+        self._end(" ".join((same, *(f"{one}." for one in repeated.differences))), repeated.outcome)
+
+    def _end(self, words: str, outcome: RunOutcome) -> None:
+        self.running = False
+        self.told = words
+        self.estimated.emit(outcome)
+        self.changed.emit()
+
+    def _failed(self, error: BaseException) -> None:
+        self.running = False
+        self.told = ""
+        if isinstance(error, JobCanceledError):
+            # Whether it was stopped before it was kept is known when the catalog is read.
+            self._kept_before = {run.number for run in self._book.runs}
+            self._book.read()
+        self.changed.emit()
+
+    def _runs_read(self) -> None:
+        """Say of a run that was stopped whether it was kept all the same."""
+        if self._kept_before is None:
+            return
+        late = [run.number for run in self._book.runs if run.number not in self._kept_before]
+        self._kept_before = None
+        self.told = (
+            f"Stopped when run {late[0]} was kept already; Delete in the list forgets it."
+            if late
+            else "Stopped; nothing was kept."
+        )
+        self.changed.emit()
+
+
+def _describe_run_end(outcome: RunOutcome) -> str:
+    """Return how a run ended, in words."""
+    from gsapp.identification.runs.outcome import SAME_SAMPLES_TEXT
+
+    results = outcome.result.results
+    failed = [one.maneuver.id for one in results if one.estimate is None]
+    name = f"Run {outcome.number}" if outcome.number is not None else "The run"
+    said = [f"{name}: {count_derivatives(outcome.summary.derivatives)} derivatives."]
+    grave = (NOT_STORED_TEXT, SAME_SAMPLES_TEXT)
+    said += [join_sentences((one,)) for one in outcome.remarks if one.startswith(grave)]
+    if failed:
+        said.append(f"Not fitted: {', '.join(failed)}.")
+    if outcome.summary.wild:
+        said.append(f"Wild: {', '.join(one.maneuver for one in outcome.summary.wild)}.")
+    gusty = [one.maneuver.id for one in results if one.beside is not None]
+    if gusty:
+        said.append(f"In gusts, equation error beside: {', '.join(gusty)}.")
+    said.append(f"Look at Figures ({shortcut_text('Alt+3')}), Summary ({shortcut_text('Alt+4')}).")
+    return " ".join(said)

@@ -1,0 +1,120 @@
+"""Kept runs, one run, and two beside each other, as lines of tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from ui.flight.table_models import TableRow
+from ui.number_format import DASH, symbol_text, value_with_std_text
+
+if TYPE_CHECKING:
+    from gsapp.identification.campaign import CampaignValue
+    from gsapp.identification.runs.run_comparison import RunComparison, ValueDifference
+    from gsapp.identification.runs.run_store import StoredRun
+
+METHOD_LABELS = {"ml": "ML", "ee": "equation error", "ftr": "FTR"}
+AXIS_LABELS = {"lon": "longitudinal", "lat": "lateral", "both": "by surfaces"}
+NAME_COLUMN_INDEX = 1
+"""Column of a run's name."""
+
+
+def build_run_rows(
+    runs: Sequence[StoredRun], marked: int | None, shown: int | None
+) -> list[TableRow]:
+    """Return the kept runs as lines.
+
+    Parameters
+    ----------
+    runs : sequence of StoredRun
+    marked : int or None
+        Number of the run that others are compared with.
+    shown : int or None
+        Of the run that figures and summary show.
+    """
+    lines = []
+    for one in runs:
+        signs = [
+            word
+            for on, word in ((one.number == marked, "◆ marked"), (one.number == shown, "shown"))
+            if on
+        ]
+        lines.append(
+            TableRow(
+                key=one.number,
+                cells=(
+                    str(one.number),
+                    one.label,
+                    f"{METHOD_LABELS.get(one.method, one.method)}, "
+                    f"{AXIS_LABELS.get(one.axis, one.axis)}",
+                    str(one.maneuver_count),
+                    one.when.astimezone().strftime("%d %b %H:%M"),
+                    ", ".join(signs),
+                ),
+                detail=f"run {one.number} of {', '.join(one.flights)}",
+            )
+        )
+    return lines
+
+
+def build_setting_rows(run: StoredRun, comparison: RunComparison | None) -> list[TableRow]:
+    """Return the settings of a run; beside another one, those that differ."""
+    if comparison is None:
+        return [TableRow(key=name, cells=(name, words, "")) for name, words in run.settings.items()]
+    return [
+        TableRow(key=one.name, cells=(one.name, one.one, one.other)) for one in comparison.settings
+    ]
+
+
+def build_run_value_rows(run: StoredRun, comparison: RunComparison | None) -> list[TableRow]:
+    """Return the values of a run; beside another one, both and how far they are apart."""
+    if comparison is None:
+        return [
+            TableRow(key=name, cells=(symbol_text(name), mean_text(value), "", ""))
+            for name, value in run.values.items()
+        ]
+    return [_build_comparison_row(one) for one in comparison.values]
+
+
+def _build_comparison_row(one: ValueDifference) -> TableRow:
+    apart = "" if one.in_bounds is None else f"{abs(one.in_bounds):.1f} bounds"
+    words = "only one" if one.in_bounds is None else f"▲ {apart}" if one.differs else apart
+    return TableRow(
+        key=one.name,
+        cells=(symbol_text(one.name), mean_text(one.one), mean_text(one.other), words),
+        state="caution" if one.differs else "plain",
+        colored=frozenset({3}),
+    )
+
+
+def mean_text(value: CampaignValue | None) -> str:
+    """Return a mean with its bound; a dash where there is none."""
+    return DASH if value is None else value_with_std_text(value.mean, value.std)
+
+
+def count_derivatives(names: Iterable[str]) -> int:
+    """Return how many names are derivatives: the constant terms are none."""
+    return sum(not name.endswith("_0") for name in names)
+
+
+def describe_run(run: StoredRun, comparison: RunComparison | None) -> str:
+    """Return what there is to say of a run, or of two beside each other."""
+    if comparison is None:
+        said = [f"{count_derivatives(run.values)} derivatives from {run.maneuver_count} maneuvers."]
+        if run.bounds_ratio is not None:
+            said.append(f"Scatter over bounds {run.bounds_ratio:.1f} (1: honest).")
+        if run.failures:
+            said.append(f"Not fitted: {', '.join(run.failures)}.")
+        if run.wild:
+            said.append(f"Wild: {', '.join(run.wild)}.")
+        return " ".join(said)
+    far = [symbol_text(one.name) for one in comparison.values if one.differs]
+    what = (
+        f"{len(far)} of {len(comparison.values)} values differ: {', '.join(far[:6])}"
+        f"{' …' if len(far) > 6 else ''}."
+        if far
+        else "No value differs by more than the bounds allow."
+    )
+    versions = f" Versions differ: {'; '.join(comparison.versions)}." if comparison.versions else ""
+    settings = "" if comparison.settings else " The settings are the same."
+    return f"{comparison.one} beside {comparison.other}: {what}{settings}{versions}"

@@ -1,0 +1,42 @@
+"""What the pages of the review have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ui.commands import shortcut_text
+from ui.window_frame.page_steps import StepStatus
+from ui.window_frame.step_page import AbstractStepPage
+
+if TYPE_CHECKING:
+    from gsapp.identification.runs.outcome import RunOutcome
+
+PREVIOUS_RUN_COUNT = 4
+"""Runs looked at before that are kept, to be compared with."""
+NO_RUN_TEXT = (
+    f"No run is looked at yet. On the page Estimate ({shortcut_text('Alt+2')}) run what you choose, or "
+    "press Enter on a kept run;"
+)
+"""What to do on a page that shows a run; why goes after it."""
+
+
+class ReviewStepPage(AbstractStepPage):
+    """One chapter of the review."""
+
+    @property
+    def handlers(self) -> Mapping[str, Callable[[], object]]:
+        """Return what the commands of this page do."""
+        return {}
+
+    @property
+    def state(self) -> StepStatus:
+        """Return how the chapter stands, for the row of chapters."""
+        return StepStatus(state="plain")
+
+    def show_open(self, path: Path | None) -> None:
+        """Say which flight is open in the window; None for none."""
+
+    def show_outcome(self, outcome: RunOutcome | None) -> None:
+        """Show the run that is looked at; None where there is none."""

@@ -1,0 +1,138 @@
+"""What of a run is written where: the report, everything in a folder, or one file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QObject, QUrl, Signal
+from PySide6.QtGui import QDesktopServices
+from PySide6.QtWidgets import QFileDialog, QWidget
+
+from ui.background_job import BackgroundJob, JobCanceledError, JobProgress
+from ui.dialogs.save_dialog import ask_save_file
+from ui.number_format import sanitize_file_name
+from ui.review.review_jobs import JobSubmitter, RunReportJob
+from ui.settings import SettingsStore, initial_dialog_folder
+
+if TYPE_CHECKING:
+    from gsapp.identification.runs.outcome import RunOutcome
+    from gsapp.identification.summary.linear_model_validation import LinearModelValidation
+
+_REPORT_FILTER: Final = "Page for a browser (*.html);;Pages for print (*.pdf)"
+
+
+class SummaryExporter(QObject):
+    """Asks for a place and writes there: reports in the process of the review, files in a thread.
+
+    Parameters
+    ----------
+    store : SettingsStore
+        Remembers the folder.
+    begin_job : JobSubmitter
+    parent : QWidget
+        Of the dialogs.
+
+    Attributes
+    ----------
+    told : Signal(str)
+        What was written, or why not.
+    written : Path or None
+        What was written last.
+    """
+
+    told = Signal(str)
+
+    def __init__(self, store: SettingsStore, begin_job: JobSubmitter, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._store = store
+        self._begin_job = begin_job
+        self._window = parent
+        self._work: BackgroundJob | None = None
+        self.written: Path | None = None
+
+    def ask_report(
+        self, outcome: RunOutcome, units: str, linear: LinearModelValidation | None
+    ) -> None:
+        """Ask for a file and write the report there."""
+        start = self._folder() / f"{_export_title(outcome)} report.html"
+        path = ask_save_file(self._window, "Write the report", start, _REPORT_FILTER)
+        if path is not None:
+            self.report(outcome, path, units, linear)
+
+    def ask_everything(
+        self, outcome: RunOutcome, units: str, linear: LinearModelValidation | None
+    ) -> None:
+        """Ask for a folder and write the report, its figures and all files there."""
+        path = QFileDialog.getExistingDirectory(
+            self._window, "Write report and files into this folder", str(self._folder())
+        )
+        if path:
+            self.report(outcome, Path(path), units, linear)
+
+    def report(
+        self, outcome: RunOutcome, path: Path, units: str, linear: LinearModelValidation | None
+    ) -> None:
+        """Write a report, or everything where `path` is a folder."""
+        self._remember(path if path.is_dir() else path.parent)
+        self._begin_job(
+            RunReportJob(outcome=outcome, path=path, units=units, linear=linear),
+            self._done,
+            failed=lambda error: self._failed(path, error),
+        )
+
+    def ask_file(
+        self, outcome: RunOutcome, name: str, linear: LinearModelValidation | None
+    ) -> None:
+        """Ask for a place and write one of the files of a campaign there."""
+        ending = Path(name).suffix
+        start = self._folder() / f"{_export_title(outcome)} {name}"
+        kind = f"{ending[1:].upper()} (*{ending})"
+        path = ask_save_file(self._window, "Write the file", start, kind)
+        if path is not None:
+            self.file(outcome, name, path, linear)
+
+    def file(
+        self, outcome: RunOutcome, name: str, path: Path, linear: LinearModelValidation | None
+    ) -> None:
+        """Write one of the files of a campaign."""
+        self._remember(path.parent)
+
+        def run(_progress: JobProgress) -> Path:
+            from gsapp.foundation import write_atomically
+            from gsapp.report.estimate_export import file_content
+
+            return write_atomically(path, file_content(name, outcome, linear))
+
+        work = BackgroundJob(f"Writing {path.name}", run, self)
+        work.done.connect(self._done)
+        work.failed.connect(lambda error: self._failed(path, error))
+        self._work = work
+        work.start()
+
+    def open(self) -> None:
+        """Open what was written last with the program that this computer has for it."""
+        if self.written is not None:
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(self.written)))
+
+    def _done(self, path: object) -> None:
+        self.written = Path(str(path))
+        self.told.emit(f"Written: {self.written}")
+
+    def _failed(self, path: Path, error: BaseException) -> None:
+        why = "stopped; nothing was left behind" if isinstance(error, JobCanceledError) else error
+        self.told.emit(f"{path.name} was not written: {why}")
+
+    def _folder(self) -> Path:
+        return initial_dialog_folder(self._store.current, self._store.current.review_folder)
+
+    def _remember(self, folder: Path) -> None:
+        self._store.change(review_folder=str(folder))
+
+
+def _export_title(outcome: RunOutcome) -> str:
+    """Return what a file of a run is called: its label, or its flights."""
+    flights = [path.stem for path in outcome.request.flights]
+    names = flights[0] if len(flights) == 1 else f"{flights[0]} and {len(flights) - 1} more"
+    label = outcome.request.label.strip()
+    return sanitize_file_name(label) or names

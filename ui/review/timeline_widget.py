@@ -1,0 +1,350 @@
+"""How the time line looks: what it is given, where everything stands, and the painting of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QPainter, QPaintEvent, QPen, QPixmap, QResizeEvent
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from gsapp.session.review.traces import Traces
+from ui.display_style import DisplayStyle
+from ui.gap.paint_primitives import paint_focus_frame
+from ui.number_format import clock_text
+from ui.review import timeline_painter as drawing
+from ui.review.timeline_charts import TIMELINE_CHANNELS, TimelineChart, build_timeline_charts
+from ui.review.timeline_painter import TimelineSpan, TimeScale
+from ui.review.visible_time_range import VisibleTimeRange
+
+_OVERVIEW_CHANNELS = ("altitude", "V", "q", "de")
+"""What tells how a whole flight went, the first one that was measured."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TimelineRegions:
+    """Where the parts of the widget stand, in its own pixels."""
+
+    overview: QRectF
+    lane: QRectF
+    plot: QRectF
+    axis: QRectF
+
+
+class TimelineWidget(QWidget):
+    """One flight with its maneuvers, to be looked at.
+
+    Parameters
+    ----------
+    look : DisplayStyle
+        Colors, sizes, units.
+
+    Attributes
+    ----------
+    marked : Signal
+        Another stretch is marked, or none.
+    stretch : tuple of float or None
+        What is marked, s.
+    view : VisibleTimeRange
+        What is in sight.
+    shown_charts : tuple of TimelineChart
+        The charts as they were drawn last.
+    pointer : float or None
+        Where all values are read, s.
+    """
+
+    marked = Signal()
+
+    def __init__(self, look: DisplayStyle) -> None:
+        super().__init__()
+        self._look = look
+        self._traces: Traces | None = None
+        self._channels: tuple[str, ...] = TIMELINE_CHANNELS
+        self._spans: tuple[TimelineSpan, ...] = ()
+        self._name = ""
+        self._held: TimelineSpan | None = None
+        self._curves: QPixmap | None = None
+        self._overview: QPixmap | None = None
+        self._tick = 10.0
+        self._boxes: tuple[QRectF, ...] = ()
+        self.pointer: float | None = None
+        self.shown_charts: tuple[TimelineChart, ...] = ()
+        self.stretch: tuple[float, float] | None = None
+        self.view = VisibleTimeRange()
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setAccessibleName("Time line of the flight")
+        look.changed.connect(self._restyle)
+
+    # What it is given
+
+    def show_flight(self, traces: Traces | None) -> None:
+        """Show another flight, whole."""
+        self._traces = traces
+        self._spans, self._name = (), ""
+        self.stretch, self._held, self.pointer = None, None, None
+        times = None if traces is None else traces.times
+        known = times is not None and times.size > 1
+        self.view = (
+            VisibleTimeRange(float(times[0]), float(times[-1])) if known else VisibleTimeRange()
+        )
+        self._overview = None
+        self._redraw()
+
+    def show_spans(self, spans: Sequence[TimelineSpan], chosen: str) -> None:
+        """Show these maneuvers, one of them chosen."""
+        self._spans, self._name = tuple(spans), chosen
+        self._describe()
+        self.update()
+
+    def show_channels(self, channels: Sequence[str]) -> None:
+        """Show these channels, those measured of them."""
+        self._channels = tuple(channels)
+        self._redraw()
+
+    def bring(self, start: float, stop: float) -> None:
+        """Move so that a stretch (s) is in sight."""
+        self.view.bring(start, stop)
+        self._redraw()
+
+    def zoom_to(self, start: float, stop: float) -> None:
+        """Show a stretch (s) with some room around it."""
+        self.view.zoom_to(start, stop)
+        self._redraw()
+
+    def show_all(self) -> None:
+        """Show the whole flight."""
+        self.view.show_all()
+        self._redraw()
+
+    def mark(self, stretch: tuple[float, float] | None) -> None:
+        """Mark a stretch (s), or none."""
+        if stretch != self.stretch:
+            self.stretch = stretch
+            self.update()
+            self.marked.emit()
+
+    # Geometry
+
+    @property
+    def places(self) -> TimelineRegions:
+        """Return where the parts stand."""
+        px = self._look.px
+        left, right = px(56), self.width() - px(10)
+        wide = max(right - left, 1)
+        overview = QRectF(left, px(4), wide, px(34))
+        lane = QRectF(left, overview.bottom() + px(4), wide, px(20))
+        high = max(self.height() - lane.bottom() - px(22), 1)
+        plot = QRectF(left, lane.bottom(), wide, high)
+        axis = QRectF(left, plot.bottom(), wide, px(20))
+        return TimelineRegions(overview=overview, lane=lane, plot=plot, axis=axis)
+
+    @property
+    def scale(self) -> TimeScale:
+        """Return where times lie on the charts."""
+        plot = self.places.plot
+        return TimeScale(
+            start=self.view.start, stop=self.view.stop, left=plot.left(), right=plot.right()
+        )
+
+    @property
+    def overview_scale(self) -> TimeScale:
+        """Return where times lie on the whole flight."""
+        box = self.places.overview
+        return TimeScale(
+            start=self.view.first, stop=self.view.last, left=box.left(), right=box.right()
+        )
+
+    def sizeHint(self) -> QSize:
+        """Return what it would like: the page scrolls where there is less, and gives more."""
+        return QSize(self._look.px(640), self._look.px(250))
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the size below which nothing can be told."""
+        return QSize(self._look.px(320), self._look.px(250))
+
+    def _restyle(self) -> None:
+        self._overview = None
+        self.updateGeometry()
+        self._redraw()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Draw the lines anew at another size."""
+        super().resizeEvent(event)
+        self._overview = None
+        self._redraw()
+
+    def _redraw(self) -> None:
+        """Have the lines drawn anew with the next paint."""
+        self._curves = None
+        self._describe()
+        self.update()
+
+    # Painting
+
+    @property
+    def spans(self) -> tuple[TimelineSpan, ...]:
+        """Return the maneuvers as they are drawn, a dragged edge where the mouse holds it."""
+        held = self._held
+        return tuple(
+            replace(span, start=held.start, stop=held.stop)
+            if held is not None and span.id == held.id
+            else span
+            for span in self._spans
+        )
+
+    @property
+    def chosen_span(self) -> TimelineSpan | None:
+        """Return the chosen maneuver as it stands; None if there is none."""
+        return next((span for span in self._spans if span.id == self._name), None)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw everything; lines come from a picture that is made once for each view."""
+        look, places = self._look, self.places
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), look.color("background"))
+        for box in (places.overview, places.plot):
+            painter.fillRect(box, look.color("panel"))
+        if self._traces is not None:
+            self._paint_overview(painter, places)
+            self._paint_charts(painter, places)
+        if self.hasFocus():
+            paint_focus_frame(painter, self.rect(), look)
+        painter.end()
+
+    def _paint_overview(self, painter: QPainter, places: TimelineRegions) -> None:
+        look, box, scale = self._look, places.overview, self.overview_scale
+        painter.save()
+        painter.setClipRect(box)
+        for span in self.spans:
+            drawing.draw_span(painter, look, span, scale, box, chosen=span.id == self._name)
+        if self._overview is None:
+            self._overview = self._pixmap(self._draw_overview)
+        painter.drawPixmap(0, 0, self._overview)
+        if self.stretch is not None:
+            drawing.draw_segment(painter, look, self.stretch, scale, box)
+        painter.restore()
+        drawing.draw_frame(painter, look, box)
+        if not self.view.whole:
+            left, right = scale.x(self.view.start), scale.x(self.view.stop)
+            painter.setPen(QPen(look.color("accent"), max(look.px(2), 2)))
+            painter.drawRect(QRectF(left, box.top(), max(right - left, 3.0), box.height()))
+        painter.setFont(look.font("label"))
+        painter.setPen(look.color("muted"))
+        side = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        painter.drawText(
+            QRectF(0, box.top(), box.left() - look.px(6), box.height()), side, "Whole\nflight"
+        )
+
+    def _draw_overview(self, painter: QPainter) -> None:
+        """Draw how the flight went, in gray: height, or else airspeed or what moved."""
+        traces, box = self._traces, self.places.overview
+        if traces is None:
+            return
+        known = [name for name in _OVERVIEW_CHANNELS if name in traces.channels]
+        if known:
+            drawing.draw_overview_curve(
+                painter, self._look, traces, known[0], self.overview_scale, box
+            )
+
+    def _paint_charts(self, painter: QPainter, places: TimelineRegions) -> None:
+        look, scale, plot = self._look, self.scale, places.plot
+        if self._curves is None:
+            self._curves = self._pixmap(self._draw_charts)
+        painter.save()
+        painter.setClipRect(plot)
+        for span in self.spans:
+            drawing.draw_span(painter, look, span, scale, plot, chosen=span.id == self._name)
+        painter.restore()
+        painter.drawPixmap(0, 0, self._curves)
+        for chart, box in zip(self.shown_charts, self._boxes, strict=True):
+            drawing.draw_curve_names(painter, look, chart, box, self._names(chart))
+        painter.save()
+        painter.setClipRect(plot.adjusted(-look.px(4), 0, look.px(4), 0))
+        for span in self.spans:
+            if span.id == self._name:
+                drawing.draw_inputs(painter, look, span, scale, plot)
+                drawing.draw_edges(painter, look, span.start, span.stop, scale, plot)
+        if self.stretch is not None:
+            drawing.draw_segment(painter, look, self.stretch, scale, plot)
+        painter.restore()
+        drawing.draw_labels(painter, look, self.spans, scale, places.lane, self._name)
+        drawing.draw_timeline_axis(painter, look, scale, places.axis, self._tick)
+        if self.pointer is not None:
+            drawing.draw_pointer(painter, look, self.pointer, scale, plot, places.axis)
+
+    def _names(self, chart: TimelineChart) -> list[str]:
+        """Return the symbols of a chart's lines, with their values where the mouse is."""
+        traces, time = self._traces, self.pointer
+        if traces is None or time is None:
+            return [line.title for line in chart.lines]
+        return [line.reading(traces.value(line.channel, time)) for line in chart.lines]
+
+    def point(self, time: float | None) -> None:
+        """Read all values at a time (s), or at none."""
+        inside = time is not None and self.view.start <= time <= self.view.stop
+        pointer = time if inside else None
+        if pointer != self.pointer:
+            self.pointer = pointer
+            self._describe()
+            self.update()
+
+    def _pixmap(self, draw: Callable[[QPainter], None]) -> QPixmap:
+        density = self.devicePixelRatioF()
+        made = QPixmap(math.ceil(self.width() * density), math.ceil(self.height() * density))
+        made.setDevicePixelRatio(density)
+        made.fill(Qt.GlobalColor.transparent)
+        painter = QPainter(made)
+        draw(painter)
+        painter.end()
+        return made
+
+    def _draw_charts(self, painter: QPainter) -> None:
+        traces, look, scale, plot = self._traces, self._look, self.scale, self.places.plot
+        if traces is None:
+            return
+        self._tick = drawing.time_tick_step(look, scale)
+        self.shown_charts = build_timeline_charts(
+            traces, self._channels, scale.start, scale.stop, round(plot.width()), look.units
+        )
+        self._boxes = ()
+        if not self.shown_charts:
+            painter.setPen(look.color("muted"))
+            painter.setFont(look.font("body"))
+            painter.drawText(plot, Qt.AlignmentFlag.AlignCenter, "No channel is shown")
+            return
+        gap = look.px(4)
+        high = (plot.height() - gap * (len(self.shown_charts) - 1)) / len(self.shown_charts)
+        for place, chart in enumerate(self.shown_charts):
+            top = plot.top() + place * (high + gap)
+            if place:
+                painter.fillRect(
+                    QRectF(plot.left(), top - gap + 1, plot.width(), gap - 1),
+                    look.color("background"),
+                )
+            box = QRectF(plot.left(), top, plot.width(), high)
+            drawing.draw_chart(painter, look, chart, scale, box, self._tick)
+            drawing.draw_frame(painter, look, box)
+            self._boxes = (*self._boxes, box)
+
+    def _describe(self) -> None:
+        """Say what is in sight, for those who hear the window."""
+        view = self.view
+        words = [f"{_clock_text(view.start)} to {_clock_text(view.stop)} in sight"]
+        for span in self._spans:
+            if span.id == self._name:
+                words.insert(
+                    0,
+                    f"maneuver {span.label}, {_clock_text(span.start)} to {_clock_text(span.stop)}",
+                )
+        if self.stretch is not None:
+            words.append(f"{_clock_text(self.stretch[0])} to {_clock_text(self.stretch[1])} marked")
+        if self.pointer is not None:
+            values = [name for chart in self.shown_charts for name in self._names(chart)]
+            words.append(f"at {_clock_text(self.pointer)} {', '.join(values)}")
+        self.setAccessibleDescription("; ".join(words))
+
+
+def _clock_text(time: float) -> str:
+    return clock_text(time, decimals=2)

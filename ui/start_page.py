@@ -1,0 +1,379 @@
+"""Pages without a flight: the first picture of the window."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QFont, QFontMetricsF, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QFrame,
+    QGridLayout,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+
+from gsapp.quantities import convert_text_units
+from ui.commands import shortcut_text
+from ui.disk_checks import path_kind
+from ui.display_style import DisplayStyle
+from ui.flow_layout import FlowLayout
+from ui.icons import paint_icon
+from ui.number_format import clock_text
+from ui.settings import RecentFlight
+
+_LINKS_OFFERED = 3
+_FLIGHTS_OFFERED = 5
+_TRAINING_SHORTCUT = "Ctrl+Shift+T"
+
+
+class UnitConvertingLabel(QLabel):
+    """A label whose sentences have their values in the units of the screen, whenever these change.
+
+    Parameters
+    ----------
+    look : DisplayStyle
+        Its units.
+    text : str
+        In any units.
+    """
+
+    def __init__(self, look: DisplayStyle, text: str = "") -> None:
+        super().__init__()
+        self._look = look
+        self._remark = text
+        look.changed.connect(self._convert)
+        self._convert()
+
+    def setText(self, text: str) -> None:
+        """Show another text, in any units."""
+        self._remark = text
+        self._convert()
+
+    def _convert(self) -> None:
+        super().setText(convert_text_units(self._remark, self._look.units))
+
+
+def create_label(
+    text: str, role: str = "", *, wrap: bool = False, remarks_in: DisplayStyle | None = None
+) -> QLabel:
+    """Return a label in a role of the style sheet; for remarks, in the units of a look."""
+    made = QLabel(text) if remarks_in is None else UnitConvertingLabel(remarks_in, text)
+    if role:
+        made.setProperty("role", role)
+    made.setWordWrap(wrap)
+    return made
+
+
+class CenteredPage(QScrollArea):
+    """A column of text of readable width, centered, that scrolls where the window is small.
+
+    Parameters
+    ----------
+    look : DisplayStyle
+        Sizes.
+    width : int
+        Points the column takes at most.
+    """
+
+    def __init__(self, look: DisplayStyle, width: int = 720) -> None:
+        super().__init__()
+        self._look = look
+        self._width = width
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setWidgetResizable(True)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self._page = QWidget()
+        self._page.setObjectName("page")
+        self.setWidget(self._page)
+        outer = QGridLayout(self._page)
+        self.column = QVBoxLayout()
+        self._body = QWidget()
+        self._body.setLayout(self.column)
+        self.column.setContentsMargins(0, 0, 0, 0)
+        outer.setColumnStretch(0, 1)
+        outer.setColumnStretch(2, 1)
+        outer.setRowStretch(0, 2)
+        outer.setRowStretch(2, 3)
+        outer.addWidget(self._body, 1, 1)
+        self._outer = outer
+        look.changed.connect(self._fit)
+        self._fit()
+
+    def _fit(self) -> None:
+        margin = self._look.px(24)
+        self._outer.setContentsMargins(margin, margin, margin, margin)
+        self.column.setSpacing(self._look.px(8))
+        room = max(self.viewport().width() - 2 * margin - 2, 1)
+        self._body.setFixedWidth(min(self._look.px(self._width), room))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the column within the window."""
+        super().resizeEvent(event)
+        self._fit()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StartOption:
+    """One of the large choices of the empty window."""
+
+    command: str
+    title: str
+    text: str
+    glyph: str
+    key: str
+
+
+START_OPTIONS = (
+    StartOption(
+        command="connect",
+        title="Connect an aircraft",
+        text="Serial radio, UDP or TCP. Every byte is recorded from the first on.",
+        glyph="link",
+        key="Ctrl+L",
+    ),
+    StartOption(
+        command="open_file",
+        title="Open a flight",
+        text=f"A file: tlog, bin, ulg, csv, mat. A flight folder: {shortcut_text('Ctrl+Shift+O')}.",
+        glyph="folder",
+        key="Ctrl+O",
+    ),
+    StartOption(
+        command="virtual",
+        title="Fly the virtual aircraft",
+        text="The whole day at the field without leaving the desk.",
+        glyph="airplane",
+        key="Ctrl+Shift+V",
+    ),
+)
+
+
+class StartOptionButton(QAbstractButton):
+    """A large choice: sign, title, sentence, key.
+
+    Attributes
+    ----------
+    room : int
+        Pixels of width of a flat card, for narrow windows; 0 for a tall one.
+    """
+
+    def __init__(self, choice: StartOption, look: DisplayStyle) -> None:
+        super().__init__()
+        self.choice = choice
+        self.room = 0
+        self._look = look
+        self.setText(choice.title)
+        self.setAccessibleName(f"{choice.title}, {shortcut_text(choice.key)}")
+        self.setAccessibleDescription(choice.text)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+
+    def sizeHint(self) -> QSize:
+        """Return the size of the card."""
+        look = self._look
+        return QSize(self.room, look.px(64)) if self.room else QSize(look.px(256), look.px(208))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw the card."""
+        look = self._look
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        box = QRectF(self.rect()).adjusted(1, 1, -1, -1)
+        lit = self.underMouse() or self.hasFocus()
+        painter.setBrush(look.color("hover" if self.isDown() else "panel"))
+        painter.setPen(look.color("accent" if lit else "line"))
+        painter.drawRoundedRect(box, look.px(8), look.px(8))
+        if self.hasFocus():
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawRoundedRect(box.adjusted(1, 1, -1, -1), look.px(7), look.px(7))
+        if self.room:
+            self._paint_flat(painter, box)
+        else:
+            self._paint_tall(painter, box)
+        painter.end()
+
+    def _title_font(self) -> QFont:
+        font = self._look.font("body", strong=True)
+        font.setPixelSize(self._look.px(16))
+        return font
+
+    def _paint_flat(self, painter: QPainter, box: QRectF) -> None:
+        look, choice = self._look, self.choice
+        side = look.px(32)
+        sign = QRectF(look.px(16), (box.height() - side) / 2, side, side)
+        paint_icon(painter, choice.glyph, sign, look.color("text"))
+        line = QRectF(look.px(64), look.px(8), box.width() - look.px(80), look.px(24))
+        painter.setFont(self._title_font())
+        painter.setPen(look.color("text"))
+        painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, choice.title)
+        painter.setPen(look.color("muted"))
+        painter.setFont(look.font("label"))
+        keys = Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignRight
+        painter.drawText(line, keys, shortcut_text(choice.key))
+        words = QFontMetricsF(painter.font()).elidedText(
+            choice.text, Qt.TextElideMode.ElideRight, line.width()
+        )
+        below = line.translated(0, look.px(24))
+        painter.drawText(below, Qt.AlignmentFlag.AlignVCenter, words)
+
+    def _paint_tall(self, painter: QPainter, box: QRectF) -> None:
+        look, choice = self._look, self.choice
+        left, wide = look.px(24), box.width() - 2 * look.px(24)
+        side = look.px(40)
+        sign = QRectF(left, look.px(24), side, side)
+        paint_icon(painter, choice.glyph, sign, look.color("text"))
+        painter.setFont(self._title_font())
+        painter.setPen(look.color("text"))
+        painter.drawText(QRectF(left, look.px(80), wide, look.px(24)), 0, choice.title)
+        painter.setFont(look.font("body"))
+        painter.setPen(look.color("muted"))
+        text = QRectF(left, look.px(108), wide, look.px(56))
+        painter.drawText(text, Qt.TextFlag.TextWordWrap, choice.text)
+        small = look.font("label")
+        painter.setFont(small)
+        keys = shortcut_text(choice.key)
+        across = QFontMetricsF(small).horizontalAdvance(keys) + look.px(16)
+        chip = QRectF(left, box.bottom() - look.px(36), across, look.px(20))
+        painter.setPen(look.color("line"))
+        painter.setBrush(look.color("background"))
+        painter.drawRoundedRect(chip, look.px(4), look.px(4))
+        painter.setPen(look.color("muted"))
+        painter.drawText(chip, Qt.AlignmentFlag.AlignCenter, keys)
+
+
+class StartPage(CenteredPage):
+    """The empty window: three choices, and what was used last.
+
+    Attributes
+    ----------
+    chosen : Signal(str)
+        Id of the command.
+    link_chosen : Signal(str)
+        A LINK used before.
+    flight_chosen, flight_removed : Signal(str)
+        Path of a flight that was open before, to open it again or to forget it.
+    """
+
+    chosen = Signal(str)
+    link_chosen = Signal(str)
+    flight_chosen = Signal(str)
+    flight_removed = Signal(str)
+
+    def __init__(self, look: DisplayStyle) -> None:
+        super().__init__(look, 816)
+        self.setAccessibleName("Begin")
+        self.column.addWidget(create_label("Ground station", "title"))
+        self.column.addWidget(
+            create_label("Choose where the flight comes from.", "muted", wrap=True)
+        )
+        self.column.addSpacing(16)
+        row = QWidget()
+        self._flow = FlowLayout(row, spacing=look.px(24))
+        self.buttons: dict[str, StartOptionButton] = {}
+        for choice in START_OPTIONS:
+            button = StartOptionButton(choice, look)
+            button.clicked.connect(
+                lambda _checked=False, name=choice.command: self.chosen.emit(name)
+            )
+            self._flow.addWidget(button)
+            self.buttons[choice.command] = button
+        self.column.addWidget(row)
+        self.column.addSpacing(8)
+        self.train = QPushButton(
+            f"Train: fly the virtual aircraft with keys   {shortcut_text(_TRAINING_SHORTCUT)}"
+        )
+        self.train.setProperty("tall", True)
+        self.train.setAccessibleName(
+            f"Train with the virtual aircraft, {shortcut_text(_TRAINING_SHORTCUT)}"
+        )
+        self.train.clicked.connect(lambda: self.chosen.emit("pilot_train"))
+        self.column.addWidget(self.train, 0, Qt.AlignmentFlag.AlignLeft)
+        self.column.addSpacing(8)
+        self._links_holder = QWidget()
+        self._links = FlowLayout(self._links_holder, spacing=look.px(8))
+        self.column.addWidget(self._links_holder)
+        self._links_holder.hide()
+        self.column.addSpacing(8)
+        self._flights_holder = QWidget()
+        self._flights = QGridLayout(self._flights_holder)
+        self._flights.setContentsMargins(0, 0, 0, 0)
+        self._flights.setColumnStretch(0, 1)
+        self.column.addWidget(self._flights_holder)
+        self._flights_holder.hide()
+        self.column.addSpacing(8)
+        self._foot = create_label(
+            f"All keys: ?   ·   Larger: {shortcut_text('Ctrl++')}   ·   Theme: {shortcut_text('Ctrl+T')}",
+            "hint",
+            wrap=True,
+        )
+        self.column.addWidget(self._foot)
+        self.setFocusProxy(self.buttons[START_OPTIONS[0].command])
+        look.changed.connect(self._rescale)
+
+    def show_links(self, links: Sequence[str]) -> None:
+        """Offer the links used last, to connect with one press."""
+        while (item := self._links.takeAt(0)) is not None:
+            item.widget().deleteLater()
+        for link in links[:_LINKS_OFFERED]:
+            button = QPushButton(link)
+            button.setAccessibleName(f"Connect to {link}")
+            button.clicked.connect(lambda _checked=False, text=link: self.link_chosen.emit(text))
+            self._links.addWidget(button)
+        self._links_holder.setVisible(bool(links))
+
+    def show_flights(self, flights: Sequence[RecentFlight]) -> None:
+        """List the flights opened last; those that are gone can only be removed."""
+        while (item := self._flights.takeAt(0)) is not None:
+            item.widget().hide()
+            item.widget().deleteLater()
+        self._flights_holder.setVisible(bool(flights))
+        if not flights:
+            return
+        self._flights.addWidget(create_label("Recent flights", "heading"), 0, 0, 1, 2)
+        for row, flight in enumerate(flights[:_FLIGHTS_OFFERED], start=1):
+            is_gone = path_kind(flight.path) == "missing"
+            duration = clock_text(flight.duration) if flight.duration else ""
+            facts = "not found" if is_gone else " · ".join(
+                filter(None, (flight.date, duration, flight.aircraft))
+            )  # fmt: skip
+            name = flight.name or Path(flight.path).name
+            button = QPushButton("   ".join(filter(None, (name, facts))).replace("&", "&&"))
+            button.setStyleSheet("text-align: left")
+            button.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+            button.setAccessibleName(f"Open {name}, {facts}")
+            button.setEnabled(not is_gone)
+            button.setToolTip(f"{flight.path} not found" if is_gone else flight.path)
+            remove = QPushButton("Remove")
+            remove.setProperty("role", "quiet")
+            remove.setAccessibleName(f"Remove {name} from this list")
+            remove.setToolTip("Remove from this list; the files stay")
+            for control, signal in ((button, self.flight_chosen), (remove, self.flight_removed)):
+                control.clicked.connect(
+                    lambda _checked=False, signal=signal, path=flight.path: signal.emit(path)
+                )
+            self._flights.addWidget(button, row, 0)
+            self._flights.addWidget(remove, row, 1)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Flatten the cards where the window is narrow."""
+        super().resizeEvent(event)
+        self._rescale()
+
+    def _rescale(self) -> None:
+        if not hasattr(self, "buttons"):
+            return
+        narrow = self._body.width() < self._look.px(816)
+        self._flow.setSpacing(self._look.px(8 if narrow else 24))
+        for button in self.buttons.values():
+            button.room = self._body.width() if narrow else 0
+            button.updateGeometry()
+            button.update()

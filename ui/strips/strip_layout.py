@@ -1,0 +1,268 @@
+"""Which charts are shown, in which order and how: plain data, kept in a file.
+
+Values in the file carry units (``low = "-10 deg"``); inside they are SI.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from gsapp.foundation import StrictModel, read_toml, write_toml
+from gsapp.quantities import CHANNELS, TRACE_COLORS, base_id, channel, from_si, parse_quantity
+
+TraceStyle = Literal["measured", "computed", "previous"]
+RangeMode = Literal["auto", "fixed", "limits"]
+
+
+class Trace(StrictModel):
+    """One line in a chart.
+
+    Attributes
+    ----------
+    channel : str
+        Channel id.
+    color : str or None
+        Name in `TRACE_COLORS`; None takes that of the channel, or the next free one.
+    style : {"measured", "computed", "previous"}
+        Solid, dashed, gray.
+    """
+
+    channel: str
+    color: str | None = None
+    style: TraceStyle = "measured"
+
+    @field_validator("channel")
+    @classmethod
+    def _in_the_vocabulary(cls, value: str) -> str:
+        try:
+            channel(value)
+        except KeyError as error:
+            raise ValueError(str(error)) from error
+        return value
+
+    @field_validator("color")
+    @classmethod
+    def _a_trace_color(cls, value: str | None) -> str | None:
+        if value is not None and value not in TRACE_COLORS:
+            raise ValueError(f"no trace color is '{value}'; use one of {', '.join(TRACE_COLORS)}")
+        return value
+
+
+class Strip(StrictModel):
+    """One chart.
+
+    Attributes
+    ----------
+    traces : tuple of Trace
+        One, or several of the same quantity, such as left and right elevator.
+    range : {"auto", "fixed", "limits"}
+        How the y axis is chosen.
+    low, high : float or None
+        The fixed range, SI.
+    height : float
+        In relation to the other charts.
+    """
+
+    traces: Annotated[tuple[Trace, ...], Field(min_length=1, max_length=4)]
+    range: RangeMode = "auto"
+    low: float | None = None
+    high: float | None = None
+    height: Annotated[float, Field(ge=0.25, le=8.0)] = 1.0
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short_form(cls, content: Any) -> Any:
+        """Read ``channel = "q"`` for a chart of one line, and values with units."""
+        if not isinstance(content, dict):
+            return content
+        content = dict(content)
+        if "channel" in content and "traces" not in content:
+            content["traces"] = [
+                {key: content.pop(key) for key in ("channel", "color", "style") if key in content}
+            ]
+        first = next(iter(content.get("traces") or ()), None)
+        name = first.get("channel") if isinstance(first, dict) else getattr(first, "channel", None)
+        if isinstance(name, str) and base_id(name) in CHANNELS:
+            for key in ("low", "high"):
+                if isinstance(content.get(key), str):
+                    content[key] = parse_quantity(content[key], channel(name).quantity)
+        return content
+
+    @model_validator(mode="after")
+    def _must_fit_together(self) -> Strip:
+        quantities = {channel(trace.channel).quantity for trace in self.traces}
+        if len(quantities) > 1:
+            names = " and ".join(sorted(quantities))
+            raise ValueError(f"one chart cannot show {names}; give each quantity its own chart")
+        if self.range == "fixed" and (
+            self.low is None or self.high is None or not self.low < self.high
+        ):
+            raise ValueError('a fixed range needs low and high; write for example low = "-10 deg"')
+        return self
+
+    @property
+    def channel(self) -> str:
+        """Return the channel of the first line, which gives the chart its name and unit."""
+        return self.traces[0].channel
+
+    def content(self) -> dict[str, Any]:
+        """Return what a file holds: short where it can be, values with their unit."""
+        if len(self.traces) == 1:
+            found = self.traces[0].model_dump(exclude_defaults=True)
+        else:
+            found = {"traces": [trace.model_dump(exclude_defaults=True) for trace in self.traces]}
+        found |= self.model_dump(exclude_defaults=True, exclude={"traces", "low", "high"})
+        spec = channel(self.channel)
+        for key in ("low", "high"):
+            value = getattr(self, key)
+            if value is not None:
+                shown = from_si(value, spec.si_display, spec.quantity)
+                found[key] = f"{shown:.12g} {spec.si_display}".strip()
+        return found
+
+
+class StripGroup(StrictModel):
+    """Charts that belong together, under one name."""
+
+    name: str = ""
+    strips: tuple[Strip, ...] = ()
+
+
+class StripLayout(StrictModel):
+    """All charts.
+
+    Attributes
+    ----------
+    name : str
+        For the list of saved layouts.
+    window : float
+        Seconds in sight at first.
+    groups : tuple of StripGroup
+        From top to bottom.
+    """
+
+    name: str = "Flight test"
+    window: Annotated[float, Field(gt=0.0)] = 60.0
+    groups: tuple[StripGroup, ...] = ()
+
+    @property
+    def strips(self) -> tuple[Strip, ...]:
+        """Return all charts from top to bottom."""
+        return tuple(strip for group in self.groups for strip in group.strips)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Return every channel shown, each once."""
+        found = [trace.channel for strip in self.strips for trace in strip.traces]
+        return tuple(dict.fromkeys(found))
+
+    def place(self, number: int) -> tuple[int, int]:
+        """Return (group, chart within it) of the chart of that number."""
+        for index, group in enumerate(self.groups):
+            if number < len(group.strips):
+                return index, number
+            number -= len(group.strips)
+        raise IndexError("there is no chart of that number")
+
+    def with_strip(self, number: int, strip: Strip | None) -> StripLayout:
+        """Return a layout with a chart replaced, or taken away with None."""
+        index, within = self.place(number)
+        strips = list(self.groups[index].strips)
+        strips[within : within + 1] = [] if strip is None else [strip]
+        return self._with_group(index, strips)
+
+    def moved(self, number: int, by: int) -> StripLayout:
+        """Return a layout with a chart moved up (-1) or down (+1), across groups if need be."""
+        index, within = self.place(number)
+        strips = list(self.groups[index].strips)
+        strip = strips.pop(within)
+        if 0 <= within + by <= len(strips):
+            strips.insert(within + by, strip)
+            return self._with_group(index, strips)
+        neighbor = index + (1 if by > 0 else -1)
+        if not 0 <= neighbor < len(self.groups):
+            return self
+        others = list(self.groups[neighbor].strips)
+        others.insert(0 if by > 0 else len(others), strip)
+        return self._with_group(index, strips)._with_group(neighbor, others)
+
+    def _with_group(self, index: int, strips: Sequence[Strip]) -> StripLayout:
+        groups = list(self.groups)
+        groups[index] = StripGroup(name=groups[index].name, strips=tuple(strips))
+        return StripLayout(name=self.name, window=self.window, groups=tuple(groups))
+
+    def content(self) -> dict[str, Any]:
+        """Return what a TOML or JSON file holds; ``StripLayout.model_validate`` reads it."""
+        return {
+            "name": self.name,
+            "window": self.window,
+            "groups": [
+                {"name": group.name, "strips": [strip.content() for strip in group.strips]}
+                for group in self.groups
+            ],
+        }
+
+
+def load_layout(path: Path | str) -> StripLayout:
+    """Read a layout; `FileProblemsError` names every mistake in the file."""
+    return read_toml(path, StripLayout)
+
+
+def save_layout(path: Path | str, layout: StripLayout) -> Path:
+    """Write a layout as TOML, atomically."""
+    return write_toml(path, layout.content())
+
+
+_DEFAULT_GROUPS = (
+    ("Pitch", ("de", "alpha", "q", "theta", "an")),
+    ("Roll and yaw", ("da", "dr", "beta", "p", "r", "phi", "ay")),
+    ("Flight", ("V", "altitude", "throttle", "battery")),
+)
+# What stands in where a flight lacks the channel.
+_SUBSTITUTE_CHANNELS = {
+    "V": ("Vc", "qbar", "dynamic_pressure", "ground_speed"),
+    "altitude": ("height", "static_pressure"),
+    "theta": ("ax",),
+    "phi": ("psi", "ax"),
+    "de": ("elevator_left", "de_command", "stick_pitch"),
+    "da": ("aileron_left", "da_command", "stick_roll"),
+    "dr": ("rudder", "dr_command", "stick_yaw"),
+    "battery": ("battery_receiver", "rpm_left"),
+}
+
+
+def default_layout(channels: Sequence[str] | None = None) -> StripLayout:
+    """Return 16 charts for a flight test.
+
+    Parameters
+    ----------
+    channels : sequence of str or None
+        Channels that the flight has. Charts without data give way to what the flight has in
+        their stead; None knows nothing and takes the list as it is.
+    """
+    known = None if channels is None else dict.fromkeys(channels)
+    used: set[str] = set()
+    groups = []
+    for name, wanted in _DEFAULT_GROUPS:
+        strips = []
+        for first in wanted:
+            for candidate in (first, *_SUBSTITUTE_CHANNELS.get(first, ())):
+                if candidate not in used and (known is None or candidate in known):
+                    used.add(candidate)
+                    strips.append(Strip(traces=(Trace(channel=candidate),)))
+                    break
+        if strips:
+            groups.append(StripGroup(name=name, strips=tuple(strips)))
+    if known is not None and len(used) < 16:
+        rest = [name for name in CHANNELS if name in known and name not in used]
+        if used or not all(name.endswith("_volts") for name in rest):
+            # Volts are for the bench, unless there is nothing else.
+            rest = [name for name in rest if not name.endswith("_volts")]
+        others = tuple(Strip(traces=(Trace(channel=name),)) for name in rest[: 16 - len(used)])
+        if others:
+            groups.append(StripGroup(name="Other", strips=others))
+    return StripLayout(groups=tuple(groups))

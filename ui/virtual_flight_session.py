@@ -1,0 +1,130 @@
+"""A flight without an aircraft: a virtual one on a link of this machine, recorded and opened."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final, Generic, TypeVar
+
+from PySide6.QtCore import QObject, Signal
+
+from gsapp.foundation import GroundStationError
+from gsapp.telemetry.recorder_control import RecorderHandle
+from gsapp.telemetry.virtual_aircraft.aircraft_process import BackgroundCommand, find_free_udp_port
+from ui.background_job import BackgroundJob
+from ui.commands import shortcut_text
+from ui.dialogs.flight_requests import ConnectRequest
+from ui.flight_controller import FlightController
+
+ProcessT = TypeVar("P", bound=BackgroundCommand)
+
+VIRTUAL_AIRCRAFT: Final = "b777"
+"""The shipped aircraft that flies, with its map and certificates."""
+
+
+class VirtualFlightSession(QObject, Generic[ProcessT]):
+    """Opens the record first, then lets the aircraft send, and ends both with it.
+
+    Parameters
+    ----------
+    desk : FlightController
+        Records and follows it as it would an aircraft.
+    kind : str
+        What its folder is called, with a date and a letter.
+    launch : callable
+        Starts what sends, given the folder for its log and the UDP port to send to.
+
+    Attributes
+    ----------
+    changed : Signal
+        It began or ended.
+    folder : Path or None
+        Of the flight; None before the first.
+    process : BackgroundCommand or None
+        What sends.
+    """
+
+    changed = Signal()
+
+    def __init__(
+        self, desk: FlightController, kind: str, launch: Callable[[Path, int], ProcessT]
+    ) -> None:
+        super().__init__()
+        self._desk = desk
+        self._kind = kind
+        self._launch = launch
+        self.folder: Path | None = None
+        self.process: ProcessT | None = None
+        self._port = 0
+        self._recorder: RecorderHandle | None = None
+        self._ending: BackgroundJob | None = None
+        desk.changed.connect(self._opened)
+
+    @property
+    def running(self) -> bool:
+        """Return whether it sends and is what is open."""
+        session = self._desk.session
+        return (
+            self.process is not None
+            and self.process.flying()
+            and session is not None
+            and session.path == self.folder
+        )
+
+    def start(self) -> bool:
+        """Record what will be sent, and open it; the sending begins when that is done.
+
+        Returns
+        -------
+        bool
+            Whether it could: a slip of the hand must not take the place of a flight that is
+            recorded.
+        """
+        if self._desk.records_here and not self.running:
+            self._desk.said.emit(
+                "caution",
+                f"{self._desk.name} is being recorded. Close it first ({shortcut_text('Ctrl+W')}), "
+                f"then begin the {self._kind}.",
+            )
+            return False
+        self.stop()
+        self._port = find_free_udp_port()
+        self.folder = self._desk.starter.next_folder(self._kind)
+        self._desk.starter.connect_aircraft(
+            ConnectRequest(
+                link=f"udpin:127.0.0.1:{self._port}",
+                folder=self.folder,
+                channel_map=VIRTUAL_AIRCRAFT,
+                aircraft=VIRTUAL_AIRCRAFT,
+                calibration=VIRTUAL_AIRCRAFT,
+            ),
+            trial=True,
+        )
+        return True
+
+    def _opened(self) -> None:
+        """Let it send when its record is open, and end it when something else is."""
+        session = self._desk.session
+        if session is None or session.path != self.folder:
+            self.stop()
+        elif self.process is None:
+            try:
+                self._recorder = session.recorder
+                self.process = self._launch(self.folder, self._port)
+            except GroundStationError as error:
+                self._desk.faults.report(error)
+            self.changed.emit()
+
+    def stop(self) -> None:
+        """End what sends, and in the background its recording."""
+        process, self.process = self.process, None
+        recorder, self._recorder = self._recorder, None
+        if recorder is not None:
+            self._desk.give_up(recorder)
+            self._ending = BackgroundJob(
+                "Ending the recording", lambda _tell: recorder.stop(), self
+            )
+            self._ending.start()
+        if process is not None:
+            process.stop()
+            self.changed.emit()

@@ -1,0 +1,162 @@
+"""Which sentence is spoken, which waits, which is forgotten. No Qt, no sound.
+
+The rule:
+
+1. One sentence is spoken at a time and at most one waits: nothing that is heard is ever more than
+   one sentence behind.
+2. The more urgent goes first. It cuts off a less urgent one that is being spoken; what was cut
+   off waits, unless something newer waits already.
+3. Of two that would wait, the more urgent stays; of two equally urgent ones the newer, because it
+   is what holds now.
+4. Nothing is said twice: words that are being spoken or wait are not taken again, and the words
+   said last only after `REPEAT_INTERVAL` seconds, unless other words were said in between.
+5. In a hush, as while the pilot's hands are off the sticks, nothing begins but what belongs to it:
+   warnings wait for its end, all else is forgotten.
+6. Mute acts at once: what is spoken is cut off, what waits is forgotten, and nothing is taken, so
+   that nothing old is heard afterwards.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntEnum
+
+REPEAT_INTERVAL = 10.0
+"""Seconds after which the very same words may follow upon themselves."""
+
+
+class UtterancePriority(IntEnum):
+    """How urgent a sentence is."""
+
+    NOTE = 0
+    PROMPT = 1
+    WARNING = 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Utterance:
+    """Words to be spoken once.
+
+    Attributes
+    ----------
+    words : str
+    priority : UtterancePriority
+    through : bool
+        Whether it may be heard in a hush.
+    """
+
+    words: str
+    priority: UtterancePriority
+    through: bool = False
+
+
+class SpeechQueue:
+    """Decides what is heard; see the rule above.
+
+    Parameters
+    ----------
+    clock : callable
+        Seconds of a clock that never goes back.
+
+    Attributes
+    ----------
+    speaking : Utterance or None
+        To be heard now. Whoever speaks compares it with what it speaks after every call.
+    waiting : Utterance or None
+        To be heard next.
+    muted : bool
+        Whether nothing is.
+    hushed : bool
+        Whether only what belongs to the hush is.
+    """
+
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self._clock = clock
+        self.speaking: Utterance | None = None
+        self.waiting: Utterance | None = None
+        self.muted = False
+        self.hushed = False
+        self._last = ""
+        self._said_at = -math.inf
+
+    def offer(self, words: str, priority: UtterancePriority, *, through: bool = False) -> None:
+        """Take words to be said, now, next, or not at all.
+
+        Parameters
+        ----------
+        words : str
+        priority : UtterancePriority
+        through : bool
+            Whether they may be heard in a hush, because whoever offers them knows of it.
+        """
+        words = words.strip()
+        if self.muted or not words or self._is_repeat(words, priority):
+            return
+        held = self.hushed and not through
+        if held and priority < UtterancePriority.WARNING:
+            return
+        if self.waiting is not None and self.waiting.words == words:
+            self.waiting = None  # the same, and less urgent
+        offered = Utterance(words=words, priority=priority, through=through)
+        if held:
+            if self.waiting is None or priority >= self.waiting.priority:
+                self.waiting = offered
+        elif self.speaking is None:
+            self._begin(offered)
+        elif priority > self.speaking.priority:
+            self.waiting = self.waiting or self.speaking
+            self._begin(offered)
+        elif self.waiting is None or priority >= self.waiting.priority:
+            self.waiting = offered
+
+    def finished(self, utterance: Utterance) -> None:
+        """Go on to what waits; an utterance that was cut off before has no say."""
+        if utterance is not self.speaking:
+            return
+        self._said_at = self._clock()
+        self.speaking = None
+        self._go_on()
+
+    def hush(self, hushed: bool) -> None:
+        """Begin a hush, cutting off all but warnings, or end it and say what waits."""
+        if hushed == self.hushed:
+            return
+        self.hushed = hushed
+        if hushed:
+            if self.waiting is not None and self.waiting.priority < UtterancePriority.WARNING:
+                self.waiting = None
+            if self.speaking is not None and self.speaking.priority < UtterancePriority.WARNING:
+                self.speaking = None
+                # What was cut off may be said again when it is over.
+                self._last = ""
+        else:
+            self._go_on()
+
+    def mute(self, muted: bool) -> None:
+        """Fall silent at once, or be ready to speak again."""
+        self.muted = muted
+        if muted:
+            self.speaking = self.waiting = None
+            # Whoever turns the sound on again wants to hear what holds then.
+            self._last = ""
+
+    def _is_repeat(self, words: str, priority: UtterancePriority) -> bool:
+        if self.speaking is not None and self.speaking.words == words:
+            return True
+        if self.waiting is not None and self.waiting.words == words:
+            return self.waiting.priority >= priority
+        return words == self._last and self._clock() - self._said_at < REPEAT_INTERVAL
+
+    def _go_on(self) -> None:
+        """Say what waits, if it may be said and nothing else is."""
+        waiting = self.waiting
+        if self.speaking is None and waiting is not None and (waiting.through or not self.hushed):
+            self.waiting = None
+            self._begin(waiting)
+
+    def _begin(self, utterance: Utterance) -> None:
+        self.speaking = utterance
+        self._last = utterance.words
+        self._said_at = self._clock()

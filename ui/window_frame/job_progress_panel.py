@@ -1,0 +1,65 @@
+"""A work that runs: how far it is, what it is doing, how long it still takes, and Stop."""
+
+from __future__ import annotations
+
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QProgressBar, QSizePolicy
+
+from ui.display_style import DisplayStyle
+from ui.flight.controls import ActionButton
+from ui.start_page import create_label
+
+
+class JobProgressPanel(QFrame):
+    """Across the top of a place while something runs there.
+
+    Parameters
+    ----------
+    look : DisplayStyle
+        Colors and sizes.
+    cancel : QAction
+        Stops it.
+    name : str
+        What runs, for those who hear it: ``search``.
+    """
+
+    def __init__(self, look: DisplayStyle, cancel: QAction, name: str) -> None:
+        super().__init__()
+        self._look = look
+        self.setObjectName("banner")
+        self.setAccessibleName(f"{name.capitalize()} that runs")
+        row = QHBoxLayout(self)
+        row.setContentsMargins(look.px(16), look.px(6), look.px(8), look.px(6))
+        row.setSpacing(look.px(12))
+        self.title = ""
+        self.words = create_label("", wrap=True)
+        self.words.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        row.addWidget(self.words, 1)
+        self.meter = QProgressBar()
+        self.meter.setTextVisible(False)
+        self.meter.setAccessibleName(f"Progress of the {name}")
+        row.addWidget(self.meter)
+        self.stop = ActionButton(cancel, "Stop", look)
+        row.addWidget(self.stop)
+        look.changed.connect(self._rescale)
+        self._rescale()
+        self.hide()
+
+    def _rescale(self) -> None:
+        self.meter.setFixedSize(self._look.px(160), self._look.px(8))
+
+    def begin(self, title: str) -> None:
+        """Show a work that begins."""
+        self.title = title
+        self.words.setText(f"{title}: starting")
+        self.meter.setRange(0, 0)
+        self.show()
+
+    def tell(self, share: float | None, words: str) -> None:
+        """Show how far it is."""
+        if share is None:
+            self.meter.setRange(0, 0)
+        else:
+            self.meter.setRange(0, 1000)
+            self.meter.setValue(round(1000 * share))
+        self.words.setText(f"{self.title}: {words}")

@@ -1,0 +1,119 @@
+"""The rail on the left: five places, each with sign, word and key."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QAction, QColor, QPainter, QPaintEvent
+from PySide6.QtWidgets import QAbstractButton, QSizePolicy, QVBoxLayout, QWidget
+
+from ui.display_style import DisplayStyle
+from ui.icons import paint_icon
+from ui.page_registry import PAGES, PageInfo
+from ui.window_frame.exclusive_button_group import ExclusiveButtonGroup
+
+_NARROW = 800
+
+
+class NavigationButton(QAbstractButton):
+    """One place on the rail."""
+
+    def __init__(self, place: PageInfo, look: DisplayStyle) -> None:
+        super().__init__()
+        self.place = place
+        self._look = look
+        self.narrow = False
+        self.setCheckable(True)
+        self.setText(place.title)
+        self.setAccessibleName(f"{place.title}, {place.key}")
+        self.setToolTip(f"{place.title} ({place.key}): {place.purpose}")
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+
+    def sizeHint(self) -> QSize:
+        """Return the size: the word goes where there is no room for it."""
+        look = self._look
+        return QSize(look.px(48), look.px(48)) if self.narrow else QSize(look.px(80), look.px(64))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw sign, word and key."""
+        look, box = self._look, QRectF(self.rect())
+        painter = QPainter(self)
+        chosen = self.isChecked()
+        if chosen or self.underMouse():
+            painter.fillRect(box, look.color("chosen" if chosen else "hover"))
+        if chosen:
+            painter.fillRect(QRectF(0, 0, look.px(3), box.height()), look.color("accent"))
+        ink: QColor = look.color("text" if chosen else "muted")
+        side = look.px(24)
+        top = (box.height() - side) / 2 if self.narrow else look.px(8)
+        paint_icon(
+            painter, self.place.glyph, QRectF((box.width() - side) / 2, top, side, side), ink
+        )
+        if not self.narrow:
+            painter.setPen(ink)
+            painter.setFont(look.font("label", strong=chosen))
+            line = QRectF(0, look.px(34), box.width(), look.px(14))
+            painter.drawText(line, Qt.AlignmentFlag.AlignCenter, self.place.title)
+            painter.setPen(look.color("muted"))
+            painter.setFont(look.font("small"))
+            line = QRectF(0, look.px(47), box.width(), look.px(13))
+            painter.drawText(line, Qt.AlignmentFlag.AlignCenter, self.place.key)
+        if self.hasFocus():
+            painter.setPen(look.color("accent"))
+            painter.drawRect(box.adjusted(1, 1, -2, -2))
+        painter.end()
+
+
+class NavigationRail(QWidget):
+    """The five places, top to bottom.
+
+    Attributes
+    ----------
+    chosen : Signal(str)
+        Id of the place the user pressed.
+    """
+
+    chosen = Signal(str)
+
+    def __init__(self, look: DisplayStyle) -> None:
+        super().__init__()
+        self._look = look
+        self.setObjectName("rail")
+        self.setAccessibleName("Places")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        self.buttons: dict[str, NavigationButton] = {}
+        self._group = ExclusiveButtonGroup(self)
+        for place in PAGES:
+            button = NavigationButton(place, look)
+            button.clicked.connect(lambda _checked=False, name=place.id: self.chosen.emit(name))
+            self._group.add(button)
+            column.addWidget(button)
+            self.buttons[place.id] = button
+        column.addStretch(1)
+        look.changed.connect(self._refresh)
+
+    def show_place(self, place_id: str) -> None:
+        """Show a place as the chosen one."""
+        self.buttons[place_id].setChecked(True)
+
+    def fit(self, window_width: int) -> None:
+        """Drop the words where the window is narrow for its scale."""
+        narrow = window_width < self._look.px(_NARROW)
+        if any(button.narrow != narrow for button in self.buttons.values()):
+            for button in self.buttons.values():
+                button.narrow = narrow
+            self._refresh()
+
+    def bind(self, actions: Mapping[str, QAction]) -> None:
+        """Run the same commands as the keys do."""
+        self.chosen.connect(lambda name: actions[f"place_{name}"].trigger())
+
+    def _refresh(self) -> None:
+        for button in self.buttons.values():
+            button.updateGeometry()
+            button.update()

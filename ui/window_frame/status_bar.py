@@ -1,0 +1,270 @@
+"""The bar on top, painted: each part is a word, a number, and the sign of its state."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import (
+    QBrush,
+    QFont,
+    QFontMetricsF,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+)
+from PySide6.QtWidgets import QApplication, QSizePolicy, QToolTip, QWidget
+
+from ui.display_style import DisplayStyle
+from ui.flow_layout import FlowLayout
+from ui.icons import paint_indicator
+from ui.window_frame.status_item import StatusItem
+
+_LOW_WINDOW_HEIGHT = 440
+"""Points of height below which the bar is flat."""
+
+_FLAT_STEP = 24
+"""Points by which the width of a flat part grows, so that it does not follow every digit."""
+
+
+class StatusItemWidget(QWidget):
+    """One part, painted; a press runs what belongs to it.
+
+    Attributes
+    ----------
+    flat : bool
+        Whether word and value share one line, for windows that are low for their scale.
+    pressed : Signal(str)
+        Id of the part.
+    """
+
+    pressed = Signal(str)
+
+    def __init__(self, part: StatusItem, look: DisplayStyle) -> None:
+        super().__init__()
+        self.part = part
+        self.flat = False
+        self._look = look
+        wide = QSizePolicy.Policy.Expanding if part.grows else QSizePolicy.Policy.Preferred
+        self.setSizePolicy(wide, QSizePolicy.Policy.Fixed)
+        self._describe()
+
+    def show_part(self, part: StatusItem) -> bool:
+        """Show other words; return whether the width it asks for changed."""
+        if part == self.part:
+            return False
+        former = self.sizeHint()
+        self.part = part
+        self._describe()
+        self.update()
+        return self.sizeHint() != former
+
+    def _describe(self) -> None:
+        part = self.part
+        text = f"{part.word} {part.value} {part.note}".strip()
+        self.setAccessibleName(text if part.state in ("plain", "good") else f"{text}, {part.state}")
+        self.setAccessibleDescription(part.detail)
+        self.setToolTip(part.detail)
+
+    def sizeHint(self) -> QSize:
+        """Return the reserved size."""
+        look = self._look
+        if self.flat:
+            step = look.px(_FLAT_STEP)
+            needed = sum(self._flat_widths()) + look.px(24 if self.part.state == "plain" else 40)
+            return QSize(math.ceil(needed / step) * step, look.px(28))
+        return QSize(look.px(self.part.width + 16), look.px(48))
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the same: parts do not shrink, they wrap; only sentences give way."""
+        size = self.sizeHint()
+        if self.part.grows:
+            size.setWidth(min(size.width(), self._look.px(self.part.width)))
+        return size
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw word above, value and note below."""
+        look, part = self._look, self.part
+        painter = QPainter(self)
+        box = QRectF(self.rect())
+        if part.state in ("caution", "warning"):
+            painter.fillRect(box, look.color(f"{part.state}_band"))
+        elif part.state == "unknown":
+            brush = QBrush(look.color("line"), Qt.BrushStyle.BDiagPattern)
+            painter.fillRect(box, brush)
+        left = look.px(8)
+        top = look.px(7 if self.flat else 6)
+        line = QRectF(left, top, box.width() - 2 * left, look.px(14))
+        if part.state != "plain":
+            side = look.px(10)
+            sign = QRectF(left, line.center().y() - side / 2, side, side)
+            paint_indicator(painter, part.state, sign, look.state_color(part.state))
+            line.setLeft(left + side + look.px(5))
+        self._word(painter, line)
+        below = QRectF(left, look.px(20), box.width() - 2 * left, look.px(24))
+        if self.flat:
+            word = self._flat_word(line.width()) + look.px(8)
+            below = QRectF(line.left() + word, 0, line.width() - word, box.height())
+        self._value(painter, below)
+        painter.setPen(look.color("line"))
+        edge = box.right() - 0.5
+        painter.drawLine(QPointF(edge, 0), QPointF(edge, box.height()))
+        painter.end()
+
+    def _value_font(self) -> QFont:
+        if self.flat and self.part.grows:
+            return self._look.font("label", strong=True)
+        font = self._look.font("body", strong=True)
+        font.setPixelSize(self._look.px(15))
+        return font
+
+    def _flat_widths(self) -> tuple[float, float]:
+        """Return what the word, and value and note beside it, need on one line."""
+        small = QFontMetricsF(self._look.font("label"))
+        part, gap = self.part, self._look.px(8)
+        value = QFontMetricsF(self._value_font()).horizontalAdvance(part.value)
+        note = gap + small.horizontalAdvance(part.note) if part.note else 0.0
+        return small.horizontalAdvance(part.word), value + note
+
+    def _flat_word(self, width: float) -> float:
+        """Return the room for the word on one line; the value goes first."""
+        word, value = self._flat_widths()
+        return min(word, max(0.3 * width, width - value - self._look.px(8)))
+
+    def _word(self, painter: QPainter, line: QRectF) -> None:
+        font = self._look.font("label")
+        painter.setFont(font)
+        painter.setPen(self._look.color("muted" if self.part.state != "warning" else "text"))
+        # A pixel more, as the widths are rounded.
+        room = self._flat_word(line.width()) + 1.0 if self.flat else line.width()
+        words = self.part.word
+        if self.part.hint and not self.flat:
+            words = f"{words}   {self.part.hint}"
+        word = QFontMetricsF(font).elidedText(words, Qt.TextElideMode.ElideRight, room)
+        painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, word)
+
+    def _value(self, painter: QPainter, line: QRectF) -> None:
+        look, part = self._look, self.part
+        font = self._value_font()
+        metrics = QFontMetricsF(font)
+        if part.grows and not self.flat and metrics.horizontalAdvance(part.value) > line.width():
+            self._sentence(painter, line)
+            return
+        role = part.state if part.state in ("caution", "warning") else "text"
+        painter.setFont(font)
+        painter.setPen(look.color("muted" if part.state == "unknown" else role))
+        value = metrics.elidedText(part.value, Qt.TextElideMode.ElideRight, line.width())
+        painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, value)
+        used = metrics.horizontalAdvance(value) + look.px(8)
+        room = line.width() - used
+        if part.note and room > look.px(16):
+            small = look.font("label")
+            painter.setFont(small)
+            painter.setPen(look.color("muted" if role == "text" else "text"))
+            note = QFontMetricsF(small).elidedText(part.note, Qt.TextElideMode.ElideRight, room)
+            painter.drawText(line.adjusted(used, 1, 0, 1), Qt.AlignmentFlag.AlignVCenter, note)
+
+    def _sentence(self, painter: QPainter, line: QRectF) -> None:
+        """Draw a long value in two small lines; what still does not fit is in the tool tip."""
+        look, part = self._look, self.part
+        font = look.font("label", strong=True)
+        painter.setFont(font)
+        painter.setPen(look.color(part.state if part.state in ("caution", "warning") else "text"))
+        metrics = QFontMetricsF(font)
+        first, rest = _break_text(part.value, metrics, line.width())
+        high = look.px(14)
+        top = QRectF(line.left(), look.px(19), line.width(), high)
+        painter.drawText(top, Qt.AlignmentFlag.AlignVCenter, first)
+        rest = metrics.elidedText(rest, Qt.TextElideMode.ElideRight, line.width())
+        painter.drawText(top.translated(0, high), Qt.AlignmentFlag.AlignVCenter, rest)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Run what belongs to the part, or else show its whole sentence."""
+        if event.button() != Qt.MouseButton.LeftButton:
+            event.ignore()
+            return
+        self.pressed.emit(self.part.id)
+        if self.part.detail and QApplication.activePopupWidget() is None:
+            QToolTip.showText(event.globalPosition().toPoint(), self.part.detail, self)
+
+
+class StatusBar(QWidget):
+    """All parts in a row, or in two where the window is narrow.
+
+    Parameters
+    ----------
+    look : DisplayStyle
+    buttons : mapping of str to QWidget, optional
+        What stands beside a part, by its id, while that has an action.
+
+    Attributes
+    ----------
+    pressed : Signal(str)
+        Id of the part the user pressed.
+    """
+
+    pressed = Signal(str)
+
+    def __init__(self, look: DisplayStyle, buttons: Mapping[str, QWidget] | None = None) -> None:
+        super().__init__()
+        self._look = look
+        self._buttons = buttons or {}
+        self.setObjectName("bar")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setAccessibleName("Flight, link, recorder, alarms")
+        self._flow = FlowLayout(self, spacing=0, fill=True)
+        self._flow.setContentsMargins(0, 0, 0, 1)
+        policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
+        policy.setHeightForWidth(True)
+        self.setSizePolicy(policy)
+        self.views: dict[str, StatusItemWidget] = {}
+        self._flat = False
+        look.changed.connect(self._resized)
+
+    def show_parts(self, parts: Iterable[StatusItem]) -> None:
+        """Show the parts; those that did not change are not painted again."""
+        wider = False
+        for part in parts:
+            view = self.views.get(part.id)
+            if view is None:
+                view = StatusItemWidget(part, self._look)
+                view.pressed.connect(self.pressed)
+                self.views[part.id] = view
+                self._flow.addWidget(view)
+                if part.id in self._buttons:
+                    self._flow.addWidget(self._buttons[part.id])
+                wider = True
+            else:
+                wider = view.show_part(part) or wider
+            button = self._buttons.get(part.id)
+            if button is not None and button.isVisibleTo(self) != part.action:
+                button.setVisible(part.action)
+                wider = True
+        if wider:
+            self._resized()
+
+    def fit(self, window_height: int) -> None:
+        """Put word and value on one line where the window is low for its scale."""
+        flat = window_height < self._look.px(_LOW_WINDOW_HEIGHT)
+        if flat != self._flat:
+            self._flat = flat
+            self._resized()
+
+    def _resized(self) -> None:
+        for view in self.views.values():
+            view.flat = self._flat
+        for view in self.views.values():
+            view.updateGeometry()
+            view.update()
+        self._flow.invalidate()
+        self.updateGeometry()
+
+
+def _break_text(text: str, metrics: QFontMetricsF, width: float) -> tuple[str, str]:
+    """Return as many words as fit into a width, and the rest."""
+    words = text.split(" ")
+    count = 1
+    while count < len(words) and metrics.horizontalAdvance(" ".join(words[: count + 1])) <= width:
+        count += 1
+    return " ".join(words[:count]), " ".join(words[count:])

@@ -1,0 +1,308 @@
+"""What the bar on top says, from plain facts. No Qt painting here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from calibration.validity import CalibrationStatus
+from gsapp.session.equipment_monitor import DiskSummary, LinkSummary, RecorderSummary
+from gsapp.session.limits import Severity
+from ui.icons import IndicatorState
+from ui.number_format import (
+    DASH,
+    bytes_text,
+    clock_text,
+    count_text,
+    duration_text,
+    floor_percent,
+    join_sentences,
+    percent_text,
+)
+from ui.window_frame.status_item import StatusItem
+
+_STATES_WITHOUT_NUMBERS = (
+    "waiting", "no data", "no aircraft", "silent", "unreadable", "not read", "lost", "none",
+    "ended", "catching up",
+)  # fmt: skip
+"""States of the link in which its last numbers must not stand."""
+
+_STATES: dict[Severity, IndicatorState] = {
+    Severity.NORMAL: "good",
+    Severity.CAUTION: "caution",
+    Severity.WARNING: "warning",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AlarmSummary:
+    """The alarms that nobody has acknowledged, newest first, and how many stand in all."""
+
+    sentences: tuple[str, ...] = ()
+    severe: bool = False
+    standing: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StatusBarData:
+    """Everything that the bar tells.
+
+    Attributes
+    ----------
+    name : str
+        Of the flight; empty if none is open.
+    time : float or None
+        Flight time, s.
+    stale : bool
+        Whether that time stands still though it should not.
+    replay : bool
+        Whether a record is being replayed.
+    others : tuple of str
+        Other flights that are being recorded, the newest first.
+    link, recorder, disk : LinkSummary, RecorderSummary, DiskSummary or None
+        What the session says of them; None without a flight.
+    aircraft : str
+        Name; empty if there is none.
+    calibration : str
+        How many certificates are in force; empty if none is.
+    calibration_status : CalibrationStatus or None
+        Whether they count; None without a flight.
+    other_calibration : str
+        What a replay is read with in place of the flight's own certificates; empty for its own.
+    alarms : AlarmSummary
+        Alarms.
+    muted : bool
+        Whether the sound is off.
+    read, watched : float
+        How much of the flight so far was read, and how much looked through for alarms, 0 to 1.
+    """
+
+    name: str = ""
+    time: float | None = None
+    stale: bool = False
+    replay: bool = False
+    others: tuple[str, ...] = ()
+    link: LinkSummary | None = None
+    recorder: RecorderSummary | None = None
+    disk: DiskSummary | None = None
+    aircraft: str = ""
+    calibration: str = ""
+    calibration_status: CalibrationStatus | None = None
+    other_calibration: str = ""
+    alarms: AlarmSummary = field(default_factory=AlarmSummary)
+    muted: bool = False
+    read: float = 1.0
+    watched: float = 1.0
+
+
+def create_status_items(facts: StatusBarData) -> tuple[StatusItem, ...]:
+    """Return the parts of the bar, left to right."""
+    return (
+        _flight(facts),
+        _link(facts),
+        _recorder(facts),
+        _aircraft(facts),
+        _calibration(facts),
+        _sound(facts),
+        _alarms(facts),
+    )
+
+
+def _flight(facts: StatusBarData) -> StatusItem:
+    if not facts.name:
+        return StatusItem(
+            id="flight", word="FLIGHT", value="none open", state="plain", width=168,
+            detail="No flight is open.",
+        )  # fmt: skip
+    time = DASH if facts.stale else clock_text(facts.time, decimals=1)
+    kind = "REPLAY" if facts.replay else "FLIGHT"
+    return StatusItem(
+        id="flight",
+        word=f"{kind}  {facts.name}",
+        value=time,
+        note="" if not facts.stale else "no new samples",
+        state="unknown" if facts.stale else "plain",
+        detail=f"{facts.name}, flight time {time}",
+        width=168,
+    )
+
+
+def _link(facts: StatusBarData) -> StatusItem:
+    link = facts.link
+    if link is None:
+        return StatusItem(
+            id="link", word="LINK", value="none", state="plain", detail="No link.", width=176
+        )
+    port = facts.recorder.source_state if facts.recorder is not None else ""
+    said = (link.problem, *link.remarks, f"{port}." if port else "")
+    remarks = " ".join(filter(None, said))
+    state = _STATES[link.severity]
+    name = "LINK" if link.system is None else f"LINK  SYSTEM {link.system}"
+    if facts.replay:
+        value = percent_text(link.loss) if link.good or link.lost else DASH
+        return StatusItem(
+            id="link",
+            word=f"{name}  AS RECORDED",
+            value=value,
+            note="lost",
+            state="plain",
+            width=176,
+            detail=(
+                f"{link.good} good frames, {link.damaged} damaged, {link.unknown} of unknown kind, "
+                f"{link.lost} lost. {remarks}"
+            ).strip(),
+        )
+    if link.age is None or link.words in _STATES_WITHOUT_NUMBERS:
+        age = f" {duration_text(link.age)}" if link.age is not None else ""
+        return StatusItem(
+            id="link",
+            word=name,
+            note=f"{link.words}{age}{_share(facts.read)}",
+            state=state if link.severity is not Severity.NORMAL else "unknown",
+            width=176,
+            detail=f"The link: {link.words}{age}. {remarks}".strip(),
+        )
+    lost = f"{percent_text(link.loss)} lost"
+    return StatusItem(
+        id="link",
+        word=name if link.words == "ok" else f"{name}  {link.words}",
+        value=f"{link.rate:.0f}/s",
+        note=f"{link.age:.1f} s old, {lost}",
+        state=state,
+        width=176,
+        detail=(
+            f"{link.rate:.0f} messages in a second, the newest {link.age:.1f} s old, {lost}. "
+            f"{link.good} good, {link.damaged} damaged, {link.unknown} of unknown kind. {remarks}"
+        ).strip(),
+    )
+
+
+def _recorder(facts: StatusBarData) -> StatusItem:
+    recorder, disk = facts.recorder, facts.disk
+    others = ", ".join(facts.others)
+    if recorder is None or recorder.words in ("none", "stopped"):
+        if others:
+            several = len(facts.others) > 1
+            return StatusItem(
+                id="record",
+                word="REC",
+                value=f"{len(facts.others)} flights" if several else others,
+                note="click to attach",
+                state="good",
+                width=192,
+                detail=f"Being recorded: {others}. Click to attach.",
+            )
+        stopped = recorder is not None and recorder.words == "stopped"
+        return StatusItem(
+            id="record",
+            word="REC",
+            value="stopped" if stopped else "off",
+            state="plain",
+            width=192,
+            detail="Nothing is being recorded.",
+        )
+    size = bytes_text(recorder.received_bytes)
+    free = bytes_text(disk.free_bytes) if disk is not None else DASH
+    severity = recorder.severity
+    note = f"{'growing' if recorder.growing else 'idle'}, {free} left"
+    if disk is not None and disk.severity > severity:
+        severity = disk.severity
+        left = duration_text(disk.seconds_left)
+        note = f"{free} left" if disk.seconds_left is None else f"disk full in {left}"
+    if recorder.severity is not Severity.NORMAL:
+        note = f"recorder {recorder.words}"
+    state = _STATES[severity]
+    if state == "good" and not recorder.growing:
+        state = "caution"
+    more = f" Also being recorded: {others}. Click to attach." if others else ""
+    return StatusItem(
+        id="record",
+        word=_recorder_text(recorder, len(facts.others)),
+        action=recorder.pid is not None,
+        value=size,
+        note=note,
+        state=state,
+        width=192,
+        detail=f"{size} recorded, {note}. {join_sentences(recorder.remarks)}{more}".strip(),
+    )
+
+
+def _recorder_text(recorder: RecorderSummary, others: int) -> str:
+    state = "" if recorder.words == "recording" else f"  {recorder.words}"
+    return f"REC{state}  +{others} more" if others else f"REC{state}"
+
+
+def _aircraft(facts: StatusBarData) -> StatusItem:
+    return StatusItem(
+        id="aircraft",
+        word="AIRCRAFT",
+        value=facts.aircraft or DASH,
+        state="plain",
+        width=88,
+        detail=f"Aircraft file {facts.aircraft}"
+        if facts.aircraft
+        else "No aircraft file in force.",
+    )
+
+
+def _calibration(facts: StatusBarData) -> StatusItem:
+    status = facts.calibration_status
+    if status is None:
+        return StatusItem(id="calibration", word="CALIBRATION", state="plain", width=128)
+    other = facts.other_calibration
+    instead = f"Those of '{other}' instead of the flight's own. " if other else ""
+    state: IndicatorState = "plain" if status.state == "unknown" else status.state
+    note = other if other and state == "good" else status.words
+    return StatusItem(
+        id="calibration",
+        word="CALIBRATION  OTHER" if other else "CALIBRATION",
+        value=facts.calibration or "none",
+        note="" if state == "plain" else note,
+        state="caution" if other and state == "good" else state,
+        width=144 if other else 128,
+        detail=f"{instead}{status.detail}.",
+    )
+
+
+def _alarms(facts: StatusBarData) -> StatusItem:
+    alarms = facts.alarms
+    if not alarms.sentences and facts.watched < 1.0:
+        return StatusItem(
+            id="alarms", word="ALARMS", value="catching up", note=_share(facts.watched).strip(),
+            state="unknown", width=184, grows=True,
+            detail="The flight so far is being looked through for alarms and cues.",
+        )  # fmt: skip
+    if not alarms.sentences:
+        standing = alarms.standing
+        value = f"{standing} seen" if standing else "none"
+        return StatusItem(
+            id="alarms", word="ALARMS", value=value, width=184, grows=True,
+            state="caution" if standing else ("good" if facts.name else "plain"),
+            detail=f"{count_text(standing, 'alarm')} standing, all acknowledged",
+        )  # fmt: skip
+    count = len(alarms.sentences)
+    return StatusItem(
+        id="alarms",
+        word=count_text(count, "ALARM", "ALARMS"),
+        hint="K acknowledges",
+        value=alarms.sentences[0],
+        state="warning" if alarms.severe else "caution",
+        width=184,
+        grows=True,
+        detail="\n".join(alarms.sentences),
+    )
+
+
+def _share(done: float) -> str:
+    """Return how far something is that is not done, in percent."""
+    return f" {floor_percent(done)} %" if done < 1.0 else ""
+
+
+def _sound(facts: StatusBarData) -> StatusItem:
+    return StatusItem(
+        id="sound",
+        word="SOUND",
+        value="off" if facts.muted else "on",
+        state="caution" if facts.muted else "plain",
+        width=64,
+        detail="Alarms are silent." if facts.muted else "Alarms sound.",
+    )
