@@ -127,7 +127,7 @@ class Certificate:
             points=tuple(points),
             hysteresis=fit.hysteresis,
             rms_residual=fit.rms,
-            max_residual=fit.maximum,
+            max_residual=fit.max_residual,
             excitation_voltage=excitation_voltage,
             ratiometric=ratiometric,
             temperature=temperature,
@@ -141,7 +141,7 @@ class Certificate:
         ends = evaluate_polynomial(self.si_coefficients, np.array(self.range))
         return float(ends.min()), float(ends.max())
 
-    def beyond(self, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+    def out_of_range(self, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Return which values lie outside what was calibrated; NaN does not.
 
         Parameters
@@ -150,11 +150,11 @@ class Certificate:
             In the SI unit of the channel.
         """
         y = np.asarray(values, dtype=np.float64)
-        low, high = self.covered
+        low, high = self.padded_value_range
         return (y < low) | (y > high)
 
     @property
-    def covered(self) -> tuple[float, float]:
+    def padded_value_range(self) -> tuple[float, float]:
         """Return `value_range` with the room that rounding takes at its ends, in the SI unit."""
         low, high = self.value_range
         slack = _ROUNDING * (high - low)

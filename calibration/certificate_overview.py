@@ -58,13 +58,13 @@ class CertificateOverview:
 
     Attributes
     ----------
-    standing : tuple of CertificateStatus
+    in_force : tuple of CertificateStatus
         Those in force, by file name.
     skipped : tuple of SkippedChannel
         Channels that were left uncalibrated on purpose, by name.
     """
 
-    standing: tuple[CertificateStatus, ...]
+    in_force: tuple[CertificateStatus, ...]
     skipped: tuple[SkippedChannel, ...] = ()
 
 
@@ -123,11 +123,11 @@ def load_certificate_overview(
         If there is no such folder or set, or it holds no certificate.
     """
     store = _find_store(Path(folder_or_name))
-    skipped = () if store is None else tuple(one for _, one in sorted(store.skipped().items()))
+    skipped = () if store is None else tuple(one for _, one in sorted(store.skipped_channels().items()))
     before = None if former is None else load_certificates(former)
     folder = folder_or_name if store is None else store.in_force_folder
     if store is not None and not list_files(store.in_force_folder, "*.toml") and skipped:
-        return CertificateOverview(standing=(), skipped=skipped)
+        return CertificateOverview(in_force=(), skipped=skipped)
     standing = []
     for file in certificate_paths(folder):
         certificate = load_certificate(file)
@@ -136,7 +136,7 @@ def load_certificate_overview(
         else:
             last = None if store is None else _previous_certificate(store, certificate.channel)
         standing.append(evaluate_certificate(certificate, file, last))
-    return CertificateOverview(standing=tuple(standing), skipped=skipped)
+    return CertificateOverview(in_force=tuple(standing), skipped=skipped)
 
 
 def _find_store(folder: Path) -> CertificateStore | None:

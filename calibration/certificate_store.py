@@ -127,7 +127,7 @@ class CertificateStore:
             self._load(entry) for entry in self._entries(channel_id) if not _is_skip(entry)
         )
 
-    def dated(self, channel_id: str, stamp: datetime) -> Certificate | None:
+    def find_by_stamp(self, channel_id: str, stamp: datetime) -> Certificate | None:
         """Return the certificate of a channel that carries a stamp, unless it was withdrawn."""
         wanted = stamp.strftime(_STAMP)
         for entry in reversed(self._entries(channel_id)):
@@ -136,7 +136,7 @@ class CertificateStore:
                 return self._load(entry)
         return None
 
-    def skipped(self) -> dict[str, SkippedChannel]:
+    def skipped_channels(self) -> dict[str, SkippedChannel]:
         """Return the channels that were left uncalibrated on purpose."""
         found: dict[str, SkippedChannel] = {}
         for name in self._known():
@@ -145,7 +145,7 @@ class CertificateStore:
                 found[name] = _read_skip(entry)
         return found
 
-    def put(self, certificate: Certificate) -> None:
+    def put_in_force(self, certificate: Certificate) -> None:
         """Put a certificate in force. Doing so again changes nothing."""
         name = certificate.channel
         with self._alone():
@@ -156,7 +156,7 @@ class CertificateStore:
                 write_certificate(certificate, self._following(name, stamp))
             self._put_right(name)
 
-    def skip(self, channel_id: str, reason: str, who: str, stamp: datetime) -> None:
+    def mark_uncalibrated(self, channel_id: str, reason: str, who: str, stamp: datetime) -> None:
         """Take a channel out of force: it is uncalibrated. Doing so again changes nothing."""
         channel(channel_id)
         skipped = SkippedChannel(
@@ -174,7 +174,7 @@ class CertificateStore:
                 write_toml(self._following(channel_id, _SKIPPED), content)
             self._put_right(channel_id)
 
-    def revert(self, channel_id: str, stamp: datetime | None = None) -> None:
+    def withdraw(self, channel_id: str, stamp: datetime | None = None) -> None:
         """Withdraw what is in force; what was before it is in force again, or nothing.
 
         The withdrawn certificate is kept in the history under another name.

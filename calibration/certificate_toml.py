@@ -111,7 +111,7 @@ def load_certificate(path: str | Path) -> Certificate:
         quality = read_quality(
             file.quality,
             fit=PolynomialFit(
-                coefficients=coefficients, residuals=(), rms=rms, maximum=largest,
+                coefficients=coefficients, residuals=(), rms=rms, max_residual=largest,
                 hysteresis=hysteresis,
             ),
             two_sided={"up", "down"} <= met,
@@ -261,9 +261,9 @@ def _channel_and_unit(file: _CertificateFile, problems: list[FileProblem]) -> tu
         key = channel(file.channel).quantity
         unit = normalize_unit(file.unit, key)
     except UnknownNameError as error:
-        problems.append(FileProblem.of("channel", error))
+        problems.append(FileProblem.from_error("channel", error))
     except UnitError as error:
-        problems.append(FileProblem.of("unit", error))
+        problems.append(FileProblem.from_error("unit", error))
     if file.stamp.microsecond:
         problems.append(
             FileProblem(

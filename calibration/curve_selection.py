@@ -64,7 +64,7 @@ def fit_calibration(
     clean[list(outliers)] = False
     losses = {
         tried: float(np.sqrt(np.mean(errors**2)))
-        for tried, errors in _cross_validation_errors(readings.only(clean)).items()
+        for tried, errors in _cross_validation_errors(readings.subset(clean)).items()
     }
     chosen = degree or _select_degree(losses)
     while True:
@@ -78,7 +78,7 @@ def fit_calibration(
                 raise
             chosen -= 1
     if degree is None and len(losses) > 1:
-        branch_fit = branch_fit.less_sure()
+        branch_fit = branch_fit.spend_degree_of_freedom()
     quality = assess_quality(
         fit,
         readings,
@@ -131,7 +131,7 @@ def create_certificate(
         points=tuple(points),
         hysteresis=calibration.fit.hysteresis,
         rms_residual=calibration.fit.rms,
-        max_residual=calibration.fit.maximum,
+        max_residual=calibration.fit.max_residual,
         excitation_voltage=excitation_voltage,
         ratiometric=ratiometric,
         temperature=temperature,
@@ -160,7 +160,7 @@ def find_outliers(
     outlying = 0
     kept = np.ones(len(readings), dtype=bool)
     while len(aside) < len(readings) // 4:
-        rest = readings.only(kept)
+        rest = readings.subset(kept)
         degrees = [d for d in range(1, MAX_DEGREE + 1) if np.unique(rest.volts).size >= d + 4]
         farthest = [_find_worst_outlier(rest, degree, setting_error) for degree in degrees]
         if not farthest:
@@ -192,14 +192,14 @@ def _find_worst_outlier(
     from scipy.special import stdtrit
 
     fit = fit_with_hysteresis(readings, degree, setting_error=setting_error)
-    freedom = fit.freedom - 1.0
+    freedom = fit.degrees_of_freedom - 1.0
     if freedom < 2.0:
         return np.inf, 0.0, 0
-    rows = fit.design(readings.volts, readings.side)
+    rows = fit.design_matrix(readings.volts, readings.side)
     leverage = fit.weights * np.einsum("ni,ij,nj->n", rows, fit.covariance, rows)
     kept = np.maximum(1.0 - leverage, 1e-9)
     gone = fit.weights * fit.residuals**2 / kept
-    scatter = np.sqrt(np.maximum(fit.freedom * fit.scatter**2 - gone, 0.0) / freedom)
+    scatter = np.sqrt(np.maximum(fit.degrees_of_freedom * fit.scatter**2 - gone, 0.0) / freedom)
     place = int(np.argmax(np.where(leverage < 0.999, gone, 0.0)))
     allowed = float(stdtrit(freedom, 1.0 - 0.5 * OUTLIER_SIGNIFICANCE / len(readings)))
     # Rounding is no outlier: without any scatter there is nothing to compare with.
@@ -226,7 +226,7 @@ def _prediction_error(
     readings: CalibrationReadings, fit: HysteresisFit, left_out: BoolArray
 ) -> float:
     """Return by how much the mean of some points is missed by a curve through the others."""
-    rows = fit.design(readings.volts, readings.side)
+    rows = fit.design_matrix(readings.volts, readings.side)
     root = np.sqrt(fit.weights)
     solution = np.linalg.lstsq(
         (rows * root[:, None])[~left_out], (readings.values * root)[~left_out], rcond=None

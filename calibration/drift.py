@@ -143,7 +143,7 @@ def check_certificate(certificate: Certificate, points: Sequence[CalibrationPoin
     shift = _fit_shift(certificate, points)
     words = _shift_text(shift, certificate)
     return CheckResult(
-        off=tuple(_branch_residuals(certificate, CalibrationReadings.of(points)).tolist()),
+        off=tuple(_branch_residuals(certificate, CalibrationReadings.from_points(points)).tolist()),
         zero=shift.zero,
         zero_uncertainty=shift.zero_uncertainty,
         slope=shift.slope,
@@ -163,7 +163,7 @@ def has_hysteresis(certificate: Certificate) -> bool:
 
     Then it does not matter from which side a setting is come to, as long as that is known.
     """
-    return certificate.hysteresis > 0.0 or CalibrationReadings.of(certificate.points).two_sided
+    return certificate.hysteresis > 0.0 or CalibrationReadings.from_points(certificate.points).two_sided
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -199,7 +199,7 @@ def _fit_shift(reference: Certificate, points: Sequence[CalibrationPoint]) -> _S
     alone = scatter**2 + unknown
     noise = np.diag(alone)
     if curve is not None:
-        rows = curve.design(volts, side)
+        rows = curve.design_matrix(volts, side)
         noise = noise + scatter**2 * rows @ curve.covariance @ rows.T
     root = 1.0 / np.sqrt(np.maximum(alone, 1e-300))
     solve = np.linalg.pinv(design * root[:, None]) * root
@@ -240,8 +240,8 @@ def _pooled_scatter(
     square = float(np.sum(weights * (apart - design @ solution) ** 2))
     freedom = max(float(weights.sum()) - design.shape[1], 0.0)
     if curve is not None and np.isfinite(curve.scatter):
-        square += curve.freedom * curve.scatter**2
-        freedom += curve.freedom
+        square += curve.degrees_of_freedom * curve.scatter**2
+        freedom += curve.degrees_of_freedom
     if freedom <= 0.0:
         raise CalibrationError(
             "two points without a former scatter tell no shift from chance; take a third setting"
@@ -253,7 +253,7 @@ def _branch_fit(certificate: Certificate) -> HysteresisFit | None:
     """Return the certificate's curve with its covariance, where it holds points enough."""
     if np.unique([point.volts for point in certificate.points]).size <= certificate.degree:
         return None
-    return fit_with_hysteresis(CalibrationReadings.of(certificate.points), certificate.degree)
+    return fit_with_hysteresis(CalibrationReadings.from_points(certificate.points), certificate.degree)
 
 
 def _readings_in_range(
@@ -268,7 +268,7 @@ def _readings_in_range(
             f"{len(chosen)} of {len(points)} points lie within the certificate's range of "
             f"{low:.2f} to {high:.2f} V, and points at two settings are needed; take more"
         )
-    return CalibrationReadings.of(chosen)
+    return CalibrationReadings.from_points(chosen)
 
 
 def _pivot(shown: FloatArray) -> float:

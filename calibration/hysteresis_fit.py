@@ -57,7 +57,7 @@ class CalibrationReadings:
     noise: float = 0.0
 
     @classmethod
-    def of(cls, points: Sequence[CalibrationPoint]) -> CalibrationReadings:
+    def from_points(cls, points: Sequence[CalibrationPoint]) -> CalibrationReadings:
         """Return the readings of points in any order."""
         volts = np.array([point.volts for point in points], dtype=np.float64)
         values = np.array([point.value for point in points], dtype=np.float64)
@@ -88,7 +88,7 @@ class CalibrationReadings:
         """Return the number of points."""
         return self.volts.size
 
-    def only(self, chosen: BoolArray) -> CalibrationReadings:
+    def subset(self, chosen: BoolArray) -> CalibrationReadings:
         """Return some of the points; each keeps its branch and its setting."""
         side = self.side[chosen]
         return CalibrationReadings(
@@ -159,7 +159,7 @@ class HysteresisFit:
     Attributes
     ----------
     degree : int
-    middle, half : float
+    center, half_range : float
         Of the voltages, V: the curve is a polynomial of x = (volts - middle) / half.
     parameters : ndarray, shape (degree + 1,) or (degree + 2,)
         Coefficients of x, ascending; then h where both branches were measured.
@@ -168,7 +168,7 @@ class HysteresisFit:
     scatter : float
         Standard deviation of one setting about its branch, in the unit of the values; NaN where
         the points leave no freedom to tell.
-    freedom : float
+    degrees_of_freedom : float
         Degrees of freedom behind `scatter`.
     weights : ndarray, shape (n,)
         Of the points; 1 for those on a known branch.
@@ -177,21 +177,21 @@ class HysteresisFit:
     """
 
     degree: int
-    middle: float
-    half: float
+    center: float
+    half_range: float
     parameters: FloatArray
     covariance: FloatArray
     scatter: float
-    freedom: float
+    degrees_of_freedom: float
     weights: FloatArray
     residuals: FloatArray
 
-    def less_sure(self) -> HysteresisFit:
+    def spend_degree_of_freedom(self) -> HysteresisFit:
         """Return the same curve with one freedom spent: on choosing it among others."""
-        if not self.freedom > 2.0:
+        if not self.degrees_of_freedom > 2.0:
             return self
-        grown = self.scatter * float(np.sqrt(self.freedom / (self.freedom - 1.0)))
-        return replace(self, freedom=self.freedom - 1.0, scatter=grown)
+        grown = self.scatter * float(np.sqrt(self.degrees_of_freedom / (self.degrees_of_freedom - 1.0)))
+        return replace(self, degrees_of_freedom=self.degrees_of_freedom - 1.0, scatter=grown)
 
     @property
     def hysteresis(self) -> float | None:
@@ -205,9 +205,9 @@ class HysteresisFit:
             return None
         return self.scatter * float(np.sqrt(self.covariance[-1, -1]))
 
-    def design(self, volts: FloatArray, side: FloatArray | float = 0.0) -> FloatArray:
+    def design_matrix(self, volts: FloatArray, side: FloatArray | float = 0.0) -> FloatArray:
         """Return what multiplies the parameters at volts, shape (n,) -> (n, m)."""
-        x = (volts - self.middle) / self.half
+        x = (volts - self.center) / self.half_range
         powers = np.vander(x, self.degree + 1, increasing=True)
         if self.hysteresis is None:
             return powers
@@ -215,13 +215,13 @@ class HysteresisFit:
 
     def value(self, volts: FloatArray, side: FloatArray | float = 0.0) -> FloatArray:
         """Return the value at volts on a branch; 0 is the curve midway."""
-        result: FloatArray = self.design(volts, side) @ self.parameters
+        result: FloatArray = self.design_matrix(volts, side) @ self.parameters
         return result
 
     @property
     def coefficients(self) -> tuple[float, ...]:
         """Return the curve midway in ascending powers of volts."""
-        domain = [self.middle - self.half, self.middle + self.half]
+        domain = [self.center - self.half_range, self.center + self.half_range]
         curve = np.polynomial.Polynomial(self.parameters[: self.degree + 1], domain=domain)
         converted = curve.convert().coef
         result = np.zeros(self.degree + 1)
@@ -230,7 +230,7 @@ class HysteresisFit:
 
     def variance(self, volts: FloatArray, side: FloatArray | float = 0.0) -> FloatArray:
         """Return the variance of the curve, or of a branch, at volts, shape (n,)."""
-        rows = self.design(volts, side)
+        rows = self.design_matrix(volts, side)
         return np.asarray(self.scatter**2 * np.einsum("ni,ij,nj->n", rows, self.covariance, rows))
 
 
@@ -283,12 +283,12 @@ def fit_with_hysteresis(
     gram = (design * weights[:, None]).T @ design
     return HysteresisFit(
         degree=degree,
-        middle=middle,
-        half=half,
+        center=middle,
+        half_range=half,
         parameters=np.asarray(solution, dtype=np.float64),
         covariance=np.asarray(np.linalg.pinv(gram), dtype=np.float64),
         scatter=scatter,
-        freedom=total,
+        degrees_of_freedom=total,
         weights=weights,
         residuals=residuals,
     )

@@ -39,7 +39,7 @@ class InstrumentFault:
     kind : {"dead", "noisy", "clipped", "swapped", "reversed"}
     channel : str
         Of the instrument at fault.
-    other : str
+    swapped_with : str
         The channel that followed in its place, where swapped.
     sentence : str
         What was seen, and what to do.
@@ -47,7 +47,7 @@ class InstrumentFault:
 
     kind: FaultKind
     channel: str
-    other: str = ""
+    swapped_with: str = ""
     sentence: str = ""
 
 
@@ -128,7 +128,7 @@ def _diagnose_no_response(moved: str, own: _Movement, follower: str) -> Instrume
         return InstrumentFault(
             kind="swapped",
             channel=moved,
-            other=follower,
+            swapped_with=follower,
             sentence=f"{title} was moved, and the volts of {channel(follower).title} followed in "
             "its place; the plugs of the two are swapped",
         )

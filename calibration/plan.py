@@ -120,16 +120,16 @@ class InstrumentPlan:
     setting_error: float | None = None
 
     @property
-    def by_hand(self) -> bool:
+    def is_angle_sensor(self) -> bool:
         """Return whether it is set to angles by hand, as surfaces and vanes are."""
         return self.kind in ANGLE_SENSOR_KINDS
 
     @property
-    def positive_words(self) -> str:
+    def positive_motion_text(self) -> str:
         """Return what to do so that its sign is proven."""
         return f"Move the {self.title.lower()} {self.positive}"
 
-    def setting_words(self, value: float) -> str:
+    def format_setting(self, value: float) -> str:
         """Return a setting as the crew reads it off: ``20 deg trailing edge up``, not -20."""
         size = f"{abs(value):g} {self.unit}".rstrip()
         if value == 0.0:
@@ -168,7 +168,7 @@ class CalibrationPlan:
             if instrument.channel == channel_id:
                 return instrument
         raise UnknownNameError(
-            f"the calibration plan '{self.name}' has no '{channel_id}'; it has {self.listing}"
+            f"the calibration plan '{self.name}' has no '{channel_id}'; it has {self.channel_list_text}"
         )
 
     @property
@@ -177,21 +177,21 @@ class CalibrationPlan:
         return tuple(instrument.channel for instrument in self.instruments)
 
     @property
-    def listing(self) -> str:
+    def channel_list_text(self) -> str:
         """Return its channels for a sentence."""
         return ", ".join(self.channels)
 
-    def only(self, kinds: Sequence[InstrumentKind]) -> CalibrationPlan:
+    def select_kinds(self, kinds: Sequence[InstrumentKind]) -> CalibrationPlan:
         """Return the plan reduced to instruments of these kinds."""
-        return self.of([one.channel for one in self.instruments if one.kind in kinds])
+        return self.select_channels([one.channel for one in self.instruments if one.kind in kinds])
 
-    def of(self, channels: Sequence[str]) -> CalibrationPlan:
+    def select_channels(self, channels: Sequence[str]) -> CalibrationPlan:
         """Return the plan reduced to these channels, in its own order."""
         return replace(
             self, instruments=tuple(one for one in self.instruments if one.channel in channels)
         )
 
-    def together_with(self, channel_id: str) -> CalibrationPlan:
+    def select_with_dependencies(self, channel_id: str) -> CalibrationPlan:
         """Return the plan reduced to one instrument and those that its steps need.
 
         Raises
@@ -199,7 +199,7 @@ class CalibrationPlan:
         UnknownNameError
             If the plan leaves it out.
         """
-        return self.of((channel_id, *_NEEDED.get(self[channel_id].kind, ())))
+        return self.select_channels((channel_id, *_NEEDED.get(self[channel_id].kind, ())))
 
 
 class _InstrumentTable(StrictModel):
@@ -311,7 +311,7 @@ class _Reader:
             try:
                 certificate_paths(self._file.nominal)
             except UnknownNameError as error:
-                self.problems.append(FileProblem.of("nominal", error))
+                self.problems.append(FileProblem.from_error("nominal", error))
 
     def _report(self, at: int, key: str, what: str, remedy: str) -> None:
         where = f"instruments[{at}].{key}"
@@ -331,7 +331,7 @@ class _Reader:
         try:
             quantity = channel(table.channel).quantity
         except UnknownNameError as error:
-            self.problems.append(FileProblem.of(f"instruments[{at}].channel", error))
+            self.problems.append(FileProblem.from_error(f"instruments[{at}].channel", error))
             return "", table.unit
         if base_id(table.channel) not in INSTRUMENTS:
             self._report(
@@ -343,7 +343,7 @@ class _Reader:
         try:
             return quantity, normalize_unit(table.unit, quantity)
         except UnitError as error:
-            self.problems.append(FileProblem.of(f"instruments[{at}].unit", error))
+            self.problems.append(FileProblem.from_error(f"instruments[{at}].unit", error))
             return "", table.unit
 
     def _value(self, at: int, key: str, index: int, text: str, quantity: str, unit: str) -> float:
@@ -352,7 +352,7 @@ class _Reader:
         try:
             value = float(from_si(parse_quantity(text, quantity), unit, quantity))
         except UnitError as error:
-            self.problems.append(FileProblem.of(f"instruments[{at}].{key}[{index}]", error))
+            self.problems.append(FileProblem.from_error(f"instruments[{at}].{key}[{index}]", error))
             return float("nan")
         # Back and forth through SI leaves -20 deg a bit off in the last digit.
         return float(f"{value:.12g}") + 0.0

@@ -212,7 +212,7 @@ def _columns(
         try:
             unit = normalize_unit(match["unit"], quantity)
         except UnitError as error:
-            problems.append(FileProblem.of(f"line {line}", error))
+            problems.append(FileProblem.from_error(f"line {line}", error))
             continue
         columns[key] = _column(place, name, unit, quantity, limits, keep=key == "value")
     for key, example in (("value", "angle [deg]"), ("volts", "volts [V]")):

@@ -24,7 +24,7 @@ class PolynomialFit:
         Ascending powers of volts, in the unit of the values per V^n.
     residuals : tuple of float
         Value minus curve, for each point.
-    rms, maximum : float
+    rms, max_residual : float
         Root mean square (with the degrees of freedom left) and largest absolute residual.
     hysteresis : float
         Distance between the upward and the downward branch, in the unit of the values, by
@@ -34,7 +34,7 @@ class PolynomialFit:
     coefficients: tuple[float, ...]
     residuals: tuple[float, ...]
     rms: float
-    maximum: float
+    max_residual: float
     hysteresis: float
 
 
@@ -101,7 +101,7 @@ def validate_readings(points: Sequence[CalibrationPoint], degree: int) -> Calibr
             f"a curve of degree {degree} needs at least {degree + 1} different voltages, "
             f"and there are {different}; take more points or lower the degree"
         )
-    readings = CalibrationReadings.of(points)
+    readings = CalibrationReadings.from_points(points)
     if readings.values.min() == readings.values.max():
         raise CalibrationError("all points have the same value; move the instrument between them")
     return readings
@@ -130,7 +130,7 @@ def invertible_mean_curve(
         coefficients=coefficients,
         residuals=tuple(float(r) for r in residuals),
         rms=float(np.sqrt(np.sum(residuals**2) / freedom)),
-        maximum=float(np.max(np.abs(residuals))),
+        max_residual=float(np.max(np.abs(residuals))),
         hysteresis=abs(branch_fit.hysteresis or 0.0),
     )
 

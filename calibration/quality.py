@@ -26,7 +26,7 @@ class CalibrationQuality:
     ----------
     degree : int
         Of the curve.
-    rms, maximum : float
+    rms, max_residual : float
         As in `calibration.polynomial_fit.PolynomialFit`.
     linearity : float
         Largest distance of the curve from the straight line that fits it best over the range.
@@ -47,7 +47,7 @@ class CalibrationQuality:
         Lowest and highest value set.
     travel : tuple of float or None
         Of the surface, as far as it is known.
-    places : tuple of float
+    uncertainty_volts : tuple of float
         Voltages along the range, V, ascending.
     half_widths : tuple of float
         95 % half widths of the value there, for one sample whose direction is not known: from
@@ -60,7 +60,7 @@ class CalibrationQuality:
 
     degree: int
     rms: float
-    maximum: float
+    max_residual: float
     linearity: float
     scatter: float | None
     hysteresis: float | None
@@ -69,7 +69,7 @@ class CalibrationQuality:
     resolution: float
     covered: tuple[float, float]
     travel: tuple[float, float] | None = None
-    places: tuple[float, ...] = ()
+    uncertainty_volts: tuple[float, ...] = ()
     half_widths: tuple[float, ...] = ()
     outliers: tuple[int, ...] = ()
 
@@ -101,9 +101,9 @@ class CalibrationQuality:
             NaN outside the range, where nothing was measured.
         """
         v = np.asarray(volts, dtype=np.float64)
-        if not self.places:
+        if not self.uncertainty_volts:
             return np.full_like(v, np.nan)
-        return np.interp(v, self.places, self.half_widths, left=np.nan, right=np.nan)
+        return np.interp(v, self.uncertainty_volts, self.half_widths, left=np.nan, right=np.nan)
 
 
 def assess_quality(
@@ -153,18 +153,18 @@ def assess_quality(
     return CalibrationQuality(
         degree=branch_fit.degree,
         rms=fit.rms,
-        maximum=fit.maximum,
+        max_residual=fit.max_residual,
         linearity=linearity(branch_fit.value(volts)),
         scatter=branch_fit.scatter if known else None,
         hysteresis=None if width is None else abs(width),
         hysteresis_uncertainty=(
-            None if std is None or not known else std * student_t_95(branch_fit.freedom)
+            None if std is None or not known else std * student_t_95(branch_fit.degrees_of_freedom)
         ),
         return_to_zero=return_to_zero(readings, branch_fit),
         resolution=float(slopes.max()) * count,
         covered=(float(readings.values.min()), float(readings.values.max())),
         travel=travel,
-        places=tuple(float(v) for v in places) if known else (),
+        uncertainty_volts=tuple(float(v) for v in places) if known else (),
         half_widths=(
             tuple(float(u) for u in compute_half_widths(branch_fit, places, noise, rivals))
             if known
@@ -262,12 +262,12 @@ def compute_half_widths(
     std = np.sqrt(variance)
     apart = 0.5 * abs(branch_fit.hysteresis or 0.0)
     low = np.zeros_like(volts)
-    high = apart + (student_t_95(branch_fit.freedom) + 1.0) * std
+    high = apart + (student_t_95(branch_fit.degrees_of_freedom) + 1.0) * std
     scale = np.where(std > 0.0, std, 1.0)
     for _ in range(40):
         middle = 0.5 * (low + high)
-        inside = stdtr(branch_fit.freedom, (middle - apart) / scale) - stdtr(
-            branch_fit.freedom, (-middle - apart) / scale
+        inside = stdtr(branch_fit.degrees_of_freedom, (middle - apart) / scale) - stdtr(
+            branch_fit.degrees_of_freedom, (-middle - apart) / scale
         )
         enough = inside > _CONFIDENCE
         low, high = np.where(enough, low, middle), np.where(enough, middle, high)
@@ -310,7 +310,7 @@ class Calibration:
     def value(self, volts: npt.ArrayLike) -> FloatArray:
         """Return the values at volts, any shape; NaN outside the range that was measured."""
         v = np.asarray(volts, dtype=np.float64)
-        inside = np.abs(v - self.branch_fit.middle) <= self.branch_fit.half * (1.0 + 1e-12)
+        inside = np.abs(v - self.branch_fit.center) <= self.branch_fit.half_range * (1.0 + 1e-12)
         return np.where(inside, evaluate_polynomial(self.fit.coefficients, v), np.nan)
 
     def uncertainty(self, volts: npt.ArrayLike) -> FloatArray:

@@ -95,7 +95,7 @@ def read_quality(
     return CalibrationQuality(
         degree=len(fit.coefficients) - 1,
         rms=fit.rms,
-        maximum=fit.maximum,
+        max_residual=fit.max_residual,
         linearity=parse_quantity(section.linearity, step, "quality.linearity", problems),
         scatter=optional("scatter"),
         hysteresis=fit.hysteresis if two_sided else None,
@@ -104,7 +104,7 @@ def read_quality(
         resolution=parse_quantity(section.resolution, step, "quality.resolution", problems),
         covered=pair(section.covered, "covered"),
         travel=None if section.travel is None else pair(section.travel, "travel"),
-        places=places,
+        uncertainty_volts=places,
         half_widths=half_widths,
         outliers=section.outliers,
     )
@@ -130,10 +130,10 @@ def quality_content(quality: CalibrationQuality, unit: str) -> dict[str, Any]:
         "travel": pair(quality.travel),
         "outliers": list(quality.outliers) or None,
         "uncertainty": {
-            "volts": [f"{float(volts)!r} V" for volts in quality.places],
+            "volts": [f"{float(volts)!r} V" for volts in quality.uncertainty_volts],
             "half_width": [written(half_width) for half_width in quality.half_widths],
         }
-        if quality.places
+        if quality.uncertainty_volts
         else None,
     }
     return {key: value for key, value in content.items() if value is not None}

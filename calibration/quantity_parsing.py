@@ -58,5 +58,5 @@ def parse_quantity_in_unit(
         written = normalize_unit(match.group(2), key)
         return number if written == unit else from_si(to_si(number, written, key), unit, key)
     except UnitError as error:
-        problems.append(FileProblem.of(where, error))
+        problems.append(FileProblem.from_error(where, error))
         return float("nan")

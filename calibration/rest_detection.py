@@ -40,17 +40,17 @@ class RestCriteria:
     ----------
     std : float
         Largest standard deviation of the samples within half a second.
-    wander : float
+    mean_spread : float
         Largest distance between the means of any two half seconds.
-    noises : float
+    noise_factor : float
         The same in standard deviations that noise of the samples alone gives such a mean, where
         that is less; a step of the converter is always granted. Infinite where slow movements
         are no matter.
     """
 
     std: float
-    wander: float
-    noises: float = math.inf
+    mean_spread: float
+    noise_factor: float = math.inf
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,8 +111,8 @@ class RestMonitor:
     def __init__(self, limits: Mapping[str, RestCriteria], *, seconds: float = 5.0) -> None:
         self._channels = tuple(limits)
         self._std = np.array([limits[name].std for name in self._channels])
-        self._wander = np.array([limits[name].wander for name in self._channels])
-        self._noises = np.array([limits[name].noises for name in self._channels])
+        self._wander = np.array([limits[name].mean_spread for name in self._channels])
+        self._noises = np.array([limits[name].noise_factor for name in self._channels])
         self._needed = max(math.ceil(seconds / REST_BLOCK_SECONDS - 1e-9), 2)
         self._cutter = SampleSegmenter(self._channels, REST_BLOCK_SECONDS)
         self._run: deque[SampleSegment] = deque(maxlen=_LONGEST)
@@ -147,7 +147,7 @@ class RestMonitor:
             self._judge(stretch)
 
     @property
-    def reading(self) -> RestStatus:
+    def status(self) -> RestStatus:
         """Return how the rest goes on."""
         if not self._run:
             state: RestState = "moving" if self._moving else "absent"

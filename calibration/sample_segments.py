@@ -38,7 +38,7 @@ class SampleSegment:
     std: FloatArray
 
     @classmethod
-    def of(cls, number: int, times: FloatArray, volts: FloatArray) -> SampleSegment:
+    def from_samples(cls, number: int, times: FloatArray, volts: FloatArray) -> SampleSegment:
         """Return a stretch with its statistics."""
         present = np.isfinite(volts)
         count = present.sum(axis=0).astype(np.float64)
@@ -96,4 +96,4 @@ class SampleSegmenter:
         self._times, self._volts = self._times[whole:], self._volts[whole:]
         for number in np.unique(numbers[:whole]):
             low, high = np.searchsorted(numbers, (number, number + 1))
-            yield SampleSegment.of(int(number), first_times[low:high], first_volts[low:high])
+            yield SampleSegment.from_samples(int(number), first_times[low:high], first_volts[low:high])

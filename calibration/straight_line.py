@@ -83,7 +83,7 @@ class StraightLineCalibration:
         quality = CalibrationQuality(
             degree=1,
             rms=rms,
-            maximum=largest,
+            max_residual=largest,
             linearity=0.0,
             scatter=None,
             hysteresis=None,
@@ -91,7 +91,7 @@ class StraightLineCalibration:
             return_to_zero=None,
             resolution=ADC_RESOLUTION / abs(self.sensitivity),
             covered=(float(values.min()), float(values.max())),
-            places=tuple(places.tolist()),
+            uncertainty_volts=tuple(places.tolist()),
             half_widths=tuple(self.half_width(places).tolist()),
         )
         return Certificate(

@@ -32,14 +32,14 @@ class CalibrationStatus:
     ----------
     state : {"good", "caution", "warning", "unknown"}
         ``unknown`` where nothing is calibrated here: the aircraft sends engineering units.
-    words : str
+    summary : str
         A few words, for a tile.
     detail : str
         A sentence without its full stop.
     """
 
     state: Literal["good", "caution", "warning", "unknown"]
-    words: str
+    summary: str
     detail: str
 
 
@@ -51,20 +51,20 @@ class CalibrationInForce:
     ----------
     certificates : mapping of str to Certificate
         By channel.
-    on : datetime or None
+    flight_date : datetime or None
         When the flight takes place; None where that is not known, so that nothing is out of date.
-    lacking : collection of str
+    missing : collection of str
         Channels that need a certificate and have none.
-    failed : mapping of str to datetime
+    failed_checks : mapping of str to datetime
         Channels whose last check failed, with the stamp of the certificate that was checked.
     """
 
     certificates: Mapping[str, Certificate]
-    on: datetime | None
-    lacking: Collection[str] = ()
-    failed: Mapping[str, datetime] = field(default_factory=dict)
+    flight_date: datetime | None
+    missing: Collection[str] = ()
+    failed_checks: Mapping[str, datetime] = field(default_factory=dict)
 
-    def judge(
+    def evaluate(
         self, names: Iterable[str] | None = None, valid_for: timedelta | None = None
     ) -> CalibrationStatus:
         """Judge the certificates.
@@ -77,16 +77,16 @@ class CalibrationInForce:
             Age at which each certificate of `names` is out of date. By default those of surfaces
             and vanes are after `VALIDITY_PERIOD`, the others never.
         """
-        every = (*self.certificates, *self.lacking) if names is None else tuple(names)
+        every = (*self.certificates, *self.missing) if names is None else tuple(names)
         chosen = sorted(set(every), key=lambda name: (_ORDER[base_id(name)], name))
-        if lacking := [name for name in chosen if name in self.lacking]:
+        if lacking := [name for name in chosen if name in self.missing]:
             return _warning(f"{len(lacking)} uncalibrated", "Not calibrated", lacking)
         held = {name: self._stamp(name) for name in chosen if name in self.certificates}
         if not held:
             words = "No certificate in force: the aircraft sends engineering units"
-            return CalibrationStatus(state="unknown", words="none", detail=words)
+            return CalibrationStatus(state="unknown", summary="none", detail=words)
         if moved := [
-            name for name in held if self.failed.get(name) == self.certificates[name].stamp
+            name for name in held if self.failed_checks.get(name) == self.certificates[name].stamp
         ]:
             return _warning(f"{len(moved)} moved", "Moved since calibration, by a check", moved)
         aging = {
@@ -99,33 +99,33 @@ class CalibrationInForce:
     def _aged(
         self, held: Mapping[str, datetime], aging: Mapping[str, datetime], valid_for: timedelta
     ) -> CalibrationStatus:
-        on = None if self.on is None else self.on.astimezone()
+        on = None if self.flight_date is None else self.flight_date.astimezone()
         if on is not None and (ahead := [at for at in held.values() if at - on > _CLOCKS_DIFFER]):
             return CalibrationStatus(
                 state="caution",
-                words="clock?",
+                summary="clock?",
                 detail=f"A certificate is dated {_date(max(ahead))}, after {_date(on)}: set this "
                 "computer's clock",
             )
         if examples := [name for name in aging if self.certificates[name].who == SHIPPED_EXAMPLE]:
             return CalibrationStatus(
                 state="caution",
-                words="example values",
+                summary="example values",
                 detail=f"Example values, not of this aircraft: {_titles(examples)}",
             )
         oldest = min(aging, key=aging.__getitem__, default="")
         if on is None or not oldest:
             return CalibrationStatus(
-                state="good", words="in force", detail=f"{_count(held)} in force"
+                state="good", summary="in force", detail=f"{_count(held)} in force"
             )
         day = day_text(aging[oldest], on)
         if on - aging[oldest] > valid_for:
             old = [name for name, at in aging.items() if on - at > valid_for]
             since = f"{_titles(old)}: last calibrated {day}"
-            return CalibrationStatus(state="caution", words=f"from {day}", detail=since)
+            return CalibrationStatus(state="caution", summary=f"from {day}", detail=since)
         return CalibrationStatus(
             state="good",
-            words=f"{len(aging)} of {len(aging)} {day}",
+            summary=f"{len(aging)} of {len(aging)} {day}",
             detail=f"{_count(held)} in force, the oldest of {day} {aging[oldest]:%H:%M} "
             f"({_titles([oldest])})",
         )
@@ -162,4 +162,4 @@ def _titles(names: Collection[str]) -> str:
 
 
 def _warning(words: str, what: str, names: Collection[str]) -> CalibrationStatus:
-    return CalibrationStatus(state="warning", words=words, detail=f"{what}: {_titles(names)}")
+    return CalibrationStatus(state="warning", summary=words, detail=f"{what}: {_titles(names)}")

@@ -139,40 +139,40 @@ def run_window(
     faults = ErrorReporter()
     faults.install()
     window = MainWindow(store, faults, offer_recorders=flight is None and link is None)
-    lit_screen = ScreenSaverInhibitor(window.desk)
+    lit_screen = ScreenSaverInhibitor(window.flight_controller)
     window.show()
     QTimer.singleShot(0, lambda: log.info("window opened, process %d", os.getpid()))
     # What it made is not looked through later either.
     gc.freeze()
     if place:
-        QTimer.singleShot(0, lambda: window.show_place(place))
+        QTimer.singleShot(0, lambda: window.show_page(place))
     if flight is not None:
         QTimer.singleShot(
             0,
-            lambda: window.desk.starter.open_flight(
+            lambda: window.flight_controller.flight_opener.open_flight(
                 flight, channel_map=channel_map, calibration=calibration, speed=times
             ),
         )
     elif link is not None:
         QTimer.singleShot(
             0,
-            lambda: window.desk.starter.connect_link(
+            lambda: window.flight_controller.flight_opener.connect_link(
                 link, channel_map=channel_map, aircraft=aircraft
             ),
         )
     else:
         # Nothing moves yet, so nobody sees the hitch.
-        loader = ModulePreloader(lambda: not window.desk.is_open, window)
+        loader = ModulePreloader(lambda: not window.flight_controller.is_open, window)
         QTimer.singleShot(_IDLE_MS, loader, loader.begin)
     try:
         # Python only sees a signal between its own steps, which the window's timer provides.
         with (
-            on_termination_signal(lambda _signal: window.end()),
+            on_termination_signal(lambda _signal: window.close_without_asking()),
             exit_deadline(_SHUTDOWN_SECONDS, log_path()),
         ):
             return int(application.exec())
     finally:
         lit_screen.close()
-        window.desk.close()
+        window.flight_controller.close()
         faults.remove()
         log.info("window closed, process %d", os.getpid())

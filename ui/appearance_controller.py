@@ -63,14 +63,14 @@ class AppearanceController(QObject):
         return {
             "next_theme": self.next_theme,
             **{f"theme_{name}": partial(self._look.set_theme, name) for name in THEMES},
-            "units": self.other_units,
+            "units": self.toggle_units,
             "larger": lambda: self.step_scale(1),
             "smaller": lambda: self.step_scale(-1),
             "settings": self.edit_settings,
             "normal_size": lambda: self._look.set_scale(SCALE_STEPS[0]),
         }
 
-    def announce(self, commands: CommandSet, banners: BannerStack) -> None:
+    def connect_window(self, commands: CommandSet, banners: BannerStack) -> None:
         """Check the theme in the menu from now on, and name in a banner what theme was chosen."""
         self._commands, self._banners = commands, banners
         self._look.changed.connect(self._show_theme)
@@ -122,7 +122,7 @@ class AppearanceController(QObject):
         names = list(THEMES)
         self._look.set_theme(names[(names.index(self._look.theme.name) + 1) % len(names)])
 
-    def other_units(self) -> None:
+    def toggle_units(self) -> None:
         """Switch between US customary and SI units."""
         self._look.set_units("SI" if self._look.units == "US" else "US")
 

@@ -39,7 +39,7 @@ class JobProgress:
         self._cancelled.set()
 
     @property
-    def cancelled(self) -> bool:
+    def is_canceled(self) -> bool:
         """Whether the work was asked to stop."""
         return self._cancelled.is_set()
 
@@ -72,17 +72,17 @@ class BackgroundJob(QObject):
         The result.
     failed : Signal(object)
         The exception.
-    cancelled : Signal
+    canceled : Signal
         It stopped because it was asked to.
-    dropped : Signal(object)
+    discarded : Signal(object)
         A result that came after that, for those who must undo it.
     """
 
     progressed = Signal(object, str)
     done = Signal(object)
     failed = Signal(object)
-    cancelled = Signal()
-    dropped = Signal(object)
+    canceled = Signal()
+    discarded = Signal(object)
     _ended = Signal(object, object)
 
     def __init__(
@@ -96,7 +96,7 @@ class BackgroundJob(QObject):
         super().__init__(parent)
         self.title = title
         self._may_hang = may_hang
-        self.running = False
+        self.is_running = False
         self._function = function
         self._progress = JobProgress(self._told)
         self._thread: threading.Thread | None = None
@@ -107,7 +107,7 @@ class BackgroundJob(QObject):
 
     def start(self) -> None:
         """Begin."""
-        self.running = True
+        self.is_running = True
         self._started = time.monotonic()
         self._thread = threading.Thread(target=self._run, name=self.title, daemon=True)
         self._thread.start()
@@ -119,10 +119,10 @@ class BackgroundJob(QObject):
             QTimer.singleShot(_CANCEL_TIMEOUT_MS, self, self._abandon)
 
     def _abandon(self) -> None:
-        if self.running:
-            self.running = False
+        if self.is_running:
+            self.is_running = False
             self._abandoned = True
-            self.cancelled.emit()
+            self.canceled.emit()
 
     def wait(self, seconds: float) -> None:
         """Wait for its thread, so long at most; what it leads to is told afterwards."""
@@ -156,14 +156,14 @@ class BackgroundJob(QObject):
         self.progressed.emit(share, sentence)
 
     def _finish(self, result: object, error: BaseException | None) -> None:
-        self.running = False
+        self.is_running = False
         if self._abandoned:
             if error is None:
-                self.dropped.emit(result)
-        elif isinstance(error, JobCanceledError) or (self._progress.cancelled and error is None):
+                self.discarded.emit(result)
+        elif isinstance(error, JobCanceledError) or (self._progress.is_canceled and error is None):
             if error is None:
-                self.dropped.emit(result)
-            self.cancelled.emit()
+                self.discarded.emit(result)
+            self.canceled.emit()
         elif error is not None:
             self.failed.emit(error)
         else:

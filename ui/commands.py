@@ -72,13 +72,13 @@ class Command:
         Menu that lists it, and the submenu there; empty for none.
     text : str
         As listed.
-    keys : tuple of str
+    shortcuts : tuple of str
         Shortcuts; the first is shown in the menu.
-    needs : str
+    requirement : str
         What must be there for it to be of use; it is gray otherwise.
-    rule : bool
+    has_separator : bool
         Whether a line stands above it in the menu.
-    repeats : bool
+    auto_repeat : bool
         Whether it is done again and again while its key is held: what moves, or goes on to the
         next. A thumb in a glove that rests on a key means one mark, not thirty.
     """
@@ -86,10 +86,10 @@ class Command:
     id: str
     menu: str
     text: str
-    keys: tuple[str, ...] = ()
-    needs: CommandRequirement = "nothing"
-    rule: bool = False
-    repeats: bool = False
+    shortcuts: tuple[str, ...] = ()
+    requirement: CommandRequirement = "nothing"
+    has_separator: bool = False
+    auto_repeat: bool = False
     submenu: str = ""
 
 
@@ -108,7 +108,7 @@ def _command(
     repeats: bool = False,
 ) -> Command:
     return Command(
-        id=command, menu=menu, text=text, keys=keys, needs=needs, rule=rule, repeats=repeats
+        id=command, menu=menu, text=text, shortcuts=keys, requirement=needs, has_separator=rule, auto_repeat=repeats
     )
 
 
@@ -132,9 +132,9 @@ _CHART_COMMANDS = tuple(
         id=CHART_PREFIX + action.id,
         menu="Charts",
         text=action.text,
-        keys=action.keys,
-        needs="charts",
-        repeats=action.repeats,
+        shortcuts=action.keys,
+        requirement="charts",
+        auto_repeat=action.repeats,
         submenu=next((name for name, ids in _CHART_SUBMENUS.items() if action.id in ids), ""),
     )
     for action in KEY_ACTIONS
@@ -645,9 +645,9 @@ class CommandSet:
         self.actions: dict[str, CommandAction] = {}
         for command in self.commands:
             action = CommandAction(command.text, parent)
-            action.setShortcuts([QKeySequence(keys) for keys in command.keys])
+            action.setShortcuts([QKeySequence(keys) for keys in command.shortcuts])
             action.setCheckable(command.id in CHECKABLE_COMMANDS)
-            action.setAutoRepeat(command.repeats)
+            action.setAutoRepeat(command.auto_repeat)
             parent.addAction(action)
             self.actions[command.id] = action
 
@@ -669,7 +669,7 @@ class CommandSet:
             for name, handler in part.items():
                 self.actions[name].triggered.connect(lambda _checked=False, act=handler: act())
 
-    def fill(self, bar: QMenuBar) -> None:
+    def fill_menu_bar(self, bar: QMenuBar) -> None:
         """Put the menus into a menu bar."""
         menus: dict[tuple[str, str], QMenu] = {}
         for command in self.commands:
@@ -678,20 +678,20 @@ class CommandSet:
                 menus[command.menu, ""] = bar.addMenu(f"&{command.menu}")
             if place not in menus:
                 menus[place] = menus[command.menu, ""].addMenu(command.submenu)
-            if command.rule and not menus[place].isEmpty():
+            if command.has_separator and not menus[place].isEmpty():
                 menus[place].addSeparator()
             menus[place].addAction(self.actions[command.id])
         for menu in menus.values():
             menu.setToolTipsVisible(True)
 
-    def enable(self, present: Iterable[CommandRequirement]) -> None:
+    def update_enabled(self, present: Iterable[CommandRequirement]) -> None:
         """Gray what has nothing to act on, and say why; `present` says what is there."""
         there = {"nothing", *present}
         for command in self.commands:
-            action, is_enabled = self.actions[command.id], command.needs in there
+            action, is_enabled = self.actions[command.id], command.requirement in there
             action.setEnabled(is_enabled)
             why = _DISABLED_REASONS.get(
-                command.needs, f"Not available now; see the {command.menu} page"
+                command.requirement, f"Not available now; see the {command.menu} page"
             )
             action.setToolTip("" if is_enabled else why)
 
@@ -702,5 +702,5 @@ class CommandSet:
     def hint(self, command_id: str) -> str:
         """Return ``Mark this moment (M)``, for tool tips."""
         command = next(known for known in self.commands if known.id == command_id)
-        keys = f" ({shortcut_text(command.keys[0])})" if command.keys else ""
+        keys = f" ({shortcut_text(command.shortcuts[0])})" if command.shortcuts else ""
         return f"{command.text.rstrip('…')}{keys}"

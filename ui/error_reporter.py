@@ -26,42 +26,42 @@ class ErrorReport:
 
     Attributes
     ----------
-    sentence : str
+    message : str
         For the screen.
     details : str
         For the log and the clipboard: the whole trace.
-    expected : bool
+    is_expected : bool
         Whether the program raised it on purpose; a mistake of the program otherwise.
-    opening : bool
+    is_opening_error : bool
         Whether a flight could not be opened, which nobody minds once another one is.
     """
 
-    sentence: str
+    message: str
     details: str
-    expected: bool
-    opening: bool = False
+    is_expected: bool
+    is_opening_error: bool = False
 
 
 def create_error_report(error: BaseException) -> ErrorReport:
     """Return the fault for an exception."""
     details = "".join(traceback.format_exception(error))
     if isinstance(error, GroundStationError):
-        return ErrorReport(sentence=str(error), details=details, expected=True)
+        return ErrorReport(message=str(error), details=details, is_expected=True)
     if isinstance(error, OSError) and error.strerror:
         where = f"{error.filename}: " if error.filename else ""
         return ErrorReport(
-            sentence=f"{where}{error.strerror}. Check that the path exists and may be used.",
+            message=f"{where}{error.strerror}. Check that the path exists and may be used.",
             details=details,
-            expected=True,
+            is_expected=True,
         )
     words = str(error).splitlines()[0] if str(error) else "no further words"
     return ErrorReport(
-        sentence=(
+        message=(
             f"A step of the program failed ({type(error).__name__}: {words}). Recording is not "
             f"touched by this. {shortcut_text('Ctrl+Shift+C')} copies the details for a report."
         ),
         details=details,
-        expected=False,
+        is_expected=False,
     )
 
 
@@ -70,18 +70,18 @@ class ErrorReporter(QObject):
 
     Attributes
     ----------
-    raised : Signal(ErrorReport)
+    error_reported : Signal(ErrorReport)
         Emitted in the thread of the window.
-    last : ErrorReport or None
+    last_report : ErrorReport or None
         The newest, for the clipboard.
     """
 
-    raised = Signal(object)
+    error_reported = Signal(object)
     _arrived = Signal(object)
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.last: ErrorReport | None = None
+        self.last_report: ErrorReport | None = None
         self._former: tuple[Callable[..., object], Callable[..., object]] | None = None
         # Queued: a slot that fails while painting must not open a banner inside the painting.
         self._arrived.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
@@ -101,13 +101,13 @@ class ErrorReporter(QObject):
 
     def report(self, error: BaseException, *, opening: bool = False) -> None:
         """Log an error and show it; `opening` if a flight could not be opened for it."""
-        fault = replace(create_error_report(error), opening=opening)
-        (log.warning if fault.expected else log.error)("%s", fault.details)
+        fault = replace(create_error_report(error), is_opening_error=opening)
+        (log.warning if fault.is_expected else log.error)("%s", fault.details)
         self._arrived.emit(fault)
 
     def _deliver(self, fault: ErrorReport) -> None:
-        self.last = fault
-        self.raised.emit(fault)
+        self.last_report = fault
+        self.error_reported.emit(fault)
 
     def _hook(
         self, kind: type[BaseException], error: BaseException, trace: TracebackType | None

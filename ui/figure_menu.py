@@ -40,11 +40,11 @@ class FigureMenu(QObject):
 
     Attributes
     ----------
-    reported : Signal(str)
+    message_posted : Signal(str)
         What was copied or saved.
     """
 
-    reported = Signal(str)
+    message_posted = Signal(str)
 
     def __init__(
         self,
@@ -58,7 +58,7 @@ class FigureMenu(QObject):
         self._file = file
         self._content = content
         entries = (
-            ("Copy picture", self.copy_picture),
+            ("Copy picture", self.copy_figure),
             ("Copy numbers", self.copy_numbers),
             ("Save as…", self.ask),
             ("Reset zoom", reset),
@@ -77,13 +77,13 @@ class FigureMenu(QObject):
         for action in self._actions:
             action.setEnabled(is_drawn)
 
-    def copy_picture(self) -> None:
+    def copy_figure(self) -> None:
         """Put the picture on the clipboard."""
         self._begin("Copying the picture", self._content(".png"), self._copied_picture)
 
     def _copied_picture(self, png: bytes) -> None:
         QGuiApplication.clipboard().setImage(QImage.fromData(png, "PNG"))
-        self.reported.emit("Picture copied.")
+        self.message_posted.emit("Picture copied.")
 
     def copy_numbers(self) -> None:
         """Put the numbers on the clipboard, for a spreadsheet."""
@@ -91,9 +91,9 @@ class FigureMenu(QObject):
 
     def _copied_numbers(self, rows: bytes) -> None:
         QGuiApplication.clipboard().setText(rows.decode())
-        self.reported.emit("Numbers copied.")
+        self.message_posted.emit("Numbers copied.")
 
-    def ask(self) -> None:
+    def save_as(self) -> None:
         """Ask for a file and save the figure there."""
         path = ask_save_file(self._widget, "Save the figure", self._file(), _KINDS)
         if path is not None:
@@ -105,7 +105,7 @@ class FigureMenu(QObject):
         self._begin(
             "Saving the figure",
             lambda: write_atomically(path, content()),
-            lambda written: self.reported.emit(f"Saved as {written}."),
+            lambda written: self.message_posted.emit(f"Saved as {written}."),
         )
 
     def _begin(self, title: str, run: Callable[[], Any], done: Callable[[Any], None]) -> None:

@@ -55,11 +55,11 @@ class FileMenuController(QObject):
 
     Attributes
     ----------
-    review_wanted : Signal(object)
+    review_requested : Signal(object)
         A flight has ended and is to be reviewed: its folder.
     """
 
-    review_wanted = Signal(object)
+    review_requested = Signal(object)
 
     def __init__(
         self,
@@ -83,17 +83,17 @@ class FileMenuController(QObject):
         self._problem: Banner | None = None
         self._review_when_ended = False
         self._unproven: ConnectRequest | None = None  # over its link nothing has come yet
-        desk.working.connect(self.run)
-        desk.said.connect(banners.show_banner)
-        desk.remarked.connect(lambda *said: self.until_next(banners.show_banner(*said)))
+        desk.job_started.connect(self.show_job)
+        desk.message_posted.connect(banners.show_banner)
+        desk.flight_message_posted.connect(lambda *said: self.remove_with_flight(banners.show_banner(*said)))
         desk.problem_changed.connect(self._show_problem)
         desk.changed.connect(self._forget_former)
-        desk.map_wanted.connect(self.offer_map)
+        desk.channel_map_requested.connect(self.offer_channel_map)
         desk.landed.connect(self.offer_end)
-        desk.ended.connect(self.offer_replay)
-        desk.told.connect(self._remember_link)
+        desk.recording_ended.connect(self.offer_replay)
+        desk.refreshed.connect(self._remember_link)
         self._chosen: Path | None = None  # flight in a folder chosen for this and those to come
-        desk.starter.begun.connect(self._recording_began)
+        desk.flight_opener.flight_opened.connect(self._recording_began)
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
@@ -104,10 +104,10 @@ class FileMenuController(QObject):
             "open_folder": self.open_folder,
             "virtual": self.fly_virtual,
             "attach": self.attach,
-            "recorders": self.choose_recorder,
+            "recorders": self.select_recorder,
             "end_flight": self.end_flight,
             "export": self.export,
-            "certificates": self.read_with,
+            "certificates": self.reload_with_certificates,
             "stop_recording": self.stop_recording,
             "close_flight": self._desk.close_flight,
         }
@@ -123,9 +123,9 @@ class FileMenuController(QObject):
             self._problem = None
         if problem:
             self._problem = self._banners.show_banner("caution", problem)
-            self.until_next(self._problem)
+            self.remove_with_flight(self._problem)
 
-    def until_next(self, banner: Banner) -> None:
+    def remove_with_flight(self, banner: Banner) -> None:
         """Take a banner away when another flight opens, of which it says nothing."""
         self._of_flight.append(banner)
 
@@ -140,7 +140,7 @@ class FileMenuController(QObject):
 
     def connect_link(self, link: str) -> None:
         """Record a link used before; where that fails, say why in the dialog that asks for it."""
-        self._desk.starter.connect_link(
+        self._desk.flight_opener.connect_link(
             link,
             refused=lambda error: QTimer.singleShot(
                 0, self, lambda: self.connect_aircraft((link, error))
@@ -161,7 +161,7 @@ class FileMenuController(QObject):
         )  # fmt: skip
         if failed is not None:
             dialog.link.text.setEditText(failed[0])
-            dialog.show_refusal(failed[1])
+            dialog.show_error(failed[1])
         dialog.submitted.connect(lambda: self._connect(dialog))
         if not self._ask(dialog):
             return
@@ -174,11 +174,11 @@ class FileMenuController(QObject):
 
     def _ask(self, dialog: RecordingDialog) -> bool:
         """Show a dialog until its recording has begun; return whether it has."""
-        starter = self._desk.starter
-        begun = starter.begun.connect(lambda: dialog.accept() if dialog.connecting else None)
+        starter = self._desk.flight_opener
+        begun = starter.flight_opened.connect(lambda: dialog.accept() if dialog.is_connecting else None)
         done = dialog.exec()
         starter.disconnect(begun)
-        if not done and dialog.connecting:
+        if not done and dialog.is_connecting:
             starter.cancel()
         return bool(done)
 
@@ -186,7 +186,7 @@ class FileMenuController(QObject):
         """Record what the dialog asks for; the dialog stays where that is refused."""
         if (place := self._where_to_record(dialog)) is not None:
             self._unproven = replace(dialog.request, folder=place[0], append=place[1])
-            self._desk.starter.connect_aircraft(self._unproven, refused=dialog.show_refusal)
+            self._desk.flight_opener.connect_aircraft(self._unproven, refused=dialog.show_error)
 
     def _remember_link(self) -> None:
         """Keep a link among the recent ones once something came over it."""
@@ -199,15 +199,15 @@ class FileMenuController(QObject):
 
     def _where_to_record(self, dialog: RecordingDialog) -> tuple[Path, bool] | None:
         """Return the folder, and whether to append to its flight; None if neither is wanted."""
-        folder, append = dialog.place.folder, False
+        folder, append = dialog.folder_field.folder, False
         if record_state(folder) == "finished":
             new = next_free_folder(folder)
             answer = ask_append(dialog, folder.name, new.name)
             if answer is None:
-                dialog.withdraw()
+                dialog.cancel_submission()
                 return None
             folder, append = (folder if answer else new), answer
-        self._remember_folder(folder, dialog.place)
+        self._remember_folder(folder, dialog.folder_field)
         return folder, append
 
     def fly_virtual(self) -> None:
@@ -222,7 +222,7 @@ class FileMenuController(QObject):
         """Fly what the dialog asks for; the dialog stays where that is refused."""
         if (place := self._where_to_record(dialog)) is not None:
             request = replace(dialog.request, folder=place[0], append=place[1])
-            self._desk.starter.fly_virtual(request, refused=dialog.show_refusal)
+            self._desk.flight_opener.fly_virtual(request, refused=dialog.show_error)
 
     def _remember_folder(self, flight: Path, place: FlightFolderField) -> None:
         """Record into the folder that was chosen from now on, once a recording began there."""
@@ -233,7 +233,7 @@ class FileMenuController(QObject):
         if chosen is not None and begun.session is not None and begun.session.path == chosen:
             self._store.change(flights=str(chosen.parent))
 
-    def look_for_recorders(self) -> None:
+    def offer_recorders(self) -> None:
         """Offer to attach to recorders that are running, one of them with one key."""
         self._found = tuple(self._desk.running_recorders())
         if not self._found:
@@ -258,20 +258,20 @@ class FileMenuController(QObject):
                 "note", f"No recorder is running. {shortcut_text('Ctrl+L')} connects an aircraft."
             )
             return
-        self._desk.starter.attach(self._found[0])
+        self._desk.flight_opener.attach(self._found[0])
 
-    def choose_recorder(self) -> None:
+    def select_recorder(self) -> None:
         """Attach to the only recorder at once; list several, or those beside an open flight."""
-        others = self._desk.others
+        others = self._desk.other_recorders
         if len(others) == 1 and not self._desk.is_open:
-            self._desk.starter.attach(others[0])
+            self._desk.flight_opener.attach(others[0])
             return
         menu = QMenu(self._window)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         for found in others:
             menu.addAction(
                 f"Attach to {found.name} ({found.link})",
-                lambda found=found: self._desk.starter.attach(found),
+                lambda found=found: self._desk.flight_opener.attach(found),
             )
         if not others:
             menu.addAction("No other recorder is running").setEnabled(False)
@@ -289,7 +289,7 @@ class FileMenuController(QObject):
                 f"{self._desk.name} landed at {at}. Still recording.",
                 ("End flight and review", self.end_flight),
             )
-            self.until_next(self._landed)
+            self.remove_with_flight(self._landed)
 
     def end_flight(self) -> None:
         """End the recording, and review the flight once it is complete; ask before a landing."""
@@ -318,7 +318,7 @@ class FileMenuController(QObject):
     def open_path(self, path: Path) -> None:
         """Open a flight."""
         self._store.change(folder=str(path.parent))
-        self._desk.starter.open_flight(path)
+        self._desk.flight_opener.open_flight(path)
 
     def open_dropped(self, paths: Sequence[Path]) -> None:
         """Open a flight that was dropped on the window, which has room for one."""
@@ -331,9 +331,9 @@ class FileMenuController(QObject):
                 f"({shortcut_text('F4')}) takes them all.",
             )
 
-    def offer_map(self, path: Path, why: str) -> None:
+    def offer_channel_map(self, path: Path, why: str) -> None:
         """Say that a file needs a channel map, and offer to choose one."""
-        self.until_next(
+        self.remove_with_flight(
             self._banners.show_banner(
                 "caution", why, ("Choose a channel map…", lambda: self._ask_map(path))
             )
@@ -343,9 +343,9 @@ class FileMenuController(QObject):
         maps, current = shipped_channel_maps(), self._store.current.channel_map
         dialog = ChannelMapDialog(self._look, path, maps, current, self._window)
         if dialog.exec():
-            self._desk.starter.open_flight(path, channel_map=dialog.channel_map.value)
+            self._desk.flight_opener.open_flight(path, channel_map=dialog.channel_map.value)
 
-    def read_with(self) -> None:
+    def reload_with_certificates(self) -> None:
         """Ask for other certificates, and read the replay that is open anew with them."""
         calibration = self._desk.calibration
         if calibration is None:
@@ -354,7 +354,7 @@ class FileMenuController(QObject):
             self._look, calibration, shipped_certificate_sets(), self._window
         )
         if dialog.exec():
-            self._desk.read_with(dialog.certificates.value or None)
+            self._desk.reload_with_certificates(dialog.certificates.value or None)
 
     def offer_replay(self, folder: Path) -> None:
         """Say that a recording ended, and offer to replay it.
@@ -366,14 +366,14 @@ class FileMenuController(QObject):
         self.offer_end(None)
         if self._review_when_ended:
             self._review_when_ended = False
-            self.review_wanted.emit(folder)
+            self.review_requested.emit(folder)
             return
-        self.until_next(
+        self.remove_with_flight(
             self._banners.show_banner(
                 "note",
                 f"The recording of {folder.name} has ended.",
-                ("Review it", lambda: self.review_wanted.emit(folder)),
-                ("Replay it", lambda: self._desk.starter.open_flight(folder)),
+                ("Review it", lambda: self.review_requested.emit(folder)),
+                ("Replay it", lambda: self._desk.flight_opener.open_flight(folder)),
             )
         )
 
@@ -389,23 +389,23 @@ class FileMenuController(QObject):
                 lambda progress: self._desk.export(kind, path, progress),
                 self,
             )
-            work.failed.connect(self._desk.faults.report)
-            self.run(work, f"Exported to {path}.")
+            work.failed.connect(self._desk.error_reporter.report)
+            self.show_job(work, f"Exported to {path}.")
             work.start()
 
     @property
-    def unfinished(self) -> tuple[str, ...]:
+    def unfinished_jobs(self) -> tuple[str, ...]:
         """Return the titles of the works that make something and are not done."""
         return tuple(work.title for work in self._making)
 
-    def give_up(self) -> None:
+    def stop_jobs(self) -> None:
         """Stop what makes something, as the window closes, and let it take away what it began."""
         for work in self._making:
             work.cancel()
         for work in self._making:
             work.wait(_STOP_TIMEOUT)
 
-    def run(self, work: BackgroundJob, done: str) -> None:
+    def show_job(self, work: BackgroundJob, done: str) -> None:
         """Show a work in a banner until it ends; it goes on behind the other places.
 
         A work that ends at once shows none; of one that another took the place of nothing is said.
@@ -424,13 +424,13 @@ class FileMenuController(QObject):
             work.cancel()
 
         def begin() -> None:
-            if work.running:
+            if work.is_running:
                 shown.append(self._banners.show_banner("work", title, ("Cancel", cancel)))
 
         def tell(share: float | None, words: str) -> None:
             for banner in shown:
-                banner.show_share(share)
-                banner.say(f"{title} {words}")
+                banner.set_progress(share)
+                banner.set_text(f"{title} {words}")
 
         def end(sentence: str) -> None:
             if work in self._making:
@@ -442,8 +442,8 @@ class FileMenuController(QObject):
 
         work.progressed.connect(tell)
         work.done.connect(lambda _result: end(done))
-        work.dropped.connect(lambda _result: made.append(True))
-        work.cancelled.connect(
+        work.discarded.connect(lambda _result: made.append(True))
+        work.canceled.connect(
             lambda: end(done if made and done else f"{work.title}: cancelled." if asked else "")
         )
         work.failed.connect(lambda _error: end(""))

@@ -57,56 +57,56 @@ class FlightController(QObject):
 
     Parameters
     ----------
-    faults : ErrorReporter
+    error_reporter : ErrorReporter
         Where errors of works go.
     store : SettingsStore
         Maps and folders used last.
 
     Attributes
     ----------
-    starter : FlightOpener
+    flight_opener : FlightOpener
         Opens flights.
     changed : Signal
         Another flight is open, or none.
-    leaving : Signal
+    about_to_close : Signal
         The open flight is closed next: the last moment to write something into it.
-    painted : Signal(object)
+    frame_requested : Signal(object)
         Samples came: paint a frame; carries the flight time to paint up to, s or None.
-    told : Signal
+    refreshed : Signal
         Time to show again what stands beside the samples.
-    working : Signal(object, str)
+    job_started : Signal(object, str)
         A `BackgroundJob` begins; what to say when it is done, empty for nothing.
-    said : Signal(str, str)
+    message_posted : Signal(str, str)
         Level and sentence of a banner.
-    remarked : Signal(str, str)
+    flight_message_posted : Signal(str, str)
         The same of the open flight alone, void once another is open.
     problem_changed : Signal(str)
         Why the open flight cannot be followed; empty once it can again.
-    map_wanted : Signal(object, str)
+    channel_map_requested : Signal(object, str)
         A file needs a channel map: path, and why.
     landed : Signal(object)
         The open flight has landed, at a flight time (s); None: it took off again.
-    ended : Signal(object)
+    recording_ended : Signal(object)
         The recording of the open flight ended; its folder.
     """
 
     changed = Signal()
-    leaving = Signal()
-    painted = Signal(object)
-    told = Signal()
-    working = Signal(object, str)
-    said = Signal(str, str)
-    remarked = Signal(str, str)
+    about_to_close = Signal()
+    frame_requested = Signal(object)
+    refreshed = Signal()
+    job_started = Signal(object, str)
+    message_posted = Signal(str, str)
+    flight_message_posted = Signal(str, str)
     problem_changed = Signal(str)
-    map_wanted = Signal(object, str)
+    channel_map_requested = Signal(object, str)
     landed = Signal(object)
-    ended = Signal(object)
+    recording_ended = Signal(object)
 
     def __init__(
         self, faults: ErrorReporter, store: SettingsStore, parent: QObject | None = None
     ) -> None:
         super().__init__(parent)
-        self.faults = faults
+        self.error_reporter = faults
         self._store = store
         self.session: Session | None = None
         self._taker: FlightViewStateBuilder | None = None
@@ -126,12 +126,12 @@ class FlightController(QObject):
         self._back_to: float | None = None
         self._pace = FrameRateLimiter(MIN_LIVE_FRAME_SECONDS)
         self._recorders = RecorderMonitor(self)
-        self._recorders.changed.connect(self.told)
-        self.starter = FlightOpener(store, faults, self._open_here, self)
-        self.starter.begun.connect(self._show)
-        self.starter.working.connect(self.working)
-        self.starter.said.connect(self.said)
-        self.starter.map_wanted.connect(self.map_wanted)
+        self._recorders.changed.connect(self.refreshed)
+        self.flight_opener = FlightOpener(store, faults, self._open_here, self)
+        self.flight_opener.flight_opened.connect(self._show)
+        self.flight_opener.job_started.connect(self.job_started)
+        self.flight_opener.message_posted.connect(self.message_posted)
+        self.flight_opener.channel_map_requested.connect(self.channel_map_requested)
         self._timer = QTimer(self)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
         self._timer.setInterval(POLL_INTERVAL_MS)
@@ -147,31 +147,31 @@ class FlightController(QObject):
     @property
     def is_replay(self) -> bool:
         """Return whether it is a replay."""
-        return self.session is not None and self.session.replaying is not None
+        return self.session is not None and self.session.replay_feed is not None
 
     @property
     def is_loaded(self) -> bool:
         """Return whether the whole record was read."""
-        feed = self.session.replaying if self.session is not None else None
+        feed = self.session.replay_feed if self.session is not None else None
         return feed is not None and feed.complete
 
     @property
-    def is_settled(self) -> bool:
+    def is_up_to_date(self) -> bool:
         """Return whether everything up to the playhead, or to now, was taken in."""
         return self.session is not None and self.session.feed.caught_up
 
     @property
-    def catches_up(self) -> bool:
+    def is_catching_up(self) -> bool:
         """Return whether alarms and cues are still those of an earlier time."""
-        return self._snapshot is not None and self._snapshot.watched < 1.0
+        return self._snapshot is not None and self._snapshot.monitored_fraction < 1.0
 
     @property
-    def records_here(self) -> bool:
+    def is_recording(self) -> bool:
         """Return whether the open flight is being recorded."""
         return self.session is not None and self.session.recorder is not None
 
     @property
-    def recording_elsewhere(self) -> tuple[RecorderHandle, ...]:
+    def other_recordings(self) -> tuple[RecorderHandle, ...]:
         """Return the recorders of flights that were open here, are not now, and still record."""
         running = [found.handle for found in self.running_recorders()]
         return tuple(left for left in self._left if left in running)
@@ -184,11 +184,11 @@ class FlightController(QObject):
             found.append("flight")
         if self.is_replay:
             found.append("replay")
-        if self.records_here:
+        if self.is_recording:
             found.append("recorder")
         if self.mark_times():
             found.append("marks")
-        if self.waiting():
+        if self.unacknowledged_alarms():
             found.append("alarms")
         return tuple(found)
 
@@ -217,7 +217,7 @@ class FlightController(QObject):
     def _open_here(self) -> Path | None:
         return None if self.session is None else self.session.path
 
-    def read_with(self, calibration: str | None) -> None:
+    def reload_with_certificates(self, calibration: str | None) -> None:
         """Open the replay anew where it stands, with other certificates.
 
         Parameters
@@ -225,22 +225,22 @@ class FlightController(QObject):
         calibration : str or None
             A folder, or a shipped set; None for the flight's own.
         """
-        if self.session is not None and self.session.replaying is not None:
-            self.starter.read_again(self.session, calibration)
+        if self.session is not None and self.session.replay_feed is not None:
+            self.flight_opener.reload(self.session, calibration)
 
-    def choose_system(self, system: int) -> None:
+    def select_system(self, system: int) -> None:
         """Make a system of the link the flown one, of the whole flight and for all windows."""
         if self.session is not None:
-            self.session.choose_system(system)
+            self.session.select_system(system)
             self._tell(self.session)
 
     def _follow_choice(self, session: Session) -> None:
         """Read the flight again where the crew chose another system, here or in another window."""
-        chosen = session.system_chosen
+        chosen = session.selected_system
         if chosen is not None and chosen != self._system:
             self._system = chosen
-            self.said.emit("note", f"System {chosen} is now the flown system of {session.name}.")
-            self.starter.read_again(session, session.calibration.given or None)
+            self.message_posted.emit("note", f"System {chosen} is now the flown system of {session.name}.")
+            self.flight_opener.reload(session, session.calibration.override_source or None)
 
     def _show(self, begun: PendingFlight, back_to: float | None) -> None:
         session = begun.session
@@ -258,7 +258,7 @@ class FlightController(QObject):
         self._problem = self._fault = ""
         self._moved_to = self._seen = self._landed_at = self._system = None
         self._pace = FrameRateLimiter(
-            MIN_LIVE_FRAME_SECONDS if session.replaying is None else MIN_REPLAY_FRAME_SECONDS
+            MIN_LIVE_FRAME_SECONDS if session.replay_feed is None else MIN_REPLAY_FRAME_SECONDS
         )
         self._moved_at = time.monotonic()
         session.update(_UPDATE_SECONDS)
@@ -277,20 +277,20 @@ class FlightController(QObject):
 
     def _tell_of(self, former: RecorderHandle | None) -> None:
         """Say that the flight which was open goes on being recorded, if it does."""
-        if former is not None and former in self.recording_elsewhere:
+        if former is not None and former in self.other_recordings:
             words = f"{former.folder.name} goes on being recorded. {shortcut_text('Ctrl+R')} attaches again."
-            self.said.emit("note", words)
+            self.message_posted.emit("note", words)
 
-    def give_up(self, recorder: RecorderHandle) -> None:
+    def release_recorder(self, recorder: RecorderHandle) -> None:
         """Say and ask nothing of a recorder any more: somebody else ends it."""
         self._left = [left for left in self._left if left != recorder]
 
     def close(self) -> None:
         """Give the session back. Recorder and virtual aircraft go on."""
         if self.session is not None:
-            self.leaving.emit()
+            self.about_to_close.emit()
         self._timer.stop()
-        self.starter.cancel()
+        self.flight_opener.cancel()
         session, self.session = self.session, None
         self._taker = self._snapshot = self._aircraft = None
         if session is not None:
@@ -312,7 +312,7 @@ class FlightController(QObject):
 
         def tell(ended: bool) -> None:
             if not ended:
-                self.said.emit(
+                self.message_posted.emit(
                     "warning",
                     f"The recorder (process {recorder.pid}) does not end: it still writes what "
                     "came. Try again in a moment.",
@@ -320,11 +320,11 @@ class FlightController(QObject):
 
         work = BackgroundJob("Stopping the recording", end, self)
         work.done.connect(tell)
-        work.failed.connect(self.faults.report)
-        self.working.emit(work, "")
+        work.failed.connect(self.error_reporter.report)
+        self.job_started.emit(work, "")
         work.start()
 
-    def stop_now(self) -> None:
+    def stop_recording_and_wait(self) -> None:
         """End the recording and wait for it, as the window closes."""
         if self._aircraft is not None:
             self._aircraft.stop()
@@ -343,10 +343,10 @@ class FlightController(QObject):
     def running_recorders(self) -> tuple[RunningRecorder, ...]:
         """Return recorders that run, the newest first; not that of the open flight."""
         here = self.session.path.absolute() if self.session is not None else None
-        return tuple(found for found in self._recorders.look() if found.handle.folder != here)
+        return tuple(found for found in self._recorders.poll() if found.handle.folder != here)
 
     @property
-    def others(self) -> tuple[RunningRecorder, ...]:
+    def other_recorders(self) -> tuple[RunningRecorder, ...]:
         """Return the recorders that were seen running a moment ago, but that of the open flight."""
         here = self.session.path.absolute() if self.session is not None else None
         return tuple(found for found in self._recorders.running if found.handle.folder != here)
@@ -361,7 +361,7 @@ class FlightController(QObject):
         flight = load_flight(
             session.path,
             channel_map=None if decoder is None else decoder.channel_map,
-            certificates=session.calibration.given or None,
+            certificates=session.calibration.override_source or None,
         )
         if not len(flight.block):
             raise FlightError(f"{session.name} holds no samples yet; nothing to export")
@@ -387,32 +387,32 @@ class FlightController(QObject):
             self._timer.setInterval(_RETRY_MS)
             if repr(error) != self._fault:
                 self._fault = repr(error)
-                self.faults.report(error)
+                self.error_reporter.report(error)
 
     def _go_on(self, session: Session) -> None:
         now = time.monotonic()
         tells = now - self._told_at >= _REFRESH_SECONDS
         if self._timer.interval() != POLL_INTERVAL_MS:
             self._timer.setInterval(POLL_INTERVAL_MS)
-        paints = self._pace.allows(now)
+        paints = self._pace.may_begin_frame(now)
         hurries = self._hurries(session)
-        if not (tells or hurries or (paints and (session.has_news or self._is_behind(session)))):
+        if not (tells or hurries or (paints and (session.has_new_data or self._is_behind(session)))):
             return
         session.update(_update_seconds(session))
         if paints and self._is_behind(session):
             self._seen = (session.now, session.history.revision)
             self._moved_at = self._painted_at = now
-            self.painted.emit(session.now)
+            self.frame_requested.emit(session.now)
         elif now - self._painted_at >= _IDLE_PAINT_SECONDS:
             self._painted_at = now
-            self.painted.emit(self._idle_time(now))
-        if paints and (self._painted_at == now or session.replaying is not None):
+            self.frame_requested.emit(self._idle_time(now))
+        if paints and (self._painted_at == now or session.replay_feed is not None):
             # A replay always has news; they come with the frames, not with the looks.
             end = time.monotonic()
-            self._pace.took(now, end)
+            self._pace.record_frame(now, end)
             if not hurries:
                 # No look can lead to a frame before.
-                self._timer.setInterval(max(int(1000 * self._pace.wait(end)), POLL_INTERVAL_MS))
+                self._timer.setInterval(max(int(1000 * self._pace.seconds_to_next(end)), POLL_INTERVAL_MS))
         if tells:
             self._told_at = now
             self._tell(session)
@@ -421,7 +421,7 @@ class FlightController(QObject):
     @staticmethod
     def _hurries(session: Session) -> bool:
         """Return whether the flight is taken in as fast as it goes, whatever is painted."""
-        replay = session.replaying
+        replay = session.replay_feed
         if replay is None:
             return not session.feed.caught_up
         if replay.playing:
@@ -443,7 +443,7 @@ class FlightController(QObject):
             return None
         silent = now - self._moved_at
         # While what was recorded is still being read nothing is missing yet.
-        live = session.replaying is None and session.recorder is not None and session.feed.present
+        live = session.replay_feed is None and session.recorder is not None and session.feed.is_up_to_date
         return session.now + silent if live and silent > _DATA_TIMEOUT else session.now
 
     def _tell(self, session: Session) -> None:
@@ -452,7 +452,7 @@ class FlightController(QObject):
         equipment = session.equipment
         if equipment is not None and equipment.moved_to not in (None, self._moved_to):
             self._moved_to = equipment.moved_to
-            self.starter.open_flight(self._moved_to)
+            self.flight_opener.open_flight(self._moved_to)
         if session.recorder is not None and session.landing.landed_at != self._landed_at:
             self._landed_at = session.landing.landed_at
             self.landed.emit(self._landed_at)
@@ -460,7 +460,7 @@ class FlightController(QObject):
         if over and not self._finished:
             self._finished = True
             session.finish(wait=False)  # the event loop waits for nothing
-            self.ended.emit(session.path)
+            self.recording_ended.emit(session.path)
         if snapshot.problem != self._problem:
             self._problem = snapshot.problem
             self.problem_changed.emit(snapshot.problem)
@@ -469,20 +469,20 @@ class FlightController(QObject):
             if self._back_to is not None:
                 self.seek(self._back_to)
             if session.remarks:
-                self.remarked.emit("note", join_sentences(session.remarks))
-        if self._aircraft is not None and (complaint := self._aircraft.complaint()):
-            self.remarked.emit("warning", complaint)
-        self.told.emit()
+                self.flight_message_posted.emit("note", join_sentences(session.remarks))
+        if self._aircraft is not None and (complaint := self._aircraft.take_error()):
+            self.flight_message_posted.emit("warning", complaint)
+        self.refreshed.emit()
 
     # What is shown
 
-    def picture(self, units: str) -> FlightViewState:
+    def create_display_data(self, units: str) -> FlightViewState:
         """Return everything beside the samples."""
         if self._taker is None or self._snapshot is None:
             return FlightViewState()
-        return self._taker.take(self._snapshot, units)
+        return self._taker.build(self._snapshot, units)
 
-    def bar_parts(self, units: str, *, muted: bool) -> tuple[StatusItem, ...]:
+    def create_status_items(self, units: str, *, muted: bool) -> tuple[StatusItem, ...]:
         """Return the parts of the bar."""
         if self.session is None or self._snapshot is None:
             return create_status_items(StatusBarData(muted=muted, others=self._other_names))
@@ -491,11 +491,11 @@ class FlightController(QObject):
 
     @property
     def _other_names(self) -> tuple[str, ...]:
-        return tuple(found.name for found in self.others)
+        return tuple(found.name for found in self.other_recorders)
 
-    def waiting(self) -> tuple[Alarm, ...]:
+    def unacknowledged_alarms(self) -> tuple[Alarm, ...]:
         """Return the alarms that nobody has acknowledged."""
-        return self.session.board.waiting if self.session is not None else ()
+        return self.session.alarm_registry.unacknowledged if self.session is not None else ()
 
     # What the crew does
 
@@ -510,19 +510,19 @@ class FlightController(QObject):
     def edit_mark(self, key: str, text: str) -> None:
         """Give a mark another text."""
         if self.session is not None:
-            self.session.book.edit(key, text=text)
+            self.session.mark_store.edit(key, text=text)
             self._tell(self.session)
 
     def delete_mark(self, key: str) -> None:
         """Take a mark away."""
         if self.session is not None:
-            self.session.book.delete(key)
+            self.session.mark_store.delete(key)
             self._tell(self.session)
 
     def undo_mark(self) -> None:
         """Take back the last change of a mark made here."""
         if self.session is not None:
-            self.session.book.undo()
+            self.session.mark_store.undo()
             self._tell(self.session)
 
     def mark_time(self, key: str) -> float | None:
@@ -546,18 +546,18 @@ class FlightController(QObject):
     @property
     def speed(self) -> float:
         """Return how fast the replay runs, times real time."""
-        feed = self.session.replaying if self.session is not None else None
+        feed = self.session.replay_feed if self.session is not None else None
         return feed.speed if feed is not None else 1.0
 
     def set_speed(self, speed: float) -> None:
         """Run the replay faster or slower; infinite is as fast as it can."""
-        feed = self.session.replaying if self.session is not None else None
+        feed = self.session.replay_feed if self.session is not None else None
         if feed is not None:
             feed.speed = speed
 
     def toggle_play(self) -> None:
         """Hold the replay, or let it go on."""
-        feed = self.session.replaying if self.session is not None else None
+        feed = self.session.replay_feed if self.session is not None else None
         if feed is not None:
             if feed.playing:
                 feed.pause()
@@ -566,20 +566,20 @@ class FlightController(QObject):
 
     def seek(self, at: float) -> None:
         """Go to a flight time, s."""
-        feed = self.session.replaying if self.session is not None else None
+        feed = self.session.replay_feed if self.session is not None else None
         if feed is not None:
             feed.seek(at)
 
     def step(self, samples: int) -> None:
         """Go on by samples of the grid, or back if negative."""
-        feed = self.session.replaying if self.session is not None else None
+        feed = self.session.replay_feed if self.session is not None else None
         if feed is not None:
             feed.step(samples)
 
     @property
     def replay_span(self) -> tuple[float, float] | None:
         """Return first and last flight time of the replay, s."""
-        feed = self.session.replaying if self.session is not None else None
+        feed = self.session.replay_feed if self.session is not None else None
         if feed is None or feed.start is None or feed.end is None:
             return None
         return feed.start, feed.end
@@ -587,10 +587,10 @@ class FlightController(QObject):
 
 def _update_seconds(session: Session) -> float:
     """Return the seconds of a tick for taking in what came."""
-    feed, replay = session.feed, session.replaying
+    feed, replay = session.feed, session.replay_feed
     if feed.caught_up:
         return _UPDATE_SECONDS
     if replay is None:
-        return _BACKGROUND_UPDATE_SECONDS if feed.present else _CATCH_UP_UPDATE_SECONDS
+        return _BACKGROUND_UPDATE_SECONDS if feed.is_up_to_date else _CATCH_UP_UPDATE_SECONDS
     # A replay that jumped hears all before the playhead again; one that plays goes on.
     return _BACKGROUND_UPDATE_SECONDS if replay.playing else _CATCH_UP_UPDATE_SECONDS

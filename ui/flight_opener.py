@@ -59,20 +59,20 @@ class FlightOpener(QObject):
 
     Attributes
     ----------
-    begun : Signal(object, object)
+    flight_opened : Signal(object, object)
         A flight is there: `PendingFlight`, and the flight time (s) to go back to, or None.
-    working : Signal(object, str)
+    job_started : Signal(object, str)
         A `BackgroundJob` begins; what to say when it is done, empty for nothing.
-    said : Signal(str, str)
+    message_posted : Signal(str, str)
         Level and sentence of a banner.
-    map_wanted : Signal(object, str)
+    channel_map_requested : Signal(object, str)
         A file needs a channel map: path, and why.
     """
 
-    begun = Signal(object, object)
-    working = Signal(object, str)
-    said = Signal(str, str)
-    map_wanted = Signal(object, str)
+    flight_opened = Signal(object, object)
+    job_started = Signal(object, str)
+    message_posted = Signal(str, str)
+    channel_map_requested = Signal(object, str)
 
     def __init__(
         self,
@@ -126,7 +126,7 @@ class FlightOpener(QObject):
 
         self._open_session(make, place.name, None if channel_map or calibration else place)
 
-    def read_again(self, session: Session, calibration: str | None) -> None:
+    def reload(self, session: Session, calibration: str | None) -> None:
         """Open a flight again, as it is read now: a replay where it stands.
 
         Parameters
@@ -135,7 +135,7 @@ class FlightOpener(QObject):
         calibration : str or None
             Of a replay: a folder, or a shipped set; None for the flight's own.
         """
-        path, feed, decoder = session.path, session.replaying, session.decoder
+        path, feed, decoder = session.path, session.replay_feed, session.decoder
         channel_map = None if decoder is None else decoder.channel_map
         if feed is None:
             self._open_session(lambda: self._followed(path, channel_map), path.name)
@@ -206,7 +206,7 @@ class FlightOpener(QObject):
             check_not_finished(request.folder, "choose a new name")
         if record_state(request.folder) == "interrupted":
             words = f"The recorder of {request.folder.name} ended unexpectedly; continuing it."
-            self.said.emit("note", words)
+            self.message_posted.emit("note", words)
         if not request.folder.exists():
             begun.folder = request.folder
         folder = FlightFolder(path=prepare_requested_flight(request))
@@ -214,7 +214,7 @@ class FlightOpener(QObject):
             handed_over = apply_draft(
                 next_flight_path(self._store.path), folder, keep=True, named=not trial
             )
-            begun.handed_over = handed_over and not trial
+            begun.has_next_flight_data = handed_over and not trial
         except GroundStationError as error:
             self._faults.report(error)
         if request.system is not None:
@@ -242,7 +242,7 @@ class FlightOpener(QObject):
         self.connect_aircraft(
             ConnectRequest(
                 link=link,
-                folder=self.next_folder(),
+                folder=self.next_flight_folder(),
                 channel_map=channel_map or settings.channel_map,
                 aircraft=aircraft or settings.aircraft,
                 calibration=settings.calibration,
@@ -250,7 +250,7 @@ class FlightOpener(QObject):
             refused=refused,
         )
 
-    def next_folder(self, kind: str = "") -> Path:
+    def next_flight_folder(self, kind: str = "") -> Path:
         """Return the folder of the next flight of the day.
 
         It lies in the usual folder, and that is said, where the one of the settings is not
@@ -258,7 +258,7 @@ class FlightOpener(QObject):
         """
         parent, why_other = writable_folder(recording_folder(self._store.current))
         if why_other:
-            self.said.emit("caution", why_other)
+            self.message_posted.emit("caution", why_other)
         return parent / next_flight_name(parent, datetime.now().astimezone().date(), kind)
 
     def fly_virtual(
@@ -318,16 +318,16 @@ class FlightOpener(QObject):
             begun = PendingFlight()
             with self._recording if records is not None else nullcontext():
                 try:
-                    if not progress.cancelled:
+                    if not progress.is_canceled:
                         begin(begun, progress)
                         self._take_checks(begun.session)
-                    if progress.cancelled:
+                    if progress.is_canceled:
                         raise JobCanceledError
                 except BaseException:
                     # What failed is undone, too: no window shows the recorder it has started, and
                     # that would hold the link against the next attempt.
-                    self._undo(begun, "cancelled" if progress.cancelled else "given up")
-                    if not progress.cancelled and begun.flight_stays:
+                    self._undo(begun, "cancelled" if progress.is_canceled else "given up")
+                    if not progress.is_canceled and begun.has_flight_folder:
                         self._begin_the_next(begun)
                     raise
             return begun
@@ -336,9 +336,9 @@ class FlightOpener(QObject):
         work = BackgroundJob(f"Opening {name}", run, self, may_hang=True)
         self._work, self._records = work, records
         work.done.connect(lambda begun: self._give(begun, back_to))
-        work.dropped.connect(self._drop)
+        work.discarded.connect(self._drop)
         work.failed.connect(refused or (lambda error: self._failed(error, wants_map)))
-        self.working.emit(work, "")
+        self.job_started.emit(work, "")
         work.start()
 
     def _take_checks(self, session: Session | None) -> None:
@@ -355,7 +355,7 @@ class FlightOpener(QObject):
         """Undo what was set going in the very moment in which it was cancelled."""
         here = self._open_here()
         wanted = [] if here is None else [here]
-        if self._records is not None and self._work is not None and self._work.running:
+        if self._records is not None and self._work is not None and self._work.is_running:
             wanted.append(self._records)
         if begun.recorder is not None and begun.recorder.folder in map(Path.absolute, wanted):
             begun.recorder = begun.folder = None  # another connection has joined it
@@ -365,21 +365,21 @@ class FlightOpener(QObject):
         """End what was set going; called in a thread."""
         if begun.undo() and begun.folder is not None:
             words = f"What came before it was {why} is kept in {begun.folder}."
-            self.said.emit("note", words)
+            self.message_posted.emit("note", words)
 
     def _give(self, begun: PendingFlight, back_to: float | None) -> None:
         """Hand over what was set going."""
         self._begin_the_next(begun)
-        self.begun.emit(begun, back_to)
+        self.flight_opened.emit(begun, back_to)
 
     def cancel(self) -> None:
         """Undo what is being set going."""
-        if self._work is not None and self._work.running:
+        if self._work is not None and self._work.is_running:
             self._work.cancel()
 
     def _begin_the_next(self, begun: PendingFlight) -> None:
         """Let nothing wait any more of what this flight was given."""
-        if begun.handed_over:
+        if begun.has_next_flight_data:
             try:
                 reset_draft(next_flight_path(self._store.path))
             except GroundStationError as error:
@@ -388,6 +388,6 @@ class FlightOpener(QObject):
     def _failed(self, error: Exception, wants_map: Path | None) -> None:
         is_unmapped = wants_map is not None and isinstance(error, UnmappedError)
         if is_unmapped and path_kind(wants_map) == "file":
-            self.map_wanted.emit(wants_map, str(error))
+            self.channel_map_requested.emit(wants_map, str(error))
         else:
             self._faults.report(error, opening=True)

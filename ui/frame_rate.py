@@ -49,15 +49,15 @@ class FrameRateLimiter:
         self._next = 0.0
         self._taken: deque[float] = deque(maxlen=_DURATION_WINDOW)
 
-    def allows(self, now: float) -> bool:
+    def may_begin_frame(self, now: float) -> bool:
         """Return whether a frame may begin at a time (s) of a clock that never goes back."""
         return now >= self._next
 
-    def wait(self, now: float) -> float:
+    def seconds_to_next(self, now: float) -> float:
         """Return the seconds until a frame may begin."""
         return max(self._next - now, 0.0)
 
-    def took(self, begin: float, end: float) -> None:
+    def record_frame(self, begin: float, end: float) -> None:
         """Take note of a frame, from its beginning to its end, s."""
         # The least of a few: a frame that waited for the processor is not dear by itself.
         self._taken.append(end - begin)

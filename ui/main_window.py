@@ -65,14 +65,14 @@ class MainWindow(QMainWindow):
     ----------
     store : SettingsStore
         What is remembered.
-    faults : ErrorReporter
+    error_reporter : ErrorReporter
         Where errors arrive.
     offer_recorders : bool
         Whether to look for recorders that run and offer to attach to them.
 
     Attributes
     ----------
-    desk : FlightController
+    flight_controller : FlightController
         The open flight.
     voice : Voice
         What is heard, with its mute.
@@ -85,67 +85,67 @@ class MainWindow(QMainWindow):
         settings = store.current
         self.setWindowTitle("Ground station")
         self.store = store
-        self.faults = faults
-        self.look = DisplayStyle(settings.theme, settings.scale, settings.units)
-        self.appearance = AppearanceController(self.look, store, self)
+        self.error_reporter = faults
+        self.display_style = DisplayStyle(settings.theme, settings.scale, settings.units)
+        self.appearance = AppearanceController(self.display_style, store, self)
         self.commands = CommandSet(self)
-        self.banners = BannerStack(self.look)
-        self.desk = FlightController(faults, store, self)
-        self.recent_flights = RecentFlights(self.desk, store)
+        self.banners = BannerStack(self.display_style)
+        self.flight_controller = FlightController(faults, store, self)
+        self.recent_flights = RecentFlights(self.flight_controller, store)
         layouts = LayoutStore(layouts_path(store.path))
-        self.view = FlightView(self.commands.actions, self.look, store, layouts)
-        self.flight_place = FlightPage(StartPage(self.look), self.view)
-        self.opening = FileMenuController(self, self.desk, self.look, store, self.banners)
+        self.view = FlightView(self.commands.actions, self.display_style, store, layouts)
+        self.flight_page = FlightPage(StartPage(self.display_style), self.view)
+        self.file_menu = FileMenuController(self, self.flight_controller, self.display_style, store, self.banners)
         limits = UserLimitStore(limits_path(store.path))
         self.voice = Voice(self, muted=settings.muted)
         self.crew = FlightPageController(
-            self, self.desk, self.view, self.look, store, limits, self.voice
+            self, self.flight_controller, self.view, self.display_style, store, limits, self.voice
         )
-        stop = ActionButton(self.commands.actions["stop_recording"], "Stop", self.look)
-        self.bar = StatusBar(self.look, {"record": stop})
-        self.rail = NavigationRail(self.look)
-        self.gap = GapPage(self.commands.actions, self.look, store, self.banners, faults)
-        self.preflight = PreflightPage(
-            self.commands.actions, self.look, store, self.banners, faults, self.desk, self.voice
+        stop = ActionButton(self.commands.actions["stop_recording"], "Stop", self.display_style)
+        self.status_bar = StatusBar(self.display_style, {"record": stop})
+        self.navigation_rail = NavigationRail(self.display_style)
+        self.gap_page = GapPage(self.commands.actions, self.display_style, store, self.banners, faults)
+        self.preflight_page = PreflightPage(
+            self.commands.actions, self.display_style, store, self.banners, faults, self.flight_controller, self.voice
         )
-        self.pilot = PilotPage(
-            self.commands.actions, self.look, store, faults, self.desk, self.voice
+        self.pilot_page = PilotPage(
+            self.commands.actions, self.display_style, store, faults, self.flight_controller, self.voice
         )
-        self.review = ReviewPage(self.commands.actions, self.look, store, self.banners, faults)
-        self.places = QStackedWidget()
+        self.review_page = ReviewPage(self.commands.actions, self.display_style, store, self.banners, faults)
+        self.pages = QStackedWidget()
         self._place_ids = [place.id for place in PAGES]
         self._asks = True
         built: dict[str, QWidget] = {
-            "preflight": self.preflight,
-            "flight": self.flight_place,
-            "pilot": self.pilot,
-            "review": self.review,
-            "gap": self.gap,
+            "preflight": self.preflight_page,
+            "flight": self.flight_page,
+            "pilot": self.pilot_page,
+            "review": self.review_page,
+            "gap": self.gap_page,
         }
         for place in PAGES:
-            self.places.addWidget(built[place.id])
+            self.pages.addWidget(built[place.id])
         self._arrange()
         # Once, when everything is in its place: Qt styles anew whatever moves.
         self.appearance.apply()
         self._bind()
         self._keeper = ShortcutOverrideFilter(self)
-        self._keeper.begin()
+        self._keeper.install()
         application = QApplication.instance()
         if application is not None:
             # Windows, and desktops that remember sessions, tell so before they close windows.
-            application.commitDataRequest.connect(self.ask_nothing)
+            application.commitDataRequest.connect(self.disable_close_questions)
         self._restore_geometry(settings.geometry)
-        self.show_place("flight")
-        store.refused = lambda sentence: self.banners.show_banner("caution", sentence)
-        for complaint in (store.complaint, limits.complaint, *layouts.complaints):
+        self.show_page("flight")
+        store.on_write_error = lambda sentence: self.banners.show_banner("caution", sentence)
+        for complaint in (store.error_text, limits.error_text, *layouts.read_errors):
             if complaint:
                 self.banners.show_banner("caution", complaint)
         self._flight_changed()
         if settings.pilot_window:
             # When the main window has its screen.
-            QTimer.singleShot(0, self.pilot.own_window, self.pilot.own_window.open)
+            QTimer.singleShot(0, self.pilot_page.own_window, self.pilot_page.own_window.open)
         if offer_recorders:
-            self.opening.look_for_recorders()
+            self.file_menu.offer_recorders()
 
     def _arrange(self) -> None:
         body = QWidget()
@@ -153,11 +153,11 @@ class MainWindow(QMainWindow):
         row = QHBoxLayout(body)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(0)
-        row.addWidget(self.rail)
+        row.addWidget(self.navigation_rail)
         column = QVBoxLayout()
         column.setSpacing(0)
-        column.addWidget(self.bar)
-        column.addWidget(self.places, 1)
+        column.addWidget(self.status_bar)
+        column.addWidget(self.pages, 1)
         column.addWidget(self.banners)
         row.addLayout(column, 1)
         self.setCentralWidget(body)
@@ -165,86 +165,86 @@ class MainWindow(QMainWindow):
 
     def _bind(self) -> None:
         commands = self.commands
-        commands.fill(self.menuBar())
+        commands.fill_menu_bar(self.menuBar())
         commands.bind(
-            self.handlers, self.appearance.handlers, self.opening.handlers, self.crew.handlers,
-            self.view.handlers, self.gap.handlers, self.preflight.handlers,
-            self.pilot.handlers, self.review.handlers,
+            self.handlers, self.appearance.handlers, self.file_menu.handlers, self.crew.handlers,
+            self.view.handlers, self.gap_page.handlers, self.preflight_page.handlers,
+            self.pilot_page.handlers, self.review_page.handlers,
         )  # fmt: skip
         actions = commands.actions
-        self.rail.chosen.connect(lambda name: actions[f"place_{name}"].trigger())
-        self.flight_place.start.chosen.connect(lambda name: actions[name].trigger())
-        start = self.flight_place.start
-        start.link_chosen.connect(self.opening.connect_link)
-        start.flight_chosen.connect(lambda path: self.opening.open_path(Path(path)))
+        self.navigation_rail.page_selected.connect(lambda name: actions[f"place_{name}"].trigger())
+        self.flight_page.start.chosen.connect(lambda name: actions[name].trigger())
+        start = self.flight_page.start
+        start.link_chosen.connect(self.file_menu.connect_link)
+        start.flight_chosen.connect(lambda path: self.file_menu.open_path(Path(path)))
         start.flight_removed.connect(self._forget_flight)
-        self.bar.pressed.connect(self._bar_pressed)
-        self.banners.listed.connect(actions["messages"].trigger)
-        self.faults.raised.connect(self._show_fault)
-        self.look.changed.connect(self._fit)
-        self.appearance.announce(commands, self.banners)
-        self.appearance.saved.connect(self.pilot.refresh)
-        self.appearance.layout_reset.connect(self.view.follow_settings)
-        self.desk.changed.connect(self._flight_changed)
-        self.desk.leaving.connect(self.view.marks.view.finish_edit)
-        self.view.wanted.connect(lambda: self.show_place("flight"))
-        self.desk.painted.connect(self.view.advance)
-        self.desk.told.connect(self._refresh)
-        self.gap.wanted.connect(lambda: self.show_place("gap"))
-        self.gap.changed.connect(self._enable)
-        self.review.wanted.connect(lambda: self.show_place("review"))
-        self.review.changed.connect(self._enable)
-        self.preflight.changed.connect(self._enable)
-        self.pilot.changed.connect(self._enable)
-        self.pilot.wanted.connect(lambda: self.show_place("pilot"))
-        self.pilot.debrief.asked_for.connect(self._show_time)
-        self.opening.review_wanted.connect(self._review)
-        self.preflight.started.connect(lambda: self.show_place("flight"))
-        FileDropFilter(self).dropped.connect(self.opening.open_dropped)
-        FileDropFilter(self.review).dropped.connect(self.review.add)
-        FileDropFilter(self.gap).dropped.connect(self.gap.add)
+        self.status_bar.pressed.connect(self._bar_pressed)
+        self.banners.list_requested.connect(actions["messages"].trigger)
+        self.error_reporter.error_reported.connect(self._show_fault)
+        self.display_style.changed.connect(self._fit)
+        self.appearance.connect_window(commands, self.banners)
+        self.appearance.saved.connect(self.pilot_page.refresh)
+        self.appearance.layout_reset.connect(self.view.apply_settings)
+        self.flight_controller.changed.connect(self._flight_changed)
+        self.flight_controller.about_to_close.connect(self.view.marks.view.finish_edit)
+        self.view.show_requested.connect(lambda: self.show_page("flight"))
+        self.flight_controller.frame_requested.connect(self.view.advance)
+        self.flight_controller.refreshed.connect(self._refresh)
+        self.gap_page.show_requested.connect(lambda: self.show_page("gap"))
+        self.gap_page.changed.connect(self._enable)
+        self.review_page.show_requested.connect(lambda: self.show_page("review"))
+        self.review_page.changed.connect(self._enable)
+        self.preflight_page.changed.connect(self._enable)
+        self.pilot_page.changed.connect(self._enable)
+        self.pilot_page.show_requested.connect(lambda: self.show_page("pilot"))
+        self.pilot_page.debrief.time_requested.connect(self._show_time)
+        self.file_menu.review_requested.connect(self._review)
+        self.preflight_page.flight_started.connect(lambda: self.show_page("flight"))
+        FileDropFilter(self).dropped.connect(self.file_menu.open_dropped)
+        FileDropFilter(self.review_page).dropped.connect(self.review_page.add_flights)
+        FileDropFilter(self.gap_page).dropped.connect(self.gap_page.add_flights)
         commands.check("mute", self.store.current.muted)
 
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
         """Return what the commands of the window itself do."""
         places = {
-            f"place_{name}": lambda name=name: self.show_place(name) for name in self._place_ids
+            f"place_{name}": lambda name=name: self.show_page(name) for name in self._place_ids
         }
         return {
             **places,
             "full_screen": self.toggle_full_screen,
-            "keys": lambda: ShortcutsDialog(self.look, self).exec(),
+            "keys": lambda: ShortcutsDialog(self.display_style, self).exec(),
             "link": self.show_link,
             "copy_details": self.copy_details,
             "undo": self.undo,
             "dismiss": self.banners.dismiss,
             "messages": self.show_messages,
-            "about": lambda: AboutDialog(self.look, about_lines(self.store), self).exec(),
+            "about": lambda: AboutDialog(self.display_style, about_lines(self.store), self).exec(),
             "guide": self.show_guide,
             "quit": self.close,
         }
 
     # Places
 
-    def show_place(self, place_id: str) -> None:
+    def show_page(self, place_id: str) -> None:
         """Go to a place by its id."""
-        self.places.setCurrentIndex(self._place_ids.index(place_id))
-        self.rail.show_place(place_id)
+        self.pages.setCurrentIndex(self._place_ids.index(place_id))
+        self.navigation_rail.show_page(place_id)
         self._enable()
         if place_id == "flight":
-            (self.view.charts if self.desk.is_open else self.flight_place.start).setFocus()
+            (self.view.charts if self.flight_controller.is_open else self.flight_page.start).setFocus()
             return
         guides = {
-            "preflight": self.preflight, "pilot": self.pilot, "review": self.review,
-            "gap": self.gap,
+            "preflight": self.preflight_page, "pilot": self.pilot_page, "review": self.review_page,
+            "gap": self.gap_page,
         }  # fmt: skip
         guides[place_id].begin()
 
     def _show_time(self, at: float) -> None:
         """Show a flight time (s) in the charts."""
-        self.show_place("flight")
-        self.crew.show_time(at)
+        self.show_page("flight")
+        self.crew.go_to_time(at)
 
     def toggle_full_screen(self) -> None:
         """Fill the screen, or come back to the window as it was, maximized or not.
@@ -266,7 +266,7 @@ class MainWindow(QMainWindow):
 
     def show_systems(self) -> None:
         """Offer the systems heard on the link, of which one is the flown one."""
-        session = self.desk.session
+        session = self.flight_controller.session
         if session is None:
             return
         report = session.link_report()
@@ -274,8 +274,8 @@ class MainWindow(QMainWindow):
         menu.setObjectName("flown_system")
         group = QActionGroup(menu)
         for vehicle in () if report is None else report.vehicles:
-            words = describe_vehicle(vehicle, live=not self.desk.is_replay)
-            action = menu.addAction(words, partial(self.desk.choose_system, vehicle.system))
+            words = describe_vehicle(vehicle, live=not self.flight_controller.is_replay)
+            action = menu.addAction(words, partial(self.flight_controller.select_system, vehicle.system))
             action.setCheckable(True)
             action.setChecked(report is not None and vehicle.system == report.system)
             group.addAction(action)
@@ -283,22 +283,22 @@ class MainWindow(QMainWindow):
             menu.addAction("No aircraft heard").setEnabled(False)
         menu.addSeparator()
         menu.addAction(self.commands.actions["link"])
-        tile = self.bar.views["link"]
+        tile = self.status_bar.item_widgets["link"]
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.popup(tile.mapToGlobal(tile.rect().bottomLeft()))
 
     def _review(self, folder: Path) -> None:
         """Review a flight that has ended."""
-        self.show_place("review")
-        self.review.add([folder])
+        self.show_page("review")
+        self.review_page.add_flights([folder])
 
     def show_link(self) -> None:
         """Show what comes over the link, by sender and by message, for as long as one looks."""
-        session = self.desk.session
+        session = self.flight_controller.session
         if session is not None:
-            live = session.replaying is None
-            dialog = MavlinkInspector(self.look, session.link_report, live=live, parent=self)
-            self.desk.told.connect(dialog.refresh)
+            live = session.replay_feed is None
+            dialog = MavlinkInspector(self.display_style, session.link_report, live=live, parent=self)
+            self.flight_controller.refreshed.connect(dialog.refresh)
             dialog.exec()
 
     # Help
@@ -309,86 +309,86 @@ class MainWindow(QMainWindow):
         if folder is None:
             self.banners.show_banner("caution", "The user guide is not installed.")
             return
-        GuideWindow(self.look, folder, self).show()
+        GuideWindow(self.display_style, folder, self).show()
 
     def show_messages(self) -> None:
         """Open the list of messages in a window of its own."""
         for former in self.findChildren(MessagesDialog):
             former.close()
-        MessagesDialog(self.look, self.banners, self).show()
+        MessagesDialog(self.display_style, self.banners, self).show()
 
     # What happens
 
     def _flight_changed(self) -> None:
         """Another flight is open, or none."""
-        self.flight_place.show_flight(self.desk.is_open)
-        self.flight_place.start.show_links(self.store.current.links)
-        if not self.desk.is_open:
-            self.flight_place.start.show_flights(self.store.current.recent_flights)
-        self.view.show_history(self.desk.history)
-        path = self.desk.session.path if self.desk.session is not None else None
-        self.gap.show_open(path)
-        self.review.show_open(path)
+        self.flight_page.show_flight(self.flight_controller.is_open)
+        self.flight_page.start.show_links(self.store.current.links)
+        if not self.flight_controller.is_open:
+            self.flight_page.start.show_flights(self.store.current.recent_flights)
+        self.view.show_history(self.flight_controller.history)
+        path = self.flight_controller.session.path if self.flight_controller.session is not None else None
+        self.gap_page.set_open_flight(path)
+        self.review_page.set_open_flight(path)
         self._enable()
-        name = self.desk.name
+        name = self.flight_controller.name
         self.setWindowTitle(f"{name} – Ground station" if name else "Ground station")
         self._refresh()
 
     def _forget_flight(self, path: str) -> None:
         self.recent_flights.remove(path)
-        self.flight_place.start.show_flights(self.store.current.recent_flights)
+        self.flight_page.start.show_flights(self.store.current.recent_flights)
 
     def _refresh(self) -> None:
         """Show what the session says now, beside the samples."""
-        if self.desk.is_open:
-            self.view.show_picture(self.desk.picture(self.look.units))
-        self.bar.show_parts(self.desk.bar_parts(self.look.units, muted=self.store.current.muted))
+        if self.flight_controller.is_open:
+            self.view.show_state(self.flight_controller.create_display_data(self.display_style.units))
+        self.status_bar.show_items(self.flight_controller.create_status_items(self.display_style.units, muted=self.store.current.muted))
         self._enable()
-        self.crew.sound()
+        self.crew.sound_alarms()
 
     def _enable(self) -> None:
         """Gray the commands that have nothing to act on at this place."""
-        undoes = self.desk.is_open
-        if self.gap.shown:
-            undoes = self.gap.search.can_undo
-        elif self.preflight.shown:
-            undoes = self.preflight.can_undo
-        elif self.review.shown:
-            undoes = self.review.can_undo
+        undoes = self.flight_controller.is_open
+        if self.gap_page.is_result_shown:
+            undoes = self.gap_page.search.can_undo
+        elif self.preflight_page.shown:
+            undoes = self.preflight_page.can_undo
+        elif self.review_page.shown:
+            undoes = self.review_page.can_undo
         found: list[CommandRequirement] = [
-            *self.desk.present, *self.gap.present, *self.preflight.present, *self.pilot.present,
-            *self.review.present,
+            *self.flight_controller.present, *self.gap_page.present, *self.preflight_page.present, *self.pilot_page.present,
+            *self.review_page.present,
         ]  # fmt: skip
         if "search" in found and "review_busy" in found:
             # One key stops both: it means the one on screen.
-            found.remove("search" if self.review.shown else "review_busy")
+            found.remove("search" if self.review_page.shown else "review_busy")
         if undoes:
             found.append("change")
-        if self.desk.is_open and self.places.currentWidget() is self.flight_place:
+        if self.flight_controller.is_open and self.pages.currentWidget() is self.flight_page:
             found.append("charts")
-        self.commands.enable(found)
+        self.commands.update_enabled(found)
 
     def undo(self) -> None:
         """Take back the last change of what is on screen."""
-        if self.gap.shown:
-            self.gap.search.undo()
-        elif self.preflight.shown:
-            self.preflight.undo()
-        elif self.review.shown:
-            self.review.undo()
+        if self.gap_page.is_result_shown:
+            self.gap_page.search.undo()
+        elif self.preflight_page.shown:
+            self.preflight_page.undo()
+        elif self.review_page.shown:
+            self.review_page.undo()
         else:
-            self.desk.undo_mark()
+            self.flight_controller.undo_mark()
 
     def _show_fault(self, fault: ErrorReport) -> None:
         copy = ("Copy details", self.copy_details)
-        choices = () if fault.expected else (copy,)
-        banner = self.banners.show_banner("warning", fault.sentence, *choices)
-        if fault.opening:
-            self.opening.until_next(banner)
+        choices = () if fault.is_expected else (copy,)
+        banner = self.banners.show_banner("warning", fault.message, *choices)
+        if fault.is_opening_error:
+            self.file_menu.remove_with_flight(banner)
 
     def copy_details(self) -> None:
         """Put the details of the last error on the clipboard."""
-        fault = self.faults.last
+        fault = self.error_reporter.last_report
         if fault is None:
             self.banners.show_banner("note", "There was no error.")
             return
@@ -408,52 +408,52 @@ class MainWindow(QMainWindow):
         self._fit()
 
     def _fit(self) -> None:
-        self.rail.fit(self.width())
-        self.bar.fit(self.height())
+        self.navigation_rail.fit(self.width())
+        self.status_bar.fit(self.height())
         self.banners.fit(self.height())
 
-    def end(self) -> None:
+    def close_without_asking(self) -> None:
         """Close without a question, dialogs included; what is recorded goes on.
 
         For a session that ends, or a terminal that is closed: nobody may be there to answer, and
         who waits too long is ended.
         """
-        self.ask_nothing()
+        self.disable_close_questions()
         while (dialog := QApplication.activeModalWidget()) is not None and dialog.close():
             pass
         self.close()
         QApplication.quit()
 
-    def ask_nothing(self) -> None:
+    def disable_close_questions(self) -> None:
         """Close without a question from here on: the user's session ends."""
         self._asks = False
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Ask about works and recordings, remember the window, and close."""
-        for_trial = self.pilot.training.running or self.preflight.practices
-        elsewhere = self.desk.recording_elsewhere
+        for_trial = self.pilot_page.training.running or self.preflight_page.is_practice
+        elsewhere = self.flight_controller.other_recordings
         names = [recorder.folder.name for recorder in elsewhere]
-        if self.desk.records_here and not for_trial:
-            names.insert(0, self.desk.name or "The flight")
-        works = (*self.opening.unfinished, *self.review.unfinished, *self.gap.unfinished)
+        if self.flight_controller.is_recording and not for_trial:
+            names.insert(0, self.flight_controller.name or "The flight")
+        works = (*self.file_menu.unfinished_jobs, *self.review_page.unfinished_work_title, *self.gap_page.unfinished_work_title)
         asks = self._asks and (names or works)
         answer = ask_closing(self, names, works) if asks else "leave"
         if answer == "stay" and self._asks:
             event.ignore()
             return
         if for_trial or answer == "stop":
-            self.desk.stop_now()
+            self.flight_controller.stop_recording_and_wait()
         if answer == "stop":
-            self.desk.stop_recorders(*elsewhere)
+            self.flight_controller.stop_recorders(*elsewhere)
         geometry = self.saveGeometry().toHex().data().decode("ascii")
         self.store.change(geometry=geometry)
-        self.opening.give_up()
-        self.gap.close_search()
-        self.review.close_work()
-        self.preflight.flush()
-        self.preflight.close_calibration()
-        self.pilot.own_window.close_with_main()
-        self.pilot.training.stop()
-        self.desk.close()
-        self._keeper.end()
+        self.file_menu.stop_jobs()
+        self.gap_page.close_search()
+        self.review_page.close_work()
+        self.preflight_page.flush()
+        self.preflight_page.close_calibration()
+        self.pilot_page.own_window.close_with_main()
+        self.pilot_page.training.stop()
+        self.flight_controller.close()
+        self._keeper.remove()
         event.accept()

@@ -15,9 +15,9 @@ class PageInfo:
         Name in code; ``place_<id>`` is the command that goes there.
     title : str
         Word on the rail.
-    key : str
+    shortcut : str
         Key that goes there.
-    glyph : str
+    icon : str
         Sign on the rail.
     purpose : str
         What the place is for, one sentence.
@@ -25,8 +25,8 @@ class PageInfo:
 
     id: str
     title: str
-    key: str
-    glyph: str
+    shortcut: str
+    icon: str
     purpose: str
 
 
@@ -34,36 +34,36 @@ PAGES: tuple[PageInfo, ...] = (
     PageInfo(
         id="preflight",
         title="Preflight",
-        key="F1",
-        glyph="preflight",
+        shortcut="F1",
+        icon="preflight",
         purpose="Calibrate the surfaces and vanes, and check the aircraft before take-off.",
     ),
     PageInfo(
         id="flight",
         title="Flight",
-        key="F2",
-        glyph="flight",
+        shortcut="F2",
+        icon="flight",
         purpose="Watch the flight on strip charts.",
     ),
     PageInfo(
         id="pilot",
         title="Pilot",
-        key="F3",
-        glyph="pilot",
+        shortcut="F3",
+        icon="pilot",
         purpose="Large cues for the pilot, readable from three meters: trim, speed, next maneuver.",
     ),
     PageInfo(
         id="review",
         title="Review",
-        key="F4",
-        glyph="review",
+        shortcut="F4",
+        icon="review",
         purpose="Cut the maneuvers, estimate the derivatives, and compare the models.",
     ),
     PageInfo(
         id="gap",
         title="Model gap",
-        key="F5",
-        glyph="gap",
+        shortcut="F5",
+        icon="gap",
         purpose="Where simulation and measurement disagree: find out which effect the model lacks.",
     ),
 )

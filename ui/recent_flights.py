@@ -29,7 +29,7 @@ class RecentFlights(QObject):
         self._desk = desk
         self._store = store
         desk.changed.connect(self._opened)
-        desk.leaving.connect(self._left)
+        desk.about_to_close.connect(self._left)
 
     def remove(self, path: str) -> None:
         """Forget a flight; its files stay as they are."""
@@ -51,7 +51,7 @@ class RecentFlights(QObject):
     def _left(self) -> None:
         session = self._desk.session
         if session is not None:
-            replay = session.replaying
+            replay = session.replay_feed
             first, last = (0.0, session.now) if replay is None else (replay.start, replay.end)
             if first is not None and last is not None:
                 path = str(session.path.absolute())

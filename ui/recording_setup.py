@@ -55,7 +55,7 @@ class PendingFlight:
         Was started for it; None where one ran already, or none is needed.
     folder : Path or None
         The flight folder, if it was made for it.
-    handed_over : bool
+    has_next_flight_data : bool
         Whether the flight has what waited for the next one.
     """
 
@@ -63,10 +63,10 @@ class PendingFlight:
     aircraft: AircraftProcess | None = None
     recorder: RecorderHandle | None = None
     folder: Path | None = None
-    handed_over: bool = False
+    has_next_flight_data: bool = False
 
     @property
-    def flight_stays(self) -> bool:
+    def has_flight_folder(self) -> bool:
         """Return whether there is a flight to which what waited for the next one belongs."""
         return self.folder is None or self.folder.is_dir()
 
@@ -79,7 +79,7 @@ class PendingFlight:
         ended = self.recorder is None or self.recorder.stop()
         if self.folder is None or not self.folder.is_dir():
             return False
-        if not ended or FlightFolder(path=self.folder).records:
+        if not ended or FlightFolder(path=self.folder).nonempty_raw_files:
             return True
         shutil.rmtree(self.folder, ignore_errors=True)
         return False
@@ -119,7 +119,7 @@ class RecorderMonitor(QObject):
         self.destroyed.connect(self._over.set)
         threading.Thread(target=self._watch, name="recorders", daemon=True).start()
 
-    def look(self) -> tuple[RunningRecorder, ...]:
+    def poll(self) -> tuple[RunningRecorder, ...]:
         """Return the recorders that run now; those of the last look where a disk hangs."""
         if self._asking is None or not self._asking.is_alive():
             self._asking = threading.Thread(target=self._look, name="recorders now", daemon=True)

@@ -38,8 +38,8 @@ class ScreenSaverInhibitor(QObject):
         self._desk = desk
         self._asked = ExitStack()
         self._lit = False
-        desk.changed.connect(lambda: self._keep(lit=desk.records_here))
-        desk.ended.connect(lambda _folder: self._keep(lit=False))
+        desk.changed.connect(lambda: self._keep(lit=desk.is_recording))
+        desk.recording_ended.connect(lambda _folder: self._keep(lit=False))
 
     def close(self) -> None:
         """Let the screen go dark again."""

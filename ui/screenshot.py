@@ -65,16 +65,16 @@ def save_window_screenshot(
         If the flight does not open in time, or the picture cannot be written.
     """
     with screenshot_window(guise) as window:
-        desk = window.desk
+        desk = window.flight_controller
         crew = ScreenshotTaker(window, out.parent, settles=_SETTLING_SECONDS, patience=_TIMEOUT)
-        desk.starter.open_flight(flight, playing=False)
-        crew.wait(lambda: desk.is_loaded, f"{flight} to open")
+        desk.flight_opener.open_flight(flight, playing=False)
+        crew.wait_until(lambda: desk.is_loaded, f"{flight} to open")
         span = desk.replay_span
         if span is not None:
             share = 2.0 / 3.0 if at is None else at
             desk.seek(span[0] + share * (span[1] - span[0]))
-        crew.wait(lambda: desk.is_settled, "the charts")
-        return crew.save(out)
+        crew.wait_until(lambda: desk.is_up_to_date, "the charts")
+        return crew.save_screenshot(out)
 
 
 def save_live_screenshot(out: Path, guise: WindowAppearance) -> Path:
@@ -95,22 +95,22 @@ def save_live_screenshot(out: Path, guise: WindowAppearance) -> Path:
     from ui.dialogs.flight_requests import VirtualFlightRequest
 
     with screenshot_window(guise) as window:
-        desk = window.desk
+        desk = window.flight_controller
         crew = ScreenshotTaker(
             window, out.parent, settles=_SETTLING_SECONDS, patience=_FLIGHT_SECONDS + _TIMEOUT
         )
-        desk.starter.fly_virtual(
+        desk.flight_opener.fly_virtual(
             VirtualFlightRequest(
                 plan="short",
                 seed=1,
                 speed=1.0,
                 hidden=(),
                 thin=False,
-                folder=desk.starter.next_folder(),
+                folder=desk.flight_opener.next_flight_folder(),
             )
         )
-        crew.wait(lambda: (desk.time or 0.0) >= _FLIGHT_SECONDS, "the flight")
-        return crew.save(out)
+        crew.wait_until(lambda: (desk.time or 0.0) >= _FLIGHT_SECONDS, "the flight")
+        return crew.save_screenshot(out)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -121,12 +121,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     try:
         if given.flight is None:
-            save_live_screenshot(given.out, WindowAppearance.given(given))
+            save_live_screenshot(given.out, WindowAppearance.from_arguments(given))
         else:
             save_window_screenshot(
                 given.flight,
                 given.out,
-                WindowAppearance.given(given),
+                WindowAppearance.from_arguments(given),
                 at=given.at,
             )
     except GroundStationError as error:

@@ -42,7 +42,7 @@ class WindowAppearance:
     size: tuple[int, int] = (1280, 800)
 
     @classmethod
-    def given(cls, arguments: argparse.Namespace) -> WindowAppearance:
+    def from_arguments(cls, arguments: argparse.Namespace) -> WindowAppearance:
         """Return what was asked for on the command line; see `screenshot_parser`."""
         return cls(theme=arguments.theme, scale=arguments.scale, size=arguments.size)
 
@@ -77,19 +77,19 @@ class ScreenshotTaker:
         self._patience = patience
         self._work = QApplication.processEvents
 
-    def wait(self, done: Callable[[], object], what: str) -> None:
+    def wait_until(self, done: Callable[[], object], what: str) -> None:
         """Let the window work until something holds."""
         wait_until(self._work, lambda: bool(done()), what, self._patience)
 
-    def await_keyboard(self) -> None:
+    def wait_for_focus(self) -> None:
         """Let the window work until it has the keyboard: only then keys mean something."""
         from PySide6.QtGui import QGuiApplication
 
         self.window.activateWindow()
         handle = self.window.windowHandle()
-        self.wait(lambda: QGuiApplication.focusWindow() is handle, "the keyboard")
+        self.wait_until(lambda: QGuiApplication.focusWindow() is handle, "the keyboard")
 
-    def press(self, keys: str) -> None:
+    def press_key(self, keys: str) -> None:
         """Press a key where the keyboard is, as ``F1``, ``H`` or ``Alt+3``."""
         from PySide6.QtGui import QKeySequence
         from PySide6.QtTest import QTest
@@ -103,9 +103,9 @@ class ScreenshotTaker:
     def pause(self, seconds: float) -> None:
         """Let the window work for a while."""
         end = time.monotonic() + seconds
-        self.wait(lambda: time.monotonic() > end, "time")
+        self.wait_until(lambda: time.monotonic() > end, "time")
 
-    def take(self, name: str) -> Path:
+    def take_screenshot(self, name: str) -> Path:
         """Save what is on screen.
 
         Raises
@@ -113,10 +113,10 @@ class ScreenshotTaker:
         GroundStationError
             If the picture cannot be written.
         """
-        return self.save(self._folder / f"{name}.png")
+        return self.save_screenshot(self._folder / f"{name}.png")
 
-    def save(self, path: Path) -> Path:
-        """Save what is on screen in a file; see `take`."""
+    def save_screenshot(self, path: Path) -> Path:
+        """Save what is on screen in a file; see `take_screenshot`."""
         self.pause(self._settles)
         path.parent.mkdir(parents=True, exist_ok=True)
         if not self.window.grab().save(str(path)):
@@ -187,8 +187,8 @@ def screenshot_window(
             window.activateWindow()
             yield window
         finally:
-            window.desk.stop_now()
-            window.desk.close()  # so that the window does not ask about the recording
+            window.flight_controller.stop_recording_and_wait()
+            window.flight_controller.close()  # so that the window does not ask about the recording
             window.close()
             window.deleteLater()
             application.processEvents()

@@ -142,15 +142,15 @@ class Settings(StrictModel):
     def with_link(self, link: str) -> Settings:
         """Return the settings with that link as the newest."""
         others = tuple(known for known in self.links if known != link)
-        return self.changed(links=(link, *others)[:_MAX_RECENT])
+        return self.with_values(links=(link, *others)[:_MAX_RECENT])
 
     def with_flight(self, flight: RecentFlight) -> Settings:
         """Return the settings with that flight as the newest."""
         others = tuple(known for known in self.recent_flights if known.path != flight.path)
         flights = (flight, *others)[:_MAX_RECENT]
-        return self.changed(recent_flights=[one.model_dump() for one in flights])
+        return self.with_values(recent_flights=[one.model_dump() for one in flights])
 
-    def changed(self, **values: object) -> Settings:
+    def with_values(self, **values: object) -> Settings:
         """Return a copy with other values, checked."""
         return Settings.model_validate({**self.model_dump(), **values})
 
@@ -272,22 +272,22 @@ class SettingsStore:
     ----------
     current : Settings
         As they are now.
-    complaint : str
+    error_text : str
         What of the file could not be used, or that it cannot be written; empty if all is well.
         What could not be used is kept under another name.
-    refused : callable
+    on_write_error : callable
         Called with a sentence, once, when the file cannot be written although it seemed so.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.complaint = ""
-        self.refused: Callable[[str], object] = lambda _sentence: None
+        self.error_text = ""
+        self.on_write_error: Callable[[str], object] = lambda _sentence: None
         self.current = self._read()
         self._unwritten: dict[str, Any] = {}
         self._told = not _may_write(path)
         if self._told:
-            self.complaint = f"{self.complaint} {self._forgetting}".lstrip()
+            self.error_text = f"{self.error_text} {self._forgetting}".lstrip()
 
     @property
     def _forgetting(self) -> str:
@@ -305,7 +305,7 @@ class SettingsStore:
         except (OSError, ValueError) as error:
             log.warning("settings not used: %s: %s", self.path, error)
             kept = self._keep(shutil.move)
-            self.complaint = (
+            self.error_text = (
                 f"The settings in {self.path} cannot be read: the window begins as at its first "
                 f"start.{kept}"
             )
@@ -314,7 +314,7 @@ class SettingsStore:
         if bad:
             log.warning("settings not used: %s: %s", self.path, ", ".join(bad))
             kept = self._keep(shutil.copyfile)
-            self.complaint = (
+            self.error_text = (
                 f"Of the settings in {self.path} some cannot be used and are as at the first "
                 f"start: {', '.join(bad)}.{kept}"
             )
@@ -330,7 +330,7 @@ class SettingsStore:
 
     def change(self, **values: object) -> Settings:
         """Change some values and write the file; a disk that refuses is told and logged."""
-        self.replace(self.current.changed(**values))
+        self.replace(self.current.with_values(**values))
         return self.current
 
     def _written(self, values: dict[str, Any]) -> dict[str, Any]:
@@ -356,7 +356,7 @@ class SettingsStore:
             log.warning("settings not saved to %s: %s", self.path, error)
             if not self._told:
                 self._told = True
-                self.refused(self._forgetting)
+                self.on_write_error(self._forgetting)
 
 
 def _may_write(path: Path) -> bool:

@@ -68,7 +68,7 @@ class ShortcutOverrideFilter(QObject):
         super().__init__(parent)
         self._at_work = False
 
-    def begin(self) -> None:
+    def install(self) -> None:
         """Follow the focus from now on."""
         application = QApplication.instance()
         if isinstance(application, QApplication):
@@ -76,7 +76,7 @@ class ShortcutOverrideFilter(QObject):
             self._follow(None, application.focusWidget())
             self._at_work = True
 
-    def end(self) -> None:
+    def remove(self) -> None:
         """Let all keys be. May be called twice."""
         self._at_work = False
 

@@ -128,7 +128,7 @@ class StartOption:
     command: str
     title: str
     text: str
-    glyph: str
+    icon: str
     key: str
 
 
@@ -137,21 +137,21 @@ START_OPTIONS = (
         command="connect",
         title="Connect an aircraft",
         text="Serial radio, UDP or TCP. Every byte is recorded from the first on.",
-        glyph="link",
+        icon="link",
         key="Ctrl+L",
     ),
     StartOption(
         command="open_file",
         title="Open a flight",
         text=f"A file: tlog, bin, ulg, csv, mat. A flight folder: {shortcut_text('Ctrl+Shift+O')}.",
-        glyph="folder",
+        icon="folder",
         key="Ctrl+O",
     ),
     StartOption(
         command="virtual",
         title="Fly the virtual aircraft",
         text="The whole day at the field without leaving the desk.",
-        glyph="airplane",
+        icon="airplane",
         key="Ctrl+Shift+V",
     ),
 )
@@ -162,14 +162,14 @@ class StartOptionButton(QAbstractButton):
 
     Attributes
     ----------
-    room : int
+    flat_width : int
         Pixels of width of a flat card, for narrow windows; 0 for a tall one.
     """
 
     def __init__(self, choice: StartOption, look: DisplayStyle) -> None:
         super().__init__()
-        self.choice = choice
-        self.room = 0
+        self.option = choice
+        self.flat_width = 0
         self._look = look
         self.setText(choice.title)
         self.setAccessibleName(f"{choice.title}, {shortcut_text(choice.key)}")
@@ -180,7 +180,7 @@ class StartOptionButton(QAbstractButton):
     def sizeHint(self) -> QSize:
         """Return the size of the card."""
         look = self._look
-        return QSize(self.room, look.px(64)) if self.room else QSize(look.px(256), look.px(208))
+        return QSize(self.flat_width, look.px(64)) if self.flat_width else QSize(look.px(256), look.px(208))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Draw the card."""
@@ -195,7 +195,7 @@ class StartOptionButton(QAbstractButton):
         if self.hasFocus():
             painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.drawRoundedRect(box.adjusted(1, 1, -1, -1), look.px(7), look.px(7))
-        if self.room:
+        if self.flat_width:
             self._paint_flat(painter, box)
         else:
             self._paint_tall(painter, box)
@@ -207,10 +207,10 @@ class StartOptionButton(QAbstractButton):
         return font
 
     def _paint_flat(self, painter: QPainter, box: QRectF) -> None:
-        look, choice = self._look, self.choice
+        look, choice = self._look, self.option
         side = look.px(32)
         sign = QRectF(look.px(16), (box.height() - side) / 2, side, side)
-        paint_icon(painter, choice.glyph, sign, look.color("text"))
+        paint_icon(painter, choice.icon, sign, look.color("text"))
         line = QRectF(look.px(64), look.px(8), box.width() - look.px(80), look.px(24))
         painter.setFont(self._title_font())
         painter.setPen(look.color("text"))
@@ -226,11 +226,11 @@ class StartOptionButton(QAbstractButton):
         painter.drawText(below, Qt.AlignmentFlag.AlignVCenter, words)
 
     def _paint_tall(self, painter: QPainter, box: QRectF) -> None:
-        look, choice = self._look, self.choice
+        look, choice = self._look, self.option
         left, wide = look.px(24), box.width() - 2 * look.px(24)
         side = look.px(40)
         sign = QRectF(left, look.px(24), side, side)
-        paint_icon(painter, choice.glyph, sign, look.color("text"))
+        paint_icon(painter, choice.icon, sign, look.color("text"))
         painter.setFont(self._title_font())
         painter.setPen(look.color("text"))
         painter.drawText(QRectF(left, look.px(80), wide, look.px(24)), 0, choice.title)
@@ -288,15 +288,15 @@ class StartPage(CenteredPage):
             self.buttons[choice.command] = button
         self.column.addWidget(row)
         self.column.addSpacing(8)
-        self.train = QPushButton(
+        self.training_button = QPushButton(
             f"Train: fly the virtual aircraft with keys   {shortcut_text(_TRAINING_SHORTCUT)}"
         )
-        self.train.setProperty("tall", True)
-        self.train.setAccessibleName(
+        self.training_button.setProperty("tall", True)
+        self.training_button.setAccessibleName(
             f"Train with the virtual aircraft, {shortcut_text(_TRAINING_SHORTCUT)}"
         )
-        self.train.clicked.connect(lambda: self.chosen.emit("pilot_train"))
-        self.column.addWidget(self.train, 0, Qt.AlignmentFlag.AlignLeft)
+        self.training_button.clicked.connect(lambda: self.chosen.emit("pilot_train"))
+        self.column.addWidget(self.training_button, 0, Qt.AlignmentFlag.AlignLeft)
         self.column.addSpacing(8)
         self._links_holder = QWidget()
         self._links = FlowLayout(self._links_holder, spacing=look.px(8))
@@ -374,6 +374,6 @@ class StartPage(CenteredPage):
         narrow = self._body.width() < self._look.px(816)
         self._flow.setSpacing(self._look.px(8 if narrow else 24))
         for button in self.buttons.values():
-            button.room = self._body.width() if narrow else 0
+            button.flat_width = self._body.width() if narrow else 0
             button.updateGeometry()
             button.update()

@@ -80,8 +80,8 @@ class VirtualFlightSession(QObject, Generic[ProcessT]):
             Whether it could: a slip of the hand must not take the place of a flight that is
             recorded.
         """
-        if self._desk.records_here and not self.running:
-            self._desk.said.emit(
+        if self._desk.is_recording and not self.running:
+            self._desk.message_posted.emit(
                 "caution",
                 f"{self._desk.name} is being recorded. Close it first ({shortcut_text('Ctrl+W')}), "
                 f"then begin the {self._kind}.",
@@ -89,8 +89,8 @@ class VirtualFlightSession(QObject, Generic[ProcessT]):
             return False
         self.stop()
         self._port = find_free_udp_port()
-        self.folder = self._desk.starter.next_folder(self._kind)
-        self._desk.starter.connect_aircraft(
+        self.folder = self._desk.flight_opener.next_flight_folder(self._kind)
+        self._desk.flight_opener.connect_aircraft(
             ConnectRequest(
                 link=f"udpin:127.0.0.1:{self._port}",
                 folder=self.folder,
@@ -112,7 +112,7 @@ class VirtualFlightSession(QObject, Generic[ProcessT]):
                 self._recorder = session.recorder
                 self.process = self._launch(self.folder, self._port)
             except GroundStationError as error:
-                self._desk.faults.report(error)
+                self._desk.error_reporter.report(error)
             self.changed.emit()
 
     def stop(self) -> None:
@@ -120,7 +120,7 @@ class VirtualFlightSession(QObject, Generic[ProcessT]):
         process, self.process = self.process, None
         recorder, self._recorder = self._recorder, None
         if recorder is not None:
-            self._desk.give_up(recorder)
+            self._desk.release_recorder(recorder)
             self._ending = BackgroundJob(
                 "Ending the recording", lambda _tell: recorder.stop(), self
             )

@@ -32,7 +32,7 @@ class WheelStepCounter:
     def __init__(self) -> None:
         self._rest = 0.0
 
-    def turn(self, notches: float) -> int:
+    def add(self, notches: float) -> int:
         """Return the whole notches that are full with this turn; turning back starts anew."""
         if notches * self._rest < 0:
             self._rest = 0.0

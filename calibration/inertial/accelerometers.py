@@ -148,7 +148,7 @@ class SixPositionResult:
         As taken.
     tilts : tuple of float
         How far the aircraft lay from each position, as far as it can be told, deg.
-    doubt : str
+    issue : str
         What does not fit together; empty where all does.
     gravity : float
         At the field, m/s^2.
@@ -159,7 +159,7 @@ class SixPositionResult:
     fits: Mapping[str, AccelerometerFit]
     readings: tuple[PositionReading, ...]
     tilts: tuple[float, ...]
-    doubt: str
+    issue: str
     gravity: float
     factory: Mapping[str, FactoryCalibration]
 
@@ -269,7 +269,7 @@ def calibrate_accelerometers(
         fits=fits,
         readings=tuple(readings),
         tilts=tuple(tilts.tolist()),
-        doubt=doubt,
+        issue=doubt,
         gravity=gravity,
         factory=figures,
     )

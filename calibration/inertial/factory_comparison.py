@@ -66,7 +66,7 @@ class FactoryCalibration:
     range: tuple[float, float]
 
     @classmethod
-    def of(cls, certificate: Certificate) -> FactoryCalibration:
+    def from_certificate(cls, certificate: Certificate) -> FactoryCalibration:
         """Return the figures that a certificate stands for; straight between its ends if curved."""
         ends = certificate.evaluate(np.array(certificate.range))
         key = channel(certificate.channel).quantity
@@ -85,4 +85,4 @@ def factory_calibrations() -> Mapping[str, FactoryCalibration]:
     """Return the figures of the model airliner: gyros in deg/s, accelerometers in g (3.5.3)."""
     names = ("p", "q", "r", "ax", "ay", "an")
     certificates = load_certificates("b777")
-    return MappingProxyType({name: FactoryCalibration.of(certificates[name]) for name in names})
+    return MappingProxyType({name: FactoryCalibration.from_certificate(certificates[name]) for name in names})

@@ -49,7 +49,7 @@ def create_inertial_rest_monitor(
     for name in channels:
         wander, shake = (_QUIET_RATE, _QUIET_STD) if name in GYROS else (_QUIET_TILT, _QUIET_SHAKE)
         per_unit = abs(figures[name].sensitivity)
-        limits[name] = RestCriteria(std=shake * per_unit, wander=wander * per_unit)
+        limits[name] = RestCriteria(std=shake * per_unit, mean_spread=wander * per_unit)
     return RestMonitor(limits, seconds=seconds)
 
 

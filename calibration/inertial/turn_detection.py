@@ -113,7 +113,7 @@ class TurnMonitor:
         return self._state == "turned"
 
     @property
-    def reading(self) -> TurnStatus:
+    def status(self) -> TurnStatus:
         """Return how the turn goes on."""
         if self._state in ("unsettled", "ready"):
             return TurnStatus(state=self._state, rate=self._rate)
@@ -124,7 +124,7 @@ class TurnMonitor:
             seconds=self._ended - self._began,
         )
 
-    def turn(self, channel: str, angle: float, *, angle_error: float = TURN_ANGLE_ERROR) -> Turn:
+    def detected_turn(self, channel: str, angle: float, *, angle_error: float = TURN_ANGLE_ERROR) -> Turn:
         """Return the turn that was seen, about the axis of a gyro, through a known angle (deg).
 
         Raises

@@ -24,7 +24,7 @@ class GroundAir:
     temperature: float
 
     @classmethod
-    def entered(
+    def from_input(
         cls, pressure: float, pressure_unit: str, temperature: float, temperature_unit: str
     ) -> GroundAir:
         """Return what was entered, if air at a field can be so.

@@ -73,7 +73,7 @@ def _rest_criteria(
     certificate: Certificate, std: float, wander: float, noises: float
 ) -> RestCriteria:
     slope = abs(certificate.end_slopes[0])
-    return RestCriteria(std=std / slope, wander=wander / slope, noises=noises)
+    return RestCriteria(std=std / slope, mean_spread=wander / slope, noise_factor=noises)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -232,7 +232,7 @@ def _quality(
     return CalibrationQuality(
         degree=len(coefficients) - 1,
         rms=0.0,
-        maximum=0.0,
+        max_residual=0.0,
         linearity=float(np.max(np.abs(values - line(places)))),
         scatter=None,
         hysteresis=None,
@@ -240,6 +240,6 @@ def _quality(
         return_to_zero=None,
         resolution=ADC_RESOLUTION * float(slope.max()),
         covered=(float(here), float(here)),
-        places=tuple(places.tolist()),
+        uncertainty_volts=tuple(places.tolist()),
         half_widths=tuple(np.linalg.norm(parts, axis=0).tolist()),
     )

@@ -93,7 +93,7 @@ class PitotBlowDetector:
             self._judge(stretch)
 
     @property
-    def reading(self) -> PitotBlowStatus:
+    def status(self) -> PitotBlowStatus:
         """Return how it goes on."""
         return PitotBlowStatus(
             state=self._state,

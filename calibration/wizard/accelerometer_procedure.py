@@ -58,7 +58,7 @@ class AccelerometerProcedure(CalibrationProcedure):
     ) -> None:
         self._group = group
         self._header = header
-        self._factory = reference.factory
+        self._factory = reference.factory_calibrations
         self._still = create_inertial_rest_monitor(
             group.channels, seconds=_STILL, factory=self._factory
         )
@@ -72,13 +72,13 @@ class AccelerometerProcedure(CalibrationProcedure):
     def feed(self, one: SampleSlice) -> None:
         """Take the samples of a tenth of a second."""
         self._still.feed(one.times, one.volts)
-        self._unrest.feed(self._still.reading)
+        self._unrest.feed(self._still.status)
 
     def phase(self, work: GroupProgress) -> WizardPhase:
         """Return which page it is."""
         return "accel_position" if _accelerometer_progress(work).open_positions else "fit"
 
-    def by_itself(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
+    def automatic_step(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
         """Return the position that the aircraft lies in, if it was not taken yet."""
         lain = _accelerometer_progress(work)
         rest = self._rested
@@ -89,7 +89,7 @@ class AccelerometerProcedure(CalibrationProcedure):
             return None
         return _draft(position, rest)
 
-    def can(self, work: GroupProgress) -> frozenset[str]:
+    def available_actions(self, work: GroupProgress) -> frozenset[str]:
         """Return the kinds of actions that it answers to now."""
         lain = _accelerometer_progress(work)
         kinds = {"take"} if lain.open_positions else set()
@@ -108,12 +108,12 @@ class AccelerometerProcedure(CalibrationProcedure):
         again = POSITION_TEXT[lain.readings[at].position]
         return StepDraft(kind="repeat", data={"index": at}, message=f"{again}: once more", tone="")
 
-    def show(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
+    def build_view(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
         """Return what is to be shown."""
         lain = _accelerometer_progress(work)
-        reading = self._still.reading
+        reading = self._still.status
         if not lain.open_positions:
-            good = not outcome.doubts
+            good = not outcome.issues
             return ProcedureView(
                 instrument=self._group.instruments[0],
                 prompt=(
@@ -145,10 +145,10 @@ class AccelerometerProcedure(CalibrationProcedure):
         try:
             found = calibrate_accelerometers(lain.readings, factory=self._factory)
         except CalibrationError as error:
-            return CalibrationOutcome(doubts=(str(error),))
+            return CalibrationOutcome(issues=(str(error),))
         temperature = air.temperature if air is not None else self._header.temperature
         certificates = []
-        doubts = [found.doubt] if found.doubt else []
+        doubts = [found.issue] if found.issue else []
         uncalibrated: dict[str, str] = {}
         remarks: list[str] = []
         for channel in self._group.channels:
@@ -165,14 +165,14 @@ class AccelerometerProcedure(CalibrationProcedure):
         return CalibrationOutcome(
             certificates=tuple(certificates),
             uncalibrated=uncalibrated,
-            doubts=tuple(doubts),
+            issues=tuple(doubts),
             remarks=tuple(remarks),
             ready=True,
         )
 
     @property
     def _rested(self) -> RestPeriod | None:
-        reading = self._still.reading
+        reading = self._still.status
         return reading.rest if reading.state == "rested" else None
 
     def _concerned(self, position: Position) -> InstrumentPlan:

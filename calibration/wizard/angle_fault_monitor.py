@@ -54,7 +54,7 @@ class _OtherInstrument:
         last = self._last
         if len(last) < (last.maxlen or 0) or max(last) - min(last) > _HELD:
             return False
-        return self._arrival.side(last[-1], MIN_SIGN_MOVEMENT) is not None
+        return self._arrival.approach_side(last[-1], MIN_SIGN_MOVEMENT) is not None
 
 
 class AngleFaultMonitor:
@@ -86,7 +86,7 @@ class AngleFaultMonitor:
         self._told: tuple[InstrumentFault, ...] = ()
 
     @property
-    def seen(self) -> tuple[InstrumentFault, ...]:
+    def faults(self) -> tuple[InstrumentFault, ...]:
         """Return what is wrong at present."""
         return self._seen
 
@@ -105,7 +105,7 @@ class AngleFaultMonitor:
         for name, other in self._others.items():
             other.feed(one.volts[name])
 
-    def look(self, *, moved: bool, sign_asked: bool) -> None:
+    def update(self, *, moved: bool, sign_asked: bool) -> None:
         """Look at what came, every now and then.
 
         Parameters
@@ -127,7 +127,7 @@ class AngleFaultMonitor:
             found = self._without_movement()
         self._seen = self._same(found)
 
-    def after_movement(self) -> tuple[InstrumentFault, ...]:
+    def diagnose_after_movement(self) -> tuple[InstrumentFault, ...]:
         """Return what is wrong, now that the crew has moved it to the positive side.
 
         That stays so until the instrument itself is seen to move.
@@ -144,8 +144,8 @@ class AngleFaultMonitor:
 
     def _same(self, found: tuple[InstrumentFault, ...]) -> tuple[InstrumentFault, ...]:
         """Return faults that were seen before as they were told then: their figures waver."""
-        before = {(fault.kind, fault.other): fault for fault in self._seen}
-        return tuple(before.get((fault.kind, fault.other), fault) for fault in found)
+        before = {(fault.kind, fault.swapped_with): fault for fault in self._seen}
+        return tuple(before.get((fault.kind, fault.swapped_with), fault) for fault in found)
 
     def _at_once(self) -> tuple[InstrumentFault, ...]:
         """Return what needs no movement to be seen."""

@@ -100,7 +100,7 @@ class AngleMonitor:
         """Demand a movement, since a step was made. From which side it came is not forgotten."""
         self._watch.restart()
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """Begin anew: what was seen before does not count."""
         self._watch.restart()
         self._arrival.restart()
@@ -112,7 +112,7 @@ class AngleMonitor:
         if present.size:
             self._arrival.feed(float(present.mean()))
 
-    def value_now(self, drawn: Certificate | None = None) -> float | None:
+    def current_value(self, drawn: Certificate | None = None) -> float | None:
         """Return what the volts stand for, in the unit of the plan.
 
         Parameters
@@ -129,7 +129,7 @@ class AngleMonitor:
         """Return whether volts rise towards positive values by the reference."""
         return None if self._reference is None else sum(self._reference.end_slopes) > 0.0
 
-    def look_for_sign(self, *, confirmed: bool) -> StepProposal:
+    def detect_sign(self, *, confirmed: bool) -> StepProposal:
         """Return whether the movement to the positive side was seen.
 
         Parameters
@@ -140,7 +140,7 @@ class AngleMonitor:
         reading = self.reading
         if reading.state in ("absent", "clipped"):
             return StepProposal(hint="absent" if reading.state == "absent" else "clipped")
-        side = self._arrival.side(reading.volts, MIN_SIGN_MOVEMENT)
+        side = self._arrival.approach_side(reading.volts, MIN_SIGN_MOVEMENT)
         if side is None:
             moved = self._side(reading) is not None
             return StepProposal(hint="little" if moved else "unmoved")
@@ -152,7 +152,7 @@ class AngleMonitor:
                 return StepProposal(hint="against")
         return StepProposal(data={"rising": rising})
 
-    def look_for_point(self, work: AngleProgress, at: int, *, by_key: bool) -> StepProposal:
+    def detect_point(self, work: AngleProgress, at: int, *, by_key: bool) -> StepProposal:
         """Return whether the point of a setting can be taken now.
 
         Parameters
@@ -203,7 +203,7 @@ class AngleMonitor:
             return "noisy"
         spacing = self._spacing(work)
         wrong_side = slot.direction not in ("single", direction)
-        if wrong_side and slot.turns and _beyond(slot, value, _AT * spacing):
+        if wrong_side and slot.is_turning_point and _beyond(slot, value, _AT * spacing):
             return "past"
         if value is not None and abs(value - slot.value) > self._tolerance(work):
             return "elsewhere"
@@ -240,7 +240,7 @@ class AngleMonitor:
 
     def _side(self, reading: VoltageReading) -> ApproachSide | None:
         apart = max(_APART, _APART_STDS * reading.std)
-        return self._arrival.side(reading.volts, apart)
+        return self._arrival.approach_side(reading.volts, apart)
 
     def _spacing(self, work: AngleProgress) -> float:
         """Return the least distance between two settings."""

@@ -55,12 +55,12 @@ class AngleProcedure(CalibrationProcedure):
         self._instrument = instrument
         self._header = header
         self._reference = reference
-        best = reference.best(instrument.channel)
+        best = reference.former_or_nominal(instrument.channel)
         self._watch = AngleMonitor(instrument, best, trusted=header.mode == "check")
         others = [
             other.channel
             for other in header.plan.instruments
-            if other.by_hand and other.channel != instrument.channel
+            if other.is_angle_sensor and other.channel != instrument.channel
         ]
         self._faults = AngleFaultMonitor(instrument, others, best)
         self._look = StepProposal()
@@ -86,9 +86,9 @@ class AngleProcedure(CalibrationProcedure):
         hand = _angle_progress(work)
         if hand.rising is None:
             return "sign"
-        return "points" if hand.open_slots else "fit"
+        return "points" if hand.open_slot_indices else "fit"
 
-    def by_itself(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
+    def automatic_step(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
         """Return the sign or the point that the volts prove, or what is to be said of them."""
         hand = _angle_progress(work)
         phase = self.phase(hand)
@@ -97,28 +97,28 @@ class AngleProcedure(CalibrationProcedure):
         sign = phase == "sign"
         before = self._look
         if sign:
-            self._look = self._watch.look_for_sign(confirmed=False)
+            self._look = self._watch.detect_sign(confirmed=False)
         else:
-            self._look = self._watch.look_for_point(hand, hand.open_slots[0], by_key=self._armed)
+            self._look = self._watch.detect_point(hand, hand.open_slot_indices[0], by_key=self._armed)
         asked = sign or (self._header.mode == "check" and not hand.points)
-        self._faults.look(moved=self._look.hint != "unmoved", sign_asked=asked)
+        self._faults.update(moved=self._look.hint != "unmoved", sign_asked=asked)
         if self._look.hint == "moving" and before.hint in _PERSISTENT_HINTS:
             self._look = before
         if self._look.hint == "against":
             # The way back looks like the way there: from here on only the crew can tell.
             self._ask = True
-            self._faults.after_movement()
+            self._faults.diagnose_after_movement()
         if self._look.data is None:
             return self._remark()
         if sign:
-            if self._ask or self._faults.after_movement():
+            if self._ask or self._faults.diagnose_after_movement():
                 return self._remark()
             return self._sign_draft()
         if self._header.auto or self._armed:
             return self._point_draft(hand)
         return self._remark()
 
-    def can(self, work: GroupProgress) -> frozenset[str]:
+    def available_actions(self, work: GroupProgress) -> frozenset[str]:
         """Return the kinds of actions that it answers to now."""
         hand = _angle_progress(work)
         phase = self.phase(hand)
@@ -143,8 +143,8 @@ class AngleProcedure(CalibrationProcedure):
         if action.kind == "add":
             return self._add(action)
         if action.kind == "next":
-            at = hand.open_slots[0]
-            gone = self._instrument.setting_words(hand.slots[at].value)
+            at = hand.open_slot_indices[0]
+            gone = self._instrument.format_setting(hand.slots[at].value)
             return StepDraft(
                 kind="leave_out", data={"slot": at}, message=f"left out: {gone}", tone=""
             )
@@ -152,7 +152,7 @@ class AngleProcedure(CalibrationProcedure):
         text = "the evidence chooses the curve" if degree is None else f"curve of degree {degree}"
         return StepDraft(kind="degree", data={"degree": degree}, message=text, tone="")
 
-    def show(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
+    def build_view(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
         """Return what is to be shown."""
         hand = _angle_progress(work)
         phase = self.phase(hand)
@@ -177,11 +177,11 @@ class AngleProcedure(CalibrationProcedure):
             target=None if slot is None else slot.value,
             direction="single" if slot is None else slot.direction,
             reading=self._watch.reading,
-            value_now=self._watch.value_now(drawn),
+            current_value=self._watch.current_value(drawn),
             points=tuple(taken.point for taken in hand.points),
             remaining=hand.remaining,
             degree=hand.degree,
-            faults=self._faults.seen,
+            faults=self._faults.faults,
             warnings=self._warnings(phase),
         )
 
@@ -198,7 +198,7 @@ class AngleProcedure(CalibrationProcedure):
             _angle_progress(work),
             self._header,
             former=former,
-            partner=self._reference.today.get(self._instrument.partner),
+            partner=self._reference.current.get(self._instrument.partner),
             stamp=stamp,
             temperature=air.temperature if air is not None else self._header.temperature,
         )
@@ -213,8 +213,8 @@ class AngleProcedure(CalibrationProcedure):
 
     def _remark(self) -> ActionFeedback | None:
         """Return what is to be said of the volts, once for each change of them."""
-        faults = self._faults.seen
-        now = (self._look.hint, tuple((fault.kind, fault.other) for fault in faults))
+        faults = self._faults.faults
+        now = (self._look.hint, tuple((fault.kind, fault.swapped_with) for fault in faults))
         if now == self._said:
             return None
         before, self._said = self._said, now
@@ -234,22 +234,22 @@ class AngleProcedure(CalibrationProcedure):
 
     def _confirm_sign(self) -> StepDraft | ActionFeedback:
         """Take the crew's word that it was moved as asked."""
-        faults = self._faults.after_movement()
+        faults = self._faults.diagnose_after_movement()
         hindering = _first(faults)
         if hindering is not None:
             return ActionFeedback(message=hindering.sentence, tone="error")
-        self._look = self._watch.look_for_sign(confirmed=True)
+        self._look = self._watch.detect_sign(confirmed=True)
         if self._look.data is None:
             return ActionFeedback(message="no movement was seen: move it, then take", tone="error")
         return self._sign_draft()
 
     def _deny_sign(self) -> ActionFeedback:
         self.restart()
-        self._watch.forget()
+        self._watch.reset()
         return ActionFeedback(message="move it once more")
 
     def _take(self, hand: AngleProgress) -> StepDraft | ActionFeedback:
-        self._look = self._watch.look_for_point(hand, hand.open_slots[0], by_key=True)
+        self._look = self._watch.detect_point(hand, hand.open_slot_indices[0], by_key=True)
         if self._look.data is not None:
             return self._point_draft(hand)
         unusable = _UNUSABLE.get(self._look.hint)
@@ -269,7 +269,7 @@ class AngleProcedure(CalibrationProcedure):
         at = len(hand.points) - 1 if action.index is None else action.index
         if not 0 <= at < len(hand.points):
             return ActionFeedback(message=f"there is no point {at + 1}", tone="error")
-        gone = self._instrument.setting_words(hand.points[at].value)
+        gone = self._instrument.format_setting(hand.points[at].value)
         message = f"{gone}: once more" if action.kind == "repeat" else f"{gone}: deleted"
         return StepDraft(kind=action.kind, data={"index": at}, message=message, tone="")
 
@@ -285,7 +285,7 @@ class AngleProcedure(CalibrationProcedure):
             return ActionFeedback(
                 message=f"{value:g} is beyond the travel of {limits}", tone="error"
             )
-        added = self._instrument.setting_words(value)
+        added = self._instrument.format_setting(value)
         return StepDraft(kind="add", data={"value": value}, message=f"added: {added}", tone="")
 
 

@@ -71,7 +71,7 @@ class AngleProgress:
     degree: int | None = None
 
     @property
-    def open_slots(self) -> tuple[int, ...]:
+    def open_slot_indices(self) -> tuple[int, ...]:
         """Return the settings that are still to be taken, by their place in `slots`."""
         done = self.left_out | {taken.slot for taken in self.points}
         return tuple(at for at in range(len(self.slots)) if at not in done)
@@ -79,14 +79,14 @@ class AngleProgress:
     @property
     def remaining(self) -> tuple[ScheduledSetting, ...]:
         """Return the settings that are still to be taken, the next one first."""
-        return tuple(self.slots[at] for at in self.open_slots)
+        return tuple(self.slots[at] for at in self.open_slot_indices)
 
     @property
-    def share(self) -> float:
+    def fraction_done(self) -> float:
         """Return how much of it is done, 0 to 1."""
-        return 1.0 - len(self.open_slots) / len(self.slots)
+        return 1.0 - len(self.open_slot_indices) / len(self.slots)
 
-    def after(self, step: JournalStep) -> AngleProgress:
+    def apply(self, step: JournalStep) -> AngleProgress:
         """Return the work that a step leads to."""
         return _EFFECTS[step.kind](self, step)
 

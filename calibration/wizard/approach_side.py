@@ -30,7 +30,7 @@ class ApproachTracker:
             self._means.append(mean)
             del self._means[:-_LONGEST]
 
-    def side(self, volts: float, apart: float) -> ApproachSide | None:
+    def approach_side(self, volts: float, apart: float) -> ApproachSide | None:
         """Return the side from which the volts last came to a rest at `volts`.
 
         Parameters

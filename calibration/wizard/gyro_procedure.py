@@ -59,7 +59,7 @@ class GyroProcedure(CalibrationProcedure):
     ) -> None:
         self._group = group
         self._header = header
-        self._factory = reference.factory
+        self._factory = reference.factory_calibrations
         # Accelerometers tell a slow steady turn from rest, where they are recorded.
         beside = [name for name in ACCELEROMETERS if name in header.plan.channels]
         self._beside = tuple(beside) if len(beside) == len(ACCELEROMETERS) else ()
@@ -81,7 +81,7 @@ class GyroProcedure(CalibrationProcedure):
     def feed(self, one: SampleSlice) -> None:
         """Take the samples of a tenth of a second."""
         self._still.feed(one.times, one.volts)
-        self._unrest.feed(self._still.reading)
+        self._unrest.feed(self._still.status)
         self._turn.feed(one.times, one.volts)
 
     def phase(self, work: GroupProgress) -> WizardPhase:
@@ -89,23 +89,23 @@ class GyroProcedure(CalibrationProcedure):
         gyro = _gyro_progress(work)
         if gyro.rest is None:
             return "gyro_still"
-        return "gyro_turn" if gyro.open_turns else "fit"
+        return "gyro_turn" if gyro.open_turn_indices else "fit"
 
-    def by_itself(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
+    def automatic_step(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
         """Return the rest or the turn that was seen."""
         gyro = _gyro_progress(work)
         phase = self.phase(gyro)
         if phase == "gyro_still":
-            reading = self._still.reading
+            reading = self._still.status
             if reading.state != "rested" or reading.rest is None:
                 return None
             rest = to_json_content(reading.rest)
             return StepDraft(kind="still", data={"rest": rest}, message="zeros of the gyros taken")
-        if phase == "gyro_turn" and self._turn.reading.state == "turned":
+        if phase == "gyro_turn" and self._turn.status.state == "turned":
             return self._turned(gyro)
         return None
 
-    def can(self, work: GroupProgress) -> frozenset[str]:
+    def available_actions(self, work: GroupProgress) -> frozenset[str]:
         """Return the kinds of actions that it answers to now."""
         gyro = _gyro_progress(work)
         kinds = {"next", "take"} if self.phase(gyro) == "gyro_turn" else set()
@@ -117,7 +117,7 @@ class GyroProcedure(CalibrationProcedure):
         if action.kind == "next":
             return StepDraft(
                 kind="leave_out",
-                data={"slot": gyro.open_turns[0]},
+                data={"slot": gyro.open_turn_indices[0]},
                 message="without this turn; the factory's scale counts where none was made",
                 tone="",
             )
@@ -129,12 +129,12 @@ class GyroProcedure(CalibrationProcedure):
         message = "the turn once more" if action.kind == "repeat" else "the turn is deleted"
         return StepDraft(kind=action.kind, data={"index": at}, message=message, tone="")
 
-    def show(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
+    def build_view(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
         """Return what is to be shown."""
         gyro = _gyro_progress(work)
         phase = self.phase(gyro)
         if phase == "gyro_still":
-            reading = self._still.reading
+            reading = self._still.status
             return ProcedureView(
                 instrument=self._group.instruments[0],
                 prompt="Leave the aircraft alone until the zeros of the gyros are taken.",
@@ -146,8 +146,8 @@ class GyroProcedure(CalibrationProcedure):
             )
         points = tuple(turn.point for _, turn in gyro.turns)
         if phase == "gyro_turn":
-            asked = gyro.asked[gyro.open_turns[0]]
-            turning = self._turn.reading
+            asked = gyro.requested_turns[gyro.open_turn_indices[0]]
+            turning = self._turn.status
             return ProcedureView(
                 instrument=self._instrument(asked.channel),
                 prompt=self._turn_prompt(asked),
@@ -158,7 +158,7 @@ class GyroProcedure(CalibrationProcedure):
                 amount_unit="deg",
                 points=points,
             )
-        good = not outcome.doubts
+        good = not outcome.issues
         return ProcedureView(
             instrument=self._group.instruments[0],
             prompt=(
@@ -180,7 +180,7 @@ class GyroProcedure(CalibrationProcedure):
         certificates, doubts, remarks = [], [], []
         uncalibrated: dict[str, str] = {}
         for channel in self._group.channels:
-            if channel in gyro.silent:
+            if channel in gyro.unresponsive:
                 uncalibrated[channel] = _SILENT.format(channel)
                 doubts.append(uncalibrated[channel])
                 continue
@@ -205,16 +205,16 @@ class GyroProcedure(CalibrationProcedure):
         return CalibrationOutcome(
             certificates=tuple(certificates),
             uncalibrated=uncalibrated,
-            doubts=tuple(doubts),
+            issues=tuple(doubts),
             remarks=tuple(remarks),
             ready=True,
         )
 
     def _turned(self, gyro: GyroProgress) -> StepDraft | ActionFeedback:
-        slot = gyro.open_turns[0]
-        asked = gyro.asked[slot]
+        slot = gyro.open_turn_indices[0]
+        asked = gyro.requested_turns[slot]
         try:
-            turn = self._turn.turn(asked.channel, asked.angle)
+            turn = self._turn.detected_turn(asked.channel, asked.angle)
         except CalibrationError as error:
             self._turn.restart()
             return ActionFeedback(message=str(error), tone="error")
@@ -231,11 +231,11 @@ class GyroProcedure(CalibrationProcedure):
 
     def _without_answer(self, gyro: GyroProgress) -> StepDraft | ActionFeedback:
         """Take the crew's word that the table was turned, though no gyro saw it."""
-        if self._turn.reading.state in ("turning", "stopping"):
+        if self._turn.status.state in ("turning", "stopping"):
             return ActionFeedback(
                 message="a turn is seen: let the table stand, it is taken by itself"
             )
-        channel = gyro.asked[gyro.open_turns[0]].channel
+        channel = gyro.requested_turns[gyro.open_turn_indices[0]].channel
         return StepDraft(
             kind="silent", data={"gyro": channel}, message=_SILENT.format(channel), tone="error"
         )
@@ -246,7 +246,7 @@ class GyroProcedure(CalibrationProcedure):
     def _turn_prompt(self, asked: RequestedTurn) -> str:
         instrument = self._instrument(asked.channel)
         way = instrument.positive if asked.angle > 0.0 else instrument.negative
-        state = self._turn.reading.state
+        state = self._turn.status.state
         angle = f"{abs(asked.angle):g} deg"
         if state == "unsettled":
             return f"{_UPRIGHT[asked.channel]} Let the table stand still."
@@ -257,7 +257,7 @@ class GyroProcedure(CalibrationProcedure):
     def _turn_spoken(self, asked: RequestedTurn) -> str:
         instrument = self._instrument(asked.channel)
         way = instrument.positive if asked.angle > 0.0 else instrument.negative
-        if self._turn.reading.state == "unsettled":
+        if self._turn.status.state == "unsettled":
             return f"{instrument.title} on the table"
         return f"Turn {abs(asked.angle):g}, {way}"
 

@@ -79,7 +79,7 @@ def evaluate_points(
             notes=f"Positive {instrument.positive}.",
         )
     except CalibrationError as error:
-        return CalibrationOutcome(doubts=(str(error),))
+        return CalibrationOutcome(issues=(str(error),))
     drift, complaint = _drift(certificate, former)
     alike, unlike = _compare_with_partner(instrument, certificate, partner)
     doubts = [
@@ -96,7 +96,7 @@ def evaluate_points(
         remarks.append("the supply was not measured: volts count as they were read")
     return CalibrationOutcome(
         certificates=(certificate,),
-        doubts=tuple(doubts),
+        issues=tuple(doubts),
         remarks=tuple(remarks),
         ready=True,
         calibration=calibration,
@@ -113,11 +113,11 @@ def evaluate_check(work: AngleProgress, certificate: Certificate | None) -> Cali
     try:
         result = check_certificate(certificate, points)
     except CalibrationError as error:
-        return CalibrationOutcome(doubts=(str(error),))
+        return CalibrationOutcome(issues=(str(error),))
     return CalibrationOutcome(
         ready=True,
-        check=result,
-        doubts=() if result.passed else (result.sentence,),
+        check_result=result,
+        issues=() if result.passed else (result.sentence,),
         remarks=(result.sentence,) if result.passed else (),
     )
 
@@ -143,7 +143,7 @@ def _outlier_text(
         point = points[index]
         parts = (
             f"point {index + 1}",
-            instrument.setting_words(point.value),
+            instrument.format_setting(point.value),
             DIRECTION_TEXT[point.direction],
             "does not fit the others; repeat or delete it",
         )

@@ -69,7 +69,7 @@ class PressureProcedure(CalibrationProcedure):
     ) -> None:
         self._group = group
         self._header = header
-        known = {name: reference.best(name) for name in group.channels}
+        known = {name: reference.former_or_nominal(name) for name in group.channels}
         missing = [name for name, certificate in known.items() if certificate is None]
         if missing:
             raise CalibrationError(
@@ -100,7 +100,7 @@ class PressureProcedure(CalibrationProcedure):
         """Take the samples of a tenth of a second."""
         self._still.feed(one.times, one.volts)
         self._lull.feed(one.times, one.volts)
-        self._unrest.feed(self._still.reading)
+        self._unrest.feed(self._still.status)
         if self._covered:
             self._waited += SLICE_SECONDS
         if self._blow is not None:
@@ -111,9 +111,9 @@ class PressureProcedure(CalibrationProcedure):
         pressure = _pressure_progress(work)
         if pressure.zero is None:
             return "pressure_zero"
-        return "fit" if pressure.blown or pressure.left_out else "pressure_blow"
+        return "fit" if pressure.blow_detected or pressure.left_out else "pressure_blow"
 
-    def by_itself(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
+    def automatic_step(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
         """Return the zero once it is steady, and the breath once it has gone again."""
         pressure = _pressure_progress(work)
         phase = self.phase(pressure)
@@ -123,7 +123,7 @@ class PressureProcedure(CalibrationProcedure):
             return self._follow_breath(pressure)
         return None
 
-    def can(self, work: GroupProgress) -> frozenset[str]:
+    def available_actions(self, work: GroupProgress) -> frozenset[str]:
         """Return the kinds of actions that it answers to now."""
         phase = self.phase(_pressure_progress(work))
         kinds = {"enter"}
@@ -142,7 +142,7 @@ class PressureProcedure(CalibrationProcedure):
         if action.kind == "repeat":
             again = (
                 "from the zero on once more"
-                if _pressure_progress(work).blown
+                if _pressure_progress(work).blow_detected
                 else "the zero once more"
             )
             return StepDraft(kind="repeat", message=again, tone="")
@@ -150,12 +150,12 @@ class PressureProcedure(CalibrationProcedure):
             return StepDraft(kind="leave_out", message="without a breath into the pitot", tone="")
         return self._entered(action)
 
-    def show(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
+    def build_view(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
         """Return what is to be shown."""
         phase = self.phase(_pressure_progress(work))
         instrument = self._group.instruments[0]
         if phase == "pressure_zero":
-            reading = self._still.reading
+            reading = self._still.status
             prompt, spoken = self._cover_words()
             return ProcedureView(
                 instrument=instrument,
@@ -167,7 +167,7 @@ class PressureProcedure(CalibrationProcedure):
                 warnings=self._unrest.warnings,
             )
         if phase == "pressure_blow":
-            blow = None if self._blow is None else self._blow.reading
+            blow = None if self._blow is None else self._blow.status
             failed = blow is not None and blow.state in ("reversed", "blocked", "leaking")
             return ProcedureView(
                 instrument=instrument,
@@ -177,7 +177,7 @@ class PressureProcedure(CalibrationProcedure):
                 amount_unit="Pa",
                 warnings=(blow.sentence,) if blow is not None and failed else (),
             )
-        good = not outcome.doubts
+        good = not outcome.issues
         return ProcedureView(
             instrument=instrument,
             prompt=(
@@ -198,10 +198,10 @@ class PressureProcedure(CalibrationProcedure):
         uncalibrated: dict[str, str] = {}
         found: list[PressureZero] = []
         doubts: list[str] = []
-        zero, lull = pressure.zero, pressure.lull
+        zero, lull = pressure.zero, pressure.in_wind
         for name in self._group.channels:
             if name == _STATIC and air is None:
-                doubts += _WITHOUT_BAROMETER if pressure.share == 1.0 else ()
+                doubts += _WITHOUT_BAROMETER if pressure.fraction_done == 1.0 else ()
                 continue
             try:
                 found.append(self._at_known_pressure(name, zero, lull, stamp, air))
@@ -209,7 +209,7 @@ class PressureProcedure(CalibrationProcedure):
                 uncalibrated[name] = str(error)
                 doubts.append(str(error))
         doubts += [one.sentence for one in found if not one.passed]
-        if pressure.lull:
+        if pressure.in_wind:
             doubts.append(
                 "the dynamic pressure moved as in wind while its zero was taken: it may be off by "
                 f"{WIND_UNCERTAINTY:.0f} Pa"
@@ -219,7 +219,7 @@ class PressureProcedure(CalibrationProcedure):
         return CalibrationOutcome(
             certificates=tuple(one.certificate for one in found),
             uncalibrated=uncalibrated,
-            doubts=tuple(doubts),
+            issues=tuple(doubts),
             remarks=tuple(one.sentence for one in found if one.passed),
             ready=True,
         )
@@ -267,7 +267,7 @@ class PressureProcedure(CalibrationProcedure):
         if self._content:
             watches[True] = self._lull
         for lull, watch in watches.items():
-            reading = watch.reading
+            reading = watch.status
             if reading.state == "rested" and reading.rest is not None:
                 return StepDraft(
                     kind="zero",
@@ -279,7 +279,7 @@ class PressureProcedure(CalibrationProcedure):
     def _follow_breath(self, pressure: PressureProgress) -> StepDraft | ActionFeedback | None:
         if self._blow is None:
             self._blow = PitotBlowDetector(self._today(pressure), self._known.get(_STATIC))
-        reading = self._blow.reading
+        reading = self._blow.status
         if reading.state == "green":
             return StepDraft(kind="blow", message=reading.sentence)
         if reading.state in ("reversed", "blocked", "leaking") and reading.state != self._said:
@@ -302,7 +302,7 @@ class PressureProcedure(CalibrationProcedure):
         if action.pressure is None or action.temperature is None:
             return ActionFeedback(message="enter both pressure and temperature", tone="error")
         try:
-            air = GroundAir.entered(action.pressure, "Pa", action.temperature, "K")
+            air = GroundAir.from_input(action.pressure, "Pa", action.temperature, "K")
         except CalibrationError as error:
             return ActionFeedback(message=str(error), tone="error")
         return StepDraft(

@@ -67,25 +67,25 @@ class ReferenceCertificates:
     ----------
     former : mapping of str to Certificate
         In force when the calibration was begun, by channel.
-    today : mapping of str to Certificate
+    current : mapping of str to Certificate
         In force by now.
     nominal : mapping of str to Certificate
         Of the factory, or as the instruments are mounted.
     """
 
     former: Mapping[str, Certificate]
-    today: Mapping[str, Certificate]
+    current: Mapping[str, Certificate]
     nominal: Mapping[str, Certificate]
 
-    def best(self, channel: str) -> Certificate | None:
+    def former_or_nominal(self, channel: str) -> Certificate | None:
         """Return the certificate that was in force, else the nominal one."""
         return self.former.get(channel, self.nominal.get(channel))
 
     @property
-    def factory(self) -> Mapping[str, FactoryCalibration]:
+    def factory_calibrations(self) -> Mapping[str, FactoryCalibration]:
         """Return the factory's figures of gyros and accelerometers."""
         own = {
-            name: FactoryCalibration.of(certificate)
+            name: FactoryCalibration.from_certificate(certificate)
             for name, certificate in self.nominal.items()
             if name in factory_calibrations()
         }
@@ -120,7 +120,7 @@ class CalibrationOutcome:
         To be put in force.
     uncalibrated : mapping of str to str
         Channels that cannot be certified, and why.
-    doubts : tuple of str
+    issues : tuple of str
         Sentences; without any the outcome is accepted by itself.
     remarks : tuple of str
         What is worth knowing besides.
@@ -130,18 +130,18 @@ class CalibrationOutcome:
         The curve, for instruments set by hand.
     drift : Drift or None
         Against the certificate that was in force.
-    check : CheckResult or None
+    check_result : CheckResult or None
         Of a three-point check.
     """
 
     certificates: tuple[Certificate, ...] = ()
     uncalibrated: Mapping[str, str] = field(default_factory=dict)
-    doubts: tuple[str, ...] = ()
+    issues: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
     ready: bool = False
     calibration: Calibration | None = None
     drift: Drift | None = None
-    check: CheckResult | None = None
+    check_result: CheckResult | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -154,7 +154,7 @@ class ProcedureView:
     target: float | None = None
     direction: Direction = "single"
     reading: VoltageReading | None = None
-    value_now: float | None = None
+    current_value: float | None = None
     amount: float | None = None
     amount_goal: float | None = None
     amount_unit: str = ""
@@ -182,19 +182,19 @@ class CalibrationProcedure(ABC):
         """Return which page it is."""
 
     @abstractmethod
-    def by_itself(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
+    def automatic_step(self, work: GroupProgress) -> StepDraft | ActionFeedback | None:
         """Return the step that the volts ask for without anybody's word, or what is to be said."""
 
     @abstractmethod
-    def can(self, work: GroupProgress) -> frozenset[str]:
+    def available_actions(self, work: GroupProgress) -> frozenset[str]:
         """Return the kinds of actions that it answers to now."""
 
     @abstractmethod
     def act(self, work: GroupProgress, action: WizardAction) -> StepDraft | ActionFeedback:
-        """Return what an action leads to; it is one of `can`."""
+        """Return what an action leads to; it is one of `available_actions`."""
 
     @abstractmethod
-    def show(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
+    def build_view(self, work: GroupProgress, outcome: CalibrationOutcome) -> ProcedureView:
         """Return what is to be shown."""
 
     @abstractmethod

@@ -25,41 +25,41 @@ class GyroProgress:
 
     Attributes
     ----------
-    asked : tuple of RequestedTurn
+    requested_turns : tuple of RequestedTurn
         In order.
     rest : RestPeriod or None
         The still period that gives the zeros.
     turns : tuple of (int, Turn)
-        Which of `asked` each is, and what it gave.
+        Which of `requested_turns` each is, and what it gave.
     left_out : frozenset of int
         Turns that are not asked for any more.
-    silent : frozenset of str
+    unresponsive : frozenset of str
         Gyros that did not answer to a turn.
     """
 
-    asked: tuple[RequestedTurn, ...]
+    requested_turns: tuple[RequestedTurn, ...]
     rest: RestPeriod | None = None
     turns: tuple[tuple[int, Turn], ...] = ()
     left_out: frozenset[int] = frozenset()
-    silent: frozenset[str] = frozenset()
+    unresponsive: frozenset[str] = frozenset()
 
     @property
-    def open_turns(self) -> tuple[int, ...]:
-        """Return the turns that are still to be made, by their place in `asked`."""
+    def open_turn_indices(self) -> tuple[int, ...]:
+        """Return the turns that are still to be made, by their place in `requested_turns`."""
         done = self.left_out | {slot for slot, _ in self.turns}
         return tuple(
             at
-            for at, asked in enumerate(self.asked)
-            if at not in done and asked.channel not in self.silent
+            for at, asked in enumerate(self.requested_turns)
+            if at not in done and asked.channel not in self.unresponsive
         )
 
     @property
-    def share(self) -> float:
+    def fraction_done(self) -> float:
         """Return how much of it is done, 0 to 1."""
-        steps = len(self.asked) + 1
-        return (steps - len(self.open_turns) - (self.rest is None)) / steps
+        steps = len(self.requested_turns) + 1
+        return (steps - len(self.open_turn_indices) - (self.rest is None)) / steps
 
-    def after(self, step: JournalStep) -> GyroProgress:
+    def apply(self, step: JournalStep) -> GyroProgress:
         """Return the work that a step leads to."""
         if step.kind == "still":
             return replace(self, rest=_rest_from_json(step.data["rest"]))
@@ -69,7 +69,7 @@ class GyroProgress:
         if step.kind == "leave_out":
             return replace(self, left_out=self.left_out | {int(step.data["slot"])})
         if step.kind == "silent":
-            return replace(self, silent=self.silent | {str(step.data["gyro"])})
+            return replace(self, unresponsive=self.unresponsive | {str(step.data["gyro"])})
         index = int(step.data["index"])
         slot, _ = self.turns[index]
         gone = self.left_out | {slot} if step.kind == "delete" else self.left_out
@@ -89,11 +89,11 @@ class AccelerometerProgress:
         return tuple(position for position in POSITIONS if position not in done)
 
     @property
-    def share(self) -> float:
+    def fraction_done(self) -> float:
         """Return how much of it is done, 0 to 1."""
         return 1.0 - len(self.open_positions) / len(POSITIONS)
 
-    def after(self, step: JournalStep) -> AccelerometerProgress:
+    def apply(self, step: JournalStep) -> AccelerometerProgress:
         """Return the work that a step leads to."""
         if step.kind == "position":
             reading = PositionReading(
@@ -112,32 +112,32 @@ class PressureProgress:
     ----------
     zero : RestPeriod or None
         With the pitot covered.
-    lull : bool
+    in_wind : bool
         Whether the pressure moved meanwhile, as in wind.
-    blown : bool
+    blow_detected : bool
         Whether a breath was seen.
     left_out : bool
         Whether none is asked for.
     """
 
     zero: RestPeriod | None = None
-    lull: bool = False
-    blown: bool = False
+    in_wind: bool = False
+    blow_detected: bool = False
     left_out: bool = False
 
     @property
-    def share(self) -> float:
+    def fraction_done(self) -> float:
         """Return how much of it is done, 0 to 1."""
-        return 0.5 * (self.zero is not None) + 0.5 * (self.blown or self.left_out)
+        return 0.5 * (self.zero is not None) + 0.5 * (self.blow_detected or self.left_out)
 
-    def after(self, step: JournalStep) -> PressureProgress:
+    def apply(self, step: JournalStep) -> PressureProgress:
         """Return the work that a step leads to."""
         if step.kind == "zero":
             # Journals from before that was looked at say nothing of it.
             lull = bool(step.data.get("lull", False))
-            return replace(self, zero=_rest_from_json(step.data["rest"]), lull=lull)
+            return replace(self, zero=_rest_from_json(step.data["rest"]), in_wind=lull)
         if step.kind == "blow":
-            return replace(self, blown=True)
+            return replace(self, blow_detected=True)
         if step.kind == "leave_out":
             return replace(self, left_out=True)
         return PressureProgress()

@@ -21,13 +21,13 @@ class ScheduledSetting:
         In the unit of the plan.
     direction : {"up", "down", "single"}
         From which side it is to be reached; ``single`` where that does not matter.
-    turns : bool
+    is_turning_point : bool
         Whether the side changes here: the setting has to be passed first and come back to.
     """
 
     value: float
     direction: Direction
-    turns: bool = False
+    is_turning_point: bool = False
 
 
 def build_schedule(
@@ -56,6 +56,6 @@ def build_schedule(
 
 def _leg(values: tuple[float, ...], direction: Direction) -> tuple[ScheduledSetting, ...]:
     return tuple(
-        ScheduledSetting(value=value, direction=direction, turns=at == 0)
+        ScheduledSetting(value=value, direction=direction, is_turning_point=at == 0)
         for at, value in enumerate(values)
     )

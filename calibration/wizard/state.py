@@ -60,7 +60,7 @@ def group_instruments(plan: CalibrationPlan) -> tuple[InstrumentGroup, ...]:
     """Return the groups of a plan, each where its first instrument stands."""
     groups: dict[str, list[InstrumentPlan]] = {}
     for one in plan.instruments:
-        groups.setdefault(one.channel if one.by_hand else one.kind, []).append(one)
+        groups.setdefault(one.channel if one.is_angle_sensor else one.kind, []).append(one)
     return tuple(
         InstrumentGroup(key=members[0].channel, instruments=tuple(members))
         for members in groups.values()
@@ -77,28 +77,28 @@ class WizardState:
         In order.
     begun : bool
         Whether the first group was reached.
-    key : str
+    current_key : str
         The group at hand; empty where none is.
-    work : mapping of str to GroupProgress
+    progress : mapping of str to GroupProgress
         By group.
-    closings : mapping of str to JournalStep
+    closing_steps : mapping of str to JournalStep
         Groups that are done with: the step that accepted or skipped each.
-    air : GroundAir or None
+    ground_air : GroundAir or None
         At the field, as entered.
     aborted : bool
         Whether the calibration was broken off.
     """
 
     groups: tuple[InstrumentGroup, ...]
-    work: Mapping[str, GroupProgress]
+    progress: Mapping[str, GroupProgress]
     begun: bool = False
-    key: str = ""
-    closings: Mapping[str, JournalStep] = field(default_factory=dict)
-    air: GroundAir | None = None
+    current_key: str = ""
+    closing_steps: Mapping[str, JournalStep] = field(default_factory=dict)
+    ground_air: GroundAir | None = None
     aborted: bool = False
 
     @classmethod
-    def beginning(
+    def initial(
         cls,
         plan: CalibrationPlan,
         mode: CalibrationMode,
@@ -123,17 +123,17 @@ class WizardState:
             group.key: _initial_progress(group, mode, rising, any_side=group.key in any_side)
             for group in groups
         }
-        return cls(groups=groups, work=work)
+        return cls(groups=groups, progress=work)
 
     @property
     def group(self) -> InstrumentGroup | None:
         """Return the group at hand."""
-        return next((group for group in self.groups if group.key == self.key), None)
+        return next((group for group in self.groups if group.key == self.current_key), None)
 
     @property
     def done(self) -> bool:
         """Return whether nothing is left to do."""
-        return self.begun and not self.key and not self.aborted
+        return self.begun and not self.current_key and not self.aborted
 
     @property
     def ended(self) -> bool:
@@ -145,7 +145,7 @@ class WizardState:
         """Return the channels that were certified, or checked."""
         return tuple(
             name
-            for step in self.closings.values()
+            for step in self.closing_steps.values()
             if step.kind == "accept"
             for name in step.data["certified"]
         )
@@ -154,11 +154,11 @@ class WizardState:
     def skipped(self) -> dict[str, str]:
         """Return the channels that were left uncalibrated, and why."""
         found: dict[str, str] = {}
-        for step in self.closings.values():
+        for step in self.closing_steps.values():
             found.update(step.data["uncalibrated"])
         return found
 
-    def find(self, channel: str) -> InstrumentGroup:
+    def find_group(self, channel: str) -> InstrumentGroup:
         """Return the group that a channel belongs to.
 
         Raises
@@ -172,21 +172,21 @@ class WizardState:
         names = ", ".join(name for group in self.groups for name in group.channels)
         raise CalibrationError(f"the plan has no instrument '{channel}'; it has {names}")
 
-    def after(self, step: JournalStep) -> WizardState:
+    def apply(self, step: JournalStep) -> WizardState:
         """Return the state that a step leads to."""
         effect = _EFFECTS.get(step.kind)
         if effect is not None:
             return effect(self, step)
-        work = self.work[step.channel].after(step)
-        return replace(self, work={**self.work, step.channel: work})
+        work = self.progress[step.channel].apply(step)
+        return replace(self, progress={**self.progress, step.channel: work})
 
-    def going_on(self, key: str) -> WizardState:
-        """Return the state with the next open group after `key` at hand."""
+    def advance_from(self, key: str) -> WizardState:
+        """Return the state with the next open group after `current_key` at hand."""
         keys = [group.key for group in self.groups]
         at = keys.index(key) if key in keys else -1
         order = keys[at + 1 :] + keys[: at + 1]
-        following = next((name for name in order if name not in self.closings), "")
-        return replace(self, key=following)
+        following = next((name for name in order if name not in self.closing_steps), "")
+        return replace(self, current_key=following)
 
 
 def _initial_progress(
@@ -200,7 +200,7 @@ def _initial_progress(
             if one.turn is not None
             for sense in (1.0, -1.0)
         )
-        return GyroProgress(asked=asked)
+        return GyroProgress(requested_turns=asked)
     if first.kind == "accelerometer":
         return AccelerometerProgress()
     if first.kind == "pressure":
@@ -210,24 +210,24 @@ def _initial_progress(
 
 
 def _begin(state: WizardState, _step: JournalStep) -> WizardState:
-    return replace(state, begun=True).going_on("")
+    return replace(state, begun=True).advance_from("")
 
 
 def _close(state: WizardState, step: JournalStep) -> WizardState:
-    closings = {name: one for name, one in state.closings.items() if name != step.channel}
-    return replace(state, closings={**closings, step.channel: step}).going_on(step.channel)
+    closings = {name: one for name, one in state.closing_steps.items() if name != step.channel}
+    return replace(state, closing_steps={**closings, step.channel: step}).advance_from(step.channel)
 
 
 def _open(state: WizardState, step: JournalStep) -> WizardState:
-    return replace(state, begun=True, key=step.channel)
+    return replace(state, begun=True, current_key=step.channel)
 
 
 def _air(state: WizardState, step: JournalStep) -> WizardState:
-    return replace(state, air=GroundAir(**step.data))
+    return replace(state, ground_air=GroundAir(**step.data))
 
 
 def _abort(state: WizardState, _step: JournalStep) -> WizardState:
-    return replace(state, aborted=True, key="")
+    return replace(state, aborted=True, current_key="")
 
 
 _EFFECTS: Mapping[str, Callable[[WizardState, JournalStep], WizardState]] = {

@@ -49,7 +49,7 @@ class StepHistory:
         """Return how far it has come."""
         return self._states[-1]
 
-    def follow(self, step: JournalStep) -> None:
+    def apply(self, step: JournalStep) -> None:
         """Take a step.
 
         Raises
@@ -62,7 +62,7 @@ class StepHistory:
                 self.undone = self.steps.pop()
                 self._states.pop()
             else:
-                self._states.append(self.state.after(step))
+                self._states.append(self.state.apply(step))
                 self.steps.append(step)
         except (KeyError, IndexError, TypeError, ValueError) as error:
             raise CalibrationError(
@@ -99,7 +99,7 @@ class StepExecutor:
         self._checked: tuple[object, dict[str, CheckResult]] | None = None
         nominal = load_certificates(header.plan.nominal) if header.plan.nominal else {}
         self.reference = ReferenceCertificates(
-            former=former, today=store.in_force(), nominal=nominal
+            former=former, current=store.in_force(), nominal=nominal
         )
         for group in self.state.groups:
             create_procedure(group, header, self.reference)
@@ -163,16 +163,16 @@ class StepExecutor:
         header = _parse_header(steps, path)
         former: dict[str, Certificate] = {}
         for name, text in steps[0].data["former"].items():
-            certificate = store.dated(name, datetime.fromisoformat(text))
+            certificate = store.find_by_stamp(name, datetime.fromisoformat(text))
             if certificate is not None:
                 former[name] = certificate
         ledger = cls(header, former, store, journal)
         for step in steps[1:]:
-            ledger._track.follow(step)
+            ledger._track.apply(step)
         if len(steps) > 1:
             # All effects but the last were complete before the step after them was written.
             ledger._pending = steps[-1]
-            ledger.settle()
+            ledger.apply_pending()
         return ledger
 
     @property
@@ -181,26 +181,26 @@ class StepExecutor:
         return self._track.state
 
     @property
-    def last(self) -> JournalStep | None:
+    def last_step(self) -> JournalStep | None:
         """Return the step that undo would take back."""
         return self._track.steps[-1] if self._track.steps else None
 
-    def make(self, step: JournalStep) -> None:
+    def execute(self, step: JournalStep) -> None:
         """Make a step: on the disk, then in the state, then in the store.
 
         Raises
         ------
         CalibrationError
             If the journal cannot be written: then it was not made. If the certificates cannot be
-            written: then it was, and `settle` tries again.
+            written: then it was, and `apply_pending` tries again.
         """
-        self.settle()
+        self.apply_pending()
         self._journal.append(step)
-        self._track.follow(step)
+        self._track.apply(step)
         self._pending = step
-        self.settle()
+        self.apply_pending()
 
-    def settle(self) -> None:
+    def apply_pending(self) -> None:
         """Do in the store what the last step stands for, unless it was done already."""
         step = self._pending
         if step is None:
@@ -222,12 +222,12 @@ class StepExecutor:
     def outcome(self, key: str, stamp: datetime) -> CalibrationOutcome:
         """Return what the work of a group comes to."""
         state = self.state
-        station = create_procedure(state.find(key), self.header, self.reference)
-        return station.outcome(state.work[key], stamp, state.air)
+        station = create_procedure(state.find_group(key), self.header, self.reference)
+        return station.outcome(state.progress[key], stamp, state.ground_air)
 
-    def checks(self) -> dict[str, CheckResult]:
+    def accepted_checks(self) -> dict[str, CheckResult]:
         """Return what the three-point checks found that were accepted."""
-        closings = self.state.closings
+        closings = self.state.closing_steps
         if self.header.mode == "full":
             return {}
         if self._checked is None or self._checked[0] is not closings:
@@ -236,13 +236,13 @@ class StepExecutor:
                 for key, step in closings.items()
                 if step.kind == "accept"
             }
-            results = {key: one.check for key, one in outcomes.items() if one.check is not None}
+            results = {key: one.check_result for key, one in outcomes.items() if one.check_result is not None}
             self._checked = closings, results
         return self._checked[1]
 
     def _accept(self, step: JournalStep) -> None:
         outcome = self.outcome(step.channel, step.stamp)
-        if outcome.check is not None:
+        if outcome.check_result is not None:
             certificate = self.reference.former[step.channel]
             checked = CheckRecord(
                 channel=step.channel,
@@ -250,18 +250,18 @@ class StepExecutor:
                 stamp=step.stamp,
                 certificate=certificate.stamp,
                 unit=certificate.unit,
-                result=outcome.check,
+                result=outcome.check_result,
             )
             self._store.record_check(checked)
             return
         for certificate in outcome.certificates:
-            self._store.put(certificate)
+            self._store.put_in_force(certificate)
         self._mark(step)
 
     def _mark(self, step: JournalStep) -> None:
         """Mark as uncalibrated what a step leaves so."""
         for name, reason in step.data["uncalibrated"].items():
-            self._store.skip(name, reason, self.header.who, step.stamp)
+            self._store.mark_uncalibrated(name, reason, self.header.who, step.stamp)
         self._renew()
 
     def _take_back(self, undone: JournalStep | None) -> None:
@@ -271,13 +271,13 @@ class StepExecutor:
             self._store.withdraw_check(undone.channel, undone.stamp)
             return
         for name in (*undone.data["certified"], *undone.data["uncalibrated"]):
-            self._store.revert(name, undone.stamp)
+            self._store.withdraw(name, undone.stamp)
         self._renew()
 
     def _renew(self) -> None:
         self.reference = ReferenceCertificates(
             former=self.reference.former,
-            today=self._store.in_force(),
+            current=self._store.in_force(),
             nominal=self.reference.nominal,
         )
 
@@ -289,14 +289,14 @@ def has_unfinished_calibration(journal: Path) -> bool:
         header = _parse_header(steps, journal)
         track = StepHistory(_initial_state(header))
         for step in steps[1:]:
-            track.follow(step)
+            track.apply(step)
     except CalibrationError:
         return False
     return not track.state.ended
 
 
 def _initial_state(header: JournalHeader) -> WizardState:
-    return WizardState.beginning(
+    return WizardState.initial(
         header.plan, header.mode, rising=header.rising, any_side=header.any_side
     )
 
@@ -305,13 +305,13 @@ def _checkable_plan(
     plan: CalibrationPlan, former: Mapping[str, Certificate], aircraft: str
 ) -> CalibrationPlan:
     """Return the plan of those instruments that have a certificate to be checked."""
-    known = [one.channel for one in plan.instruments if one.by_hand and one.channel in former]
+    known = [one.channel for one in plan.instruments if one.is_angle_sensor and one.channel in former]
     if not known:
         raise CalibrationError(
             f"no surface or vane of {aircraft} has a certificate in force that could be checked; "
             "calibrate first"
         )
-    return plan.of(known)
+    return plan.select_channels(known)
 
 
 def _parse_header(steps: Sequence[JournalStep], path: Path) -> JournalHeader:

@@ -100,7 +100,7 @@ class WizardView:
         From which side.
     reading : VoltageReading or None
         Volts of the instrument at hand.
-    value_now : float or None
+    current_value : float or None
         What they stand for by the certificate in force (where there is none, by the nominal one),
         and once all points are taken by these; unit of the instrument.
     amount, amount_goal : float or None
@@ -119,17 +119,17 @@ class WizardView:
         Of that curve against the certificate in force.
     degree : int or None
         Chosen by hand; None where the evidence decides.
-    check : CheckResult or None
+    check_result : CheckResult or None
         Of a three-point check.
     faults : tuple of InstrumentFault
-        What is wrong with the instrument, as seen so far; their sentences stand in `sentences`.
-    sentences : tuple of str
+        What is wrong with the instrument, as seen so far; their sentences stand in `problems`.
+    problems : tuple of str
         What is wrong: faults, outliers, whatever keeps a fit from being accepted by itself.
     remarks : tuple of str
         What is worth knowing: drift, how left and right compare.
-    checks : mapping of str to CheckResult
+    accepted_checks : mapping of str to CheckResult
         Of the three-point checks made so far, by channel.
-    can : frozenset of str
+    available_actions : frozenset of str
         Kinds of actions that are possible now.
     progress : float
         Of the whole, 0 to 1.
@@ -143,7 +143,7 @@ class WizardView:
         What just happened.
     tone : str
         What to sound: ``steady``, ``taken``, ``moved``, ``error``; empty for nothing.
-    event : int
+    event_count : int
         Counts what happened, so that the same message or tone twice is told apart.
     """
 
@@ -157,7 +157,7 @@ class WizardView:
     target: float | None = None
     direction: Direction = "single"
     reading: VoltageReading | None = None
-    value_now: float | None = None
+    current_value: float | None = None
     amount: float | None = None
     amount_goal: float | None = None
     amount_unit: str = ""
@@ -167,22 +167,22 @@ class WizardView:
     calibration: Calibration | None = None
     drift: Drift | None = None
     degree: int | None = None
-    check: CheckResult | None = None
+    check_result: CheckResult | None = None
     faults: tuple[InstrumentFault, ...] = ()
-    sentences: tuple[str, ...] = ()
+    problems: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
-    checks: Mapping[str, CheckResult] = field(default_factory=dict)
-    can: frozenset[str] = frozenset()
+    accepted_checks: Mapping[str, CheckResult] = field(default_factory=dict)
+    available_actions: frozenset[str] = frozenset()
     progress: float = 0.0
     accepted: tuple[str, ...] = ()
     skipped: Mapping[str, str] = field(default_factory=dict)
     certificates: Mapping[str, Certificate] = field(default_factory=dict)
     message: str = ""
     tone: FeedbackTone = ""
-    event: int = 0
+    event_count: int = 0
 
     @property
-    def off_curve(self) -> tuple[float, ...]:
+    def residuals(self) -> tuple[float, ...]:
         """Return how far each point lies off its curve, or off the branch of the one checked.
 
         In the unit of the instrument; empty where there is no curve of these points yet.
@@ -190,5 +190,5 @@ class WizardView:
         if self.calibration is not None:
             off = self.calibration.fit.residuals
         else:
-            off = self.check.off if self.check is not None else ()
+            off = self.check_result.off if self.check_result is not None else ()
         return off if len(off) == len(self.points) else ()

@@ -140,7 +140,7 @@ class CalibrationWizard:
         CalibrationError
             If what was taken cannot be written to the disk.
         """
-        self._ledger.settle()
+        self._ledger.apply_pending()
         for one in self._slicer.feed(block):
             self._live(one)
 
@@ -152,13 +152,13 @@ class CalibrationWizard:
         CalibrationError
             If it cannot be written to the disk.
         """
-        self._ledger.settle()
+        self._ledger.apply_pending()
         if action.kind not in self._can():
             self._say(f"{action.kind.replace('_', ' ')} is not possible now", "error")
             return
         station, state = self._station, self.state
-        if station is not None and action.kind in station.can(state.work[state.key]):
-            answer = station.act(state.work[state.key], action)
+        if station is not None and action.kind in station.available_actions(state.progress[state.current_key]):
+            answer = station.act(state.progress[state.current_key], action)
             self._answer(answer)
             self._held = self._held or (
                 isinstance(answer, StepDraft) and action.kind in _POINT_EDIT_ACTIONS
@@ -177,15 +177,15 @@ class CalibrationWizard:
         before = self.state
         step = JournalStep(kind=kind, channel=key, stamp=self._now(), data=data or {})
         try:
-            self._ledger.make(step)
+            self._ledger.execute(step)
         finally:
             if self.state is not before:
                 self._since = None
-                self._go_on(before.key)
+                self._go_on(before.current_key)
 
     def _go_on(self, before: str) -> None:
         """Watch the same group anew, or the next."""
-        if self._station is None or self.state.key != before:
+        if self._station is None or self.state.current_key != before:
             self._turn_to_group()
         else:
             self._station.restart()
@@ -198,7 +198,7 @@ class CalibrationWizard:
 
     def _answer(self, answer: StepDraft | ActionFeedback | None) -> None:
         if isinstance(answer, StepDraft):
-            self._step(answer.kind, self.state.key, answer.data)
+            self._step(answer.kind, self.state.current_key, answer.data)
         if answer is not None:
             self._say(answer.message, answer.tone)
 
@@ -223,15 +223,15 @@ class CalibrationWizard:
         if station is None:
             return
         station.feed(one)
-        work = state.work[state.key]
-        answer = station.by_itself(work)
+        work = state.progress[state.current_key]
+        answer = station.automatic_step(work)
         if isinstance(answer, StepDraft):
             self._held = False
         self._answer(answer)
         if self.phase == "fit" and not self._held and self._since is not None:
             shown = one.end - self._since >= _SHOWN[self._ledger.header.mode]
             outcome = self._outcome()
-            if shown and outcome.ready and not outcome.doubts:
+            if shown and outcome.ready and not outcome.issues:
                 self._accept()
 
     # What the crew does, whatever the instrument.
@@ -248,7 +248,7 @@ class CalibrationWizard:
 
     def _open_asked(self, action: WizardAction) -> None:
         try:
-            self._open(self.state.find(action.channel))
+            self._open(self.state.find_group(action.channel))
         except CalibrationError as error:
             self._say(str(error), "error")
 
@@ -269,21 +269,21 @@ class CalibrationWizard:
     def _accept(self) -> None:
         group, outcome = self._group(), self._outcome()
         certified = [one.channel for one in outcome.certificates]
-        if outcome.check is not None:
+        if outcome.check_result is not None:
             certified = [group.key]
         data = {"certified": certified, "uncalibrated": dict(outcome.uncalibrated)}
         self._step("accept", group.key, data)
         self._held = False
-        done = "certificate in force" if outcome.check is None else "checked"
+        done = "certificate in force" if outcome.check_result is None else "checked"
         self._say(f"{group.title}: {done}", "taken")
 
     def _undo(self) -> None:
-        undone = self._ledger.last
+        undone = self._ledger.last_step
         if undone is None:
             return
         self._step("undo", undone.channel)
         self._held = True
-        title = f" of {self.state.find(undone.channel).title}" if undone.channel else ""
+        title = f" of {self.state.find_group(undone.channel).title}" if undone.channel else ""
         self._say(f"taken back: {undone.kind.replace('_', ' ')}{title}", "")
 
     def _abort(self) -> None:
@@ -302,7 +302,7 @@ class CalibrationWizard:
             return "begin"
         if self._station is None:
             return "done"
-        return self._station.phase(state.work[state.key])
+        return self._station.phase(state.progress[state.current_key])
 
     @property
     def view(self) -> WizardView:
@@ -313,7 +313,7 @@ class CalibrationWizard:
         parts = {one.name: getattr(showing, one.name) for one in fields(showing)} if showing else {}
         warnings = parts.pop("warnings", ())
         faults = parts.get("faults", ())
-        today, checks = self._ledger.reference.today, self._ledger.checks()
+        today, checks = self._ledger.reference.current, self._ledger.accepted_checks()
         place = _PHASE_TEXT.get(phase, {})
         if phase == "done":
             plan = self._ledger.header.plan
@@ -330,30 +330,30 @@ class CalibrationWizard:
             mode=self._ledger.header.mode,
             calibration=outcome.calibration,
             drift=outcome.drift,
-            check=outcome.check,
-            sentences=(*(one.sentence for one in faults), *warnings, *outcome.doubts),
+            check_result=outcome.check_result,
+            problems=(*(one.sentence for one in faults), *warnings, *outcome.issues),
             remarks=outcome.remarks,
-            checks=checks,
-            can=self._can(),
+            accepted_checks=checks,
+            available_actions=self._can(),
             progress=self._progress(),
             accepted=state.accepted,
             skipped=state.skipped,
             certificates={name: today[name] for name in state.accepted if name in today},
             message=self._message,
             tone=self._tone,
-            event=self._event,
+            event_count=self._event,
         )
 
     def _showing(self, outcome: CalibrationOutcome) -> ProcedureView | None:
         if self._station is None:
             return None
-        return self._station.show(self.state.work[self.state.key], outcome)
+        return self._station.build_view(self.state.progress[self.state.current_key], outcome)
 
     def _can(self) -> frozenset[str]:
         state, phase = self.state, self.phase
         if phase == "aborted":
             return frozenset()
-        can = {"undo"} if self._ledger.last is not None else set()
+        can = {"undo"} if self._ledger.last_step is not None else set()
         if phase == "begin":
             return frozenset(can | {"abort", "open", "next"})
         can.add("open")
@@ -361,8 +361,8 @@ class CalibrationWizard:
             can.add("back")
         if self._station is None:
             return frozenset(can)
-        can |= {"abort", "skip", *self._station.can(state.work[state.key])}
-        if self._following().key != state.key:
+        can |= {"abort", "skip", *self._station.available_actions(state.progress[state.current_key])}
+        if self._following().key != state.current_key:
             can.add("next")
         if phase == "fit" and self._outcome().ready:
             can.add("accept")
@@ -373,12 +373,12 @@ class CalibrationWizard:
         state = self.state
         if self._station is None:
             return CalibrationOutcome()
-        work: GroupProgress = state.work[state.key]
-        basis = (work, state.air, self._ledger.reference)
+        work: GroupProgress = state.progress[state.current_key]
+        basis = (work, state.ground_air, self._ledger.reference)
         if self._judged is None or any(
             one is not other for one, other in zip(self._judged[0], basis, strict=True)
         ):
-            self._judged = basis, self._station.outcome(work, self._now(), state.air)
+            self._judged = basis, self._station.outcome(work, self._now(), state.ground_air)
         return self._judged[1]
 
     def _progress(self) -> float:
@@ -386,19 +386,19 @@ class CalibrationWizard:
         if state.done:
             return 1.0
         shares = [
-            1.0 if group.key in state.closings else state.work[group.key].share
+            1.0 if group.key in state.closing_steps else state.progress[group.key].fraction_done
             for group in state.groups
         ]
         return sum(shares) / len(shares)
 
     def _index(self) -> int:
         keys = [group.key for group in self.state.groups]
-        return keys.index(self.state.key) if self.state.key else len(keys) * self.state.begun
+        return keys.index(self.state.current_key) if self.state.current_key else len(keys) * self.state.begun
 
     def _following(self) -> InstrumentGroup:
         """Return the next group that is not done with; the one at hand where there is no other."""
-        key = self.state.going_on(self.state.key).key or self.state.key
-        return self.state.find(key)
+        key = self.state.advance_from(self.state.current_key).current_key or self.state.current_key
+        return self.state.find_group(key)
 
     def _group(self) -> InstrumentGroup:
         group = self.state.group

@@ -21,10 +21,10 @@ def sign_prompt(instrument: InstrumentPlan, hint: PointHint, *, ask: bool) -> st
             "Confirm, or move it the right way."
         )
     if hint == "little":
-        return f"{instrument.positive_words}, farther, and hold it there."
+        return f"{instrument.positive_motion_text}, farther, and hold it there."
     if ask:
-        return f"{instrument.positive_words}, hold it there and confirm."
-    return f"{instrument.positive_words} and hold it there."
+        return f"{instrument.positive_motion_text}, hold it there and confirm."
+    return f"{instrument.positive_motion_text} and hold it there."
 
 
 def sign_speech(instrument: InstrumentPlan, hint: PointHint) -> str:
@@ -36,18 +36,18 @@ def sign_speech(instrument: InstrumentPlan, hint: PointHint) -> str:
 
 def point_prompt(instrument: InstrumentPlan, slot: ScheduledSetting, look: StepProposal) -> str:
     """Return how to come to a setting, and what was wrong with where it rests."""
-    goal = instrument.setting_words(slot.value)
+    goal = instrument.format_setting(slot.value)
     there, back = _direction_text(instrument, slot)
     if look.hint == "past":
         return f"Past it: now come {back} to {goal} and hold."
-    if look.hint == "wrong_side" and not slot.turns:
+    if look.hint == "wrong_side" and not slot.is_turning_point:
         return f"Overshot: go back {there} past it, then {back} to {goal} and hold."
     if look.hint == "elsewhere" and look.value is not None:
-        about = instrument.setting_words(round(look.value))
+        about = instrument.format_setting(round(look.value))
         return f"It rests at about {about}: go on to {goal} and hold."
     if slot.direction == "single":
         return f"Set it to {goal} and hold."
-    if slot.turns:
+    if slot.is_turning_point:
         return f"Go {there} past {goal}, come {back} to it and hold."
     return f"Go {back} to {goal} and hold."
 
@@ -60,12 +60,12 @@ def point_speech(instrument: InstrumentPlan, slot: ScheduledSetting, look: StepP
     goal = f"{abs(slot.value):g}{side}" if slot.value else "zero"
     if look.hint == "past":
         return f"Back to {goal}"
-    if look.hint == "wrong_side" and not slot.turns:
+    if look.hint == "wrong_side" and not slot.is_turning_point:
         there, _ = _direction_text(instrument, slot)
         return f"Overshot. {there.capitalize()} past it, then back to {goal}"
     if look.hint == "elsewhere":
         return f"Not yet {goal}"
-    if slot.turns and slot.direction != "single":
+    if slot.is_turning_point and slot.direction != "single":
         return f"Past {goal}, then back"
     return goal.capitalize()
 
@@ -74,7 +74,7 @@ def recorded_point_text(
     instrument: InstrumentPlan, data: Mapping[str, Any], slot: ScheduledSetting, hint: PointHint
 ) -> str:
     """Return what was taken (the data of the step), and what is odd about it."""
-    text = f"taken: {data['volts']:.3f} V at {instrument.setting_words(data['value'])}"
+    text = f"taken: {data['volts']:.3f} V at {instrument.format_setting(data['value'])}"
     if hint == "noisy":
         return f"{text}, noisy ({1e3 * data['std']:.0f} mV)"
     if hint == "unmoved":
@@ -97,11 +97,11 @@ def fit_text(instrument: InstrumentPlan, outcome: CalibrationOutcome) -> tuple[s
     title = instrument.title
     if not outcome.ready:
         return f"{title}: there are too few points; add some or repeat them.", "Too few points"
-    if outcome.doubts:
-        if outcome.check is not None:
+    if outcome.issues:
+        if outcome.check_result is not None:
             return f"{title}: calibrate it anew before the flight.", f"{title} has moved"
         return f"{title}: mend the points, or accept it as it is.", "Look at the curve"
-    if outcome.check is not None:
+    if outcome.check_result is not None:
         return f"{title} is as it was: accept it.", f"{title} holds"
     return f"{title} is good: accept it.", f"{title} good"
 

@@ -126,7 +126,7 @@ class MassProperties(StrictModel):
         return self
 
     @property
-    def height_of_mass(self) -> float:
+    def rms_mass_height(self) -> float:
         """Return the rms height of the mass above and below the CG, m: sqrt((Ixx+Iyy-Izz)/2m)."""
         return math.sqrt(max(self.ixx + self.iyy - self.izz, 0.0) / (2.0 * self.mass))
 
@@ -175,7 +175,7 @@ class _Sensor(StrictModel):
     rate: Frequency = 100.0
 
     @property
-    def lateness(self) -> float:
+    def total_delay(self) -> float:
         """Return how late slow changes are recorded, s: delay, lag and the low-pass together."""
         filtering = 0.0 if self.low_pass is None else math.sqrt(2.0) / (math.tau * self.low_pass)
         return self.delay + self.lag + filtering
@@ -383,7 +383,7 @@ class Aircraft(StrictModel):
     def warnings(self) -> tuple[str, ...]:
         """Return sentences about values that are possible but suspicious."""
         found: list[str] = []
-        height = self.mass.height_of_mass
+        height = self.mass.rms_mass_height
         if height > 0.1 * self.geometry.span:
             found.append(
                 f"ixx + iyy - izz says that the mass lies {height:.2f} m (rms) above and below "

@@ -40,7 +40,7 @@ def quality_json(quality: CalibrationQuality, channel_id: str, unit: str) -> dic
     value, si = si_converters(channel_id, unit)
     return {
         "rms": si(quality.rms),
-        "maximum": si(quality.maximum),
+        "maximum": si(quality.max_residual),
         "linearity": si(quality.linearity),
         "scatter": si(quality.scatter),
         "hysteresis": si(quality.hysteresis),
@@ -50,7 +50,7 @@ def quality_json(quality: CalibrationQuality, channel_id: str, unit: str) -> dic
         "covered": [value(end) for end in quality.covered],
         "coverage": quality.coverage,
         "uncertainty": {
-            "volts": list(quality.places),
+            "volts": list(quality.uncertainty_volts),
             "half_width": [si(width) for width in quality.half_widths],
         },
     }

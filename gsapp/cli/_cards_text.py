@@ -45,8 +45,8 @@ def print_card_status(
     for one in flown.cards:
         table.add_row(
             one.card.id,
-            one.card.heading,
-            f"{one.good} of {one.card.repeats}",
+            one.card.display_title,
+            f"{one.good_count} of {one.card.repeats}",
             Text(one.state, _COLORS[one.state]),
         )
     print_unwrapped(console, table)
@@ -55,7 +55,7 @@ def print_card_status(
         f"{'; '.join(attempt.reasons)}"
         for one in flown.cards
         for attempt in one.attempts
-        if not attempt.counts
+        if not attempt.is_counted
     ]
     if flown.unplanned:
         told.append(f"on no card: {', '.join(one.id for one in flown.unplanned)}")

@@ -22,7 +22,7 @@ _COLORS = {"good": "green", "unclear": "yellow"}
 def print_cues(console: Console, debrief: Debrief) -> None:
     """Print in a few lines what the crew was told."""
     gone = sum(event.kind == "trim" and event.state == "go" for event in debrief.events)
-    heard = sum(bool(one.words) for one in debrief.spoken)
+    heard = sum(bool(one.text) for one in debrief.announcements)
     console.print(
         f"{_count(gone, 'GO')}, {_count(heard, 'sentence')} spoken, "
         f"{_count(len(debrief.maneuvers), 'verdict')}",
@@ -78,7 +78,7 @@ def print_debrief(console: Console, debrief: Debrief) -> None:
     for one in debrief.maneuvers:
         print_sentence(console, f"{one.verdict.id}: {_sizes(one)}; {one.verdict.advice}")
     print_score(console, debrief.cards, debrief.score)
-    for words in debrief.missing:
+    for words in debrief.limitations:
         print_sentence(console, words, "dim")
 
 
@@ -89,7 +89,7 @@ def print_score(console: Console, cards: Sequence[CardScore], score: float | Non
     for card in cards:
         print_sentence(
             console,
-            f"{card.card}: {card.good} of {card.wanted} good, {card.flown} flown  {card.heading}",
+            f"{card.card}: {card.good} of {card.requested} good, {card.flown} flown  {card.title}",
         )
     console.print(f"score: {100.0 * score:z.0f} % of what the cards ask for", highlight=False)
 
@@ -131,7 +131,7 @@ def _sizes(one: EvaluatedManeuver) -> str:
     from gsapp.flight.cards.card import SURFACE_NAMES
     from gsapp.quantities.constants import DEGREE
 
-    wanted = {} if one.wanted is None else one.wanted.amplitudes
+    wanted = {} if one.target_input is None else one.target_input.amplitudes
     told = []
     for name, size in one.verdict.amplitudes.items():
         asked = ""

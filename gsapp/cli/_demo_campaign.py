@@ -91,7 +91,7 @@ def _repeat(catalog: Path) -> int:
     with Catalog(catalog) as store:
         number = max(one.number for one in stored_runs(store))
         again = repeat_run(store, number)
-    if not again.same:
+    if not again.is_identical:
         raise FlightError(f"run {number} gives other numbers: {'; '.join(again.differences)}")
     return number
 

@@ -74,7 +74,7 @@ def _map(console: Console, found: DiscrepancyResult) -> None:
         table.add_column(name, justify="right", no_wrap=True)
     channels = np.nan_to_num(residual_map(found, 0), nan=-1.0)
     for place, view in enumerate(found.maneuvers):
-        row = found.steps[0].map[place]
+        row = found.steps[0].coefficient_map[place]
         cells = [f"{value:z.1f}" if np.isfinite(value) else "-" for value in row]
         worst = int(np.argmax(channels[place]))
         cells.append(f"{channel(found.channels[worst]).symbol} {channels[place, worst]:z.1f}")

@@ -47,7 +47,7 @@ def _values(result: CampaignResult, width: int) -> Table:
     from gsapp.identification.campaign import campaign_values
 
     results = result.results
-    gusty = [one for one in results if one.beside is not None]
+    gusty = [one for one in results if one.equation_error_estimate is not None]
     columns = len(results) + len(gusty) + bool(gusty)
     wide = _FIXED + _EACH * columns <= width
     table = Table(
@@ -67,7 +67,7 @@ def _values(result: CampaignResult, width: int) -> Table:
             headings.append(_BY_EQUATIONS)
     for heading in headings:
         table.add_column(heading, justify="right", no_wrap=True)
-    by_equations = campaign_values([one.beside for one in gusty])
+    by_equations = campaign_values([one.equation_error_estimate for one in gusty])
     for name in _rows(result):
         cells: list[str | Text] = [*_summary(result.values.get(name))]
         if gusty:
@@ -75,7 +75,7 @@ def _values(result: CampaignResult, width: int) -> Table:
         for one in results if wide else ():
             cells.append(_cell(one.estimate, name))
             if one in gusty:
-                cells.append(_cell(one.beside, name))
+                cells.append(_cell(one.equation_error_estimate, name))
         table.add_row(name, *cells)
     return table
 
@@ -146,11 +146,11 @@ def _sentences(outcome: RunOutcome) -> list[str]:
     said: dict[str, list[str]] = {}
     for one in outcome.result.results:
         told = (one.failure,) if one.estimate is None else one.estimate.warnings
-        if one.beside is not None:
+        if one.equation_error_estimate is not None:
             told = (
                 *told,
                 *_method_difference_text(one),
-                *(f"{_BY_EQUATIONS}: {text}" for text in one.beside.warnings),
+                *(f"{_BY_EQUATIONS}: {text}" for text in one.equation_error_estimate.warnings),
             )
         why = () if one.estimate is None else _unknown_reasons(one.estimate)
         # The maneuvers are named once, in front.

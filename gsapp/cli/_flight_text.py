@@ -100,7 +100,7 @@ def print_flight(console: Console, flight: Flight) -> None:
 
 
 def _mark(source: ChannelSource) -> str:
-    return _UNCALIBRATED if source.uncalibrated else _MARKS.get(source.kind, "")
+    return _UNCALIBRATED if source.uncalibrated_channel else _MARKS.get(source.kind, "")
 
 
 def print_calibration(console: Console, flights: Iterable[Flight]) -> None:

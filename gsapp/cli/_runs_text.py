@@ -39,7 +39,7 @@ def print_runs(console: Console, runs: Sequence[StoredRun]) -> None:
     for one in runs:
         table.add_row(
             str(one.number),
-            f"{one.when.astimezone():%Y-%m-%d %H:%M}",
+            f"{one.created_at.astimezone():%Y-%m-%d %H:%M}",
             one.method,
             one.axis,
             str(len(one.flights)),
@@ -106,9 +106,9 @@ def print_repeat_result(console: Console, number: int, found: RepeatedRun) -> No
     """Print whether a run gave the same again, and what differs."""
     console.print(
         f"run {number} gives the same to the last bit"
-        if found.same
+        if found.is_identical
         else f"run {number} gives other values than then",
-        style="" if found.same else "bold",
+        style="" if found.is_identical else "bold",
     )
     for sentence in found.differences:
         print_sentence(console, sentence, "yellow")

@@ -57,11 +57,11 @@ def run(
     now = datetime.now().replace(microsecond=0)  # noqa: DTZ005
     found = load_certificate_overview(folder, former)
     in_force = CalibrationInForce(
-        certificates={one.certificate.channel: one.certificate for one in found.standing},
-        on=_flight_date(Path(folder)) or now.astimezone(),
-        lacking=[one.channel for one in found.skipped],
+        certificates={one.certificate.channel: one.certificate for one in found.in_force},
+        flight_date=_flight_date(Path(folder)) or now.astimezone(),
+        missing=[one.channel for one in found.skipped],
     )
-    pages = _write_pages(console, found.standing, report, page, now)
+    pages = _write_pages(console, found.in_force, report, page, now)
     if json is not None:
         write_json(json, format_json(_content(found, in_force, folder, now, pages)))
     if not is_stdout(json):
@@ -110,13 +110,13 @@ def _content(
     pages: Sequence[Path],
 ) -> dict[str, Any]:
     """Return the list for programs: SI units, seconds; absent = null."""
-    reports: Sequence[Path | None] = pages or [None] * len(found.standing)
+    reports: Sequence[Path | None] = pages or [None] * len(found.in_force)
     return {
         "folder": folder,
-        "status": _status(in_force.judge()),
+        "status": _status(in_force.evaluate()),
         "certificates": [
             {**_one(standing, in_force, now), "report": None if report is None else str(report)}
-            for standing, report in zip(found.standing, reports, strict=True)
+            for standing, report in zip(found.in_force, reports, strict=True)
         ],
         "uncalibrated": [
             {
@@ -131,7 +131,7 @@ def _content(
 
 
 def _status(status: CalibrationStatus) -> dict[str, str]:
-    return {"state": status.state, "words": status.words, "detail": status.detail}
+    return {"state": status.state, "words": status.summary, "detail": status.detail}
 
 
 def _one(
@@ -148,7 +148,7 @@ def _one(
         "instrument": certificate.instrument or None,
         "stamp": certificate.stamp.isoformat(),
         "age": standing.age(now).total_seconds(),
-        "status": _status(in_force.judge((certificate.channel,))),
+        "status": _status(in_force.evaluate((certificate.channel,))),
         "who": certificate.who or None,
         "temperature": certificate.temperature,
         "excitation_voltage": certificate.excitation_voltage,
@@ -176,7 +176,7 @@ def _print(
     from rich.text import Text
 
     table = Table(
-        title=f"{folder}: {len(found.standing)} certificates in force",
+        title=f"{folder}: {len(found.in_force)} certificates in force",
         title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0),
     )  # fmt: skip
     for heading in ("channel", "taken", "status"):
@@ -187,22 +187,22 @@ def _print(
     wide = console.width >= _WIDE
     if wide:
         table.add_column("who", no_wrap=True, overflow="ellipsis", ratio=1)
-    for one in found.standing:
+    for one in found.in_force:
         certificate = one.certificate
-        status = in_force.judge((certificate.channel,))
+        status = in_force.evaluate((certificate.channel,))
         table.add_row(
             certificate.channel,
             f"{certificate.stamp:%Y-%m-%d}",
-            Text(status.words, "" if status.state == "good" else "yellow"),
+            Text(status.summary, "" if status.state == "good" else "yellow"),
             str(len(certificate.points)),
             *_figures(one),
             *([certificate.who] if wide else []),
         )
     print_unwrapped(console, table)
-    for one in found.standing:
+    for one in found.in_force:
         if one.drift is not None and one.drift.significant:
             print_sentence(console, f"{one.certificate.channel}: {one.drift.sentence}", "yellow")
-    status = in_force.judge()
+    status = in_force.evaluate()
     print_sentence(console, f"{status.detail}.", "" if status.state == "good" else "yellow")
     for skipped in found.skipped:
         print_sentence(

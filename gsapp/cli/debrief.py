@@ -108,7 +108,7 @@ def replay_to_end(
     from gsapp.session import UNLIMITED_SPEED, Session
     from gsapp.session.replay_runner import run_replay
 
-    flown = FlightReadSettings.find(path, aircraft=aircraft).aircraft
+    flown = FlightReadSettings.load(path, aircraft=aircraft).aircraft
     session = Session.replay(
         path, speed=UNLIMITED_SPEED, channel_map=channel_map, certificates=calibration,
         aircraft=flown or DEFAULT_AIRCRAFT, model=model, cards=cards,
@@ -135,7 +135,7 @@ def _store(catalog: Path, session: Session, debrief: Debrief) -> None:
 
     name = "" if session.aircraft is None else session.aircraft.name
     with Catalog(catalog) as store:
-        store_debrief(store, session.flight(), debrief.stored(), debrief.cards, aircraft=name)
+        store_debrief(store, session.flight(), debrief.to_stored_verdicts(), debrief.cards, aircraft=name)
 
 
 def _trends(catalog: Catalog) -> tuple[FlightTrend, ...]:

@@ -148,7 +148,7 @@ def _follow_live(folder: Path, aircraft: AircraftProcess, console: Console) -> S
     line = TextColumn("3. Live: flight time {task.fields[time]}, {task.fields[rate]} frames/s")
     with Progress(line, console=console) as progress:
         task = progress.add_task("", total=None, time="-", rate="-")
-        while aircraft.flying() or time.monotonic() - last_new < _END_OF_DATA_SECONDS:
+        while aircraft.is_running() or time.monotonic() - last_new < _END_OF_DATA_SECONDS:
             session.update()
             if session.now != seen:
                 last_new, seen = time.monotonic(), session.now
@@ -156,7 +156,7 @@ def _follow_live(folder: Path, aircraft: AircraftProcess, console: Console) -> S
                 rate = session.snapshot().link.rate
                 progress.update(task, time=shown, rate="-" if rate is None else f"{rate:.0f}")
             time.sleep(0.016)
-    if complaint := aircraft.complaint():
+    if complaint := aircraft.take_error():
         raise FlightError(complaint)
     return session
 
@@ -216,6 +216,6 @@ def _same_as_live(live: Session, replayed: Session) -> int:
     if told is not None and again is not None and told.cues_json() != again.cues_json():
         raise FlightError("the replay tells the crew something else than the live view did")
     formed, found = live.estimates, replayed.estimates
-    if formed is not None and found is not None and formed.numbers() != found.numbers():
+    if formed is not None and found is not None and formed.to_json() != found.to_json():
         raise FlightError("the replay gives other derivatives than formed in the air")
     return len(replayed.history.channels)

@@ -140,7 +140,7 @@ def run(
         _fill(part, found, out, own, provenance, draw)
     if json is not None:
         write_json(json, format_json(discrepancy_json(found, model=out / MODEL_FILE)))
-    print_aircraft_warnings(console, [flown[0].file])
+    print_aircraft_warnings(console, [flown[0].file_aircraft])
     for one in flown:
         for remark in one.remarks:
             if remark not in one.flight.calibration_remarks:  # stands among the warnings
@@ -218,7 +218,7 @@ def _search(
         task = bar.add_task("preparing", total=1.0)
 
         def show(done: Done) -> None:
-            bar.update(task, completed=done.share, description=done.doing)
+            bar.update(task, completed=done.share, description=done.activity)
 
         investigation = Investigation(maneuvers, aircraft, settings.model)
         return investigation.run(settings, progress=show)

@@ -56,7 +56,7 @@ def run(
         raise CommandUsageError(
             f"{out.name} ends as a file of another format than --to {to}; let the two agree"
         )
-    ColumnUnits.of((), units)
+    ColumnUnits.from_channels((), units)
     console = PlainConsole(stderr=is_stdout(json))
     with console.status(f"reading {flight.name}"):
         loaded = load_flight(flight, channel_map=channel_map, certificates=calibration)
@@ -68,7 +68,7 @@ def run(
         print_flight(console, loaded)
         console.print(f"written to {out}", highlight=False, soft_wrap=True)
     if json is not None:
-        layout = ColumnUnits.of(loaded.block.channels, units)
+        layout = ColumnUnits.from_channels(loaded.block.channels, units)
         written = {
             "file": str(out),
             "format": to,

@@ -165,8 +165,8 @@ def transmit_flight(
     with open_link(to, clock, speed) as line:
         started = clock.now_us()
         place = onboard or Path(f"onboard-{time.strftime('%Y%m%d-%H%M%S')}.tlog")
-        downlink = settings.downlink(started)
-        log, server = settings.keep_log(place, started)
+        downlink = settings.create_downlink(started)
+        log, server = settings.create_onboard_log(place, started)
         transmitter = DownlinkTransmitter(
             downlink,
             line,
@@ -178,7 +178,7 @@ def transmit_flight(
         )
         try:
             with flight_status(console, f"Flying '{settings.plan}' over {to}") as show:
-                transmitter.fly(show)
+                transmitter.transmit(show)
             print_crash(downlink, console)
             console.print(
                 f"The flight is over: {transmitter.sent_bytes / 1e6:.2f} MB sent.", highlight=False
@@ -189,13 +189,13 @@ def transmit_flight(
                     "'gsapp onboard FLIGHT --link LINK'; Ctrl-C ends.",
                     soft_wrap=True,
                 )
-                transmitter.stay(_PEER_TIMEOUT)
+                transmitter.serve_log_requests(_PEER_TIMEOUT)
         finally:
             if log is not None:
                 log.close()
             if truth is not None:
                 write_truth(truth, downlink.truth())
-    return show.reached
+    return show.progress
 
 
 def write_folder(
@@ -230,7 +230,7 @@ def _fill(
     from gsapp.telemetry.virtual_aircraft.record_writer import write_record
 
     started = time.time_ns() // 1000
-    downlink = settings.downlink(started)
+    downlink = settings.create_downlink(started)
     flight = prepare_flight_folder(
         folder,
         name=name,
@@ -246,7 +246,7 @@ def _fill(
     print_crash(downlink, console)
     if kept is not None:
         flight.update_info(onboard_log=kept.name)
-    return downlink.truth(), show.reached
+    return downlink.truth(), show.progress
 
 
 def _notes(settings: FlightSettings) -> str:
@@ -341,17 +341,17 @@ class FlightStatusLine:
 
     Attributes
     ----------
-    reached : TransmitProgress or None
+    progress : TransmitProgress or None
         How far it came; None before anything was told.
     """
 
     def __init__(self, title: str, show: Callable[[str], None]) -> None:
         self._title = title
         self._show = show
-        self.reached: TransmitProgress | None = None
+        self.progress: TransmitProgress | None = None
 
     def __call__(self, progress: TransmitProgress) -> None:
         """Show where the flight is."""
-        self.reached = progress
+        self.progress = progress
         minutes, seconds = divmod(int(progress.time), 60)
         self._show(f"{self._title}: {minutes}:{seconds:02d}  {progress.phase}")

@@ -69,7 +69,7 @@ def run(
         downlink = BenchDownlink(bench, heard, thin=thin, unix_us=clock.now_us())
         transmitter = DownlinkTransmitter(downlink, line, clock=clock, speed=speed, thin=thin)
         with flight_status(console, f"On the ground, over {to}") as show:
-            transmitter.fly(show)
+            transmitter.transmit(show)
 
 
 @contextlib.contextmanager

@@ -67,7 +67,7 @@ def fly_with_sticks(
         pilots.append(KeyboardPilot(plan, feel, random, dt, airborne=settings.airborne))
         return pilots[-1]
 
-    downlink = settings.downlink(clock.now_us(), make)
+    downlink = settings.create_downlink(clock.now_us(), make)
     control = StdinConsole(
         sys.stdin,
         lambda text: console.print(text, highlight=False, soft_wrap=True),
@@ -79,9 +79,9 @@ def fly_with_sticks(
         )
         try:
             with flight_status(console, f"Flying with keys over {to}") as show:
-                transmitter.fly(show)
+                transmitter.transmit(show)
             print_crash(downlink, console)
         finally:
             if truth is not None:
                 write_truth(truth, downlink.truth())
-    return show.reached
+    return show.progress

@@ -122,7 +122,7 @@ def run(
         other.aircraft.geometry,
     )
     reasons: list[str] = [
-        *(one.assumed for one in every if one.assumed),
+        *(one.assumed_aircraft_text for one in every if one.assumed_aircraft_text),
         *calibration_sentences(one.flight for one in every),
         *campaign.remarks,
     ]
@@ -140,7 +140,7 @@ def run(
         _write_json(json, found, reasons)
     if out is not None:
         _save(out, found, [one.flight.name for one in every[:-1]])
-    print_aircraft_warnings(console, (one.file for one in every))
+    print_aircraft_warnings(console, (one.file_aircraft for one in every))
     # What the source found is no measure for another aircraft.
     published = published_errors() if other.aircraft.name == PUBLISHED_AIRCRAFT else {}
     for axis, models in found.items():

@@ -76,7 +76,7 @@ def run(
         loaded = load_flight(
             flight, channel_map=channel_map, certificates=calibration, aircraft=aircraft
         )
-        own = FlightReadSettings.find(flight, aircraft=aircraft).aircraft
+        own = FlightReadSettings.load(flight, aircraft=aircraft).aircraft
         flown = own or load_aircraft(DEFAULT_AIRCRAFT)
     with console.status("looking for maneuvers"):
         found = collect_maneuvers(loaded, flown, as_found=as_found)
@@ -113,7 +113,7 @@ def _graded(found: FlightManeuvers, session: Session) -> FlightManeuvers:
 
     from gsapp.flight.maneuvers import RecordedVerdict, apply_verdicts
 
-    watch = session.cue_watch
+    watch = session.cue_monitor
     verdicts = [
         RecordedVerdict(t_input=one.t_input, result=one.result, advice=one.advice, grade=one.grade)
         for one in (() if watch is None else watch.cueing.verdicts)
@@ -177,7 +177,7 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
             print_sentence(console, f"{one.id}: {'; '.join(one.reasons)}")
     told = [
         *(f"{grade}: {words}" for grade, words in GRADES.items() if found.maneuvers),
-        f"flying is judged by {found.judged_by}; noise from {found.noise.source}",
+        f"flying is judged by {found.airborne_criterion}; noise from {found.noise.source}",
     ]
     for sentence in told:
         print_sentence(console, sentence, "dim")

@@ -46,7 +46,7 @@ def run(
     with console.status(f"reading {flight}"):
         if log is not None:
             placed = install_log(flight, log)
-            opened, former, remark = placed.flight, placed.former, placed.remark
+            opened, former, remark = placed.flight, placed.previous_name, placed.remark
         elif use is not None:
             opened = activate_log(flight, "" if use == "none" else use)
         else:
@@ -91,10 +91,10 @@ def fetch(
             parse_log_link(link)
     with _shown(console) as tell, LogFetcher(flight, link, tell=tell) as fetcher:
         if listing:
-            entries = fetcher.list()
+            entries = fetcher.list_logs()
             fetched = None
         else:
-            entry = fetcher.choose(number)
+            entry = fetcher.select(number)
             fetched = fetcher.fetch(entry) if entry is not None else None
     if listing:
         _list(console, entries)
@@ -104,9 +104,9 @@ def fetch(
     if fetched is None:
         return
     with console.status("comparing it with the live record"):
-        placed = install_log(flight, fetched.path, begun=fetched.begun)
+        placed = install_log(flight, fetched.path, begun=fetched.start_time)
     fetched.path.unlink(missing_ok=True)
-    _print_status(console, placed.flight, placed.former, placed.remark, json)
+    _print_status(console, placed.flight, placed.previous_name, placed.remark, json)
 
 
 def _shown(console: Console) -> Any:
@@ -135,7 +135,7 @@ def _shown(console: Console) -> Any:
                     task,
                     description=state.phase,
                     total=state.size or None,
-                    completed=state.got,
+                    completed=state.received_bytes,
                 )
 
             yield tell
@@ -185,16 +185,16 @@ def _list(console: Console, entries: tuple[LogEntry, ...]) -> None:
 
     for entry in entries:
         begun = (
-            f"{datetime.fromtimestamp(entry.begun, UTC):%Y-%m-%d %H:%M} UTC"
-            if entry.begun
+            f"{datetime.fromtimestamp(entry.time_utc, UTC):%Y-%m-%d %H:%M} UTC"
+            if entry.time_utc
             else "at an unknown time"
         )
         console.print(
-            f"log {entry.number}: {entry.size / 1e6:.2f} MB, begun {begun}", highlight=False
+            f"log {entry.id}: {entry.size / 1e6:.2f} MB, begun {begun}", highlight=False
         )
     if not entries:
         console.print("The autopilot holds no log.")
 
 
 def _entry_json(entry: LogEntry) -> dict[str, Any]:
-    return {"number": entry.number, "size": entry.size, "begun": entry.begun or None}
+    return {"number": entry.id, "size": entry.size, "begun": entry.time_utc or None}

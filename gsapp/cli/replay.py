@@ -129,14 +129,14 @@ def summary_json(session: Session) -> dict[str, Any]:
 
     whole = session.flight()
     summary = summarize_flight(whole, session.aircraft)
-    summary["events"] = events_json(sort_events((*whole.events, *alarm_events(session.board))))
+    summary["events"] = events_json(sort_events((*whole.events, *alarm_events(session.alarm_registry))))
     summary |= _link_json(session.link_report(), whole.duration)
     debrief = session.debrief()
     if debrief is not None:
         summary["cues"] = debrief.cues_json()
         summary["verdicts"] = [one.to_json() for one in debrief.maneuvers]
     if session.estimates is not None:
-        summary["estimates"] = session.estimates.numbers()
+        summary["estimates"] = session.estimates.to_json()
     return summary
 
 
@@ -150,7 +150,7 @@ def _link_json(report: LinkReport | None, duration: float) -> dict[str, Any]:
         else {
             "system": report.system,
             "component": None if report.flown is None else report.flown.component,
-            "chosen": report.chosen,
+            "chosen": report.is_system_selected,
         },
         "senders": [
             {
@@ -194,14 +194,14 @@ def _play(session: Session, console: Console) -> None:
 
 
 def _print_alarms(session: Session, console: Console) -> None:
-    alarms = session.board.episodes
+    alarms = session.alarm_registry.episodes
     if not alarms:
         return
     console.print(f"{len(alarms)} alarm{'' if len(alarms) == 1 else 's'}", highlight=False)
     for one in alarms[:_MOST_ALARMS]:
         when = "" if one.onset is None else f"{one.onset:9.2f} s  "
         print_sentence(
-            console, f"{when}{one.severity.name.lower():8} {one.sentence(DISPLAY_UNITS.get())}"
+            console, f"{when}{one.severity.name.lower():8} {one.message_text(DISPLAY_UNITS.get())}"
         )
     if len(alarms) > _MOST_ALARMS:
         console.print(f"and {len(alarms) - _MOST_ALARMS} more", highlight=False)

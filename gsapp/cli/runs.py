@@ -239,14 +239,14 @@ def _brief(one: StoredRun) -> dict[str, Any]:
     return {
         "number": one.number,
         "label": one.label,
-        "when": one.when.isoformat(),
+        "when": one.created_at.isoformat(),
         "method": one.method,
         "axis": one.axis,
         "aircraft": one.aircraft,
         "flights": list(one.flights),
         "maneuver_count": one.maneuver_count,
         "bounds_ratio": one.bounds_ratio,
-        "wild": list(one.wild),
+        "wild": list(one.outlying_maneuvers),
         "values": {name: asdict(value) for name, value in one.values.items()},
         "campaign": {name: asdict(value) for name, value in one.campaign.items()},
     }

@@ -78,7 +78,7 @@ def run(
     if not every:
         raise FlightError(f"no maneuver to choose terms by: {no_maneuvers_text(flown)}")
     found: list[TermSelection] = []
-    reasons = [one.assumed for one in flown if one.assumed]
+    reasons = [one.assumed_aircraft_text for one in flown if one.assumed_aircraft_text]
     for name in coefficient or _AXES:
         own = _moving(every, name)
         if not own:
@@ -94,7 +94,7 @@ def run(
     if json is not None:
         content = {"coefficients": {one.coefficient: _content(one) for one in found}}
         write_json(json, format_json({**content, "remarks": reasons}))
-    print_aircraft_warnings(console, (one.file for one in flown))
+    print_aircraft_warnings(console, (one.file_aircraft for one in flown))
     for one in found:
         _describe(console, one)
     for sentence in reasons:
@@ -118,7 +118,7 @@ def _content(one: TermSelection) -> dict[str, Any]:
         "steps": [
             {
                 "action": step.action, "term": step.term, "partial_f": step.partial_f,
-                "r2": step.r2, "press": step.press, "alike": list(step.alike), "why": step.why,
+                "r2": step.r2, "press": step.press, "alike": list(step.equivalent_terms), "why": step.why,
             }
             for step in one.steps
         ],

@@ -349,7 +349,7 @@ class _Reader:
         self._problems.append(FileProblem(where=where, what=what, remedy=remedy))
 
     def _report_error(self, where: str, error: Exception) -> None:
-        self._problems.append(FileProblem.of(where, error))
+        self._problems.append(FileProblem.from_error(where, error))
 
     def _head(self) -> _MapHeader | None:
         known = {key: value for key, value in self._raw.items() if key not in ("channels", "text")}

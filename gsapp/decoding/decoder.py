@@ -259,14 +259,14 @@ class Decoder:
         return self._pipeline.duplicates
 
     @property
-    def overtaken(self) -> int:
+    def reordered(self) -> int:
         """Return how many samples came after a later one of their message, and were left out."""
-        return self._pipeline.overtaken
+        return self._pipeline.reordered
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """Return what of the data was left out so far, in words."""
-        lines, samples = self.bad_lines, self.overtaken
+        lines, samples = self.bad_lines, self.reordered
         return (
             *([f"{lines} of {self.lines + lines} lines of text were left out"] if lines else []),
             *(
@@ -312,7 +312,7 @@ class Decoder:
             if clock.now >= self._next_give_up:
                 # At moments that depend on the record alone, not on how it is fed.
                 blocks += self._pull(final=False)
-                self._pipeline.give_up(clock.now)
+                self._pipeline.drop_overdue(clock.now)
                 self._next_give_up = clock.now + _GIVE_UP_EVERY
         return blocks + self._pull(final=False)
 
@@ -321,7 +321,7 @@ class Decoder:
         self._decide()
         self.clock.finish()
         self._take_released(self.health.last_stamp or 0)
-        self._say(self._texts.give_up())
+        self._say(self._texts.flush_overdue())
         return self._pull(final=True)
 
     def _pull(self, *, final: bool) -> list[Block]:
@@ -355,7 +355,7 @@ class Decoder:
             self.data_stamp = host
         if head[2:] in STATE_MESSAGES and head[0] == self._system:
             number = int.from_bytes(head[2:], "little")
-            self.landed_state.take(number, head[1], payload, self.flight_time_at(host))
+            self.landed_state.update(number, head[1], payload, self.flight_time_at(host))
         clock = self.clock
         for stream, _, select_at, selected, stamp_at, stamp_scale, stamp_period in routes:
             # Zero bytes at the end are not always sent.
@@ -363,10 +363,10 @@ class Decoder:
                 continue
             now = clock.now
             if stamp_at is None:
-                time = clock.arrive(host, (stream, payload))
+                time = clock.assign_arrival_time(host, (stream, payload))
             else:
                 stamp = int.from_bytes(payload[stamp_at], "little") * stamp_scale
-                time = clock.place(head[1], stamp, host, (stream, payload), period=stamp_period)
+                time = clock.assign_time(head[1], stamp, host, (stream, payload), period=stamp_period)
             if clock.released or clock.events:
                 # They came before this one.
                 self._take_released(host)
@@ -480,8 +480,8 @@ class Decoder:
     def _unmapped(
         self, host: int, system: int, component: int, number: int, payload: bytes
     ) -> None:
-        if self._texts.waits:
-            self._say(self._texts.give_up(host))
+        if self._texts.has_pending:
+            self._say(self._texts.flush_overdue(host))
         if system < FIRST_GROUND_SYSTEM and (
             is_vehicle(component, payload)
             if number == HEARTBEAT_ID
@@ -497,7 +497,7 @@ class Decoder:
             if system == self._system and len(payload) > 8:
                 unix = int.from_bytes(payload[:8], "little")
                 boot = int.from_bytes(payload[8:12], "little") * 1000
-                self.clock.relate(unix, boot)
+                self.clock.set_unix_offset(unix, boot)
         elif number == _STATUSTEXT:
             if self._system in (None, system):
                 self._text(host, system, component, payload)
@@ -517,7 +517,7 @@ class Decoder:
         row = decode_columns(_STATUSTEXT, [payload])[0]
         number, place, severity = int(row["id"]), int(row["chunk_seq"]), int(row["severity"])
         piece = bytes(row["text"])
-        self._say(self._texts.take(host, system, component, severity, number, place, piece))
+        self._say(self._texts.add_chunk(host, system, component, severity, number, place, piece))
 
     def _say(self, texts: Iterable[StatusText]) -> None:
         self.messages.extend(
@@ -585,10 +585,10 @@ class Decoder:
         for stream in self._lines:
             now = self.clock.now
             if stamp is None or not self._pipeline.streams[stream].vehicle_time:
-                time = self.clock.arrive(host, (stream, item))
+                time = self.clock.assign_arrival_time(host, (stream, item))
             else:
                 micros = round(stamp * self.channel_map.text_scale)
-                time = self.clock.place(0, micros, host, (stream, item))
+                time = self.clock.assign_time(0, micros, host, (stream, item))
             if self.clock.released or self.clock.events:
                 self._take_released(host)
             if time is not None:

@@ -34,7 +34,7 @@ class Derivation:
     ----------
     output : str
         The channel.
-    quick, slow : tuple of str
+    fast_inputs, slow_inputs : tuple of str
         Its inputs, in the order in which `compute` takes them.
     compute : callable
         From arrays of shape (n,) to one, or from numbers to a number.
@@ -47,8 +47,8 @@ class Derivation:
     """
 
     output: str
-    quick: tuple[str, ...]
-    slow: tuple[str, ...] = ()
+    fast_inputs: tuple[str, ...]
+    slow_inputs: tuple[str, ...] = ()
     compute: DeriveFunction
     density: DeriveFunction | None = None
     source: str
@@ -63,10 +63,10 @@ class Derivation:
     @property
     def inputs(self) -> tuple[str, ...]:
         """Return all inputs."""
-        return self.quick + self.slow
+        return self.fast_inputs + self.slow_inputs
 
     @property
-    def same(self) -> bool:
+    def is_alias(self) -> bool:
         """Return whether it is its input, under another name."""
         return self.compute is _identity
 
@@ -84,59 +84,59 @@ _STANDARD_DAY = "temperature of the standard day"
 DERIVATIONS: tuple[Derivation, ...] = (
     Derivation(
         output="de",
-        quick=("elevator_left", "elevator_right"),
+        fast_inputs=("elevator_left", "elevator_right"),
         compute=_mean,
         source="(6.1.1)",
     ),
     Derivation(
-        output="da", quick=("aileron_left", "aileron_right"), compute=_mean, source="(6.1.2)"
+        output="da", fast_inputs=("aileron_left", "aileron_right"), compute=_mean, source="(6.1.2)"
     ),
-    Derivation(output="dr", quick=("rudder",), compute=_identity, source="(6.1.3)"),
+    Derivation(output="dr", fast_inputs=("rudder",), compute=_identity, source="(6.1.3)"),
     # What the vehicle corrected itself goes before the raw difference of pressures.
     Derivation(
         output="qbar",
-        quick=("Vc",),
+        fast_inputs=("Vc",),
         compute=air_data.sea_level_dynamic_pressure,
         source="rho0 Vc^2 / 2",
     ),
     Derivation(
         output="qbar",
-        quick=("V",),
-        slow=("static_pressure", "temperature"),
+        fast_inputs=("V",),
+        slow_inputs=("static_pressure", "temperature"),
         compute=air_data.dynamic_pressure,
         density=air_data.density,
         source="rho V^2 / 2",
     ),
     Derivation(
         output="qbar",
-        quick=("V",),
-        slow=("static_pressure",),
+        fast_inputs=("V",),
+        slow_inputs=("static_pressure",),
         compute=air_data.dynamic_pressure,
         density=air_data.standard_density,
         source="rho V^2 / 2",
         assumed=_STANDARD_DAY,
     ),
     Derivation(
-        output="qbar", quick=("dynamic_pressure",), compute=_identity, source="incompressible flow"
+        output="qbar", fast_inputs=("dynamic_pressure",), compute=_identity, source="incompressible flow"
     ),
     Derivation(
         output="Vc",
-        quick=("qbar",),
+        fast_inputs=("qbar",),
         compute=air_data.calibrated_airspeed,
         source="sqrt(2 qbar / rho0)",
     ),
     Derivation(
         output="V",
-        quick=("qbar",),
-        slow=("static_pressure", "temperature"),
+        fast_inputs=("qbar",),
+        slow_inputs=("static_pressure", "temperature"),
         compute=air_data.true_airspeed,
         density=air_data.density,
         source="sqrt(2 qbar / rho)",
     ),
     Derivation(
         output="V",
-        quick=("qbar",),
-        slow=("static_pressure",),
+        fast_inputs=("qbar",),
+        slow_inputs=("static_pressure",),
         compute=air_data.true_airspeed,
         density=air_data.standard_density,
         source="sqrt(2 qbar / rho)",
@@ -144,21 +144,21 @@ DERIVATIONS: tuple[Derivation, ...] = (
     ),
     Derivation(
         output="density",
-        quick=("static_pressure",),
-        slow=("temperature",),
+        fast_inputs=("static_pressure",),
+        slow_inputs=("temperature",),
         compute=air_data.density,
         source="ideal gas",
     ),
     Derivation(
         output="density",
-        quick=("static_pressure",),
+        fast_inputs=("static_pressure",),
         compute=air_data.standard_density,
         source="ideal gas",
         assumed=_STANDARD_DAY,
     ),
     Derivation(
         output="altitude",
-        quick=("static_pressure",),
+        fast_inputs=("static_pressure",),
         compute=air_data.altitude,
         source="standard atmosphere",
     ),
@@ -256,7 +256,7 @@ class SlowInput:
             result = np.where(np.isnan(result), value, result)
         return result
 
-    def at_singly(self, micros: Sequence[float]) -> list[float]:
+    def at_scalars(self, micros: Sequence[float]) -> list[float]:
         """Return what `at` does, number by number."""
         return [self._at(time) for time in micros]
 
@@ -269,7 +269,7 @@ class SlowInput:
                     return value
         return math.nan
 
-    def forget(self, before: int) -> None:
+    def drop_before(self, before: int) -> None:
         """Drop what no later row will ask for: all but the last sample before a time (us)."""
         for since, values in zip(self._since, self._values, strict=True):
             if len(since) > 256:

@@ -112,7 +112,7 @@ class _VehicleClock:
 class FlightClock:
     """Places stamps, and arrivals without a stamp, in flight time.
 
-    `place` and `arrive` return the flight time of an item at once in the usual case. Where an
+    `assign_time` and `assign_arrival_time` return the flight time of an item at once in the usual case. Where an
     item has to wait they return None, and hand it out later in `released`: the caller looks there
     after every call and empties it.
 
@@ -145,7 +145,7 @@ class FlightClock:
         self._waiting: list[_HeldItem] = []
         self._narrow: list[tuple[int, int, _HeldItem]] = []
 
-    def place(
+    def assign_time(
         self, component: int, stamp: int, host: int, item: Any, *, period: int = 0
     ) -> int | None:
         """Return the flight time of a stamp.
@@ -211,7 +211,7 @@ class FlightClock:
         )
         return None
 
-    def arrive(self, host: int, item: Any) -> int | None:
+    def assign_arrival_time(self, host: int, item: Any) -> int | None:
         """Return the flight time of an arrival: of a message that carries no stamp.
 
         It is the time at which a message that left now, with the least delay known, would
@@ -226,7 +226,7 @@ class FlightClock:
         self._pass(time)
         return time
 
-    def relate(self, unix: int, boot: int) -> None:
+    def set_unix_offset(self, unix: int, boot: int) -> None:
         """Take note that a vehicle's two ways of counting are this far apart (SYSTEM_TIME)."""
         if unix >= MIN_UNIX_STAMP:
             self._unix_minus_boot = unix - boot
@@ -482,7 +482,7 @@ class FlightClock:
             self._pass(time)
             self.released.append(TimedItem(time, item))
         for component, period, (stamp, host, item) in narrow:
-            placed = self.place(component, stamp, host, item, period=period)
+            placed = self.assign_time(component, stamp, host, item, period=period)
             if placed is not None:
                 self.released.append(TimedItem(placed, item))
 

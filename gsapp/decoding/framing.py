@@ -143,7 +143,7 @@ class Framer:
         self._buffer = self._buffer + data if self._buffer else bytes(data)
         return self._take(*self._scan(final=False))
 
-    def settle(self) -> list[MavlinkFrame | Residue]:
+    def flush_complete(self) -> list[MavlinkFrame | Residue]:
         """Tell that the link pauses: bring out every frame that is whole by now.
 
         A frame at the end of which only the beginning has arrived stays pending, since a stalled
@@ -460,7 +460,7 @@ class LineFramer:
         self._buffer += data
         return self._split(final=False)
 
-    def settle(self) -> list[TextLine | Residue]:
+    def flush_complete(self) -> list[TextLine | Residue]:
         """Tell that the link pauses: a CR that might have been followed by LF ends its line."""
         return self._split(final=True)
 

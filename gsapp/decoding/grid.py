@@ -40,7 +40,7 @@ class Grid:
         Rows per second.
     """
 
-    __slots__ = ("_table", "_table_first", "denominator", "longest", "numerator", "rate", "step")
+    __slots__ = ("_table", "_table_first", "denominator", "max_filled_rows", "numerator", "rate", "step")
 
     def __init__(self, rate: float) -> None:
         if not 0.01 <= rate <= 100_000.0:
@@ -50,7 +50,7 @@ class Grid:
         self.numerator = exact.numerator
         self.denominator = exact.denominator
         self.step = 1_000_000 * exact.denominator
-        self.longest = int(MAX_FILLED_PAUSE * self.rate)
+        self.max_filled_rows = int(MAX_FILLED_PAUSE * self.rate)
         self._table_first = 0
         self._table = np.empty(0)
 
@@ -70,11 +70,11 @@ class Grid:
         stop = (first + count) * self.denominator
         return np.arange(start, stop, self.denominator, dtype=np.int64) / self.numerator
 
-    def micros(self, first: int, count: int) -> FloatArray:
+    def times_us(self, first: int, count: int) -> FloatArray:
         """Return the times of rows `first` and following, us."""
         start, stop = first * self.step, (first + count) * self.step
         return np.arange(start, stop, self.step, dtype=np.int64) / self.numerator
 
-    def at_or_after(self, time: int) -> int:
+    def row_at_or_after(self, time: int) -> int:
         """Return the first row at or after a time (us)."""
         return -(-time * self.numerator // self.step)

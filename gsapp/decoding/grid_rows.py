@@ -55,11 +55,11 @@ class GridRows:
         """Return the row after the last."""
         return self.first + len(self.values)
 
-    def of(self, columns: ColumnIndex) -> GridRows:
+    def select_columns(self, columns: ColumnIndex) -> GridRows:
         """Return the same rows with these columns only."""
         return GridRows(self.first, self.values[:, columns], self.silent, few=self.few)
 
-    def part(self, start: int, stop: int) -> GridRows:
+    def slice_rows(self, start: int, stop: int) -> GridRows:
         """Return the rows from one index of the grid to before another."""
         part = slice(start - self.first, stop - self.first)
         return GridRows(start, self.values[part], few=self.few)
@@ -86,12 +86,12 @@ class RowBatch:
         self._pieces: list[tuple[GridRows, int, int]] = []
 
     def add(self, first: int, count: int, width: int, silent: BoolArray | None) -> GridRows:
-        """Return the rows whose numbers were added last; they have none before `lay`."""
+        """Return the rows whose numbers were added last; they have none before `compute_rows`."""
         rows = GridRows(first, _NONE, silent, True)
         self._pieces.append((rows, count, width))
         return rows
 
-    def lay(self) -> None:
+    def compute_rows(self) -> None:
         """Compute all rows that were added, and begin anew."""
         if not self._pieces:
             return

@@ -89,7 +89,7 @@ class Gridder:
         The first row at or after the first sample.
     last : int or None
         Time of the last sample, us.
-    samples, duplicates, overtaken : int
+    samples, duplicates, reordered : int
         How many samples were laid, and how many were not because they had the stamp of their
         predecessor or came after a later one.
     gaps : int
@@ -102,7 +102,7 @@ class Gridder:
         self, grid: Grid, *, circular: BoolArray, stepwise: BoolArray, fallback: int = 1_000_000
     ) -> None:
         self.duplicates = 0
-        self.overtaken = 0
+        self.reordered = 0
         self.samples = 0
         self.gaps = 0
         self.missing = [0] * circular.size
@@ -110,7 +110,7 @@ class Gridder:
         self.first: tuple[int, int] | None = None
         self.begin = 0
         self._grid = grid
-        self._longest = grid.longest * grid.step
+        self._longest = grid.max_filled_rows * grid.step
         self._angles: list[int] = np.flatnonzero(circular).tolist()
         self._steps: list[int] = np.flatnonzero(stepwise).tolist()
         self._circular = column_index(self._angles)
@@ -128,7 +128,7 @@ class Gridder:
         return ordered[(len(ordered) - 1) // 2] if ordered else _UNKNOWN_PERIOD
 
     @property
-    def patience(self) -> int:
+    def silence_timeout(self) -> int:
         """Return after what silence another source counts, us."""
         return max(self._fallback, self.period * 5 // 2)
 
@@ -226,7 +226,7 @@ class Gridder:
                 self.first = (time, came)
             elif time > last:
                 passed = came - last
-                silent = passed > fallback and passed > self.patience
+                silent = passed > fallback and passed > self.silence_timeout
                 interval = time - last
                 self._intervals.append(interval)
                 if interval < least:
@@ -280,7 +280,7 @@ class Gridder:
         if repeated:
             self.duplicates += 1
         else:
-            self.overtaken += 1
+            self.reordered += 1
 
     def _is_gap(self, interval: int) -> bool:
         """Return whether an interval, taken note of already, is too long to bridge."""

@@ -84,7 +84,7 @@ class SenderHealth:
     ----------
     age : float
         Seconds since its last frame; frames of a radio do not count.
-    aircraft : bool
+    is_vehicle : bool
         Whether its heartbeat is that of a vehicle.
     vehicle_type, autopilot : str
         What its heartbeat says it is; empty before the first.
@@ -101,7 +101,7 @@ class SenderHealth:
     reordered: int
     rate: float
     age: float
-    aircraft: bool
+    is_vehicle: bool
     vehicle_type: str = ""
     autopilot: str = ""
     radio: bool = False
@@ -109,14 +109,14 @@ class SenderHealth:
     def __str__(self) -> str:
         """Return who it is in words."""
         kind = "radio" if self.radio else self.vehicle_type.replace("gcs", "ground station")
-        what = ", ".join(filter(None, (kind, self.autopilot if self.aircraft else "")))
+        what = ", ".join(filter(None, (kind, self.autopilot if self.is_vehicle else "")))
         return f"system {self.system}, component {self.component}" + (f" ({what})" if what else "")
 
     @property
-    def can_fly(self) -> bool:
+    def can_be_flown_aircraft(self) -> bool:
         """Return whether it can be the flown aircraft."""
         return self.system < FIRST_GROUND_SYSTEM and (
-            self.aircraft
+            self.is_vehicle
             or (self.component == AUTOPILOT_COMPONENT and not self.vehicle_type and not self.radio)
         )
 
@@ -155,13 +155,13 @@ class LinkReport:
         Share of its frames lost since the beginning, 0 to 1.
     system : int or None
         The flown system, heard or chosen; None before it is known, and for lines of text.
-    chosen : bool
+    is_system_selected : bool
         Whether the crew or the channel map has named it.
     flown : SenderHealth or None
         The flown aircraft; None before it is heard, and for lines of text.
     senders, messages : tuple
         The same by sender and by message, of those of whom one frame was good.
-    sentences : tuple of str
+    warnings : tuple of str
         What the crew should know, in words.
     unreadable : str
         The one of them that says that nothing of what arrives can be read; empty where it can.
@@ -179,11 +179,11 @@ class LinkReport:
     age: float | None
     loss: float
     system: int | None
-    chosen: bool
+    is_system_selected: bool
     flown: SenderHealth | None
     senders: tuple[SenderHealth, ...]
     messages: tuple[MessageHealth, ...]
-    sentences: tuple[str, ...]
+    warnings: tuple[str, ...]
     unreadable: str
 
     @property
@@ -196,7 +196,7 @@ class LinkReport:
         """Return those that can be the flown aircraft, one for each system."""
         found: dict[int, SenderHealth] = {}
         for sender in self.senders:
-            if sender == self.flown or (sender.can_fly and sender.system not in found):
+            if sender == self.flown or (sender.can_be_flown_aircraft and sender.system not in found):
                 found[sender.system] = sender
         return tuple(found.values())
 
@@ -561,11 +561,11 @@ class LinkHealth:
             age=age,
             loss=loss,
             system=None if self.flown is None else self.flown[0],
-            chosen=self.chosen,
+            is_system_selected=self.chosen,
             flown=flown,
             senders=senders,
             messages=tuple(self._message_reports(now)),
-            sentences=self.sentences(),
+            warnings=self.warnings(),
             unreadable=self.unreadable,
         )
 
@@ -580,7 +580,7 @@ class LinkHealth:
             reordered=sender.reordered,
             rate=sender.rate.at(now, sender.heard),
             age=max(0.0, (now - (sender.heard or sender.last)) / 1e6),
-            aircraft=sender.aircraft,
+            is_vehicle=sender.aircraft,
             vehicle_type=_enum_text("MAV_TYPE", sender.kind),
             autopilot=_enum_text("MAV_AUTOPILOT", sender.autopilot),
             radio=RADIO_MESSAGES.issuperset(sender.messages),
@@ -602,7 +602,7 @@ class LinkHealth:
                     delay=None if message.time is None else message.delay / 1e6,
                 )
 
-    def sentences(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[str, ...]:
         """Return what the crew should know, in words; empty when all is well."""
         found = []
         aircraft = sorted({key >> 8 for key, sender in self._senders.items() if sender.aircraft})

@@ -32,7 +32,7 @@ class LandedState:
         self._times: list[float] = []
         self._states: list[bool | None] = []
 
-    def take(self, number: int, component: int, payload: bytes, time: float | None) -> None:
+    def update(self, number: int, component: int, payload: bytes, time: float | None) -> None:
         """Take in a message of the flown system.
 
         Parameters

@@ -75,14 +75,14 @@ class StreamColumn:
         Where it comes from.
     calibrated : bool
         Whether a certificate turned volts into it.
-    uncalibrated : str
+    uncalibrated_channel : str
         The channel that these volts would give, had it a certificate; else empty.
     """
 
     channel: str
     entry: MapEntry
     calibrated: bool
-    uncalibrated: str = ""
+    uncalibrated_channel: str = ""
 
 
 class _CalibrationCurves(NamedTuple):
@@ -225,7 +225,7 @@ class MessageStream:
     few : int
         Up to so many samples are quicker number by number.
     wanted : tuple of FieldRef
-        The numbers of the message that `convert_singly` takes: one for each output, then those
+        The numbers of the message that `convert_scalars` takes: one for each output, then those
         that conversions and flags of validity need.
     circular, stepwise : ndarray of bool
         Which of them go round, and which keep their former value.
@@ -256,7 +256,7 @@ class MessageStream:
                     channel=entry.volts_channel,
                     entry=entry,
                     calibrated=False,
-                    uncalibrated="" if certificate is not None else entry.channel,
+                    uncalibrated_channel="" if certificate is not None else entry.channel,
                 )
             )
         self.outputs = tuple(outputs)
@@ -286,7 +286,7 @@ class MessageStream:
         """Return the channel of each column."""
         return tuple(output.channel for output in self.outputs)
 
-    def watch_ranges(self, ranges: Mapping[str, tuple[float, float]]) -> None:
+    def set_instrument_ranges(self, ranges: Mapping[str, tuple[float, float]]) -> None:
         """Count samples at the ends of these instruments' ranges, SI, by channel.
 
         A converter rounds the rail to one of its counts, so a thousandth of the range before
@@ -337,7 +337,7 @@ class MessageStream:
                 self._count(column, int(totals[column]))
         return values
 
-    def convert_singly(self, samples: Sequence[Numbers]) -> tuple[list[list[float]], bool]:
+    def convert_scalars(self, samples: Sequence[Numbers]) -> tuple[list[list[float]], bool]:
         """Return SI values of samples: `convert`, number by number.
 
         Parameters

@@ -46,7 +46,7 @@ class ChannelSource:
         What the best source does for it.
     calibrated : bool
         Whether a certificate is in force for it, or for all that it is derived from.
-    uncalibrated : str
+    uncalibrated_channel : str
         Of volts that want a certificate and have none: the channel that they would give. Empty
         for all others.
     timing : {"vehicle", "arrival"}
@@ -64,7 +64,7 @@ class ChannelSource:
     source: str
     kind: Literal["measured", "estimated", "derived"]
     calibrated: bool
-    uncalibrated: str = ""
+    uncalibrated_channel: str = ""
     timing: Literal["vehicle", "arrival"] = "vehicle"
     samples: int | None = None
     rate: float | None = None
@@ -150,7 +150,7 @@ class _Group:
             if compute is not None:
                 columns.append(compute(*[columns[place] for place in inputs]))
             elif slow is not None:
-                columns.append(slow.at(grid.micros(rows.first, len(rows))))
+                columns.append(slow.at(grid.times_us(rows.first, len(rows))))
         return [columns[place] for place in self.derived]
 
     def _derived_singly(self, grid: Grid, rows: GridRows) -> list[Numbers] | None:
@@ -164,8 +164,8 @@ class _Group:
                 if compute is not None:
                     columns.append(list(map(compute, *map(columns.__getitem__, inputs))))
                 elif slow is not None:
-                    micros = grid.micros(rows.first, len(rows)).tolist()
-                    columns.append(slow.at_singly(micros))
+                    micros = grid.times_us(rows.first, len(rows)).tolist()
+                    columns.append(slow.at_scalars(micros))
         except ArithmeticError:
             return None
         return [columns[place] for place in self.derived]
@@ -175,8 +175,8 @@ class _Group:
         values = rows.values
         times = grid.times(rows.first, len(values))
         if self.join is None:
-            return Block.trusted(self.channels, times, values)
-        return Block.trusted(self.emitted, times, values[:, self.width :])
+            return Block.unchecked(self.channels, times, values)
+        return Block.unchecked(self.emitted, times, values[:, self.width :])
 
 
 @dataclass(slots=True)
@@ -251,7 +251,7 @@ class Pipeline:
         self.streams = _streams(channel_map, certificates, vehicle_time)
         if aircraft is not None:
             for stream in self.streams:
-                stream.watch_ranges(_ranges(aircraft))
+                stream.set_instrument_ranges(_ranges(aircraft))
         self._gridders = tuple(
             Gridder(
                 self.grid,
@@ -292,9 +292,9 @@ class Pipeline:
         return sum(gridder.duplicates for gridder in self._gridders)
 
     @property
-    def overtaken(self) -> int:
+    def reordered(self) -> int:
         """Return how many samples came after a later one of the same message."""
-        return sum(gridder.overtaken for gridder in self._gridders)
+        return sum(gridder.reordered for gridder in self._gridders)
 
     def push(
         self, stream: int, times: Sequence[int], nows: Sequence[int], columns: MessageColumns
@@ -329,7 +329,7 @@ class Pipeline:
         samples : sequence of sequences of float
             For each sample the numbers that the stream has `wanted`.
         """
-        values, complete = self.streams[stream].convert_singly(samples)
+        values, complete = self.streams[stream].convert_scalars(samples)
         for slow, source, column in self._slow_feeds[stream]:
             slow.push(source, times, nows, [numbers[column] for numbers in values])
         gridder = self._gridders[stream]
@@ -338,16 +338,16 @@ class Pipeline:
 
     def _distribute(self) -> None:
         """Lay the rows that were completed, and hand them to the groups and mergers."""
-        self._sheet.lay()
+        self._sheet.compute_rows()
         for stream, rows in self._rows:
             if not rows:
                 continue
             direct = self._direct[stream]
             if direct is not None:
                 own, group = direct
-                group.ready += rows if own is None else [each.of(own) for each in rows]
+                group.ready += rows if own is None else [each.select_columns(own) for each in rows]
             for merger, source, chosen in self._merged[stream]:
-                merger.push(source, [each.of(chosen) for each in rows])
+                merger.push(source, [each.select_columns(chosen) for each in rows])
         self._rows.clear()
 
     def pull(self, first: int | None, now: int, *, final: bool = False) -> list[Block]:
@@ -367,16 +367,16 @@ class Pipeline:
                 blocks += [group.block(grid, rows) for rows in group.ready]
                 group.ready = []
         for slow in self._slow.values():
-            slow.forget(now - _FORGET)
+            slow.drop_before(now - _FORGET)
         return blocks
 
-    def give_up(self, now: int) -> None:
+    def drop_overdue(self, now: int) -> None:
         """Let go of rows that have waited too long for another input of a derived channel.
 
         Two minutes longer than a better source is waited for: an input that comes later still,
         or never, is not waited for. To be called at moments that depend on the record alone.
         """
-        oldest = self.grid.at_or_after(now - _LONGEST_WAIT - self._fallback)
+        oldest = self.grid.row_at_or_after(now - _LONGEST_WAIT - self._fallback)
         for group in self._groups:
             if group.join is not None:
                 group.join.drop(oldest)
@@ -428,7 +428,7 @@ class Pipeline:
                 source=", else ".join(output.entry.source for output in outputs),
                 kind=best.entry.kind,
                 calibrated=best.calibrated,
-                uncalibrated=best.uncalibrated,
+                uncalibrated_channel=best.uncalibrated_channel,
                 timing="vehicle" if self.streams[places[0][0]].vehicle_time else "arrival",
             )
             if len(places) == 1:
@@ -460,24 +460,24 @@ class Pipeline:
 
     def _add_derived(self) -> None:
         for derivation in select_derivations(list(self._candidates)):
-            group = self._group_with(derivation.quick)
-            quick = [group.place(name) for name in derivation.quick]
+            group = self._group_with(derivation.fast_inputs)
+            quick = [group.place(name) for name in derivation.fast_inputs]
             slow = [
                 group.place(name)
                 if name in group.channels
                 else group.add(_ColumnStep(None, slow=self._slow_input(name)))
-                for name in derivation.slow
+                for name in derivation.slow_inputs
             ]
             if derivation.density is not None:
                 slow = [group.add(_ColumnStep(derivation.density, tuple(slow)))]
-            if derivation.same:
+            if derivation.is_alias:
                 group.derived += quick
             else:
                 group.derived.append(group.add(_ColumnStep(derivation.compute, (*quick, *slow))))
             group.channels += (derivation.output,)
-            self._inputs[derivation.output] = tuple(derivation.quick)
+            self._inputs[derivation.output] = tuple(derivation.fast_inputs)
             used = [self.sources[name] for name in derivation.inputs]
-            arrival = any(self.sources[name].timing == "arrival" for name in derivation.quick)
+            arrival = any(self.sources[name].timing == "arrival" for name in derivation.fast_inputs)
             self.sources[derivation.output] = ChannelSource(
                 source=derivation.description,
                 kind="derived",

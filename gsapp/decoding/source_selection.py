@@ -47,7 +47,7 @@ class SourceSelector:
         self._begun = False
 
     @property
-    def waiting(self) -> int:
+    def pending_count(self) -> int:
         """Return how many pieces of rows wait for a decision."""
         return sum(map(len, self._rows))
 
@@ -71,7 +71,7 @@ class SourceSelector:
             return []
         if self._next is None:
             self._start = first
-            self._next = self._grid.at_or_after(first)
+            self._next = self._grid.row_at_or_after(first)
         found: list[GridRows] = []
         while True:
             piece, end = self._decide(self._next, now, final=final)
@@ -114,13 +114,13 @@ class SourceSelector:
                     return piece, piece.end
                 end = piece.end if silent is None else row + _leading_false_count(silent[offset:])
                 end = min(end, limit)
-                return piece.part(row, end), end
+                return piece.slice_rows(row, end), end
             if rows:
                 # A pause too long to be filled.
                 limit = min(limit, rows[0].first)
                 continue
             since = self._start if source.last is None else source.last
-            patience = self._fallback if source.last is None else source.patience
+            patience = self._fallback if source.last is None else source.silence_timeout
             # At the end a source that never spoke is given up; one that did keeps its place.
             if now > since + patience or (final and source.last is None):
                 continue
@@ -130,7 +130,7 @@ class SourceSelector:
         return self._nothing(row, limit)
 
     def _nothing(self, row: int, end: int) -> tuple[GridRows | None, int]:
-        if not self._begun or end - row > self._grid.longest:
+        if not self._begun or end - row > self._grid.max_filled_rows:
             return None, end
         return GridRows(row, np.full((end - row, self._width), np.nan)), end
 

@@ -53,11 +53,11 @@ class StatusTextAssembler:
         self._parts: dict[tuple[int, int, int], _PartialText] = {}
 
     @property
-    def waits(self) -> bool:
+    def has_pending(self) -> bool:
         """Return whether some text is not whole."""
         return bool(self._parts)
 
-    def take(
+    def add_chunk(
         self,
         stamp_us: int,
         system: int,
@@ -96,7 +96,7 @@ class StatusTextAssembler:
             ended.append(self._end(next(iter(self._parts)), whole=False))
         return ended
 
-    def give_up(self, now_us: int | None = None) -> list[StatusText]:
+    def flush_overdue(self, now_us: int | None = None) -> list[StatusText]:
         """Return the texts of which nothing more came for long by a time; by default all."""
         late = [
             key

@@ -44,7 +44,7 @@ def fit_to_convergence(
         fit.linearize()
         if number or not fresh:
             tune_noise(fit, rounds=_NOISE_ROUNDS)
-        move = fit.step(fit.information())
+        move = fit.apply_step(fit.information())
         if number > 1 and move < _MAX_STEP_SIGMAS:
             break
     fit.linearize()
@@ -56,7 +56,7 @@ def fit_baseline(
 ) -> FilterErrorFit:
     """Return the baseline fitted to maneuvers."""
     start = initial_model() if model is None else model
-    fit = FilterErrorFit.begin(records, start, free_parameters(start, model is None))
+    fit = FilterErrorFit.create(records, start, free_parameters(start, model is None))
     fit_to_convergence(fit, 2, tick, "fitting the current model", fresh=True)
     select_noise_correlation(fit, _NOISE_ROUNDS)
     fit_to_convergence(fit, _MAX_PASSES - 2, tick, "fitting the current model")

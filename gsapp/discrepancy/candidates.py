@@ -64,15 +64,15 @@ class CandidateEffect:
         Whether the catalog explains it.
     parameter : str
         Whose size the column belongs to; empty without a name.
-    plausible : float
+    plausible_size : float
         A usual size, as a difference from neutral.
     neutral : float
     low, high : float
         Bounds of the size, as differences from neutral.
-    start : callable or None
+    initial_value : callable or None
         Where a size cannot be had from the column (end stops): takes the linearizations of all
         maneuvers, returns the parameter to start from.
-    make : callable
+    build_column : callable
         Takes a `Linearization`, returns its column, or None where it cannot act.
     """
 
@@ -80,12 +80,12 @@ class CandidateEffect:
     title: str
     named: bool
     parameter: str
-    plausible: float
+    plausible_size: float
     neutral: float
     low: float = -np.inf
     high: float = np.inf
-    make: ColumnBuilder
-    start: Callable[[Sequence[Linearization]], float] | None = None
+    build_column: ColumnBuilder
+    initial_value: Callable[[Sequence[Linearization]], float] | None = None
 
 
 def catalog_candidates(
@@ -106,12 +106,12 @@ def catalog_candidates(
                 title=record.title,
                 named=not record.decoy,
                 parameter=item.name,
-                plausible=item.default - item.neutral,
+                plausible_size=item.default - item.neutral,
                 neutral=item.neutral,
                 low=item.bounds[0] - item.neutral,
                 high=item.bounds[1] - item.neutral,
-                make=maker,
-                start=_initial_value(term),
+                build_column=maker,
+                initial_value=_initial_value(term),
             )
         )
     return tuple(found)
@@ -159,15 +159,15 @@ def coefficient_entry(
 ) -> SensitivityEntry:
     """Return what adds to a coefficient, force or moment as an entry of a coefficient."""
     if target in COEFFICIENTS:
-        return SensitivityEntry(place=target, history=history)
+        return SensitivityEntry(target=target, history=history)
     if target in _AXES:
         place, sign = _AXES[target]
-        return SensitivityEntry(place=place, history=sign * history)
+        return SensitivityEntry(target=place, history=sign * history)
     place, sign, arm = _LOADS[target]
     geometry = aircraft.geometry
     size = found.variables["qbar"] * geometry.wing_area
     length = geometry.span if arm == "span" else geometry.chord if arm == "chord" else 1.0
-    return SensitivityEntry(place=place, history=sign * history / (size * length))
+    return SensitivityEntry(target=place, history=sign * history / (size * length))
 
 
 def _control_column_builder(term: Term) -> ColumnBuilder | None:
@@ -189,7 +189,7 @@ def _control_column_builder(term: Term) -> ColumnBuilder | None:
                 change = change / size
         if not np.any(change):
             return None
-        return (SensitivityEntry(place=channel, history=change),)
+        return (SensitivityEntry(target=channel, history=change),)
 
     return make
 
@@ -230,7 +230,7 @@ def _sensor_column_builder(term: Term) -> ColumnBuilder | None:
                     signal = found.inputs[MODEL_INPUTS.index(channel)]
                     # What was recorded late came earlier.
                     change = np.gradient(signal, found.record.dt)
-                    entries.append(SensitivityEntry(place=channel, history=change))
+                    entries.append(SensitivityEntry(target=channel, history=change))
                 continue
             if channel not in found.record.channels:
                 continue
@@ -241,7 +241,7 @@ def _sensor_column_builder(term: Term) -> ColumnBuilder | None:
                 history = found.computed[:, column]
             else:
                 history = np.ones(len(found.record))
-            entries.append(SensitivityEntry(place=f"channel.{channel}", history=history))
+            entries.append(SensitivityEntry(target=f"channel.{channel}", history=history))
         return tuple(entries) or None
 
     return make

@@ -35,7 +35,7 @@ def coefficient_map(
         np.array(
             [
                 [
-                    _rms(one.missing[step][:, k]) / one.coefficient_floor[name]
+                    _rms(one.missing[step][:, k]) / one.coefficient_noise_floor[name]
                     for k, name in enumerate(coefficients)
                 ]
                 for one in shown
@@ -59,9 +59,9 @@ def apply_residual_floor(shown: Sequence[ManeuverHistories]) -> tuple[ManeuverHi
     return tuple(
         replace(
             one,
-            coefficient_floor={
+            coefficient_noise_floor={
                 name: max(floor, rest.get(name, 0.0))
-                for name, floor in one.coefficient_floor.items()
+                for name, floor in one.coefficient_noise_floor.items()
             },
         )
         for one in shown
@@ -97,11 +97,11 @@ def _locate_in_time(view: ManeuverHistories, place: ModelErrorLocation) -> Disag
     if place.coefficient:
         column = view.coefficients.index(place.coefficient)
         history = view.missing[0][:, column]
-        floor, channel = view.coefficient_floor[place.coefficient], _CHANNELS[place.coefficient]
+        floor, channel = view.coefficient_noise_floor[place.coefficient], _CHANNELS[place.coefficient]
     elif place.channel in view.channels:
         column, channel = view.channels.index(place.channel), place.channel
         history = view.measured[:, column] - view.computed[0][:, column]
-        floor = view.floor[channel]
+        floor = view.noise_floor[channel]
     else:
         return None
     good = np.isfinite(history)

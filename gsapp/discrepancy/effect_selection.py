@@ -95,7 +95,7 @@ def select_effect(
     temper : float
         1 where the noise model holds; less where gains are exaggerated.
     """
-    competitors = screening.competitors
+    competitors = screening.candidates
     evidence = posterior_probabilities(competitors, _discount_lag_delay(competitors, gain) * temper)
     order = np.argsort(-evidence, kind="stable")
     # What has no name must be that much clearer.

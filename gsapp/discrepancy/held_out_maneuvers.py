@@ -65,13 +65,13 @@ class HeldOutManeuvers:
             )
         own = [one for one in records if one.id in self.ids]
         self._kept = [_refit_motion(own, fit, noise) for fit in fits]
-        self._information = [one.pass_() for one in self._kept]
+        self._information = [one.linearize_and_sum() for one in self._kept]
         still = {
             flight: replace(
                 one,
-                gusts=(_STILL_AIR_INTENSITY,) * 3,
-                moments=_STILL_AIR_INTENSITY,
-                controls=_NO_CONTROL_NOISE,
+                gust_intensities=(_STILL_AIR_INTENSITY,) * 3,
+                moment_intensity=_STILL_AIR_INTENSITY,
+                control_intensities=_NO_CONTROL_NOISE,
             )
             for flight, one in noise.items()
         }
@@ -86,7 +86,7 @@ class HeldOutManeuvers:
         self.noise = noise
         self._floors: dict[tuple[str, str], float] = {}
 
-    def floor(self, record: ManeuverRecord, name: str) -> float:
+    def noise_floor(self, record: ManeuverRecord, name: str) -> float:
         """Return the noise of a channel, standard deviation of a sample.
 
         Tones that mean out over the filter's blocks (the engines shake the gyros) are in it.
@@ -129,7 +129,7 @@ class HeldOutManeuvers:
         """Return the gain in log-likelihood from one model to another."""
         return 0.5 * (self._squares(before) - self._squares(after))
 
-    def apart(self, before: int, after: int) -> float:
+    def prediction_distance(self, before: int, after: int) -> float:
         """Return the sum of squares between the innovations that two models expect.
 
         Where it is small these maneuvers cannot say which of the two is right: a zero error of a
@@ -137,20 +137,20 @@ class HeldOutManeuvers:
         """
         total = 0.0
         for old, new in zip(self._kept[before].maneuvers, self._kept[after].maneuvers, strict=True):
-            if old.seen is None or new.seen is None or len(old.seen.rows) != len(new.seen.rows):
+            if old.filtered_columns is None or new.filtered_columns is None or len(old.filtered_columns.rows) != len(new.filtered_columns.rows):
                 continue
-            rows = new.seen.rows
-            basis, _ = np.linalg.qr(rows[:, -1 - new.seen.n_local : -1])
-            between = rows[:, -1] - old.seen.rows[:, -1]
+            rows = new.filtered_columns.rows
+            basis, _ = np.linalg.qr(rows[:, -1 - new.filtered_columns.n_initial_states : -1])
+            between = rows[:, -1] - old.filtered_columns.rows[:, -1]
             total += float(between @ between - np.sum((basis.T @ between) ** 2))
         return total
 
-    def gains_of(
+    def candidate_gains(
         self, number: int, screening: CandidateScreening, places: Sequence[int]
     ) -> tuple[float, ...]:
         """Return the gains that candidates, sized on the naming maneuvers, have here."""
         fit, kept = self.fits[number], self._kept[number]
-        chosen = [screening.competitors[place] for place in places]
+        chosen = [screening.candidates[place] for place in places]
         names = tuple(one.id for one in chosen)
         total = kept.information(
             (names, lambda linearization: candidate_columns(chosen, linearization))
@@ -159,7 +159,7 @@ class HeldOutManeuvers:
         gains = []
         for name in names:
             own = (*shared, name)
-            values, _ = screening.whole.solution(own)
+            values, _ = screening.full_information.solution(own)
             moves = {
                 one: float(value)
                 for one, value in zip(own, values, strict=True)
@@ -178,7 +178,7 @@ class HeldOutManeuvers:
             if record.id in self.ids and name in record.channels:
                 column = record.channels.index(name)
                 left = record.measured[:, column] - one.computed[number][:, column]
-                parts.append(left[record.counted[:, column]] / self.floor(record, name))
+                parts.append(left[record.valid[:, column]] / self.noise_floor(record, name))
         return np.concatenate(parts) if parts else np.empty(0)
 
     @property
@@ -187,7 +187,7 @@ class HeldOutManeuvers:
         own = [one.record for one in self.simulated if one.record.id in self.ids]
         return tuple(dict.fromkeys(name for record in own for name in record.channels))
 
-    def by_channel(self, number: int) -> dict[str, float]:
+    def relative_rms(self, number: int) -> dict[str, float]:
         """Return the RMS over the noise floor by channel."""
         return {
             name: float(np.sqrt(np.mean(self.residuals(number, name) ** 2)))
@@ -200,10 +200,10 @@ def _refit_motion(
 ) -> FilterErrorFit:
     """Return a fit of other maneuvers with the model, values and biases of one, settled."""
     if not records:
-        return fit.only(())
+        return fit.subset(())
     first = next(iter(noise.values()))
     given = {record.flight: noise.get(record.flight, first) for record in records}
-    new = FilterErrorFit.begin(records, fit.revised_model(), fit.free, given)
+    new = FilterErrorFit.create(records, fit.revised_model(), fit.free, given)
     new.values = dict(fit.values)
     new.biases = {name: fit.biases.get(name, 0.0) for name in new.biases}
     states = {one.record.id: one for one in fit.maneuvers}
@@ -213,7 +213,7 @@ def _refit_motion(
             one.motion = old.motion
     for _ in range(_SETTLING_PASSES):
         new.linearize()
-        new.settle()
+        new.update_motion()
     return new
 
 
@@ -241,9 +241,9 @@ def _channel_gap(held: HeldOutManeuvers, name: str, last: int) -> ChannelGap:
         if record.id not in held.ids or name not in record.channels:
             continue
         column = record.channels.index(name)
-        counted = record.counted[:, column]
+        counted = record.valid[:, column]
         measured.append(record.measured[counted, column])
-        floors.append(held.floor(record, name))
+        floors.append(held.noise_floor(record, name))
         for place, number in enumerate((0, last)):
             computed[place].append(one.computed[number][counted, column])
     shown = np.concatenate(measured)
@@ -303,12 +303,12 @@ def maneuver_histories(
                 held_out=record.id in held.ids,
                 times=record.motion.times,
                 channels=record.channels,
-                measured=np.where(record.counted, record.measured, np.nan),
+                measured=np.where(record.valid, record.measured, np.nan),
                 computed=one.computed,
                 coefficients=tuple(coefficients),
                 missing=part.histories,
-                floor={name: held.floor(record, name) for name in record.channels},
-                coefficient_floor=part.floors,
+                noise_floor={name: held.noise_floor(record, name) for name in record.channels},
+                coefficient_noise_floor=part.floors,
                 conditions=_conditions(record),
             )
         )

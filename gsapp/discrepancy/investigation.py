@@ -181,7 +181,7 @@ class _Search:
 
     def _tell(self, doing: str) -> None:
         if self._progress is not None and (
-            self._progress(SearchProgress(share=self._done, doing=doing)) is False
+            self._progress(SearchProgress(share=self._done, activity=doing)) is False
         ):
             raise SearchStoppedError("the search was stopped; nothing was changed")
 
@@ -216,7 +216,7 @@ class _Search:
         stages += self._proven(stages[0])
         for effect in self._settings.forced:
             competitor = next(
-                (one for one in stages[-1].screening.competitors if one.id == effect), None
+                (one for one in stages[-1].screening.candidates if one.id == effect), None
             )
             stages.append(self._with(stages[-1], effect, competitor, forced=True))
         while len(stages) <= self._settings.most_effects + len(self._settings.forced):
@@ -226,7 +226,7 @@ class _Search:
                 break
             try:
                 new = self._with(last, last.decision.best.id, last.decision.best)
-                stages.append(replace(new, among=among))
+                stages.append(replace(new, equivalent_effects=among))
             except FlightError:
                 # A fit that runs away is no explanation; the others go on competing.
                 self._failed.add(last.decision.best.id)
@@ -253,7 +253,7 @@ class _Search:
         self._tick("trying every effect of the catalog")
         screening = screen_candidates(fit, competitors)
         least = detection_threshold(self._settings.false_alarm, competitors)
-        temper = screening.temper
+        temper = screening.gain_factor
         decision = select_effect(screening, screening.gain, least=least, temper=temper)
         if decision.kind in ("name", "ambiguous", "unexplained"):
             decision = self._contest(fit, screening, decision, least, temper)
@@ -273,8 +273,8 @@ class _Search:
         best = float(screening.gain.max())
         near = [
             place
-            for place in screening.order
-            if screening.competitors[place].named
+            for place in screening.ranking
+            if screening.candidates[place].named
             and screening.gain[place] > best - _CONTENDER_MAX_GAP
         ][:_CONTENDERS]
         if len(near) < 2:
@@ -282,14 +282,14 @@ class _Search:
         gain = screening.gain.copy()
         costs: dict[int, float] = {}
         for place in near:
-            one = screening.competitors[place]
+            one = screening.candidates[place]
             try:
                 trial = self._fitted_with(fit, one, screening, f"comparing: {one.title}")
             except FlightError:
                 gain[place] = 0.0
                 continue
             self._trials[one.id] = trial
-            costs[place] = trial.cost()
+            costs[place] = trial.deviance()
         if not costs:
             return select_effect(screening, gain, least=least, temper=temper)
         # The best fit keeps its gain by columns; the others differ from it as their fits do.
@@ -311,12 +311,12 @@ class _Search:
         values = dict(term.defaults)
         if one.parameter:
             item = next(item for item in term.parameters if item.name == one.parameter)
-            if one.start is not None:
-                start = one.start(
+            if one.initial_value is not None:
+                start = one.initial_value(
                     [each.filter.linearization for each in fit.maneuvers if each.filter]
                 )
             elif screening is not None:
-                start = one.neutral + float(screening.size[screening.place(one.id)])
+                start = one.neutral + float(screening.size[screening.index(one.id)])
             else:
                 start = item.default
             margin = 1e-3 * (item.bounds[1] - item.bounds[0])
@@ -412,10 +412,10 @@ def _check_gain(
     FlightError
         If little is left of the gain that its column promised.
     """
-    promised = float(last.decision.gain[last.screening.place(one.id)])
-    gained = last.fit.cost() - fit.cost()
+    promised = float(last.decision.gain[last.screening.index(one.id)])
+    gained = last.fit.deviance() - fit.deviance()
     if gained < min(
-        _MIN_GAIN_SHARE * promised, detection_threshold(false_alarm, last.screening.competitors)
+        _MIN_GAIN_SHARE * promised, detection_threshold(false_alarm, last.screening.candidates)
     ):
         raise FlightError(f"{one.id}: {gained:.0f} gained in the full fit, not {promised:.0f}")
 
@@ -429,7 +429,7 @@ def _to_candidate(effect: str, aircraft: Aircraft) -> CandidateEffect:
         title=record.title,
         named=True,
         parameter=free[0].name if free else "",
-        plausible=free[0].default - free[0].neutral if free else 1.0,
+        plausible_size=free[0].default - free[0].neutral if free else 1.0,
         neutral=free[0].neutral if free else 0.0,
-        make=lambda _: None,
+        build_column=lambda _: None,
     )

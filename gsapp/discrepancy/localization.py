@@ -95,7 +95,7 @@ def localize_model_errors(
     screening : CandidateScreening
         Of the same fit.
     """
-    competitors, temper = screening.competitors, screening.temper
+    competitors, temper = screening.candidates, screening.gain_factor
     worth = temper * screening.gain + 2.0 * log_priors(competitors)
     best: dict[tuple[str, str], int] = {}
     for number in np.argsort(-worth, kind="stable"):
@@ -105,9 +105,9 @@ def localize_model_errors(
     for (coefficient, channel), number in best.items():
         names = (*fit.free, *fit.bias_names(), competitors[number].id)
         overall = len(competitors) * _p_value(temper * float(screening.gain[number]))
-        values, _ = screening.whole.solution(names)
+        values, _ = screening.full_information.solution(names)
         moves = dict(zip(names, values.tolist(), strict=True))
-        gains = {maneuver: _gain(part, moves) for maneuver, part in screening.parts.items()}
+        gains = {maneuver: _gain(part, moves) for maneuver, part in screening.maneuver_information.items()}
         most = max(gains, key=lambda maneuver: gains[maneuver])
         for maneuver, gain in gains.items():
             here = 0.0 if maneuver == most else len(gains) * _p_value(temper * gain)

@@ -71,9 +71,9 @@ def _modeled(model: FlightModel, bare: FlightModel, record: ManeuverRecord) -> F
     """Return CN, CA, CY, Cl, Cm, Cn that derivatives and effects give along the measured motion."""
     state = tuple(record.motion.states.T[: len(POLAR_STATES)])
     inputs = tuple(record.motion.inputs.T)
-    own = model.resting_states(state, inputs)
-    loads = model.totals((*state, *own), inputs).loads
-    without = bare.totals(state, inputs).loads
+    own = model.steady_states(state, inputs)
+    loads = model.evaluate((*state, *own), inputs).loads
+    without = bare.evaluate(state, inputs).loads
     geometry = record.maneuver.aircraft.geometry
     area = record.motion.qbar * geometry.wing_area
     X, Y, Z, L, M, N = (one - other for one, other in zip(loads, without, strict=True))

@@ -49,8 +49,8 @@ def check_model_match(model: Model, maneuvers: Sequence[Maneuver]) -> None:
         flight_model = FlightModel(one.aircraft, model)
         motion = measured_motion(one)
         state, inputs = tuple(motion.states.T), tuple(motion.inputs.T)
-        settled = flight_model.resting_states(state, inputs)
-        upward = -np.asarray(flight_model.totals((*state, *settled), inputs).loads[2])
+        settled = flight_model.steady_states(state, inputs)
+        upward = -np.asarray(flight_model.evaluate((*state, *settled), inputs).loads[2])
         measured.append(samples[good])
         modeled.append((np.broadcast_to(upward, samples.shape) / one.mass)[good])
     if not measured:

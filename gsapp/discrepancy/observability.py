@@ -21,24 +21,24 @@ def compute_observability(
 ) -> tuple[Observability, ...]:
     """Return, for every effect of the catalog, what these flights could show of it."""
     rows = []
-    ids = [one.id for one in screening.competitors]
-    for one in screening.competitors:
+    ids = [one.id for one in screening.candidates]
+    for one in screening.candidates:
         if not one.named:
             continue
-        place = screening.place(one.id)
+        place = screening.index(one.id)
         std = float(screening.std[place])
-        sigma = abs(one.plausible) / std if np.isfinite(std) else 0.0
+        sigma = abs(one.plausible_size) / std if np.isfinite(std) else 0.0
         aliases: tuple[tuple[str, float], ...] = ()
         if np.isfinite(std):
             cosines = screening.cosines(one.id)
-            table = dict(zip(screening.left.names, cosines, strict=True))
+            table = dict(zip(screening.projected_information.names, cosines, strict=True))
             alike = sorted(
                 (
                     (name, float(table[name]))
                     for name in ids
                     if name != one.id
                     and abs(table[name]) > _MIN_ALIAS_COSINE
-                    and np.isfinite(screening.std[screening.place(name)])
+                    and np.isfinite(screening.std[screening.index(name)])
                 ),
                 key=lambda pair: -abs(pair[1]),
             )

@@ -78,11 +78,11 @@ def validate_on_held_out(
     held = against(kept)
     while len(kept) > 1 + forced:
         before = kept[-2]
-        least = detection_threshold(false_alarm, before.screening.competitors)
+        least = detection_threshold(false_alarm, before.screening.candidates)
         found = float(before.decision.gain.max())
-        share = held.samples / before.screening.left.samples
+        share = held.samples / before.screening.projected_information.samples
         gain = held.gain(len(kept) - 2, len(kept) - 1)
-        apart = held.apart(len(kept) - 2, len(kept) - 1)
+        apart = held.prediction_distance(len(kept) - 2, len(kept) - 1)
         if not is_contradicted(gain, found, share, least, apart):
             break
         kind: DecisionKind = "unexplained" if found > _STRONG_GAIN_RATIO * least else "nothing"
@@ -146,7 +146,7 @@ def build_result(
         for number, (before, after) in enumerate(pairwise(stages))
     )
     last = stages[-1]
-    open_ = [before.decision for before, after in pairwise(stages) if after.among]
+    open_ = [before.decision for before, after in pairwise(stages) if after.equivalent_effects]
     open_.append(last.decision)
     values = find_changed_values(model, last.fit)
     seen = compute_observability(stages[0].screening, {one.effect for one in effects})
@@ -161,8 +161,8 @@ def build_result(
             model=_stage_model(stage, effects[:number], model),
             added=stage.added,
             ranking=_ranking(stage, held, number),
-            map=maps[number],
-            gap=held.by_channel(number),
+            coefficient_map=maps[number],
+            gap=held.relative_rms(number),
             misfit=misfits[number],
         )
         for number, stage in enumerate(stages)
@@ -229,7 +229,7 @@ def _found_effect(
         if name.startswith(prefix)
     }
     evidence = before.decision.evidence
-    competitors = before.screening.competitors
+    competitors = before.screening.candidates
     stood_for = effect.replace(".reversed", ".scale")
     own = next((k for k, one in enumerate(competitors) if one.id in (effect, stood_for)), None)
     order = [k for k in np.argsort(-before.decision.gain) if k != own]
@@ -255,7 +255,7 @@ def _found_effect(
         margin=margin,
         held_out=held.gain(number, number + 1),
         forced=after.forced,
-        one_of=after.among,
+        one_of=after.equivalent_effects,
     )
 
 
@@ -266,14 +266,14 @@ def _ranking(
     evidence = (
         decision.evidence
         if decision.kind != "nothing"
-        else posterior_probabilities(screening.competitors, screening.gain)
+        else posterior_probabilities(screening.candidates, screening.gain)
     )
     order = np.lexsort((-decision.gain, -evidence))[:_MAX_RANKED]
-    outside = held.gains_of(number, screening, [int(place) for place in order])
+    outside = held.candidate_gains(number, screening, [int(place) for place in order])
     return tuple(
         RankedCandidate(
-            effect=screening.competitors[place].id,
-            title=screening.competitors[place].title,
+            effect=screening.candidates[place].id,
+            title=screening.candidates[place].title,
             score=0.5 * float(decision.gain[place]),
             evidence=float(evidence[place]),
             held_out=gain,

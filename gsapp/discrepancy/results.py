@@ -248,7 +248,7 @@ class ModelStep:
         Id of the effect that this step added; empty for the baseline.
     ranking : tuple of RankedCandidate
         Of the competition that this step's model then faced, best first: what to add next.
-    map : ndarray, shape (n_maneuvers, n_coefficients)
+    coefficient_map : ndarray, shape (n_maneuvers, n_coefficients)
         Missing part of each coefficient in units of the noise floor (1: nothing but noise).
     gap : mapping of str to float
         RMS over the noise floor on the maneuvers kept out, by channel.
@@ -259,7 +259,7 @@ class ModelStep:
     model: Model
     added: str
     ranking: tuple[RankedCandidate, ...]
-    map: FloatArray
+    coefficient_map: FloatArray
     gap: Mapping[str, float]
     misfit: float
 
@@ -281,9 +281,9 @@ class ManeuverHistories:
     coefficients : tuple of str
     missing : tuple of ndarray, shape (n, n_coefficients)
         For each step, the part of each coefficient that its model lacks, low-passed.
-    floor : mapping of str to float
+    noise_floor : mapping of str to float
         Noise floor of each channel.
-    coefficient_floor : mapping of str to float
+    coefficient_noise_floor : mapping of str to float
     conditions : mapping of str to ndarray, shape (n,)
         alpha, beta, V, throttle, de, da, dr, flap where they are known.
     """
@@ -298,8 +298,8 @@ class ManeuverHistories:
     computed: tuple[FloatArray, ...]
     coefficients: tuple[str, ...]
     missing: tuple[FloatArray, ...]
-    floor: Mapping[str, float]
-    coefficient_floor: Mapping[str, float]
+    noise_floor: Mapping[str, float]
+    coefficient_noise_floor: Mapping[str, float]
     conditions: Mapping[str, FloatArray]
 
 

@@ -21,10 +21,10 @@ class CandidateScreening:
 
     Attributes
     ----------
-    competitors : tuple of CandidateEffect
-    whole, left : InformationMatrix
+    candidates : tuple of CandidateEffect
+    full_information, projected_information : InformationMatrix
         Before and after the model's own parameters took what they can.
-    parts : mapping of str to InformationMatrix
+    maneuver_information : mapping of str to InformationMatrix
         Before that, of each maneuver.
     gain : ndarray, shape (n_competitors,)
         Fall of the sum of squares; 0 for a size that bounds forbid.
@@ -32,43 +32,43 @@ class CandidateScreening:
         Difference from neutral, and its standard deviation.
     """
 
-    competitors: tuple[CandidateEffect, ...]
-    whole: InformationMatrix
-    left: InformationMatrix
-    parts: Mapping[str, InformationMatrix]
+    candidates: tuple[CandidateEffect, ...]
+    full_information: InformationMatrix
+    projected_information: InformationMatrix
+    maneuver_information: Mapping[str, InformationMatrix]
     gain: FloatArray
     size: FloatArray
     std: FloatArray
 
     @property
-    def order(self) -> list[int]:
+    def ranking(self) -> list[int]:
         """Return the places of the competitors, best first."""
         return [int(place) for place in np.argsort(-self.gain, kind="stable")]
 
     @property
     def misfit(self) -> float:
         """Return the mean square of the innovations, in units of what is believed."""
-        return float(self.left.matrix[-1, -1]) / max(self.left.samples, 1.0)
+        return float(self.projected_information.matrix[-1, -1]) / max(self.projected_information.samples, 1.0)
 
     @property
-    def temper(self) -> float:
+    def gain_factor(self) -> float:
         """Return by how much gains count: less where the innovations are larger than believed."""
         return 1.0 / max(1.0, self.misfit)
 
-    def place(self, effect: str) -> int:
+    def index(self, effect: str) -> int:
         """Return where a competitor stands."""
-        return [one.id for one in self.competitors].index(effect)
+        return [one.id for one in self.candidates].index(effect)
 
     def cosines(self, effect: str) -> FloatArray:
         """Return how alike the competitors look to one of them, -1 to 1."""
-        return self.left.cosines(effect)
+        return self.projected_information.cosines(effect)
 
 
 def candidate_columns(
     competitors: Sequence[CandidateEffect], found: Linearization
 ) -> list[SensitivityColumn]:
     """Return the columns of competitors in one maneuver; empty where one cannot act."""
-    return [one.make(found) or () for one in competitors]
+    return [one.build_column(found) or () for one in competitors]
 
 
 def screen_candidates(
@@ -78,18 +78,18 @@ def screen_candidates(
     names = tuple(one.id for one in competitors)
     columns = (names, lambda linearization: candidate_columns(competitors, linearization))
     parts = {one.record.id: fit.information_of(one, columns) for one in fit.maneuvers}
-    whole = fit.total(parts.values(), names).with_priors(fit.priors())
+    whole = fit.sum_information(parts.values(), names).with_priors(fit.priors())
     left = whole.projected((*fit.free, *fit.bias_names()))
-    order = left.places(names)
+    order = left.indices(names)
     gain, size, std = (one[order] for one in left.gains(whole))
     allowed = np.array(
         [one.low <= step <= one.high for one, step in zip(competitors, size, strict=True)]
     )
     return CandidateScreening(
-        competitors=tuple(competitors),
-        whole=whole,
-        left=left,
-        parts=parts,
+        candidates=tuple(competitors),
+        full_information=whole,
+        projected_information=left,
+        maneuver_information=parts,
         gain=np.where(allowed, gain, 0.0),
         size=size,
         std=std,

@@ -34,7 +34,7 @@ class SearchStage:
         Whether the effect was put in by hand.
     proven : bool
         Whether kinematics alone prove it.
-    among : tuple of str
+    equivalent_effects : tuple of str
         The set that the effect stands for, itself with it, where these flights cannot tell which.
     """
 
@@ -44,9 +44,9 @@ class SearchStage:
     decision: EffectDecision
     forced: bool = False
     proven: bool = False
-    among: tuple[str, ...] = ()
+    equivalent_effects: tuple[str, ...] = ()
 
-    def left_unexplained(self) -> SearchStage:
+    def as_unexplained(self) -> SearchStage:
         """Return the stage with the answer that its best explanation is none."""
         return replace(self, decision=replace(self.decision, kind="unexplained"))
 
@@ -62,7 +62,7 @@ def equivalent_effects_of(stage: SearchStage) -> tuple[str, ...]:
         return ()
     cosines = np.abs(stage.screening.cosines(decision.best.id))
     ids = tuple(one.id for one in decision.alternatives)
-    alike = all(cosines[stage.screening.place(one)] >= _MIN_EQUIVALENCE_COSINE for one in ids)
+    alike = all(cosines[stage.screening.index(one)] >= _MIN_EQUIVALENCE_COSINE for one in ids)
     return ids if alike else ()
 
 
@@ -79,7 +79,7 @@ def remove_misnamed_effects(stages: Sequence[SearchStage], forced: int) -> list[
     kept = list(stages)
     crowded = _first_crowded_stage(kept)
     if crowded:
-        return [*kept[: crowded - 1], kept[crowded - 1].left_unexplained()]
+        return [*kept[: crowded - 1], kept[crowded - 1].as_unexplained()]
     while len(kept) > 1 + forced:
         before, last = kept[-2], kept[-1]
         if last.proven or last.decision.kind != "unexplained" or last.decision.best is None:
@@ -90,7 +90,7 @@ def remove_misnamed_effects(stages: Sequence[SearchStage], forced: int) -> list[
             last.added, last.decision.best.id
         ):
             break
-        kept = [*kept[:-2], before.left_unexplained()]
+        kept = [*kept[:-2], before.as_unexplained()]
     return kept
 
 

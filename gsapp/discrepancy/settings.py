@@ -52,7 +52,7 @@ class SearchProgress:
     """How far a search has come: share done (0 to 1) and what it is doing."""
 
     share: float
-    doing: str
+    activity: str
 
 
 SearchProgressCallback = Callable[[SearchProgress], bool | None]

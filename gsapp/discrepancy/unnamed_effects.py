@@ -116,9 +116,9 @@ def _unnamed_candidate(place: str, words: str, make: ColumnBuilder) -> Candidate
         title=f"{words}; no effect of the catalog does that",
         named=False,
         parameter="",
-        plausible=1.0,
+        plausible_size=1.0,
         neutral=0.0,
-        make=make,
+        build_column=make,
     )
 
 
@@ -127,7 +127,7 @@ def _product_candidate(target: str, name: str, factors: tuple[str, ...]) -> Cand
         history = np.ones(len(found.record))
         for factor in factors:
             history = history * _read(found, factor)
-        return (SensitivityEntry(place=target, history=history),)
+        return (SensitivityEntry(target=target, history=history),)
 
     words = " * ".join(factor.replace("_hat", "") for factor in factors)
     return _unnamed_candidate(f"{target}.{name}", f"{target} needs {words}", make)
@@ -139,7 +139,7 @@ def _lag_candidate(target: str, variable: str, *, has_present: bool) -> Candidat
     def make(found: Linearization) -> SensitivityColumn:
         signal = found.variables[variable]
         late = apply_lag(signal, TRIAL_TIME_CONSTANT, found.record.dt)
-        return (SensitivityEntry(place=target, history=signal - late if has_present else late),)
+        return (SensitivityEntry(target=target, history=signal - late if has_present else late),)
 
     name = variable.removesuffix("_hat")
     return _unnamed_candidate(f"{target}.late_{name}", f"{target} follows {name} late", make)
@@ -151,7 +151,7 @@ def _structural_mode_candidate(channel: str, frequency: float) -> CandidateEffec
             return None
         felt = found.computed[:, found.record.channels.index(channel)]
         history = _mode_response(felt - felt[0], frequency, found.record.dt)
-        return (SensitivityEntry(place=f"channel.{channel}", history=history),)
+        return (SensitivityEntry(target=f"channel.{channel}", history=history),)
 
     words = f"{channel} rings at about {frequency:g} Hz, as on a structure that bends"
     return _unnamed_candidate(f"{channel}.mode{frequency:g}", words, make)

@@ -20,27 +20,27 @@ class Dual:
     Parameters
     ----------
     value : ndarray, shape (n,)
-    slope : ndarray, shape (n, m)
+    derivative : ndarray, shape (n, m)
     """
 
-    __slots__ = ("slope", "value")
+    __slots__ = ("derivative", "value")
     # Arrays on the left leave the operation to this class.
     __array_ufunc__ = None
 
     def __init__(self, value: FloatArray, slope: FloatArray) -> None:
         self.value = value
-        self.slope = slope
+        self.derivative = slope
 
     def _chain(self, value: FloatArray, factor: FloatArray) -> Dual:
-        return Dual(value, factor[:, None] * self.slope)
+        return Dual(value, factor[:, None] * self.derivative)
 
     def __neg__(self) -> Dual:
-        return Dual(-self.value, -self.slope)
+        return Dual(-self.value, -self.derivative)
 
     def __add__(self, other: Any) -> Dual:
         if isinstance(other, Dual):
-            return Dual(self.value + other.value, self.slope + other.slope)
-        return Dual(self.value + other, self.slope)
+            return Dual(self.value + other.value, self.derivative + other.derivative)
+        return Dual(self.value + other, self.derivative)
 
     __radd__ = __add__
 
@@ -54,7 +54,7 @@ class Dual:
         if isinstance(other, Dual):
             return Dual(
                 self.value * other.value,
-                self.value[:, None] * other.slope + other.value[:, None] * self.slope,
+                self.value[:, None] * other.derivative + other.value[:, None] * self.derivative,
             )
         return self._chain(self.value * other, other + np.zeros_like(self.value))
 
@@ -94,5 +94,5 @@ class Dual:
     def atan2(y: Dual, x: Dual) -> Dual:
         """Return the angle of the point (x, y)."""
         square = x.value * x.value + y.value * y.value
-        slope = (x.value / square)[:, None] * y.slope - (y.value / square)[:, None] * x.slope
+        slope = (x.value / square)[:, None] * y.derivative - (y.value / square)[:, None] * x.derivative
         return Dual(np.atan2(y.value, x.value), slope)

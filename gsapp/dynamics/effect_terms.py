@@ -52,7 +52,7 @@ class UnsteadyTerm(Term):
         """Return (x - state)/tau."""
         return ((reads[0] - states[0]) / parameters[1],)
 
-    def rest(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
+    def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
         """Return x itself: all has settled."""
         del parameters
         return (reads[0],)

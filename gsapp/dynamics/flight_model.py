@@ -90,7 +90,7 @@ class ModelEvaluation(NamedTuple):
         Rates of the terms' own states.
     variables : list
         In the order of `gsapp.dynamics.terms.VARIABLES`.
-    places : dict of str to tuple
+    position_offsets : dict of str to tuple
         How far an instrument sits from where the aircraft file says, m; only those that do.
     """
 
@@ -101,7 +101,7 @@ class ModelEvaluation(NamedTuple):
     cg: tuple[Value, Value, Value]
     term_rates: tuple[Value, ...]
     variables: list[Value]
-    places: dict[str, tuple[Value, Value, Value]]
+    position_offsets: dict[str, tuple[Value, Value, Value]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -110,7 +110,7 @@ class ModelJacobian:
 
     Attributes
     ----------
-    totals : ModelEvaluation
+    evaluation : ModelEvaluation
         The values, arrays of shape (n,) or floats.
     coefficients : ndarray, shape (n, 6, n_all)
         Of CN, CA, CY, Cl, Cm, Cn.
@@ -120,22 +120,22 @@ class ModelJacobian:
     body : ndarray, shape (n, 5, n_all)
         Of mass, ixx, iyy, izz, ixz.
     cg : ndarray, shape (n, 3, n_all)
-    places : dict of str to ndarray, shape (n, 3, n_all)
+    position_offsets : dict of str to ndarray, shape (n, 3, n_all)
         Of the instruments in ``totals.places``.
     rates : ndarray, shape (n, n_states, n_all)
-    free : tuple of str
+    free_parameters : tuple of str
         The parameters in the last columns.
     """
 
-    totals: ModelEvaluation
+    evaluation: ModelEvaluation
     coefficients: FloatArray
     thrust: FloatArray
     loads: FloatArray
     body: FloatArray
     cg: FloatArray
-    places: dict[str, FloatArray]
+    position_offsets: dict[str, FloatArray]
     rates: FloatArray
-    free: tuple[str, ...]
+    free_parameters: tuple[str, ...]
 
     def split(self, array: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the columns by states, by inputs and by parameters of one of the arrays."""
@@ -164,9 +164,9 @@ class FlightModel:
     control_terms, sensor_terms : dict of str to PathTerms
         Effects outside the equations, by surface (``elevator``) or channel, with values. An
         effect on a box stands with every channel of the box.
-    exchanged : tuple of (str, str)
+    swapped_channels : tuple of (str, str)
         Channels that carry each other's signal, before their paths.
-    misplaced : tuple of str
+    displaced_instruments : tuple of str
         Instruments that sit elsewhere than the aircraft file says.
     """
 
@@ -183,7 +183,7 @@ class FlightModel:
         self._inertia = (mass.ixx, mass.iyy, mass.izz, mass.ixz)
         self.control_terms: dict[str, PathTerms] = {}
         self.sensor_terms: dict[str, PathTerms] = {}
-        self.exchanged: tuple[tuple[str, str], ...] = ()
+        self.swapped_channels: tuple[tuple[str, str], ...] = ()
         states: list[str] = list(POLAR_STATES)
         names: list[str] = []
         values: list[float] = []
@@ -217,7 +217,7 @@ class FlightModel:
         self._passes = tuple(tuple(one) for one in passes)
         self._entries = tuple(entries)
         offset = {entry.term.target for entry in entries}
-        self.misplaced = tuple(
+        self.displaced_instruments = tuple(
             name for name, targets in _POSITION_TARGETS.items() if not offset.isdisjoint(targets)
         )
         self._needs_flow_rates = any(
@@ -246,7 +246,7 @@ class FlightModel:
 
     def _outside(self, term: Term, values: tuple[float, ...]) -> None:
         if isinstance(term, SwappedChannels):
-            self.exchanged = (*self.exchanged, term.pair)
+            self.swapped_channels = (*self.swapped_channels, term.pair)
             return
         if not isinstance(term, SignalTerm):
             raise TypeError(f"the effect '{term.id}' on '{term.target}' is no signal term")
@@ -268,7 +268,7 @@ class FlightModel:
                             "its own instead (aero.CN.memory does so)"
                         )
 
-    def parameters_with(self, given: Mapping[str, float]) -> tuple[float, ...]:
+    def with_parameters(self, given: Mapping[str, float]) -> tuple[float, ...]:
         """Return all parameters in order, the model's with those given put in.
 
         Raises
@@ -286,7 +286,7 @@ class FlightModel:
             values[self.parameter_names.index(name)] = value
         return tuple(values)
 
-    def resting_states(self, state: Sequence[Value], inputs: Sequence[Value]) -> tuple[Value, ...]:
+    def steady_states(self, state: Sequence[Value], inputs: Sequence[Value]) -> tuple[Value, ...]:
         """Return the terms' own states that have settled at the polar state and inputs."""
         variables = self._variables(state, inputs)
         sums: list[Value] = [0.0] * len(TARGETS)
@@ -296,7 +296,7 @@ class FlightModel:
         for entry in self._entries:
             if entry.term.states:
                 read = entry.read(variables)
-                settled += entry.term.rest(read, self.defaults[entry.parameters])
+                settled += entry.term.steady_state(read, self.defaults[entry.parameters])
         return tuple(settled)
 
     # --- values ---------------------------------------------------------------------------------
@@ -319,7 +319,7 @@ class FlightModel:
             + sums[_TARGET_INDEX["thrust"]]
         )
 
-    def totals(
+    def evaluate(
         self,
         state: Sequence[Value],
         inputs: Sequence[Value],
@@ -386,7 +386,7 @@ class FlightModel:
             cg,
             term_rates,
             variables,
-            {name: _position_offset(name, sums) for name in self.misplaced},
+            {name: _position_offset(name, sums) for name in self.displaced_instruments},
         )
 
     def rates(
@@ -395,8 +395,8 @@ class FlightModel:
         inputs: Sequence[Value],
         parameters: Sequence[Value] | None = None,
     ) -> tuple[Value, ...]:
-        """Return the rates of all states, in the order of `state_names`; see `totals`."""
-        totals = self.totals(state, inputs, parameters)
+        """Return the rates of all states, in the order of `state_names`; see `evaluate`."""
+        totals = self.evaluate(state, inputs, parameters)
         polar = polar_rates(PolarState(*state[:9]), totals.loads, totals.body)
         return (*polar, *totals.term_rates)
 
@@ -415,12 +415,12 @@ class FlightModel:
         Parameters
         ----------
         state, inputs, parameters
-            As in `totals`; single numbers count as arrays of length 1.
+            As in `evaluate`; single numbers count as arrays of length 1.
         free : sequence of str, optional
             The parameters by which to differentiate; all by default.
         """
         values = self.defaults if parameters is None else parameters
-        totals = self.totals(state, inputs, parameters)
+        totals = self.evaluate(state, inputs, parameters)
         chain = _Chain(self, totals, state, inputs, values, free)
         offsets, forces, moments = self._passes
         chain.add(offsets)
@@ -475,18 +475,18 @@ class FlightModel:
             if entry.term.states:
                 chain.add_rates(entry, rates)
         return ModelJacobian(
-            totals=totals,
+            evaluation=totals,
             coefficients=np.stack([d_coefficients[name] for name in totals.coefficients], axis=1),
             thrust=chain.thrust,
             loads=d_loads,
             body=d_body,
             cg=np.stack([gx, gy, gz], axis=1),
-            places={
+            position_offsets={
                 name: np.stack([sums(target) for target in _POSITION_TARGETS[name]], axis=1)
-                for name in self.misplaced
+                for name in self.displaced_instruments
             },
             rates=rates,
-            free=chain.free,
+            free_parameters=chain.free,
         )
 
 

@@ -49,7 +49,7 @@ class LinearModel:
     states, inputs, outputs : tuple of str
         SI and radians.
     A, B, C, D : ndarray
-    about : OperatingPoint or None
+    operating_point : OperatingPoint or None
         None where nobody said.
     """
 
@@ -60,7 +60,7 @@ class LinearModel:
     B: FloatArray
     C: FloatArray
     D: FloatArray
-    about: OperatingPoint | None = None
+    operating_point: OperatingPoint | None = None
 
     def modes(self) -> tuple[Mode, ...]:
         """Return the modes of A, named where they can be."""

@@ -179,7 +179,7 @@ class OutputModel:
             )
         self.model = model
         self.channels = tuple(channels)
-        partners = [other for pair in model.exchanged for other in pair]
+        partners = [other for pair in model.swapped_channels for other in pair]
         self._needed = frozenset((*channels, *partners))
 
     def values(
@@ -189,7 +189,7 @@ class OutputModel:
         parameters: Sequence[Value] | None = None,
     ) -> tuple[Value, ...]:
         """Return the channels in order; arguments as in `FlightModel.totals`."""
-        totals = self.model.totals(state, inputs, parameters)
+        totals = self.model.evaluate(state, inputs, parameters)
         spin = _spin(state, totals)
         table = self._predict(
             state[:9],
@@ -198,7 +198,7 @@ class OutputModel:
             totals.body.mass,
             totals.cg,
             inputs[6],
-            totals.places,
+            totals.position_offsets,
         )
         return tuple(table[name] for name in self.channels)
 
@@ -221,7 +221,7 @@ class OutputModel:
         """
         differential = self.model.differentiate(state, inputs, parameters, free=free)
         count, n_states, n_all = differential.rates.shape
-        totals = differential.totals
+        totals = differential.evaluation
         spin = _spin(state, totals)
         unit = np.eye(n_all)
 
@@ -238,9 +238,9 @@ class OutputModel:
             dual(inputs[6], unit[n_states + MODEL_INPUTS.index("rho")]),
             {
                 name: tuple(
-                    dual(place[index], differential.places[name][:, index]) for index in range(3)
+                    dual(place[index], differential.position_offsets[name][:, index]) for index in range(3)
                 )
-                for name, place in totals.places.items()
+                for name, place in totals.position_offsets.items()
             },
         )
         chosen = [table[name] for name in self.channels]
@@ -289,6 +289,6 @@ class OutputModel:
             table["ax"], table["ay"], table["an"] = accelerations_at(
                 place("accelerometer"), specific, rates, (spin[0], spin[1], spin[2])
             )
-        for one, other in self.model.exchanged:
+        for one, other in self.model.swapped_channels:
             table[one], table[other] = table[other], table[one]
         return table

@@ -102,7 +102,7 @@ class SignalTerm(Term):
     def respond(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
         """Return the whole history after the path, shape (n,), sampled every `dt` s."""
 
-    def undo(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
         """Return the history, shape (n,), that came out as `signal`.
 
         Where the path lost it (clipping, play), the signal stands for it.
@@ -181,7 +181,7 @@ class ScaleFactor(MemorylessTerm):
         del states
         return TermJacobian(reads=(parameters[0],), parameters=(reads[0],))
 
-    def undo(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
         """Return signal / factor; a factor of zero has lost it."""
         del dt
         (factor,) = parameters
@@ -209,7 +209,7 @@ class SignReversal(MemorylessTerm):
         del reads, states, parameters
         return TermJacobian(reads=(-1.0,))
 
-    def undo(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
         """Return minus the signal."""
         del dt, parameters
         return PathResponse(
@@ -233,7 +233,7 @@ class Bias(MemorylessTerm):
         del reads, states, parameters
         return TermJacobian(reads=(1.0,), parameters=(1.0,))
 
-    def undo(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
         """Return signal - bias."""
         del dt
         return PathResponse(
@@ -274,7 +274,7 @@ class Lag(SignalTerm):
         """Return (signal - state)/tau."""
         return ((reads[0] - states[0]) / _limit_time_constant(parameters[0]),)
 
-    def rest(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
+    def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
         """Return the signal."""
         del parameters
         return (reads[0],)
@@ -331,7 +331,7 @@ class Lag(SignalTerm):
             by_tau = np.asarray(lfilter([1.0], [1.0, -decay], drive))
         return PathResponse(values=values, parameters=by_tau[:, None], tangent=run)
 
-    def undo(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
         """Return signal + tau * its rate, from the samples on either side."""
         if signal.size < 2:
             return _identity_response(signal, 1)
@@ -364,7 +364,7 @@ class Delay(SignalTerm):
             12.0 * (reads[0] - states[0]) / (delay * delay) - 6.0 * states[1] / delay,
         )
 
-    def rest(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
+    def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
         """Return the signal, and no change of it."""
         del parameters
         return (reads[0], 0.0 * reads[0])
@@ -416,7 +416,7 @@ class Delay(SignalTerm):
         """Return the signal as it was; beyond its ends it was constant."""
         return _shift(signal, parameters[0] / dt, dt)
 
-    def undo(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
+    def invert(self, signal: FloatArray, dt: float, parameters: tuple[float, ...]) -> PathResponse:
         """Return the signal as it will be; after the last sample it is constant."""
         found = _shift(signal, -parameters[0] / dt, dt)
         return PathResponse(
@@ -455,7 +455,7 @@ class RateLimit(SignalTerm):
         """Return the rate wanted, within the limit."""
         return (clip((reads[0] - states[0]) / EDGE_ROUNDING_TIME, -parameters[0], parameters[0]),)
 
-    def rest(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
+    def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
         """Return the signal."""
         del parameters
         return (reads[0],)
@@ -521,7 +521,7 @@ class Backlash(SignalTerm):
         inside = clip(states[0], reads[0] - half, reads[0] + half)
         return ((inside - states[0]) / EDGE_ROUNDING_TIME,)
 
-    def rest(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
+    def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
         """Return the signal: the middle of the play."""
         del parameters
         return (reads[0],)
@@ -688,7 +688,7 @@ def invert_path(terms: PathTerms, signal: FloatArray, dt: float) -> PathResponse
     tangents: list[Callable[[FloatArray], FloatArray]] = []
     stop = sum(widths)
     for (term, parameters), width in zip(reversed(terms), reversed(widths), strict=True):
-        one = term.undo(values, dt, parameters)
+        one = term.invert(values, dt, parameters)
         columns = one.tangent(columns)
         columns[:, stop - width : stop] = one.parameters
         stop -= width

@@ -306,7 +306,7 @@ class Simulator:
         self._instant: _Instant | None = None
         if len(self.model.state_names) > 9:
             polar = self._polar(velocity, self._state)
-            settled = self.model.resting_states(polar, self._inputs(self._drive))
+            settled = self.model.steady_states(polar, self._inputs(self._drive))
             self._state += [float(x) for x in settled]
 
     # --- stepping -------------------------------------------------------------------------------
@@ -418,7 +418,7 @@ class Simulator:
         gust = drive.gust
         air = (u - wind[0] - gust[0], v - wind[1] - gust[1], w - wind[2] - gust[2])
         polar = self._polar(air, state)
-        totals = self.model.totals(self._within(polar), self._inputs(drive))
+        totals = self.model.evaluate(self._within(polar), self._inputs(drive))
         loads, body = totals.loads, totals.body
         scale = 1.0
         speed2 = air[0] ** 2 + air[1] ** 2 + air[2] ** 2
@@ -680,7 +680,7 @@ def simulate_open_loop(
     rows = input_rows(model, inputs)
     state = [float(x) for x in start]
     if len(state) == len(POLAR_STATES):
-        state += [float(x) for x in model.resting_states(state, rows[0])]
+        state += [float(x) for x in model.steady_states(state, rows[0])]
     values = model.defaults if parameters is None else tuple(float(x) for x in parameters)
     out = np.full((len(rows), len(model.state_names)), np.nan)
     out[0] = state

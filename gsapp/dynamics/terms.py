@@ -180,7 +180,7 @@ class Term(ABC):
         del reads, states, parameters
         return ()
 
-    def rest(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
+    def steady_state(self, reads: Values, parameters: Values) -> tuple[Value, ...]:
         """Return the states at which their rates vanish for constant `reads`."""
         del reads, parameters
         return ()

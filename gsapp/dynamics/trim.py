@@ -107,11 +107,11 @@ def trim(
             0.0,
         )
         inputs = (de, da, dr, flap, throttle, 0.0, rho, heavy)
-        return (*state, *(float(s) for s in model.resting_states(state, inputs))), inputs, turn
+        return (*state, *(float(s) for s in model.steady_states(state, inputs))), inputs, turn
 
     def residual(x: FloatArray) -> FloatArray:
         state, inputs, turn = condition(x)
-        totals = model.totals(state, inputs)
+        totals = model.evaluate(state, inputs)
         rates = polar_rates(PolarState(*state[:9]), totals.loads, totals.body)
         climb = math.sin(_climb_angle(state)) - math.sin(climb_angle)
         ball = totals.loads.Y / (heavy * GRAVITY) if steered else inputs[2]

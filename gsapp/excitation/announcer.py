@@ -76,7 +76,7 @@ class Announcement:
     ----------
     time : float
         Flight time, s.
-    words : str
+    text : str
         One short sentence; empty where the tone says it all.
     priority : {"note", "prompt", "warning"}
     tone : str
@@ -84,7 +84,7 @@ class Announcement:
     """
 
     time: float
-    words: str
+    text: str
     priority: SpeechPriority
     tone: str = ""
 
@@ -127,7 +127,7 @@ class Announcer:
         self._state = ""
         self._nagging = _RepeatTimer()
 
-    def hear(
+    def update(
         self,
         time: float,
         events: Sequence[CueEvent],
@@ -161,9 +161,9 @@ class Announcer:
             elif event.kind == "verdict":
                 self._silent_until = -math.inf
                 self._recovers_until = event.time + _RECOVERY
-                said.append(self._say(event.time, spell_out_units(event.words), "prompt"))
+                said.append(self._say(event.time, spell_out_units(event.text), "prompt"))
             elif event.kind == "card":
-                self._note = spell_out_units(event.words)
+                self._note = spell_out_units(event.text)
         if not self._silent(time):
             said += self._held_back(time, standing)
         if not self._silent(time) and time >= self._recovers_until:
@@ -179,7 +179,7 @@ class Announcer:
     ) -> Announcement:
         if words:
             self._last_words = time
-        return Announcement(time=time, words=words, priority=priority, tone=tone)
+        return Announcement(time=time, text=words, priority=priority, tone=tone)
 
     def _silent(self, time: float) -> bool:
         return self._moving or time < self._silent_until
@@ -192,7 +192,7 @@ class Announcer:
             return [self._say(event.time, "hands off", "prompt", HANDS_OFF_TONE)]
         self._silent_until = event.time + _UNTIL_VERDICT
         if event.state == "ends":
-            return [Announcement(time=event.time, words="", priority="prompt", tone=HANDS_ON_TONE)]
+            return [Announcement(time=event.time, text="", priority="prompt", tone=HANDS_ON_TONE)]
         return []
 
     def _danger(self, event: CueEvent, standing: Sequence[Alert]) -> list[Announcement]:
@@ -200,15 +200,15 @@ class Announcer:
             self._held.pop(str(event.data.get("key")), None)
             return []
         warning = event.state == "warning"
-        urgent = warning and any(word in event.words for word in _URGENT)
+        urgent = warning and any(word in event.text for word in _URGENT)
         tone = "warning" if warning else "caution"
         if self._silent(event.time) and not urgent:
             key = event.data.get("key")
             self._held.update({one.key: one for one in standing if one.key == key})
-            return [Announcement(time=event.time, words="", priority="warning", tone=tone)]
+            return [Announcement(time=event.time, text="", priority="warning", tone=tone)]
         return [
             self._say(
-                event.time, spell_out_units(event.words), "warning" if warning else "prompt", tone
+                event.time, spell_out_units(event.text), "warning" if warning else "prompt", tone
             )
         ]
 
@@ -218,8 +218,8 @@ class Announcer:
         return [
             self._say(
                 time,
-                spell_out_units(one.spoken),
-                "warning" if one.urgency is AlertLevel.WARNING else "prompt",
+                spell_out_units(one.spoken_text),
+                "warning" if one.level is AlertLevel.WARNING else "prompt",
             )
             for one in held.values()
             if one.key in keys
@@ -236,8 +236,8 @@ class Announcer:
         if former == "turn" and trim.state != "turn":
             self._level_at = time + _ROLLING_OUT
         if trim.state == "fly" and trim.worst is not None:
-            words = spell_out_units(trim.worst.words(self.system))
-            due = bool(lost) or (trim.worst.share <= _FAR and time >= self._level_at)
+            words = spell_out_units(trim.worst.format_text(self.system))
+            due = bool(lost) or (trim.worst.tolerance_ratio <= _FAR and time >= self._level_at)
             due = due and self._nagging.due(
                 time, _deviation_key(trim.worst), abs(trim.worst.amount), bool(lost)
             )
@@ -249,7 +249,7 @@ class Announcer:
             due, words = bool(lost), "hold"
         if due:
             return [self._say(time, words, "prompt", lost)]
-        return [Announcement(time=time, words="", priority="prompt", tone=lost)] if lost else []
+        return [Announcement(time=time, text="", priority="prompt", tone=lost)] if lost else []
 
     def _noted(self, time: float) -> list[Announcement]:
         if self._note is None or time - self._last_words < _QUIET:

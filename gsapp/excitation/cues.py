@@ -38,7 +38,7 @@ class CueEvent:
         ``hands-off``: ``begins``, ``ends`` or ``broken``; ``verdict``: its result;
         ``danger``: ``caution``, ``warning`` or ``over``; ``card``: ``next``, ``chosen``,
         ``captured`` or ``done``.
-    words : str
+    text : str
         Short enough to be spoken.
     data : mapping
         Further values that JSON can hold, SI.
@@ -47,7 +47,7 @@ class CueEvent:
     time: float
     kind: EventKind
     state: str
-    words: str = ""
+    text: str = ""
     data: Mapping[str, Any] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
@@ -56,7 +56,7 @@ class CueEvent:
             "time": round(self.time, 6),
             "kind": self.kind,
             "state": self.state,
-            "words": self.words,
+            "words": self.text,
             "data": dict(self.data),
         }
 
@@ -68,30 +68,30 @@ class NextCard:
     Attributes
     ----------
     card : TestCard
-    good : int
+    good_repeats : int
         Repeats that count so far.
     point : TestPoint or None
         None where the card asks for what cannot be flown; `problem` says why.
-    wanted : TargetInput or None
+    target_input : TargetInput or None
         None where no input can be told.
-    stick : mapping of str to str
+    stick_text : mapping of str to str
         By surface: "half stick, high rate".
-    words : str
+    text : str
         To be read and spoken: "aileron and rudder doublet at 100 ft/s, half stick, then two
         thirds rudder, low rate".
-    why : {"chosen", "captured", "most to gain", "next on the list"}
+    reason : {"chosen", "captured", "most to gain", "next on the list"}
         How it was found.
     problem : str
         What is wrong with the card, in words; empty for nothing.
     """
 
     card: TestCard
-    good: int
+    good_repeats: int
     point: TestPoint | None
-    wanted: TargetInput | None
-    stick: Mapping[str, str]
-    words: str
-    why: CardSelectionReason
+    target_input: TargetInput | None
+    stick_text: Mapping[str, str]
+    text: str
+    reason: CardSelectionReason
     problem: str = ""
 
 
@@ -105,7 +105,7 @@ class CueSnapshot:
         Flight time of the newest row judged, s; None before the first.
     trim : TrimCue or None
         None before the first row.
-    under_way : InputInProgress or None
+    input_in_progress : InputInProgress or None
         An input that is being made, or its answer awaited.
     verdict : InputVerdict or None
         The latest.
@@ -113,40 +113,40 @@ class CueSnapshot:
         None without cards, and once all are flown.
     outlook : Outlook or None
         What was learned and what comes next; None where no model tells.
-    dangers : tuple of Alert
+    alerts : tuple of Alert
         Those that stand, the most urgent first.
     speed, alpha : float or None
         Airspeed, m/s, and angle of attack, rad, over the last half second; None where missing.
     guidance : str
         Towards the test point, short; empty where there is nothing to say.
-    judged : tuple of str
+    judged_by : tuple of str
         By what is judged, in words.
-    missing : tuple of str
+    limitations : tuple of str
         What cannot be judged and why, in words.
-    unseen : tuple of str
+    unmeasured_surfaces : tuple of str
         Surfaces that nothing shows: an input on them gets no verdict.
-    good, wanted : int
+    good_repeats, requested_repeats : int
         Repeats that count, and those that all cards ask for.
-    events : int
+    event_count : int
         How many events the log holds: grows with every change.
     """
 
     time: float | None = None
     trim: TrimCue | None = None
-    under_way: InputInProgress | None = None
+    input_in_progress: InputInProgress | None = None
     verdict: InputVerdict | None = None
     card: NextCard | None = None
     outlook: Outlook | None = None
-    dangers: tuple[Alert, ...] = ()
+    alerts: tuple[Alert, ...] = ()
     speed: float | None = None
     alpha: float | None = None
     guidance: str = ""
-    judged: tuple[str, ...] = ()
-    missing: tuple[str, ...] = ()
-    unseen: tuple[str, ...] = ()
-    good: int = 0
-    wanted: int = 0
-    events: int = 0
+    judged_by: tuple[str, ...] = ()
+    limitations: tuple[str, ...] = ()
+    unmeasured_surfaces: tuple[str, ...] = ()
+    good_repeats: int = 0
+    requested_repeats: int = 0
+    event_count: int = 0
 
     @property
     def verdict_age(self) -> float | None:

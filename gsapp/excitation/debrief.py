@@ -30,9 +30,9 @@ class Debrief:
         In the order of the cards; empty without cards.
     events : tuple of CueEvent
         All that changed for the crew.
-    spoken : tuple of Announcement
+    announcements : tuple of Announcement
         All that was to be heard.
-    missing : tuple of str
+    limitations : tuple of str
         What could not be judged, in words.
     """
 
@@ -40,8 +40,8 @@ class Debrief:
     maneuvers: tuple[EvaluatedManeuver, ...]
     cards: tuple[CardScore, ...] = ()
     events: tuple[CueEvent, ...] = ()
-    spoken: tuple[Announcement, ...] = ()
-    missing: tuple[str, ...] = ()
+    announcements: tuple[Announcement, ...] = ()
+    limitations: tuple[str, ...] = ()
 
     @property
     def good(self) -> int:
@@ -59,10 +59,10 @@ class Debrief:
 
         None without cards.
         """
-        wanted = sum(one.wanted for one in self.cards)
-        return sum(min(one.good, one.wanted) for one in self.cards) / wanted if wanted else None
+        wanted = sum(one.requested for one in self.cards)
+        return sum(min(one.good, one.requested) for one in self.cards) / wanted if wanted else None
 
-    def stored(self) -> tuple[StoredVerdict, ...]:
+    def to_stored_verdicts(self) -> tuple[StoredVerdict, ...]:
         """Return the verdicts for a catalog."""
         return tuple(
             StoredVerdict(
@@ -75,7 +75,7 @@ class Debrief:
                 result=one.verdict.result,
                 advice=one.verdict.advice,
                 card=one.verdict.card,
-                counts=one.verdict.counts,
+                is_counted=one.verdict.counts,
                 record=one.to_record(),
             )
             for one in self.maneuvers
@@ -89,10 +89,10 @@ class Debrief:
                 "time": round(one.time, 6),
                 "kind": "spoken",
                 "state": one.priority,
-                "words": one.words,
+                "words": one.text,
                 "data": {"tone": one.tone} if one.tone else {},
             }
-            for one in self.spoken
+            for one in self.announcements
         ]
         return sorted(cues, key=lambda cue: cue["time"])
 
@@ -107,7 +107,7 @@ class Debrief:
                 {name: getattr(card, name) for name in CardScore.__slots__} for card in self.cards
             ],
             "maneuvers": [one.to_json() for one in self.maneuvers],
-            "missing": list(self.missing),
+            "missing": list(self.limitations),
         }
 
 
@@ -124,10 +124,10 @@ def create_debrief(name: str, cueing: CueGenerator) -> Debrief:
     return Debrief(
         flight=name,
         maneuvers=tuple(cueing.maneuvers),
-        cards=score_cards(cueing.flown),
+        cards=score_cards(cueing.card_progress),
         events=tuple(cueing.log),
-        spoken=tuple(cueing.spoken),
-        missing=cueing.snapshot().missing,
+        announcements=tuple(cueing.announcements),
+        limitations=cueing.snapshot().limitations,
     )
 
 
@@ -136,10 +136,10 @@ def score_cards(flown: CardSetProgress | None) -> tuple[CardScore, ...]:
     return tuple(
         CardScore(
             card=one.card.id,
-            heading=one.card.heading,
-            good=one.good,
+            title=one.card.display_title,
+            good=one.good_count,
             flown=len(one.attempts),
-            wanted=one.card.repeats,
+            requested=one.card.repeats,
         )
         for one in (() if flown is None else flown.cards)
     )

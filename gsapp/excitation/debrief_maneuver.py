@@ -51,22 +51,22 @@ class EvaluatedManeuver:
     Attributes
     ----------
     verdict : InputVerdict
-    wanted : TargetInput or None
+    target_input : TargetInput or None
         What was asked for when it was flown.
     point : TestPoint or None
         Where it should have begun.
     go_at : float or None
         When GO was given before it, s; None if it was flown without.
-    off : mapping of str to float
+    trim_deviations : mapping of str to float
         What was off as it began, in tolerances, signed; of ``speed``, ``bank`` ...
     curves : ManeuverCurves
     """
 
     verdict: InputVerdict
-    wanted: TargetInput | None
+    target_input: TargetInput | None
     point: TestPoint | None
     go_at: float | None
-    off: Mapping[str, float]
+    trim_deviations: Mapping[str, float]
     curves: ManeuverCurves
 
     def to_json(self) -> dict[str, Any]:
@@ -83,10 +83,10 @@ class EvaluatedManeuver:
         """Return what JSON can hold; `from_record` reads it back. SI, absent = None."""
         return {
             "verdict": _json(_VERDICT.dump_python(self.verdict, mode="json")),
-            "wanted": _json(_WANTED.dump_python(self.wanted, mode="json")),
+            "wanted": _json(_WANTED.dump_python(self.target_input, mode="json")),
             "point": _json(_POINT.dump_python(self.point, mode="json")),
             "go_at": self.go_at,
-            "off": _json(dict(self.off)),
+            "off": _json(dict(self.trim_deviations)),
             "curves": {
                 "times": [round(float(time), 4) for time in self.curves.times],
                 "series": {
@@ -130,7 +130,7 @@ def extract_curves(
     if rows is None:
         return ManeuverCurves(times=np.empty(0), series={})
     every = max(1, round(rate / PLOT_RATE))
-    kept = (rows.first + np.arange(len(rows))) % every == 0
+    kept = (rows.first_index + np.arange(len(rows))) % every == 0
     names = dict.fromkeys((*surfaces, *(name for one in surfaces for name in _ANSWERS[one])))
     series = {name: rows[name][kept] for name in names}
     return ManeuverCurves(
@@ -148,10 +148,10 @@ def _read(record: Mapping[str, Any]) -> EvaluatedManeuver:
     curves = record["curves"]
     return EvaluatedManeuver(
         verdict=_VERDICT.validate_python(record["verdict"]),
-        wanted=_WANTED.validate_python(record["wanted"]),
+        target_input=_WANTED.validate_python(record["wanted"]),
         point=_POINT.validate_python(record["point"]),
         go_at=record["go_at"],
-        off={str(name): float(share) for name, share in record["off"].items()},
+        trim_deviations={str(name): float(share) for name, share in record["off"].items()},
         curves=ManeuverCurves(
             times=np.array(curves["times"], dtype=np.float64),
             series={

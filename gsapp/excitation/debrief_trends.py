@@ -111,18 +111,18 @@ def compute_flight_trend(
     results: dict[str, int] = {}
     for one in maneuvers:
         results[one.verdict.result] = results.get(one.verdict.result, 0) + 1
-        for name, share in one.off.items():
+        for name, share in one.trim_deviations.items():
             errors.setdefault(name, []).append(abs(share))
-        if one.wanted is None:
+        if one.target_input is None:
             continue
-        for surface, band in one.wanted.amplitudes.items():
+        for surface, band in one.target_input.amplitudes.items():
             if surface in one.verdict.amplitudes and band.best > 0.0:
                 share = one.verdict.amplitudes[surface] / band.best
                 sizes.setdefault(surface, []).append(share)
         widths += [
-            step / one.wanted.width.best for steps in one.verdict.halves.values() for step in steps
+            step / one.target_input.width.best for steps in one.verdict.halves.values() for step in steps
         ]
-    wanted = sum(one.wanted for one in scores)
+    wanted = sum(one.requested for one in scores)
     begun = [one.verdict.t_input for one in maneuvers]
     return FlightTrend(
         flight=flight,
@@ -134,7 +134,7 @@ def compute_flight_trend(
         trim_errors=_medians(errors),
         without_go=sum(one.go_at is None for one in maneuvers),
         seconds_each=_median(after - before for before, after in pairwise(begun)),
-        score=sum(min(one.good, one.wanted) for one in scores) / wanted if wanted else None,
+        score=sum(min(one.good, one.requested) for one in scores) / wanted if wanted else None,
     )
 
 

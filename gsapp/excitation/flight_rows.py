@@ -69,7 +69,7 @@ class FlightRows:
 
     Attributes
     ----------
-    first : int
+    first_index : int
         Number of the first row: its time is ``first / rate``.
     times : ndarray, shape (n,)
         Flight time, s.
@@ -77,14 +77,14 @@ class FlightRows:
         SI; read by name: ``rows["q"]``. The signals that maneuver detection looks at (`SIGNALS`:
         surfaces, flow, rates, accelerations, ``V``, ``altitude``, ``throttle``, ``rpm``) come
         with their stand-ins, all others as measured. NaN where missing.
-    fresh : bool
+    starts_segment : bool
         Whether a new stretch begins: what was watched before does not lead up to these rows.
     """
 
-    first: int
+    first_index: int
     times: FloatArray
     values: FloatArray
-    fresh: bool = False
+    starts_segment: bool = False
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -94,26 +94,26 @@ class FlightRows:
         """Return one channel, shape (n,); NaN where missing, KeyError for what no row holds."""
         return self.values[:, _COLUMNS[name]]
 
-    def together(self, names: Sequence[str]) -> FloatArray:
+    def columns(self, names: Sequence[str]) -> FloatArray:
         """Return some channels, shape (n, n_names)."""
         return self.values[:, [_COLUMNS[name] for name in names]]
 
-    def without(self, names: Collection[str]) -> FlightRows:
+    def mask_channels(self, names: Collection[str]) -> FlightRows:
         """Return the rows with some channels read as missing."""
         gone = [place for name in names for place in _CHANNEL_COLUMNS.get(name, ())]
         if not gone:
             return self
         values = self.values.copy()
         values[:, gone] = np.nan
-        return FlightRows(first=self.first, times=self.times, values=values, fresh=self.fresh)
+        return FlightRows(first_index=self.first_index, times=self.times, values=values, starts_segment=self.starts_segment)
 
-    def part(self, start: int, stop: int) -> FlightRows:
+    def slice_rows(self, start: int, stop: int) -> FlightRows:
         """Return the rows from `start` to before `stop`, counted from the first of these."""
         return FlightRows(
-            first=self.first + start,
+            first_index=self.first_index + start,
             times=self.times[start:stop],
             values=self.values[start:stop],
-            fresh=self.fresh and start == 0,
+            starts_segment=self.starts_segment and start == 0,
         )
 
 
@@ -165,7 +165,7 @@ class FlightRowStream:
                 yield from self.finish()
             self._put(index[start:stop], values[start:stop], places)
 
-    def complete(self) -> Iterator[FlightRows]:
+    def take_complete_rows(self) -> Iterator[FlightRows]:
         """Give the rows that are complete after a step."""
         if self._newest < self._began + self._patience:
             return  # who speaks is not known yet
@@ -210,12 +210,12 @@ class FlightRowStream:
         taken[:, size:] = self._rows[:count, size:]
         first = self._first
         times = np.arange(first, first + count) / self.rate
-        block = Block.trusted(_CHANNELS, times, taken)
+        block = Block.unchecked(_CHANNELS, times, taken)
         rows = FlightRows(
-            first=first,
+            first_index=first,
             times=times,
             values=np.column_stack((extract_signals(block), taken)),
-            fresh=self._fresh,
+            starts_segment=self._fresh,
         )
         left = max(lag, self._newest + 1 - first - count + lag)
         self._rows[:left] = self._rows[count : count + left]
@@ -243,10 +243,10 @@ def concatenate_rows(parts: Sequence[FlightRows]) -> FlightRows:
     if len(parts) == 1:
         return parts[0]
     return FlightRows(
-        first=parts[0].first,
+        first_index=parts[0].first_index,
         times=np.concatenate([one.times for one in parts]),
         values=np.concatenate([one.values for one in parts]),
-        fresh=parts[0].fresh,
+        starts_segment=parts[0].starts_segment,
     )
 
 
@@ -271,4 +271,4 @@ def mask_implausible(block: Block) -> Block:
     wild = np.abs(block.values) > _LARGEST
     if not wild.any():
         return block
-    return Block.trusted(block.channels, block.times, np.where(wild, np.nan, block.values))
+    return Block.unchecked(block.channels, block.times, np.where(wild, np.nan, block.values))

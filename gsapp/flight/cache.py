@@ -39,7 +39,7 @@ class DecodedFlight:
     block: Block
     sources: Mapping[str, ChannelSource]
     frames: FrameCounts | None = None
-    said: tuple[Event, ...] = ()
+    vehicle_messages: tuple[Event, ...] = ()
     remarks: tuple[str, ...] = field(default=())
     onboard: OnboardLogState | None = None
 
@@ -100,7 +100,7 @@ def load_cached(folder: Path, key: str) -> DecodedFlight | None:
                     name: ChannelSource(**source) for name, source in content["sources"].items()
                 },
                 frames=FrameCounts(**content["frames"]) if content["frames"] else None,
-                said=tuple(Event.from_json(event) for event in content["said"]),
+                vehicle_messages=tuple(Event.from_json(event) for event in content["said"]),
                 remarks=tuple(content["remarks"]),
                 onboard=OnboardLogState.from_json(content["onboard"])
                 if content["onboard"]
@@ -117,7 +117,7 @@ def store_cached(folder: Path, key: str, decoded: DecodedFlight) -> None:
         "channels": decoded.block.channels,
         "sources": {name: asdict(source) for name, source in decoded.sources.items()},
         "frames": asdict(decoded.frames) if decoded.frames else None,
-        "said": [event.to_json() for event in decoded.said],
+        "said": [event.to_json() for event in decoded.vehicle_messages],
         "remarks": decoded.remarks,
         "onboard": decoded.onboard.to_json() if decoded.onboard else None,
     }

@@ -72,7 +72,7 @@ class CardSetFile(TomlDocument[CardSet]):
         """Return a copy of the cards as the file holds them, to be changed and put back."""
         return copy.deepcopy(list(self.content["cards"]))
 
-    def another(self, row: int) -> list[dict[str, Any]]:
+    def with_duplicated_row(self, row: int) -> list[dict[str, Any]]:
         """Return the cards with a copy of one below it, under an id of its own."""
         rows = self.rows
         made = copy.deepcopy(rows[row])

@@ -23,46 +23,46 @@ class AppliedCertificates:
 
     Attributes
     ----------
-    used : mapping of str to Certificate
+    applied : mapping of str to Certificate
         Those in force, by channel.
-    given : str
+    override_source : str
         What was given in place of the flight's own: a folder, or a shipped set; empty if nothing.
-    own : mapping of str to Certificate, or None
+    recorded : mapping of str to Certificate, or None
         Those kept with the flight; None if none are.
     """
 
-    used: Mapping[str, Certificate] = field(default_factory=dict)
-    given: str = ""
-    own: Mapping[str, Certificate] | None = None
+    applied: Mapping[str, Certificate] = field(default_factory=dict)
+    override_source: str = ""
+    recorded: Mapping[str, Certificate] | None = None
 
     @property
-    def differing(self) -> tuple[str, ...]:
+    def differing_channels(self) -> tuple[str, ...]:
         """Return the channels whose certificates are not those kept with the flight, sorted."""
-        own = self.own or {}
+        own = self.recorded or {}
         return tuple(
             sorted(
                 name
-                for name in {*own, *self.used}
-                if _content(own.get(name)) != _content(self.used.get(name))
+                for name in {*own, *self.applied}
+                if _content(own.get(name)) != _content(self.applied.get(name))
             )
         )
 
     @property
-    def sentence(self) -> str:
+    def override_text(self) -> str:
         """Return that other certificates than the flight's own were used; empty if they were not.
 
         A result without this sentence comes from what was in force on the day.
         """
-        if not self.given:
+        if not self.override_source:
             return ""
-        head = f"read with the certificates of '{self.given}' instead of"
-        if self.own is None:
+        head = f"read with the certificates of '{self.override_source}' instead of"
+        if self.recorded is None:
             return f"{head} those that its channel map names: none are kept with the flight"
-        changed = self.differing
+        changed = self.differing_channels
         if not changed:
             return f"{head} those kept with the flight, which are the same"
-        gone = [name for name in changed if name not in self.used]
-        other = [name for name in changed if name in self.used]
+        gone = [name for name in changed if name not in self.applied]
+        other = [name for name in changed if name in self.applied]
         parts = [
             words
             for words in (
@@ -78,10 +78,10 @@ class AppliedCertificates:
         return {
             "certificates": {
                 name: {"stamp": one.stamp.isoformat(), "who": one.who}
-                for name, one in sorted(self.used.items())
+                for name, one in sorted(self.applied.items())
             },
-            "given": self.given or None,
-            "instead_of_own": list(self.differing) if self.given else [],
+            "given": self.override_source or None,
+            "instead_of_own": list(self.differing_channels) if self.override_source else [],
         }
 
 
@@ -91,7 +91,7 @@ def _content(certificate: Certificate | None) -> dict[str, Any] | None:
 
 def uncalibrated_channels(sources: Mapping[str, ChannelSource]) -> tuple[str, ...]:
     """Return the channels whose instruments gave volts only, for want of a certificate, sorted."""
-    return tuple(sorted({each.uncalibrated for each in sources.values() if each.uncalibrated}))
+    return tuple(sorted({each.uncalibrated_channel for each in sources.values() if each.uncalibrated_channel}))
 
 
 def calibration_remarks(
@@ -109,7 +109,7 @@ def calibration_remarks(
     listed = ", ".join(uncalibrated_channels(sources))
     lacking = f"uncalibrated, for want of a certificate, so that there are only volts: {listed}"
     beyond = "" if block is None else _out_of_range_text(used, sources, block)
-    return tuple(words for words in (used.sentence, lacking if listed else "", beyond) if words)
+    return tuple(words for words in (used.override_text, lacking if listed else "", beyond) if words)
 
 
 def calibrated_ranges(
@@ -124,8 +124,8 @@ def calibrated_ranges(
         Channels without a certificate behind them are left out.
     """
     covered = {
-        name: certificate.covered
-        for name, certificate in used.used.items()
+        name: certificate.padded_value_range
+        for name, certificate in used.applied.items()
         if name in sources and sources[name].calibrated
     }
     behind = source_instruments([name for name, each in sources.items() if each.kind != "derived"])
@@ -152,8 +152,8 @@ def instruments_out_of_range(
     """
     return tuple(
         name
-        for name, certificate in sorted(used.used.items())
-        if name in sources and sources[name].calibrated and certificate.beyond(value_of(name))
+        for name, certificate in sorted(used.applied.items())
+        if name in sources and sources[name].calibrated and certificate.out_of_range(value_of(name))
     )
 
 

@@ -94,7 +94,7 @@ class Flight:
     onboard: OnboardLogState | None = None
 
     @property
-    def uncalibrated(self) -> tuple[str, ...]:
+    def uncalibrated_channels(self) -> tuple[str, ...]:
         """Return the channels whose instruments gave volts only, for want of a certificate."""
         return uncalibrated_channels(self.sources)
 
@@ -111,7 +111,7 @@ class Flight:
         """
         return {
             **self.certificates.to_json(),
-            "uncalibrated": list(self.uncalibrated),
+            "uncalibrated": list(self.uncalibrated_channels),
             "beyond": count_samples_out_of_range(self.certificates, self.sources, self.block),
         }
 

@@ -52,7 +52,7 @@ def apply_draft(
     FlightError
         If the disk refuses.
     """
-    if not waiting.is_dir() or folder.records:
+    if not waiting.is_dir() or folder.nonempty_raw_files:
         return False
     prepared = FlightInfoFile(FlightFolder(path=waiting))
     card = FlightInfoFile(folder)

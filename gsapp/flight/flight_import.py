@@ -86,7 +86,7 @@ def _write_folder(made: Path, info: FlightInfo, source: Path, chosen: ChannelMap
         copy_atomically(source, folder.tlog_file)
         folder.update_info(date=_start_date(source))
     else:
-        folder.keep_onboard_log(source)
+        folder.store_onboard_log(source)
         # When the log was made is not known; that of the import would mislead.
         folder.update_info(date=None)
     if events_path(source).is_file():
@@ -95,9 +95,9 @@ def _write_folder(made: Path, info: FlightInfo, source: Path, chosen: ChannelMap
 
 def _store_channel_map(folder: FlightFolder, channel_map: ChannelMap) -> None:
     if channel_map.path is not None:
-        folder.keep_channel_map(channel_map.path)
+        folder.store_channel_map(channel_map.path)
     if channel_map.certificates is not None:
-        folder.keep_certificates(certificate_paths(channel_map.certificates))
+        folder.store_certificates(certificate_paths(channel_map.certificates))
 
 
 def _start_date(tlog: Path) -> datetime | None:

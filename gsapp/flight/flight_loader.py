@@ -102,7 +102,7 @@ def load_flight(
     if rate is not None and not 0.0 < rate <= 10_000.0:
         raise FlightError(f"a grid of {rate:g} samples per second cannot be; give 1 to 10000")
     folder = FlightFolder.open(path) if path.is_dir() else None
-    setting = FlightReadSettings.find(
+    setting = FlightReadSettings.load(
         path,
         channel_map=channel_map,
         certificates=certificates,
@@ -115,14 +115,14 @@ def load_flight(
     if path.suffix.casefold() in _MAPPED and setting.channel_map is None:
         setting = replace(setting, channel_map=default_channel_map(path))
     decoded = _decode_file(path, setting)
-    used = setting.used_with(setting.channel_map)
+    used = setting.applied_certificates(setting.channel_map)
     return Flight(
         name=path.stem,
         path=path,
         block=decoded.block,
         sources=decoded.sources,
         frames=decoded.frames,
-        events=decoded.said,
+        events=decoded.vehicle_messages,
         remarks=(*calibration_remarks(used, decoded.sources, decoded.block), *decoded.remarks),
         certificates=used,
     )
@@ -157,7 +157,7 @@ def load_with_log(folder: FlightFolder, log: Path) -> Flight:
     FlightError
         If nothing can be read.
     """
-    return _load_folder(folder, FlightReadSettings.find(folder.path), log)
+    return _load_folder(folder, FlightReadSettings.load(folder.path), log)
 
 
 def _load_folder(
@@ -167,11 +167,11 @@ def _load_folder(
     remarks: tuple[str, ...] = ()
     if record.damaged:
         remarks = (damaged_events_text(record.damaged),)
-    if folder.records and setting.channel_map is None:
+    if folder.nonempty_raw_files and setting.channel_map is None:
         first = RawTail(folder.path).poll(_RECORDS_AT_ONCE)
         setting = replace(setting, channel_map=guess_channel_map(first, folder.path))
     decoded = _decode_folder(folder, setting, log)
-    used = setting.used_with(setting.channel_map)
+    used = setting.applied_certificates(setting.channel_map)
     return Flight(
         name=folder.name,
         path=folder.path,
@@ -179,7 +179,7 @@ def _load_folder(
         sources=decoded.sources,
         info=folder.info(),
         frames=decoded.frames,
-        events=sort_events((*convert_to_flown_clock(record.events), *decoded.said)),
+        events=sort_events((*convert_to_flown_clock(record.events), *decoded.vehicle_messages)),
         remarks=(
             *remarks,
             *calibration_remarks(used, decoded.sources, decoded.block),
@@ -200,7 +200,7 @@ def _decode_folder(
     folder: FlightFolder, setting: FlightReadSettings, log: Path | None
 ) -> DecodedFlight:
     """Decode raw files and on-board log, or another; from the cache where it still holds."""
-    raw = folder.records
+    raw = folder.nonempty_raw_files
     missing = ""
     try:
         onboard = folder.onboard_log() if log is None else log
@@ -225,7 +225,7 @@ def _decode_folder(
         else:
             decoded = _decode_file(files[0], setting)
         fits = log is None or (decoded.onboard is not None and decoded.onboard.in_place)
-        if fits and not setting.given:
+        if fits and not setting.override_source:
             # Trying other certificates or logs does not cost the flight the cache of its own.
             store_cached(folder.cache_folder, key, decoded)
     return replace(decoded, remarks=(missing, *decoded.remarks)) if missing else decoded
@@ -242,8 +242,8 @@ def _merge_log(live: DecodedFlight, onboard: Path, setting: FlightReadSettings) 
         # The map in force is that of the link; the log is read by its own. That of an autopilot
         # has nothing to calibrate, so certificates given are no fault; a table has former ones in
         # it, and stays out.
-        given = "" if ending in _LOG_MAPS else setting.given
-        setting = replace(setting, channel_map=None, given=given)
+        given = "" if ending in _LOG_MAPS else setting.override_source
+        setting = replace(setting, channel_map=None, override_source=given)
     try:
         log = _decode_file(onboard, setting)
     except GroundStationError as error:
@@ -301,9 +301,9 @@ def _decode_file(path: Path, setting: FlightReadSettings) -> DecodedFlight:
         columns = _read_native_columns(path, read_parquet_columns)
     else:
         columns = read_flight_csv(path)
-    if setting.given:
+    if setting.override_source:
         raise FlightError(
-            f"the certificates of '{setting.given}' cannot be applied to {path.name}: its columns "
+            f"the certificates of '{setting.override_source}' cannot be applied to {path.name}: its columns "
             "were calibrated when it was written; give the flight folder with the raw record"
         )
     return _decode_columns(path, columns, setting.rate)
@@ -355,7 +355,7 @@ def _decode_columns(path: Path, flight: ColumnFlight, rate: float | None) -> Dec
             source=f"column {name} [{units[name]}]",
             kind="measured",
             calibrated=name not in lacking,
-            uncalibrated=lacking.get(name, ""),
+            uncalibrated_channel=lacking.get(name, ""),
         )
         for name in block.channels
     }
@@ -381,7 +381,7 @@ def _decode_log(
     return DecodedFlight(
         block=mapped.block,
         sources=mapped.sources,
-        said=log.events,
+        vehicle_messages=log.events,
         remarks=(*log.remarks, *mapped.remarks),
     )
 
@@ -390,8 +390,8 @@ def _decode_tlog(path: Path, setting: FlightReadSettings) -> DecodedFlight:
     damage = RawDamage(name=path.name)
     decoded = _decode_records(_batches(read_nonempty_tlog(path, damage)), setting, path)
     if decoded.frames is not None and damage:
-        frames = replace(decoded.frames, damaged=decoded.frames.damaged + damage.places)
-        decoded = replace(decoded, frames=frames, remarks=(damage.sentence(), *decoded.remarks))
+        frames = replace(decoded.frames, damaged=decoded.frames.damaged + damage.location_count)
+        decoded = replace(decoded, frames=frames, remarks=(damage.describe(), *decoded.remarks))
     return decoded
 
 
@@ -399,7 +399,7 @@ def _decode_folder_records(folder: Path, setting: FlightReadSettings) -> Decoded
     tail = RawTail(folder)
     decoded = _decode_records(_poll_records(tail), setting, folder)
     return replace(
-        decoded, remarks=(*(damage.sentence() for damage in tail.lost), *decoded.remarks)
+        decoded, remarks=(*(damage.describe() for damage in tail.damage), *decoded.remarks)
     )
 
 
@@ -439,9 +439,9 @@ def _decode_records(
             lines=decoder.lines,
             bad_lines=decoder.bad_lines,
         ),
-        said=tuple(event_from_notice(notice) for notice in (*decoder.messages, *decoder.notices)),
+        vehicle_messages=tuple(event_from_notice(notice) for notice in (*decoder.messages, *decoder.notices)),
         remarks=(
-            *health.report().sentences,
+            *health.report().warnings,
             *decoder.remarks,
             *clipped_remarks(decoder.clipped),
         ),

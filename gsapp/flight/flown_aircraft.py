@@ -48,17 +48,17 @@ class FlownAircraft:
     ----------
     aircraft : Aircraft
         With mass, fuel and inertia at take-off; its positions are from the CG as flown.
-    shift : tuple of float
+    cg_shift : tuple of float
         From the CG of the aircraft file to that of the flight, body axes, m.
     remarks : tuple of str
         What was changed and why, in words; empty where the card says nothing new.
     """
 
     aircraft: Aircraft
-    shift: Position = _ORIGIN
+    cg_shift: Position = _ORIGIN
     remarks: tuple[str, ...] = ()
 
-    def after(self, burned: float) -> FlownAircraft:
+    def after_fuel_burn(self, burned: float) -> FlownAircraft:
         """Return the aircraft with so much fuel gone, kg: what tanks off the CG do in flight.
 
         Mass and fuel stay those of the take-off, since a maneuver has a mass of its own; the same
@@ -76,11 +76,11 @@ class FlownAircraft:
             return self
         moved = _move_reference_point(self.aircraft, loaded.center)
         kept = {"mass": properties.mass, "fuel_position": moved.mass.fuel_position}
-        x, y, z = (a + b for a, b in zip(self.shift, loaded.center, strict=True))
+        x, y, z = (a + b for a, b in zip(self.cg_shift, loaded.center, strict=True))
         return replace(
             self,
             aircraft=moved.model_copy(update={"mass": loaded.properties.model_copy(update=kept)}),
-            shift=(x, y, z),
+            cg_shift=(x, y, z),
         )
 
 
@@ -140,7 +140,7 @@ def apply_flight_info(aircraft: Aircraft, info: FlightInfo | None) -> FlownAircr
     kept = {"mass": mass, "fuel": fuel, "fuel_position": moved.mass.fuel_position}
     return FlownAircraft(
         aircraft=moved.model_copy(update={"mass": loaded.properties.model_copy(update=kept)}),
-        shift=center,
+        cg_shift=center,
         remarks=tuple(said),
     )
 

@@ -166,7 +166,7 @@ class FlightFolder:
         return tuple(self.path / name for name in names if (self.path / name).is_file())
 
     @property
-    def records(self) -> tuple[Path, ...]:
+    def nonempty_raw_files(self) -> tuple[Path, ...]:
         """Return the raw files that hold anything."""
         return tuple(path for path in self.raw_files if path.stat().st_size)
 
@@ -262,15 +262,15 @@ class FlightFolder:
             )
         return path
 
-    def keep_aircraft(self, path: Path | str) -> Path:
+    def store_aircraft(self, path: Path | str) -> Path:
         """Copy the aircraft file in force into the folder."""
         return self._keep(Path(path), self.aircraft_file)
 
-    def keep_channel_map(self, path: Path | str) -> Path:
+    def store_channel_map(self, path: Path | str) -> Path:
         """Copy the channel map in force into the folder."""
         return self._keep(Path(path), self.channel_map_file)
 
-    def keep_certificates(self, paths: Iterable[Path | str]) -> tuple[Path, ...]:
+    def store_certificates(self, paths: Iterable[Path | str]) -> tuple[Path, ...]:
         """Copy the certificates in force into the folder; those that were there go."""
         sources = [Path(path) for path in paths]
         contents = {source.name: self._content(source) for source in sources}
@@ -289,7 +289,7 @@ class FlightFolder:
                     old.unlink()
         return kept
 
-    def keep_onboard_log(self, path: Path | str, name: str | None = None) -> Path:
+    def store_onboard_log(self, path: Path | str, name: str | None = None) -> Path:
         """Copy an on-board log into the folder and name it in ``flight.toml``."""
         source = Path(path)
         target = self.path / (name or source.name)
@@ -300,7 +300,7 @@ class FlightFolder:
         self.update_info(onboard_log=target.name)
         return target
 
-    def keep_cards(self, cards: CardSet) -> Path:
+    def store_cards(self, cards: CardSet) -> Path:
         """Write the test cards of the flight into the folder; those that were there go."""
         return save_cards(self.cards_file, cards)
 

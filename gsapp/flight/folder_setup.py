@@ -78,18 +78,18 @@ def prepare_flight_folder(
     if aircraft_file is not None and _needs_copy(
         folder, "aircraft", [folder.aircraft_file], [aircraft_file], aircraft_file.stem, tell
     ):
-        folder.keep_aircraft(aircraft_file)
+        folder.store_aircraft(aircraft_file)
     if map_file is not None and _needs_copy(
         folder, "channel map", [folder.channel_map_file], [map_file], map_file.stem, tell
     ):
-        folder.keep_channel_map(map_file)
+        folder.store_channel_map(map_file)
     if calibration:
         files = certificate_paths(calibration)
         # The set that a map names was not asked for by anybody.
         listen = tell if asked else _ignore_message
         kept = folder.certificate_files()
         if _needs_copy(folder, "certificates", kept, files, str(calibration), listen):
-            folder.keep_certificates(files)
+            folder.store_certificates(files)
     return folder
 
 

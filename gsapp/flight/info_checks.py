@@ -66,12 +66,12 @@ class InfoWarning:
     ----------
     field : str
         Key path in ``flight.toml``: ``weather.temperature``.
-    words : str
+    text : str
         What, and what was probably meant.
     """
 
     field: str
-    words: str
+    text: str
 
 
 def check_flight_info(
@@ -89,7 +89,7 @@ def check_flight_info(
     """
     units = _SHOWN[system]
     return tuple(
-        InfoWarning(field=field, words=convert_text_units(words, system))
+        InfoWarning(field=field, text=convert_text_units(words, system))
         for field, words in (
             *_weights(info, aircraft, units),
             *_fuel(info, aircraft, units),

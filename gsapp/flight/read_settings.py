@@ -35,10 +35,10 @@ class FlightReadSettings:
         None leaves it to be guessed from the record.
     certificates : mapping of str to Certificate, or None
         By channel; None takes those that the map names.
-    given : str
+    override_source : str
         What `certificates` were given as, in place of the flight's own; empty where they are its
         own.
-    own : mapping of str to Certificate, or None
+    recorded : mapping of str to Certificate, or None
         Those kept with the flight; None if none are.
     aircraft : Aircraft or None
         For limits and instrument ranges.
@@ -50,14 +50,14 @@ class FlightReadSettings:
 
     channel_map: ChannelMap | None = None
     certificates: Mapping[str, Certificate] | None = None
-    given: str = ""
-    own: Mapping[str, Certificate] | None = None
+    override_source: str = ""
+    recorded: Mapping[str, Certificate] | None = None
     aircraft: Aircraft | None = None
     rate: float | None = None
     system: int | None = None
 
     @classmethod
-    def find(
+    def load(
         cls,
         path: Path,
         *,
@@ -98,8 +98,8 @@ class FlightReadSettings:
         return FlightReadSettings(
             channel_map=channel_map,
             certificates=own if certificates is None else load_certificates(certificates),
-            given="" if certificates is None else str(certificates),
-            own=own,
+            override_source="" if certificates is None else str(certificates),
+            recorded=own,
             aircraft=find_aircraft(path, aircraft),
             rate=rate,
             system=read_selected_system(events_path(path)),
@@ -128,9 +128,9 @@ class FlightReadSettings:
         FlightError
             If some were given, and the map has nothing to calibrate.
         """
-        if self.given and not any(entry.calibration for entry in channel_map.entries):
+        if self.override_source and not any(entry.calibration for entry in channel_map.entries):
             raise FlightError(
-                f"the certificates of '{self.given}' cannot be applied: the channel map "
+                f"the certificates of '{self.override_source}' cannot be applied: the channel map "
                 f"'{channel_map.name}' calibrates no channel, its messages hold engineering "
                 "units; leave out --calibration, or give a map of the raw volts with --map"
             )
@@ -138,7 +138,7 @@ class FlightReadSettings:
             return self.certificates
         return load_certificates(channel_map.certificates) if channel_map.certificates else {}
 
-    def used_with(self, channel_map: ChannelMap | None) -> AppliedCertificates:
+    def applied_certificates(self, channel_map: ChannelMap | None) -> AppliedCertificates:
         """Return which certificates count, and which would by themselves; see `certificates_for`.
 
         Parameters
@@ -147,7 +147,7 @@ class FlightReadSettings:
             None where columns are read that were calibrated before.
         """
         used = {} if channel_map is None else self.certificates_for(channel_map)
-        return AppliedCertificates(used=used, given=self.given, own=self.own)
+        return AppliedCertificates(applied=used, override_source=self.override_source, recorded=self.recorded)
 
 
 def find_aircraft(path: Path, given: Aircraft | NameOrPath | None = None) -> Aircraft | None:

@@ -151,6 +151,6 @@ def _source(flight: Flight, name: str) -> dict[str, Any]:
 
 
 def _calibrated(source: ChannelSource) -> bool | None:
-    if source.uncalibrated:
+    if source.uncalibrated_channel:
         return False
     return True if source.calibrated else None

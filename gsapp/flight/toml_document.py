@@ -64,7 +64,7 @@ class TomlDocument(ABC, Generic[Model]):
     def _store(self, content: TomlContent, saved: TomlContent) -> None:
         """Write a content in place of one that was saved; raise `FlightError` if that fails."""
 
-    def read(self) -> bool:
+    def reload_if_changed(self) -> bool:
         """Read the file again if it changed on the disk; return whether it did.
 
         Changes that were not saved are given up then. While its folder is gone, what was known

@@ -58,7 +58,7 @@ class FileProblem:
     remedy: str = ""
 
     @classmethod
-    def of(cls, where: str, error: Exception) -> FileProblem:
+    def from_error(cls, where: str, error: Exception) -> FileProblem:
         """Return the problem that an error tells of: its sentence is ``what; remedy``."""
         what, _, remedy = str(error).partition("; ")
         return cls(where=where, what=what, remedy=remedy)

@@ -58,7 +58,7 @@ def catalog_runs(
             iterations=one.iterations,
             warnings=one.warnings,
             message=one.message,
-            kept=kept,
+            campaign_run_id=kept,
         )
         for one in (*estimates, *result.joint)
     )

@@ -49,15 +49,15 @@ def coefficient_history(
             for suffix, variable in linear_variables(name).items()
             if values.get(f"{name}_{suffix}")
         }
-        counts = found.counts(name)
+        counts = found.valid_samples(name)
         for variable in reads.values():
-            counts = counts & found.known[variable]
+            counts = counts & found.variable_valid[variable]
         if not counts.any():
             continue
         total = np.full(found.times.size, values.get(f"{name}_0", 0.0))
         if reads:
             slopes = np.array([values[f"{name}_{suffix}"] for suffix in reads])
-            total = total + found.smoothed(tuple(reads.values())) @ slopes
+            total = total + found.smoothed_variables(tuple(reads.values())) @ slopes
         given = np.where(counts, found.value(name), np.nan)
         shown.append(name)
         measured.append(given)

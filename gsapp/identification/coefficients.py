@@ -100,7 +100,7 @@ class Coefficients:
         Samples that count: nothing that they depend on was missing or clipped.
     variables : mapping of str to ndarray, shape (n,)
         As `gsapp.dynamics.terms.VARIABLES`, not smoothed: form products first, then `smooth`.
-    known : mapping of str to ndarray of bool, shape (n,)
+    variable_valid : mapping of str to ndarray of bool, shape (n,)
         Samples of each variable that count once smoothed.
     measured : frozenset of str
         Channels that an instrument measured.
@@ -119,7 +119,7 @@ class Coefficients:
     values: FloatArray
     valid: BoolArray
     variables: Mapping[str, FloatArray]
-    known: Mapping[str, BoolArray]
+    variable_valid: Mapping[str, BoolArray]
     measured: frozenset[str]
     integrated: frozenset[str]
     missing: Mapping[str, str]
@@ -129,14 +129,14 @@ class Coefficients:
     def value(self, coefficient: str) -> FloatArray:
         """Return a coefficient, NaN where it does not count; also CX and CZ. Shape (n,)."""
         sign = -1.0 if coefficient in NEGATED_COEFFICIENTS else 1.0
-        found = np.where(self.counts(coefficient), self.values[:, self.column(coefficient)], np.nan)
+        found = np.where(self.valid_samples(coefficient), self.values[:, self.column(coefficient)], np.nan)
         return np.asarray(sign * found, dtype=np.float64)
 
     def column(self, coefficient: str) -> int:
         """Return where a coefficient stands in `values` and `valid`."""
         return COEFFICIENTS.index(NEGATED_COEFFICIENTS.get(coefficient, coefficient))
 
-    def counts(self, coefficient: str) -> BoolArray:
+    def valid_samples(self, coefficient: str) -> BoolArray:
         """Return the samples of a coefficient that count, shape (n,)."""
         return np.asarray(self.valid[:, self.column(coefficient)], dtype=np.bool_)
 
@@ -144,7 +144,7 @@ class Coefficients:
         """Filter something formed from `variables` just as the coefficients were."""
         return self.smoother.smooth(signals)
 
-    def smoothed(self, names: Sequence[str]) -> FloatArray:
+    def smoothed_variables(self, names: Sequence[str]) -> FloatArray:
         """Return variables filtered as the coefficients were, shape (n, len(names))."""
         return self.smooth(np.column_stack([self.variables[name] for name in names]))
 
@@ -200,7 +200,7 @@ def reconstruct_coefficients(
         cutoff = select_cutoff(moved.states[:, 1:6], dt)
     filtering = build_smoother(dt, cutoff)
     accelerations = np.column_stack([maneuver.samples(name) for name in _ACCELERATIONS])
-    gaps = dict(moved.filled)
+    gaps = dict(moved.interpolated)
     for column, name in enumerate(_ACCELERATIONS):
         gaps[name] = ~np.isfinite(accelerations[:, column])
         accelerations[:, column] = interpolate_missing(accelerations[:, column], gaps[name])
@@ -219,7 +219,7 @@ def reconstruct_coefficients(
                 gaps[name] = gaps.get(name, np.zeros(unknown.size, dtype=bool)) | unknown
     measured = moved.measured | {name for name in _ACCELERATIONS if not gaps[name].all()}
 
-    signals = filtering.matched(
+    signals = filtering.simpson_average(
         np.column_stack((states, inputs_shown, np.nan_to_num(accelerations)))
     ).T
     state, inputs, shown = tuple(signals[:9]), tuple(signals[9:17]), signals[17:]
@@ -231,7 +231,7 @@ def reconstruct_coefficients(
     # Loads without any aerodynamic derivative: thrust, its moments, effects.
     without, by_flow_rates, remarks = _without_derivatives(aircraft, model)
     settled = _term_states(without, state, inputs, dt)
-    totals = without.totals((*state, *settled), inputs)
+    totals = without.evaluate((*state, *settled), inputs)
     loads, body, (cx, cy, cz) = totals.loads, totals.body, totals.cg
     x, y, z = aircraft.sensors.accelerometer.position
     p, q, r = state[3:6]
@@ -286,7 +286,7 @@ def reconstruct_coefficients(
         values=filtering.smooth(raw),
         valid=np.column_stack([good[name] for name in COEFFICIENTS]),
         variables=variables,
-        known={name: good[name] for name in REGRESSORS},
+        variable_valid={name: good[name] for name in REGRESSORS},
         measured=frozenset(measured),
         integrated=frozenset(flow),
         missing=missing,
@@ -381,8 +381,8 @@ def _without_derivatives(
     outside = [
         *flight_model.control_terms,
         *flight_model.sensor_terms,
-        *(" and ".join(pair) for pair in flight_model.exchanged),
-        *(f"the place of {name}" for name in flight_model.misplaced),
+        *(" and ".join(pair) for pair in flight_model.swapped_channels),
+        *(f"the place of {name}" for name in flight_model.displaced_instruments),
     ]
     remarks = [
         f"the model's effects on {', '.join(outside)} are not undone in the measurements"
@@ -410,12 +410,12 @@ def _term_states(
         return ()
     rows = list(zip(*(x.tolist() for x in state), strict=True))
     given = list(zip(*(x.tolist() for x in inputs), strict=True))
-    own = [float(x) for x in model.resting_states(rows[0], given[0])]
+    own = [float(x) for x in model.steady_states(rows[0], given[0])]
     found = [own]
     for index in range(len(rows) - 1):
-        first = model.totals((*rows[index], *own), given[index]).term_rates
+        first = model.evaluate((*rows[index], *own), given[index]).term_rates
         ahead = [x + dt * float(rate) for x, rate in zip(own, first, strict=True)]
-        second = model.totals((*rows[index + 1], *ahead), given[index + 1]).term_rates
+        second = model.evaluate((*rows[index + 1], *ahead), given[index + 1]).term_rates
         own = [
             x + 0.5 * dt * float(one + two) for x, one, two in zip(own, first, second, strict=True)
         ]
@@ -471,6 +471,6 @@ def _valid_samples(
             for one in (*touched, _PAUSE):
                 if one in hard:
                     out |= hard[one]
-            known[touched] = filtering.within(out) & ~missing
+            known[touched] = filtering.valid_samples(out) & ~missing
         found[name] = known[touched]
     return found

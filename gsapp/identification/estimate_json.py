@@ -40,7 +40,7 @@ def _maneuver(result: ManeuverResult) -> dict[str, Any]:
             "why": result.failure,
             "equation_error": None,
         }
-    beside = None if result.beside is None else _estimate(result.beside)
+    beside = None if result.equation_error_estimate is None else _estimate(result.equation_error_estimate)
     return {**content, **_estimate(estimate), "equation_error": beside}
 
 

@@ -61,7 +61,7 @@ def undo_instrument_effects(
     paths = {
         channel: path for channel, path in flight_model.sensor_terms.items() if channel not in keep
     }
-    return _map_channels(_undo_swaps(maneuver, flight_model.exchanged), paths, invert_path)
+    return _map_channels(_undo_swaps(maneuver, flight_model.swapped_channels), paths, invert_path)
 
 
 def effective_record(maneuver: Maneuver, model: Model) -> Maneuver:
@@ -76,7 +76,7 @@ def effective_record(maneuver: Maneuver, model: Model) -> Maneuver:
         SURFACE_CHANNELS[surface]: path for surface, path in flight_model.control_terms.items()
     }
     moved = _map_channels(true, controls, simulate_control_path)
-    if not flight_model.misplaced:
+    if not flight_model.displaced_instruments:
         return moved
     return replace(moved, aircraft=_relocate_instruments(maneuver.aircraft, flight_model))
 
@@ -166,10 +166,10 @@ def _relocate_instruments(aircraft: Aircraft, flight_model: FlightModel) -> Airc
     """Return the aircraft with its instruments where the model says that they sit."""
     state = (1.0, *(0.0,) * 8)
     inputs = (*(0.0,) * 6, SEA_LEVEL_DENSITY, aircraft.mass.mass)
-    own = flight_model.resting_states(state, inputs)
+    own = flight_model.steady_states(state, inputs)
     sensors = aircraft.sensors
     moved = {}
-    for name, off in flight_model.totals((*state, *own), inputs).places.items():
+    for name, off in flight_model.evaluate((*state, *own), inputs).position_offsets.items():
         old = getattr(sensors, name)
         position = tuple(float(p + d) for p, d in zip(old.position, off, strict=True))
         moved[name] = old.model_copy(update={"position": position})

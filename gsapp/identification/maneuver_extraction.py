@@ -29,32 +29,32 @@ class OpenedFlight:
     Attributes
     ----------
     flight : Flight
-    file : Aircraft
+    file_aircraft : Aircraft
         The aircraft by its file.
-    carded : FlownAircraft
+    as_flown : FlownAircraft
         The aircraft by the flight card.
     mass : ndarray, shape (n,)
         At every sample, kg.
-    assumed : str
+    assumed_aircraft_text : str
         Where nobody said which aircraft flew it: which one is taken, in words.
     """
 
     flight: Flight
-    file: Aircraft
-    carded: FlownAircraft
+    file_aircraft: Aircraft
+    as_flown: FlownAircraft
     mass: FloatArray
-    assumed: str = ""
+    assumed_aircraft_text: str = ""
 
     @property
     def aircraft(self) -> Aircraft:
         """Return the aircraft as that flight flew it."""
-        return self.carded.aircraft
+        return self.as_flown.aircraft
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """Return what opening it had to say."""
-        assumed = (self.assumed,) if self.assumed else ()
-        return (*assumed, *self.flight.remarks, *self.carded.remarks)
+        assumed = (self.assumed_aircraft_text,) if self.assumed_aircraft_text else ()
+        return (*assumed, *self.flight.remarks, *self.as_flown.remarks)
 
     def cut(
         self,
@@ -69,7 +69,7 @@ class OpenedFlight:
             self.flight, self.aircraft, t_start, t_end, id=id, inputs=inputs, kind=kind,
             mass=self.mass,
         )  # fmt: skip
-        return correct_for_burned_fuel(cut, self.carded)
+        return correct_for_burned_fuel(cut, self.as_flown)
 
 
 def open_flight(
@@ -87,10 +87,10 @@ def open_flight(
     carded = apply_flight_info(own, flight.info)
     return OpenedFlight(
         flight=flight,
-        file=own,
-        carded=carded,
+        file_aircraft=own,
+        as_flown=carded,
         mass=mass_over_flight(flight, carded.aircraft),
-        assumed=assumed,
+        assumed_aircraft_text=assumed,
     )
 
 
@@ -101,32 +101,32 @@ class FlightWithManeuvers:
     Attributes
     ----------
     flight : Flight
-    file : Aircraft
+    file_aircraft : Aircraft
         The aircraft by its file.
     aircraft : Aircraft
         As that flight flew it.
-    surveyed : tuple of DetectedManeuver
+    detected_maneuvers : tuple of DetectedManeuver
         All of the flight, ids within it.
     maneuvers : tuple of Maneuver
         Those to be used; with several flights their ids begin with the flight's number.
     remarks : tuple of str
     cg_shift : tuple of float
         From the CG of the aircraft file to the one at take-off, m.
-    assumed : str
+    assumed_aircraft_text : str
         As in `OpenedFlight`; it stands among the remarks, too.
-    why_none : str
+    no_maneuvers_text : str
         Why there is no maneuver to use; empty where there is one.
     """
 
     flight: Flight
-    file: Aircraft
+    file_aircraft: Aircraft
     aircraft: Aircraft
-    surveyed: tuple[DetectedManeuver, ...]
+    detected_maneuvers: tuple[DetectedManeuver, ...]
     maneuvers: tuple[Maneuver, ...]
     remarks: tuple[str, ...]
     cg_shift: Position = (0.0, 0.0, 0.0)
-    assumed: str = ""
-    why_none: str = ""
+    assumed_aircraft_text: str = ""
+    no_maneuvers_text: str = ""
 
 
 def open_flights_with_maneuvers(
@@ -210,25 +210,25 @@ def cut_flight_maneuvers(
         remarks += [
             f"maneuver {one.id} is left out: {_exclusion_reason(one)}"
             for one in found
-            if not one.used(alone=alone)
+            if not one.is_used(alone=alone)
         ]
-        found = tuple(one for one in found if one.used(alone=alone))
+        found = tuple(one for one in found if one.is_used(alone=alone))
     # Wheels and hands move it there: kinematics would blame instruments, a model its derivatives.
     grounded = [one for one in found if one.id in surveyed.on_ground]
     found = tuple(one for one in found if one not in grounded)
     return FlightWithManeuvers(
         flight=opened.flight,
-        file=opened.file,
+        file_aircraft=opened.file_aircraft,
         aircraft=opened.aircraft,
-        surveyed=surveyed.maneuvers,
-        cg_shift=opened.carded.shift,
+        detected_maneuvers=surveyed.maneuvers,
+        cg_shift=opened.as_flown.cg_shift,
         maneuvers=tuple(
             opened.cut(prefix + one.id, one.t_start, one.t_end, one.inputs, one.kind)
             for one in found
         ),
         remarks=tuple(remarks),
-        assumed=opened.assumed,
-        why_none="" if found else _why_none(opened.flight, surveyed, grounded),
+        assumed_aircraft_text=opened.assumed_aircraft_text,
+        no_maneuvers_text="" if found else _why_none(opened.flight, surveyed, grounded),
     )
 
 
@@ -242,7 +242,7 @@ def _why_none(
 
 def no_maneuvers_text(flown: Sequence[FlightWithManeuvers]) -> str:
     """Return why none of some flights gives a maneuver, flight by flight."""
-    return "; ".join(f"{one.flight.name}: {one.why_none}" for one in flown)
+    return "; ".join(f"{one.flight.name}: {one.no_maneuvers_text}" for one in flown)
 
 
 def _exclusion_reason(maneuver: DetectedManeuver) -> str:
@@ -253,10 +253,10 @@ def _exclusion_reason(maneuver: DetectedManeuver) -> str:
 
 def correct_for_burned_fuel(maneuver: Maneuver, carded: FlownAircraft) -> Maneuver:
     """Return a maneuver with the aircraft that was left when it was flown."""
-    then = carded.after(carded.aircraft.mass.mass - maneuver.mass)
+    then = carded.after_fuel_burn(carded.aircraft.mass.mass - maneuver.mass)
     return replace(
         maneuver,
         aircraft=then.aircraft,
-        cg_shift=then.shift,
+        cg_shift=then.cg_shift,
         remarks=(*carded.remarks, *maneuver.remarks),
     )

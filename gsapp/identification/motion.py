@@ -48,7 +48,7 @@ class MeasuredMotion:
         `gsapp.dynamics.flight_model.MODEL_INPUTS`.
     measured : frozenset of str
         Names of states and inputs that come from an instrument; the others are stand-ins.
-    filled : mapping of str to ndarray of bool, shape (n,)
+    interpolated : mapping of str to ndarray of bool, shape (n,)
         Samples that were missing or clipped and are interpolated here, by state or input. They
         must not count in any cost.
     remarks : tuple of str
@@ -59,7 +59,7 @@ class MeasuredMotion:
     states: FloatArray
     inputs: FloatArray
     measured: frozenset[str]
-    filled: Mapping[str, BoolArray]
+    interpolated: Mapping[str, BoolArray]
     remarks: tuple[str, ...]
 
     def state(self, name: str) -> FloatArray:
@@ -131,7 +131,7 @@ class _MotionBuilder:
             states=states,
             inputs=inputs,
             measured=frozenset(self.measured),
-            filled=self.filled,
+            interpolated=self.filled,
             remarks=tuple(self.remarks),
         )
 

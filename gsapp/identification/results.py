@@ -116,7 +116,7 @@ class Estimate:
         Sentences for the crew: turbulence, colored residuals, stand-ins, suspicious signs.
     message : str
         Why it stopped.
-    gusty : tuple of str
+    gusty_maneuvers : tuple of str
         Ids of the maneuvers in whose residuals gusts were found; the warnings say more.
     """
 
@@ -133,7 +133,7 @@ class Estimate:
     converged: bool = True
     warnings: tuple[str, ...] = ()
     message: str = ""
-    gusty: tuple[str, ...] = ()
+    gusty_maneuvers: tuple[str, ...] = ()
 
     def value(self, name: str) -> float | None:
         """Return the value of a derivative; None where it was not earned."""

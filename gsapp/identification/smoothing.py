@@ -55,11 +55,11 @@ class Smoother:
         return max(1, int(0.2 / (self.cutoff * self.dt)))
 
     @property
-    def reach(self) -> int:
+    def half_width(self) -> int:
         """Return on how many samples to either side a smoothed derivative depends."""
         return self.kernel.size // 2 + 1
 
-    def matched(self, signals: FloatArray) -> FloatArray:
+    def simpson_average(self, signals: FloatArray) -> FloatArray:
         """Average as the central difference does (Simpson), shape as given, time first."""
         return _convolve(signals, _SIMPSON)
 
@@ -68,7 +68,7 @@ class Smoother:
         return _convolve(signals, _DIFFERENCE / self.dt)
 
     def smooth(self, signals: FloatArray) -> FloatArray:
-        """Smooth along the first axis; within `reach` of the ends values mean nothing."""
+        """Smooth along the first axis; within `half_width` of the ends values mean nothing."""
         return _convolve(signals, self.kernel) if self.kernel.size > 1 else signals
 
     def white_noise(self, signals: FloatArray) -> FloatArray:
@@ -80,7 +80,7 @@ class Smoother:
         Parameters
         ----------
         signals : ndarray, shape (n, k)
-            `matched`, not yet smoothed, none missing.
+            `simpson_average`, not yet smoothed, none missing.
         """
         count, width = signals.shape
         frequency = np.asarray(np.fft.rfftfreq(count, self.dt), dtype=np.float64)
@@ -96,12 +96,12 @@ class Smoother:
         passed = float(np.sum(np.convolve(self.kernel, _SIMPSON) ** 2))
         return np.asarray(passed * (kept.T @ kept.conj()).real / len(kept), dtype=np.float64)
 
-    def within(self, missing: BoolArray) -> BoolArray:
+    def valid_samples(self, missing: BoolArray) -> BoolArray:
         """Return the samples whose smoothed values depend on no missing one, shape (n,).
 
-        Those within `reach` of the ends are not among them.
+        Those within `half_width` of the ends are not among them.
         """
-        reach = self.reach
+        reach = self.half_width
         count = missing.size
         total = np.concatenate(([0], np.cumsum(missing)))
         good = np.zeros(count, dtype=bool)

@@ -61,7 +61,7 @@ class Block:
         object.__setattr__(self, "values", values)
 
     @classmethod
-    def trusted(cls, channels: tuple[str, ...], times: FloatArray, values: FloatArray) -> Block:
+    def unchecked(cls, channels: tuple[str, ...], times: FloatArray, values: FloatArray) -> Block:
         """Make a block without copying or checking anything.
 
         For a producer of many small blocks that guarantees what the constructor would check:

@@ -85,7 +85,7 @@ def write_campaign_report(
     tell = _scaled_progress(_DRAWING_SHARE, progress)
     tell(0.0, "drawing the figures")
     document = estimate_document(
-        CampaignReportData(outcome=outcome, heard=heard, linear=linear),
+        CampaignReportData(outcome=outcome, ftr_histories=heard, linear=linear),
         units=units,
         written=written,
     )

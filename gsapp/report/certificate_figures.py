@@ -84,10 +84,10 @@ def _draw_curve(axes: Axes, standing: CertificateStatus) -> None:
 def _draw_residuals(axes: Axes, standing: CertificateStatus) -> None:
     certificate, quality = standing.certificate, standing.quality
     axes.axhline(0.0, color=PRINT_PALETTE.ink, linewidth=0.9)
-    if quality is not None and quality.places:
+    if quality is not None and quality.uncertainty_volts:
         width = np.array(quality.half_widths)
         axes.fill_between(
-            quality.places, -width, width, color=PRINT_PALETTE.band, linewidth=0.0, zorder=0,
+            quality.uncertainty_volts, -width, width, color=PRINT_PALETTE.band, linewidth=0.0, zorder=0,
             label="95 % of one reading",
         )  # fmt: skip
     _draw_former(axes, standing)

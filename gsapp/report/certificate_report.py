@@ -65,7 +65,7 @@ def write_certificate_report(
     check_report_suffix(path)
     document = certificate_document(standing, written=written, units=units)
     if path.suffix.casefold() == ".html":
-        images = {picture.name: render_png(picture) for picture in document.pictures}
+        images = {picture.name: render_png(picture) for picture in document.figures}
         content = render_html(document, images).encode()
     else:
         content = render_pdf(document)

@@ -56,7 +56,7 @@ def coefficient_map_figure(found: DiscrepancyResult) -> DocumentFigure:
         found,
         "map",
         tuple(map(symbol_mathtext, found.coefficients)),
-        (found.steps[0].map, found.steps[-1].map),
+        (found.steps[0].coefficient_map, found.steps[-1].coefficient_map),
         "Missing part of each coefficient in each maneuver, in units of the noise floor: 1 is "
         "nothing but noise. Maneuvers marked * were kept out of naming and fitting.",
     )
@@ -150,7 +150,7 @@ def missing_history_figure(
         charts = container.subplots(len(views), 1, sharey=True, squeeze=False)[:, 0]
         set_margins(container, left=0.72, top=0.42, hspace=0.6)
         for chart, view in zip(charts, views, strict=True):
-            floor = view.coefficient_floor.get(coefficient, np.nan)
+            floor = view.coefficient_noise_floor.get(coefficient, np.nan)
             chart.axhspan(-2.0 * floor, 2.0 * floor, color=_BAND, linewidth=0, label="noise, ± 2")
             few = _thinned(view.times)
             chart.plot(view.times[few], view.missing[0][few, place], color=_BEFORE, label="before")
@@ -356,7 +356,7 @@ def response_overlay_figure(view: ManeuverHistories, units: str = "US") -> Docum
             if several:
                 left.plot(times, after, color=INK, linestyle="--", label="computed after")
             floor = (
-                from_si(view.floor.get(view.channels[place], np.nan), unit, spec.quantity) - zero
+                from_si(view.noise_floor.get(view.channels[place], np.nan), unit, spec.quantity) - zero
             )
             right.axhspan(-2.0 * floor, 2.0 * floor, color=_BAND, linewidth=0, label="noise, ± 2")
             right.plot(times, measured - before, color=_BEFORE)

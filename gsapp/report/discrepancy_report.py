@@ -455,7 +455,7 @@ def _region(found: DiscrepancyResult, coefficient: str) -> str:
 
 
 def _worst(found: DiscrepancyResult, coefficient: str) -> tuple[str, ...]:
-    column = found.steps[0].map[:, found.coefficients.index(coefficient)]
+    column = found.steps[0].coefficient_map[:, found.coefficients.index(coefficient)]
     order = np.argsort(-np.nan_to_num(column, nan=-np.inf), kind="stable")
     return tuple(found.maneuvers[place].id for place in order[:_MOST_OVER_TIME])
 
@@ -470,7 +470,7 @@ def _chosen(found: DiscrepancyResult, ids: Sequence[str] | None) -> tuple[Maneuv
                 f"there is no maneuver '{missing[0]}' to draw; there are {', '.join(known)}"
             )
         return tuple(known[name] for name in dict.fromkeys(ids))
-    sizes = np.nan_to_num(found.steps[0].map, nan=0.0).max(axis=1, initial=0.0)
+    sizes = np.nan_to_num(found.steps[0].coefficient_map, nan=0.0).max(axis=1, initial=0.0)
     kept = [place for place, one in enumerate(found.maneuvers) if one.held_out]
     best = sorted(kept or range(len(found.maneuvers)), key=lambda place: -sizes[place])
     return tuple(found.maneuvers[place] for place in sorted(best[:_MOST_OVERLAYS]))

@@ -207,7 +207,7 @@ def residual_map(found: DiscrepancyResult, step: int) -> FloatArray:
         for place, name in enumerate(view.channels):
             left = view.measured[:, place] - view.computed[step][:, place]
             left = left[np.isfinite(left)]
-            floor = view.floor.get(name, 0.0)
+            floor = view.noise_floor.get(name, 0.0)
             if left.size and floor > 0.0 and name in found.channels:
                 column = found.channels.index(name)
                 with np.errstate(over="ignore"):

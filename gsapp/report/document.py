@@ -152,7 +152,7 @@ class Document:
     written: str = ""
 
     @property
-    def pictures(self) -> tuple[DocumentFigure, ...]:
+    def figures(self) -> tuple[DocumentFigure, ...]:
         """Return all pictures in order."""
         return tuple(
             part
@@ -192,10 +192,10 @@ def figure_style(palette: Palette = PRINT_PALETTE) -> Iterator[None]:
         "axes.titlecolor": palette.ink,
         "axes.facecolor": palette.background,
         "axes.edgecolor": palette.faint,
-        "axes.linewidth": 0.6 * palette.weight,
+        "axes.linewidth": 0.6 * palette.line_scale,
         "figure.facecolor": palette.background,
         "savefig.facecolor": palette.background,
-        "lines.linewidth": 0.9 * palette.weight,
+        "lines.linewidth": 0.9 * palette.line_scale,
         "xtick.color": palette.ink,
         "ytick.color": palette.ink,
     }

@@ -78,8 +78,8 @@ def _rendered(
     # Pictures and pages of paper take about as long as each other.
     half = 0.5 if folder else 1.0
     images = {}
-    for number, one in enumerate(document.pictures):
-        tell(half * number / len(document.pictures), "drawing the figures")
+    for number, one in enumerate(document.figures):
+        tell(half * number / len(document.figures), "drawing the figures")
         images[one.name] = render_png(one)
     if not folder:
         return {out: render_html(document, images)}

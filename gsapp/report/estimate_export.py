@@ -113,7 +113,7 @@ def _campaign(result: CampaignResult, summary: CampaignSummary) -> dict[str, Any
         **campaign_json(result),
         "campaign": means,
         "left_out": left_out,
-        "left_out_by_hand": sorted(summary.without),
+        "left_out_by_hand": sorted(summary.excluded_maneuvers),
     }
 
 
@@ -129,7 +129,7 @@ def _derivatives_csv(summary: CampaignSummary) -> str:
             repr(one.value.mean),
             repr(one.value.std),
             "" if one.value.scatter is None else repr(one.value.scatter),
-            "" if one.honesty is None else repr(one.honesty.ratio),
+            "" if one.bound_consistency is None else repr(one.bound_consistency.ratio),
             str(one.value.n),
             str(len(one.outliers)),
         )
@@ -143,7 +143,7 @@ def _values_csv(summary: CampaignSummary) -> str:
     heads = ("derivative", "maneuver", "flight", "value", "std", "left_out", *conditions)
     rows: list[tuple[str, ...]] = [heads]
     for name, one in summary.derivatives.items():
-        standing = {point.maneuver for point in one.kept}
+        standing = {point.maneuver for point in one.included_points}
         rows += [
             (
                 name,
@@ -186,7 +186,7 @@ def _mat(summary: CampaignSummary, models: Mapping[LinearAxis, LinearModel]) -> 
     for axis, model in models.items():
         content[f"linear_{axis}"] = {
             **{key: getattr(model, key) for key in ("A", "B", "C", "D")},
-            **({} if model.about is None else asdict(model.about)),
+            **({} if model.operating_point is None else asdict(model.operating_point)),
             "states": np.array(model.states, dtype=object),
             "inputs": np.array(model.inputs, dtype=object),
             "outputs": np.array(model.outputs, dtype=object),

@@ -95,14 +95,14 @@ class CampaignReportData:
     Attributes
     ----------
     outcome : RunOutcome
-    heard : tuple of FlightEstimateHistory
+    ftr_histories : tuple of FlightEstimateHistory
         FTR over the flights; may be empty.
     linear : LinearModelValidation
         Linear models against flight; may be empty.
     """
 
     outcome: RunOutcome
-    heard: tuple[FlightEstimateHistory, ...] = ()
+    ftr_histories: tuple[FlightEstimateHistory, ...] = ()
     linear: LinearModelValidation
 
     @property
@@ -227,7 +227,7 @@ def _trust_section(reported: CampaignReportData, units: ReportUnits) -> Document
     if summary.derivatives and not trends:
         tested = any(one.trends for one in summary.derivatives.values())
         parts.append(Paragraph(text=_NO_TREND if tested else _NOT_TESTED))
-    unheard = (f"{one.flight}: FTR did not listen: {one.why}" for one in reported.heard if one.why)
+    unheard = (f"{one.flight}: FTR did not listen: {one.why}" for one in reported.ftr_histories if one.why)
     said = dict.fromkeys((*reported.outcome.remarks, *unheard, *reported.result.remarks))
     parts += [Paragraph(text=text, kind="note") for text in said]
     return DocumentSection(title="Validity", parts=tuple(parts))
@@ -252,7 +252,7 @@ def _online_section(reported: CampaignReportData) -> DocumentSection:
     result, summary = reported.result, reported.summary
     wanted = [name for names in _ONLINE.values() for name in names]
     parts = []
-    for number, one in enumerate(reported.heard[:MAX_FTR_FLIGHTS], start=1):
+    for number, one in enumerate(reported.ftr_histories[:MAX_FTR_FLIGHTS], start=1):
         flown = {
             name
             for found in result.results

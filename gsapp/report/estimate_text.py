@@ -32,10 +32,10 @@ def estimate_headline(summary: CampaignSummary, result: CampaignResult) -> str:
             else "no derivative."
         )
     )
-    if summary.wild:
+    if summary.outlying_maneuvers:
         said += (
-            f" {_count(len(summary.wild), 'maneuver')} "
-            f"{'is' if len(summary.wild) == 1 else 'are'} wild and to be looked at."
+            f" {_count(len(summary.outlying_maneuvers), 'maneuver')} "
+            f"{'is' if len(summary.outlying_maneuvers) == 1 else 'are'} wild and to be looked at."
         )
     return said
 
@@ -48,11 +48,11 @@ def prior_values(result: CampaignResult) -> dict[str, float]:
 
 def exclusion_text(summary: CampaignSummary) -> tuple[str, ...]:
     """Return in a sentence what was left out by hand; empty for nothing."""
-    if not summary.without:
+    if not summary.excluded_maneuvers:
         return ()
     return (
-        f"Left out of all means by hand: {_count(len(summary.without), 'maneuver')} "
-        f"({', '.join(sorted(summary.without))}).",
+        f"Left out of all means by hand: {_count(len(summary.excluded_maneuvers), 'maneuver')} "
+        f"({', '.join(sorted(summary.excluded_maneuvers))}).",
     )
 
 
@@ -104,7 +104,7 @@ def derivative_rows(
     for name, one in summary.derivatives.items():
         digits = decimals_for_std(one.value.std)
         scatter = "" if one.value.scatter is None else f"{one.value.scatter:.{digits}f}"
-        ratio = "" if one.honesty is None else f"{one.honesty.ratio:.1f}"
+        ratio = "" if one.bound_consistency is None else f"{one.bound_consistency.ratio:.1f}"
         before = f"{known[name]:.{digits}f}" if name in known else ""
         yield (
             name,
@@ -193,11 +193,11 @@ def outlier_rows(summary: CampaignSummary) -> tuple[tuple[str, ...], ...]:
 def outlier_maneuver_text(summary: CampaignSummary) -> tuple[str, ...]:
     """Return a sentence for each maneuver whose values are wild."""
     return tuple(
-        f"Maneuver {one.maneuver} is wild: {len(one.derivatives)} of its {one.of} derivatives "
+        f"Maneuver {one.maneuver} is wild: {len(one.derivatives)} of its {one.derivative_count} derivatives "
         f"({', '.join(one.derivatives)}) lie far off"
         + (", though its responses are fitted well" if one.fits_well else "")
         + f". {_capital('; '.join(one.reasons))}."
-        for one in summary.wild
+        for one in summary.outlying_maneuvers
     )
 
 
@@ -211,7 +211,7 @@ def trend_text(summary: CampaignSummary, units: str) -> tuple[str, ...]:
         _trend(one, trend, units)
         for one in summary.derivatives.values()
         for trend in one.trends
-        if trend.proven
+        if trend.is_significant
     )
 
 

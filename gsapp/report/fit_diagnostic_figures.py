@@ -183,10 +183,10 @@ def bounds_figure(
         rows = np.arange(len(found))
         raw, honest = np.array([[low, high] for _, low, high in found]).T
         chart.set_xscale("log")
-        chart.hlines(rows, raw, honest, color=palette.previous, linewidth=2.0 * palette.weight)
+        chart.hlines(rows, raw, honest, color=palette.previous, linewidth=2.0 * palette.line_scale)
         chart.plot(
             raw, rows, linestyle="none", marker="o", markerfacecolor=palette.background,
-            markeredgecolor=palette.quiet, markersize=5.5,
+            markeredgecolor=palette.secondary_ink, markersize=5.5,
             label="Cramér-Rao (white noise)",
         )  # fmt: skip
         chart.plot(

@@ -23,7 +23,7 @@ _COLUMNS: Final = (
 
 def gusty_maneuvers_text(result: CampaignResult) -> tuple[str, ...]:
     """Return in a sentence which maneuvers flew in gusts; empty where none did."""
-    ids = [one.maneuver.id for one in result.results if one.beside is not None]
+    ids = [one.maneuver.id for one in result.results if one.equation_error_estimate is not None]
     if not ids:
         return ()
     return (
@@ -48,7 +48,7 @@ def method_comparison_table(result: ManeuverResult) -> DocumentTable | None:
     if not values:
         return None
     maneuver = result.maneuver
-    notes = () if result.beside is None else result.beside.warnings
+    notes = () if result.equation_error_estimate is None else result.equation_error_estimate.warnings
     said = f". Of equation error: {'; '.join(notes)}" if notes else ""
     caption = (
         f"Maneuver {maneuver.id} of {maneuver.flight} flew in gusts: equation error beside maximum "
@@ -64,8 +64,8 @@ def _table(caption: str, values: Sequence[MethodDifference]) -> DocumentTable:
         rows=tuple(
             (
                 one.name,
-                *_value_cells(one.likelihood),
-                *_value_cells(one.equations),
+                *_value_cells(one.maximum_likelihood),
+                *_value_cells(one.equation_error),
                 _difference_cell(one),
             )
             for one in values
@@ -83,4 +83,4 @@ def _value_cells(one: ValueWithBound | None) -> tuple[str, str]:
 
 
 def _difference_cell(one: MethodDifference) -> str:
-    return "" if one.apart is None else f"{one.apart:+.1f}"
+    return "" if one.normalized_difference is None else f"{one.normalized_difference:+.1f}"

@@ -155,12 +155,12 @@ def _limits(measured: FloatArray) -> tuple[float, float]:
 
 def _color(model: str, palette: Palette) -> str:
     """Return a color that no response has."""
-    return {"bls": palette.traces["olive"], "subspace": palette.quiet}.get(model, palette.ink)
+    return {"bls": palette.traces["olive"], "subspace": palette.secondary_ink}.get(model, palette.ink)
 
 
 def _handles(one: AxisValidation, palette: Palette) -> list[Line2D]:
     return [
-        Line2D([], [], color=palette.quiet, label="measured"),
+        Line2D([], [], color=palette.secondary_ink, label="measured"),
         *(
             Line2D(
                 [], [], color=_color(model, palette), dashes=_DASHES[model],

@@ -31,8 +31,8 @@ def error_table(one: AxisValidation, method: EstimationMethod) -> DocumentTable:
     """
     rows = error_rows(one.outputs, one.errors)
     over = "each maneuver kept out, from a start of its own"
-    if one.whole:
-        whole = error_rows(one.outputs, one.whole)
+    if one.whole_flight_errors:
+        whole = error_rows(one.outputs, one.whole_flight_errors)
         rows += tuple((f"{name}, whole flight", *errors) for name, *errors in whole)
         over += f", and the whole of {' and '.join(one.flights)} from first to last maneuver"
     return DocumentTable(
@@ -65,7 +65,7 @@ def _speed(value: float, units: str) -> str:
 
 
 def _about(one: AxisValidation, units: str) -> str:
-    about = next((fitted.model.about for fitted in one.models.values()), None)
+    about = next((fitted.model.operating_point for fitted in one.models.values()), None)
     return "" if about is None else f", about steady flight at {_speed(about.speed, units)}"
 
 

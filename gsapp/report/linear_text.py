@@ -83,7 +83,7 @@ def compare_linear_models(
     return validate_linear_models(
         outcome.result,
         keep_out=numbers,
-        without=outcome.summary.without,
+        without=outcome.summary.excluded_maneuvers,
         cut=cut,
         progress=progress,
     )
@@ -123,12 +123,12 @@ def model_name(name: str, method: EstimationMethod) -> str:
 def validation_text(one: AxisValidation) -> str:
     """Return in a sentence what the models of an axis were fitted on, and judged on."""
     judged = (
-        f"{_count(one.judged)} of {' and '.join(one.flights)}"
+        f"{_count(one.validation_maneuvers)} of {' and '.join(one.flights)}"
         if one.flights
-        else f"{_count(one.judged)} (every other one of each kind)"
+        else f"{_count(one.validation_maneuvers)} (every other one of each kind)"
     )
     return (
-        f"The {AXIS_TITLES[one.axis]} models were fitted on {_count(one.fitted)} and judged on "
+        f"The {AXIS_TITLES[one.axis]} models were fitted on {_count(one.fitted_maneuvers)} and judged on "
         f"{judged} that none of them saw: driven by the measured inputs alone, each maneuver with "
         "a level and a start of its own."
     )
@@ -195,10 +195,10 @@ def comparison_json(comparison: LinearModelValidation) -> dict[str, Any]:
         content[axis] = {
             name: {
                 **linear_model_json(fitted.model),
-                "rms_over_range_pct": _numbers(one.whole.get(name, {})),
+                "rms_over_range_pct": _numbers(one.whole_flight_errors.get(name, {})),
                 "by_maneuver_pct": _numbers(one.errors[name]),
-                "fitted_on": list(one.fitted),
-                "judged_on": list(one.judged),
+                "fitted_on": list(one.fitted_maneuvers),
+                "judged_on": list(one.validation_maneuvers),
                 "remarks": list(fitted.remarks),
             }
             for name, fitted in one.models.items()
@@ -210,7 +210,7 @@ def comparison_json(comparison: LinearModelValidation) -> dict[str, Any]:
 def linear_model_json(model: LinearModel) -> dict[str, Any]:
     """Return matrices, names and modes of a linear model, and what it is about, SI."""
     return {
-        "about": None if model.about is None else asdict(model.about),
+        "about": None if model.operating_point is None else asdict(model.operating_point),
         **{key: getattr(model, key).tolist() for key in ("A", "B", "C", "D")},
         "states": list(model.states),
         "inputs": list(model.inputs),

@@ -61,26 +61,26 @@ def _draw_plane(chart: Axes, found: Sequence[ModeUncertainty], palette: Palette)
     left = 1.25 * min(float(poles.real.min()), -0.5)
     right = max(1.25 * float(poles.real.max()), -0.12 * left)
     top = 1.35 * max(float(poles.imag.max()), -0.4 * left)
-    chart.axvline(0.0, color=palette.ink, linewidth=0.8 * palette.weight)
+    chart.axvline(0.0, color=palette.ink, linewidth=0.8 * palette.line_scale)
     for damping in _DAMPING:
         slope = math.sqrt(1.0 - damping**2) / damping
         reach = min(-left, top / slope)
         chart.plot(
             [0.0, -reach], [0.0, slope * reach], color=palette.previous,
-            linewidth=0.6 * palette.weight, linestyle=":",
+            linewidth=0.6 * palette.line_scale, linestyle=":",
         )  # fmt: skip
         chart.text(
             -0.93 * reach, 0.93 * slope * reach, f"{damping:g}", fontsize=6.0, ha="center",
-            va="center", color=palette.quiet, bbox={"facecolor": palette.background, "pad": 1.0,
+            va="center", color=palette.secondary_ink, bbox={"facecolor": palette.background, "pad": 1.0,
                                                     "linewidth": 0.0},
         )  # fmt: skip
     for place, one in enumerate(found):
         pole = one.mode.pole
         chart.errorbar(
-            [pole.real], [pole.imag], xerr=_bar(one.real),
-            yerr=_bar(one.imaginary) if pole.imag else None, marker=flight_marker(place),
+            [pole.real], [pole.imag], xerr=_bar(one.real_std),
+            yerr=_bar(one.imaginary_std) if pole.imag else None, marker=flight_marker(place),
             markersize=6.0, color=palette.flight(place), linestyle="none",
-            elinewidth=1.0 * palette.weight,
+            elinewidth=1.0 * palette.line_scale,
         )  # fmt: skip
         inward = pole.real > 0.5 * left
         chart.annotate(
@@ -117,8 +117,8 @@ def modes_table(modes: Mapping[str, Sequence[ModeUncertainty]], units: str) -> D
                 axis,
                 f"{from_si(one.speed, unit, spec.quantity):.{spec.decimals(unit)}f}",
                 one.mode.name,
-                _with_bound(one.mode.frequency, one.frequency),
-                _with_bound(one.mode.damping, one.damping) if one.mode.pole.imag else "",
+                _with_bound(one.mode.frequency, one.frequency_std),
+                _with_bound(one.mode.damping, one.damping_std) if one.mode.pole.imag else "",
                 _time_constant(one),
             )
             for axis, found in modes.items()
@@ -133,7 +133,7 @@ def _time_constant(one: ModeUncertainty) -> str:
     value = one.mode.time_constant
     if not abs(value) < NEUTRAL_TIME_CONSTANT:
         return "neutral"
-    return _with_bound(abs(value), one.time_constant) + (" (grows)" if value < 0.0 else "")
+    return _with_bound(abs(value), one.time_constant_std) + (" (grows)" if value < 0.0 else "")
 
 
 def _with_bound(value: float, std: float) -> str:
@@ -156,8 +156,8 @@ def _numbers(modes: Mapping[str, Sequence[ModeUncertainty]]) -> DocumentTable:
                 one.mode.name,
                 *map(
                     exact_number_text,
-                    (one.mode.pole.real, one.mode.pole.imag, one.mode.frequency, one.frequency,
-                     one.mode.damping, one.damping, one.mode.time_constant, one.time_constant),
+                    (one.mode.pole.real, one.mode.pole.imag, one.mode.frequency, one.frequency_std,
+                     one.mode.damping, one.damping_std, one.mode.time_constant, one.time_constant_std),
                 ),
             )
             for axis, found in modes.items()

@@ -123,19 +123,19 @@ def _draw_history(
         half = ERROR_BAR_SIGMAS * known.value.std
         mean = known.value.mean
         chart.axhspan(mean - half, mean + half, color=palette.band, linewidth=0)
-        chart.axhline(mean, color=palette.ink, linewidth=0.8 * palette.weight, linestyle="--")
+        chart.axhline(mean, color=palette.ink, linewidth=0.8 * palette.line_scale, linestyle="--")
     low, high = one.values - ERROR_BAR_SIGMAS * one.stds, one.values + ERROR_BAR_SIGMAS * one.stds
     color = palette.channel(one.name)
     chart.fill_between(one.times, low, high, color=color, alpha=0.18, linewidth=0)
     chart.plot(one.times, one.values, color=color)
-    points = [] if known is None else [one for one in known.kept if one.maneuver in ends]
+    points = [] if known is None else [one for one in known.included_points if one.maneuver in ends]
     if points:
         bars = chart.errorbar(
             [ends[point.maneuver] for point in points],
             [point.value for point in points],
             yerr=[ERROR_BAR_SIGMAS * point.std for point in points],
             linestyle="none", marker="s", markersize=3.5, color=palette.ink,
-            elinewidth=0.7 * palette.weight, zorder=3,
+            elinewidth=0.7 * palette.line_scale, zorder=3,
         )  # fmt: skip
         name_points(bars.lines[0], [point.maneuver for point in points])
     format_axes(chart, palette)
@@ -148,7 +148,7 @@ def _draw_history(
     if not earned.any():
         chart.text(
             0.5, 0.9, "unknown: too little excited", transform=chart.transAxes, ha="center",
-            va="top", color=palette.quiet,
+            va="top", color=palette.secondary_ink,
         )  # fmt: skip
         return
     # The first moments, with a bound many times the last one, must not flatten the rest.

@@ -23,7 +23,7 @@ class Palette:
     ----------
     background : str
         Behind everything.
-    ink, quiet : str
+    ink, secondary_ink : str
         What is read; what is read second.
     faint : str
         Grid and frames.
@@ -31,23 +31,23 @@ class Palette:
         What was known before; another run.
     band : str
         Areas behind the traces: 95 % of a mean, what white noise keeps within.
-    left_out : str
+    excluded : str
         Points that do not count.
     traces : mapping of str to str
         Colors of the names in `TRACE_COLORS`.
-    weight : float
+    line_scale : float
         Of lines, 1 on paper.
     """
 
     background: str
     ink: str
-    quiet: str
+    secondary_ink: str
     faint: str
     previous: str
     band: str
-    left_out: str
+    excluded: str
     traces: Mapping[str, str] = field(hash=False)
-    weight: float = 1.0
+    line_scale: float = 1.0
 
     def channel(self, name: str) -> str:
         """Return the color of a channel or a coefficient, the same in every figure."""
@@ -61,11 +61,11 @@ class Palette:
 PRINT_PALETTE = Palette(
     background="#ffffff",
     ink="#20262e",
-    quiet="#4a525d",
+    secondary_ink="#4a525d",
     faint="#c8ccd2",
     previous="#7d8590",
     band="#dfe9f2",
-    left_out="#9aa2ac",
+    excluded="#9aa2ac",
     traces=dict(
         zip(
             TRACE_COLORS,

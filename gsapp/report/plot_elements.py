@@ -102,7 +102,7 @@ def point_names(line: Line2D) -> tuple[str, ...]:
 def format_axes(chart: Axes, palette: Palette) -> None:
     """Give a chart a faint grid, few numbers and no box."""
     chart.set_axisbelow(True)
-    chart.grid(True, color=palette.faint, linewidth=0.4 * palette.weight)
+    chart.grid(True, color=palette.faint, linewidth=0.4 * palette.line_scale)
     if chart.get_yscale() == "linear":
         chart.yaxis.set_major_locator(MaxNLocator(nbins=4, min_n_ticks=2))
     if chart.get_xscale() == "linear":
@@ -140,7 +140,7 @@ def draw_trace(
     chart.plot(
         times[::step], shown, color=color, linestyle=linestyle, label=label or None,
         zorder=1.5 if behind else 2.0, alpha=UNDERLAY_ALPHA if under else 1.0,
-        linewidth=(WIDE_LINE_WIDTH if under else _TRACE) * palette.weight,
+        linewidth=(WIDE_LINE_WIDTH if under else _TRACE) * palette.line_scale,
     )  # fmt: skip
     label_channel(chart, name, units, palette)
     format_axes(chart, palette)

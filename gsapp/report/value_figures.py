@@ -191,7 +191,7 @@ def value_figure(
     subject = f"{names[0]}, per radian," if len(chosen) == 1 else "Each derivative, per radian,"
     there = any(name in drawn.known for name in names)
     dotted = ", the dotted line what was known before" if there else ""
-    out = any(one.outliers or one.excluded or one.unfit for one in chosen)
+    out = any(one.outliers or one.excluded or one.nonconverged_points for one in chosen)
     gray = " Gray marks were left out of the mean." if out else ""
     return DocumentFigure(
         name=f"values-{over}-{number}",
@@ -235,9 +235,9 @@ def _draw_values(chart: Axes, one: DerivativeSummary, drawn: _ChartStyle) -> Non
     chart.set_gid(DERIVATIVE_PREFIX + one.name)
     half = ERROR_BAR_SIGMAS * one.value.std
     chart.axhspan(one.value.mean - half, one.value.mean + half, color=palette.band, linewidth=0)
-    chart.axhline(one.value.mean, color=palette.ink, linewidth=0.8 * palette.weight)
+    chart.axhline(one.value.mean, color=palette.ink, linewidth=0.8 * palette.line_scale)
     for flight, place in drawn.flights.items():
-        points = [point for point in one.kept if point.flight == flight]
+        points = [point for point in one.included_points if point.flight == flight]
         if not points:
             continue
         bars = chart.errorbar(
@@ -245,12 +245,12 @@ def _draw_values(chart: Axes, one: DerivativeSummary, drawn: _ChartStyle) -> Non
             [point.value for point in points],
             yerr=[ERROR_BAR_SIGMAS * point.std for point in points],
             linestyle="none", marker=flight_marker(place), markersize=drawn.size,
-            color=palette.flight(place), elinewidth=0.7 * palette.weight,
+            color=palette.flight(place), elinewidth=0.7 * palette.line_scale,
         )  # fmt: skip
         name_points(bars.lines[0], [point.maneuver for point in points])
     format_axes(chart, palette)
     if drawn.over == "number":
-        names = {point.number: point.maneuver for point in (*one.points, *one.unfit)}
+        names = {point.number: point.maneuver for point in (*one.points, *one.nonconverged_points)}
         chart.xaxis.set_major_locator(_ManeuverLocator(chart, names))
         chart.xaxis.set_major_formatter(
             FuncFormatter(lambda place, _: _short(names.get(round(place), "")))
@@ -258,10 +258,10 @@ def _draw_values(chart: Axes, one: DerivativeSummary, drawn: _ChartStyle) -> Non
     chart.margins(x=0.08)
     _draw_left_out(chart, [outlier.point for outlier in one.outliers], _OUTLIER, drawn)
     _draw_left_out(chart, one.excluded, _BY_HAND, drawn)
-    _draw_left_out(chart, one.unfit, _UNFIT, drawn)
+    _draw_left_out(chart, one.nonconverged_points, _UNFIT, drawn)
     if one.name in drawn.known:
         chart.axhline(
-            drawn.known[one.name], color=palette.previous, linewidth=0.9 * palette.weight,
+            drawn.known[one.name], color=palette.previous, linewidth=0.9 * palette.line_scale,
             linestyle=":",
         )  # fmt: skip
     chart.set_title(
@@ -279,8 +279,8 @@ def _draw_left_out(
         [_place(point, drawn) for point in points],
         # A wild value stays in sight at the edge and does not flatten the others.
         [min(max(point.value, low), high) for point in points],
-        linestyle="none", marker=sign, color=drawn.palette.left_out, markersize=drawn.size + 1.8,
-        markeredgewidth=1.2 * drawn.palette.weight, clip_on=False,
+        linestyle="none", marker=sign, color=drawn.palette.excluded, markersize=drawn.size + 1.8,
+        markeredgewidth=1.2 * drawn.palette.line_scale, clip_on=False,
     )  # fmt: skip
     name_points(line, [point.maneuver for point in points])
     chart.set_ylim(low, high)
@@ -299,10 +299,10 @@ def _handles(chosen: Sequence[DerivativeSummary], drawn: _ChartStyle) -> list[Li
     gray = {
         _OUTLIER: ("outlier", any(one.outliers for one in chosen)),
         _BY_HAND: ("left out by hand", any(one.excluded for one in chosen)),
-        _UNFIT: ("fit did not converge", any(one.unfit for one in chosen)),
+        _UNFIT: ("fit did not converge", any(one.nonconverged_points for one in chosen)),
     }
     handles += [
-        Line2D([], [], linestyle="none", marker=sign, color=palette.left_out, label=words)
+        Line2D([], [], linestyle="none", marker=sign, color=palette.excluded, label=words)
         for sign, (words, there) in gray.items()
         if there
     ]
@@ -323,8 +323,8 @@ def _numbers(chosen: Sequence[DerivativeSummary], units: str) -> DocumentTable:
     for one in chosen:
         out = {outlier.point.maneuver for outlier in one.outliers}
         by_hand = {point.maneuver for point in one.excluded}
-        unfit = {point.maneuver for point in one.unfit}
-        for point in (*one.points, *one.unfit):
+        unfit = {point.maneuver for point in one.nonconverged_points}
+        for point in (*one.points, *one.nonconverged_points):
             kept = point.maneuver not in out | by_hand | unfit
             rows.append(
                 (

@@ -29,7 +29,7 @@ def alarm_events(board: AlarmRegistry) -> tuple[Event, ...]:
     return tuple(
         Event(
             kind=ALARM,
-            text=one.sentence(),
+            text=one.message_text(),
             time=one.onset,
             data={
                 "alarm": one.key,
@@ -106,7 +106,7 @@ class AlarmLog:
             replace(
                 one,
                 acknowledgment=self._board.acknowledgment(one.key, one.raised),
-                over=one.over or self._board.severity(one.key) is Severity.NORMAL,
+                is_over=one.is_over or self._board.severity(one.key) is Severity.NORMAL,
             )
             for one in self._recorded
         )
@@ -129,7 +129,7 @@ class AlarmLog:
             self._book.refresh()
         self._book.poll()
         # From the book's own list: whoever makes a mark takes in events, too.
-        fresh, self._read = self._book.others[self._read :], len(self._book.others)
+        fresh, self._read = self._book.other_events[self._read :], len(self._book.other_events)
         for event in fresh:
             if event.kind == ACKNOWLEDGE:
                 self._take_acknowledgment(event)
@@ -148,7 +148,7 @@ class AlarmLog:
         self._write(
             Event(
                 kind=ACKNOWLEDGE,
-                text=alarm.sentence(),
+                text=alarm.message_text(),
                 time=now,
                 data={"alarm": alarm.key, "raised": alarm.time, "by": by},
             )
@@ -162,7 +162,7 @@ class AlarmLog:
         now : float or None
             Flight time, s: when those ended that are over since the last call.
         """
-        log = self._board.log_of(_EQUIPMENT)
+        log = self._board.onsets_of(_EQUIPMENT)
         fresh, self._logged = log[self._logged :], len(log)
         active = {key for key in _EQUIPMENT if self._board.severity(key) > Severity.NORMAL}
         # What came and went within one look is over, too.
@@ -174,7 +174,7 @@ class AlarmLog:
             self.read(refreshed=True)
         for onset in fresh:
             data = {"alarm": onset.key, "severity": onset.severity.name.lower()}
-            self._write_once(Event(kind=ALARM, text=onset.words, time=onset.time, data=data))
+            self._write_once(Event(kind=ALARM, text=onset.message, time=onset.time, data=data))
         for key in sorted(over):
             self._write_once(Event(kind=ALARM_ENDED, time=now, data={"alarm": key}))
 
@@ -186,7 +186,7 @@ class AlarmLog:
             other.kind == event.kind
             and other.data.get("alarm") == key
             and abs(other.host_time_us - stamp) < _SAME_ALARM_US
-            for other in self._book.others
+            for other in self._book.other_events
         )
         if not known and not self._write(event):
             self._take_equipment(event)  # a full disk: the alarm itself says so
@@ -199,23 +199,23 @@ class AlarmLog:
         place = self._going_on.get(key)
         if event.kind == ALARM_ENDED:
             if place is not None:
-                self._recorded[place] = replace(self._recorded[place], end=event.time, over=True)
+                self._recorded[place] = replace(self._recorded[place], end=event.time, is_over=True)
                 del self._going_on[key]
             return
         warning = event.data.get("severity") == Severity.WARNING.name.lower()
         severity = Severity.WARNING if warning else Severity.CAUTION
         if place is not None and severity > self._recorded[place].severity:
             self._recorded[place] = replace(
-                self._recorded[place], severity=severity, words=event.text, raised=event.time
+                self._recorded[place], severity=severity, message=event.text, raised=event.time
             )
             return
         if place is not None:
             # Nobody saw it end: no window was open.
-            self._recorded[place] = replace(self._recorded[place], over=True)
+            self._recorded[place] = replace(self._recorded[place], is_over=True)
         self._going_on[key] = len(self._recorded)
         self._recorded.append(
             AlarmEpisode(
-                key=key, severity=severity, onset=event.time, words=event.text, raised=event.time
+                key=key, severity=severity, onset=event.time, message=event.text, raised=event.time
             )
         )
 

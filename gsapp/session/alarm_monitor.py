@@ -45,13 +45,13 @@ class AlarmMonitor:
         self._limits.feed(block)
         self._presence.feed(block)
 
-    def renew(self, channel_id: str) -> None:
+    def reload_limits(self, channel_id: str) -> None:
         """Take other limits for a channel."""
-        self._limits.renew(channel_id)
+        self._limits.reload_limits(channel_id)
 
-    def settle(self) -> None:
+    def process_step(self) -> None:
         """Judge what is due, after all blocks of a step."""
-        self._presence.settle()
+        self._presence.process_step()
 
     def reset(self) -> None:
         """Begin anew, as before the first sample."""

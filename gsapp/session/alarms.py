@@ -27,7 +27,7 @@ class Alarm:
         As of now; NORMAL once the cause is gone.
     time : float or None
         Flight time at which it was raised (or grew worse), s.
-    words : str
+    message : str
         What it means, or the whole sentence for alarms without a value.
     rule : LimitRule or None
         The limit, for alarms with a value.
@@ -43,7 +43,7 @@ class Alarm:
     severity: Severity
     current: Severity
     time: float | None
-    words: str
+    message: str
     rule: LimitRule | None = None
     value: float | None = None
     acknowledged: bool = False
@@ -54,9 +54,9 @@ class Alarm:
         """Return whether the cause is still there."""
         return self.current > Severity.NORMAL
 
-    def sentence(self, system: str = "SI") -> str:
+    def message_text(self, system: str = "SI") -> str:
         """Return what a field engineer says, with units of the system ``"SI"`` or ``"US"``."""
-        return _alarm_text(self.words, self.rule, self.severity, self.value, system)
+        return _alarm_text(self.message, self.rule, self.severity, self.value, system)
 
 
 def _alarm_text(
@@ -70,7 +70,7 @@ def _alarm_text(
     shown = _number(value, unit, spec.quantity, spec.decimals(unit))
     bound = _number(limit or 0.0, unit, spec.quantity, spec.decimals(unit))
     beyond = "above" if rule.side == "high" else "below"
-    meaning = rule.words(severity)
+    meaning = rule.describe(severity)
     tail = f", {meaning}" if meaning else ""
     return f"{spec.title} {shown}, {beyond} {bound}{tail}"
 
@@ -94,7 +94,7 @@ class AlarmOnset:
     key: str
     severity: Severity
     time: float | None
-    words: str
+    message: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,7 +130,7 @@ class AlarmEpisode:
         Flight time at which it was raised, s.
     end : float or None
         Flight time at which the cause was gone, s; None while it stays, or if nobody knows.
-    words : str
+    message : str
         As in `Alarm`.
     rule : LimitRule or None
         The limit, for alarms with a value.
@@ -140,7 +140,7 @@ class AlarmEpisode:
         Flight time at which it was raised or last grew worse, s.
     acknowledgment : AlarmAcknowledgment or None
         Of the alarm since then; None while nobody has seen it.
-    over : bool
+    is_over : bool
         Whether the cause is gone, even if nobody knows since when.
     """
 
@@ -148,12 +148,12 @@ class AlarmEpisode:
     severity: Severity
     onset: float | None
     end: float | None = None
-    words: str
+    message: str
     rule: LimitRule | None = None
     value: float | None = None
     raised: float | None
     acknowledgment: AlarmAcknowledgment | None = None
-    over: bool = False
+    is_over: bool = False
 
     @property
     def acknowledged(self) -> bool:
@@ -168,11 +168,11 @@ class AlarmEpisode:
     @property
     def meaning(self) -> str:
         """Return what it means, without the value; the whole sentence where there is no value."""
-        return self.words if self.rule is None else self.rule.words(self.severity)
+        return self.message if self.rule is None else self.rule.describe(self.severity)
 
-    def sentence(self, system: str = "SI") -> str:
+    def message_text(self, system: str = "SI") -> str:
         """Return what a field engineer says, with units of the system ``"SI"`` or ``"US"``."""
-        return _alarm_text(self.words, self.rule, self.severity, self.value, system)
+        return _alarm_text(self.message, self.rule, self.severity, self.value, system)
 
 
 class AlarmRegistry:
@@ -194,7 +194,7 @@ class AlarmRegistry:
         self._acknowledged: dict[str, list[AlarmAcknowledgment]] = {}
 
     @property
-    def standing(self) -> tuple[Alarm, ...]:
+    def current_alarms(self) -> tuple[Alarm, ...]:
         """Return the alarms that stand, newest first, the worse before the lesser."""
         return tuple(
             sorted(
@@ -208,7 +208,7 @@ class AlarmRegistry:
         )
 
     @property
-    def log(self) -> tuple[AlarmOnset, ...]:
+    def onsets(self) -> tuple[AlarmOnset, ...]:
         """Return every alarm raised so far, by time; those without a flight time first."""
         return tuple(
             sorted(
@@ -241,14 +241,14 @@ class AlarmRegistry:
                 return one
         return None
 
-    def log_of(self, keys: Collection[str]) -> tuple[AlarmOnset, ...]:
+    def onsets_of(self, keys: Collection[str]) -> tuple[AlarmOnset, ...]:
         """Return the alarms of some keys, in the order in which they were raised."""
         return tuple(onset for onset in self._log if onset.key in keys)
 
     @property
-    def waiting(self) -> tuple[Alarm, ...]:
+    def unacknowledged(self) -> tuple[Alarm, ...]:
         """Return those that nobody has acknowledged, newest first."""
-        return tuple(alarm for alarm in self.standing if not alarm.acknowledged)
+        return tuple(alarm for alarm in self.current_alarms if not alarm.acknowledged)
 
     def get(self, key: str) -> Alarm | None:
         """Return the alarm of that key, if it stands."""
@@ -276,25 +276,25 @@ class AlarmRegistry:
             # Not worse: the same alarm goes on, perhaps milder, perhaps in other words.
             changed = replace(former, current=severity)
             if severity == former.severity:
-                changed = replace(changed, words=words)
+                changed = replace(changed, message=words)
             self._alarms[key] = changed
             if value is not None:
-                self.reach(key, value)
+                self.update_peak(key, value)
             return
         if former is not None and rule is not None and value is not None:
-            value = rule.farther(value, former.value)
+            value = rule.worse_value(value, former.value)
         self._alarms[key] = Alarm(
             key=key,
             severity=severity if former is None else max(severity, former.severity),
             current=severity,
             time=time,
-            words=words,
+            message=words,
             rule=rule,
             value=value,
             acknowledged=self._is_acknowledged(key, time),
             count=1 if former is None else former.count + (not former.active),
         )
-        self._log.append(AlarmOnset(key=key, severity=severity, time=time, words=words))
+        self._log.append(AlarmOnset(key=key, severity=severity, time=time, message=words))
         self._go_on(key, severity, time, words, rule, value)
 
     def _go_on(
@@ -312,14 +312,14 @@ class AlarmRegistry:
             self._going_on[key] = len(self._episodes)
             self._episodes.append(
                 AlarmEpisode(
-                    key=key, severity=severity, onset=time, words=words, rule=rule, value=value,
+                    key=key, severity=severity, onset=time, message=words, rule=rule, value=value,
                     raised=time,
                 )
             )  # fmt: skip
             return
         former = replace(self._episodes[place], raised=time)
         if severity > former.severity:
-            former = replace(former, severity=severity, words=words, rule=rule)
+            former = replace(former, severity=severity, message=words, rule=rule)
         self._episodes[place] = former
         self._stretch(key, value)
 
@@ -329,18 +329,18 @@ class AlarmRegistry:
         former = None if place is None else self._episodes[place]
         if place is None or former is None or former.rule is None or value is None:
             return
-        farthest = former.rule.farther(value, former.value)
+        farthest = former.rule.worse_value(value, former.value)
         if farthest != former.value:
             self._episodes[place] = replace(former, value=farthest)
 
-    def reach(self, key: str, value: float) -> None:
+    def update_peak(self, key: str, value: float) -> None:
         """Note how far the value of an alarm went that stands; the farthest is kept."""
         former = self._alarms.get(key)
         if former is None or former.rule is None:
             return
         self.revision += 1
         self._stretch(key, value)
-        self._alarms[key] = replace(former, value=former.rule.farther(value, former.value))
+        self._alarms[key] = replace(former, value=former.rule.worse_value(value, former.value))
 
     def clear(self, key: str, time: float | None = None) -> None:
         """Say that the cause is gone. The alarm stays until it is acknowledged.
@@ -357,7 +357,7 @@ class AlarmRegistry:
             return
         self.revision += 1
         place = self._going_on.pop(key)
-        self._episodes[place] = replace(self._episodes[place], end=time, over=True)
+        self._episodes[place] = replace(self._episodes[place], end=time, is_over=True)
         if former.acknowledged:
             del self._alarms[key]
         else:
@@ -405,7 +405,7 @@ class AlarmRegistry:
     def _is_acknowledged(self, key: str, raised: float | None) -> bool:
         return any(one.raised == raised for one in self._acknowledged.get(key, ()))
 
-    def end(self, time: float | None) -> None:
+    def end_all(self, time: float | None) -> None:
         """Let every alarm end with its flight, acknowledged or not; the log keeps them.
 
         Parameters

@@ -78,7 +78,7 @@ def source_message(source: ChannelSource | None) -> str | None:
 def share_message(one: str, other: str, sources: Mapping[str, ChannelSource]) -> bool:
     """Return whether the samples of two channels come in the same messages, row for row."""
     measured = [name for name, source in sources.items() if source.kind != "derived"]
-    inputs = {each.output: each.quick for each in select_derivations(measured)}
+    inputs = {each.output: each.fast_inputs for each in select_derivations(measured)}
 
     def messages(channel_id: str) -> frozenset[str]:
         source = sources.get(channel_id)
@@ -138,7 +138,7 @@ def build_channel_state(
         value=last[1],
         age=age,
         severity=max(alarms) if fresh else Severity.NORMAL,
-        clipped=fresh and limits.clips(channel_id, last[1]),
+        clipped=fresh and limits.is_clipped(channel_id, last[1]),
         kind=kind,
         calibrated=calibrated,
         source=origin,

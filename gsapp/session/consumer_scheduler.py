@@ -33,7 +33,7 @@ class Consumer(Protocol):
     def feed(self, block: Block) -> None:
         """Take in the next samples of some channels, on consecutive places of the grid."""
 
-    def settle(self) -> None:
+    def process_step(self) -> None:
         """Draw conclusions, after all blocks of a step; go on with longer work by a slice."""
 
     def reset(self) -> None:
@@ -44,7 +44,7 @@ class Consumer(Protocol):
 class SlowConsumer(Consumer, Protocol):
     """A consumer that works on what it saw for longer than a step takes."""
 
-    def busy(self, time: float) -> bool:
+    def has_pending_work(self, time: float) -> bool:
         """Return whether that is to be done before samples up to a flight time (s) come.
 
         Where samples come as they happen nobody waits: then the rest is done at once when it is
@@ -94,7 +94,7 @@ class GridSegments:
         """Return the last sample of all."""
         return self._lasts[-1] if self._lasts else None
 
-    def at_or_after(self, index: int) -> tuple[int, int] | None:
+    def segment_from(self, index: int) -> tuple[int, int] | None:
         """Return the stretch that holds a place, from there on, or else the next one."""
         place = bisect.bisect_right(self._firsts, index)
         if place > 0 and self._lasts[place - 1] >= index:
@@ -110,26 +110,26 @@ class ConsumerCursor:
     Attributes
     ----------
     consumer : Consumer
-    next : int
+    next_index : int
         The next place on the grid that is to be given to it.
     """
 
     def __init__(self, consumer: Consumer, first: int) -> None:
         self.consumer = consumer
-        self.next = first
+        self.next_index = first
         self._busy = consumer if isinstance(consumer, SlowConsumer) else None
         self._seconds_a_row = 0.0  # of its work, smoothed
 
     def restart(self, first: int) -> None:
         """Begin anew."""
         self.consumer.reset()
-        self.next = first
+        self.next_index = first
 
-    def waits(self, time: float) -> bool:
+    def process_pending_work(self, time: float) -> bool:
         """Give it a slice if it is to finish something before a flight time, s."""
-        if self._busy is None or not self._busy.busy(time):
+        if self._busy is None or not self._busy.has_pending_work(time):
             return False
-        self._busy.settle()
+        self._busy.process_step()
         return True
 
     def rows_for(self, seconds: float, steps: tuple[int, int]) -> int:
@@ -138,11 +138,11 @@ class ConsumerCursor:
             return steps[1]
         return min(max(int(seconds / self._seconds_a_row), steps[0]), steps[1])
 
-    def take(self, block: Block, seconds: Callable[[], float]) -> None:
+    def feed_rows(self, block: Block, seconds: Callable[[], float]) -> None:
         """Give it rows that follow one another, and learn how long it takes."""
         began = seconds()
         self.consumer.feed(block)
-        self.consumer.settle()
+        self.consumer.process_step()
         each = (seconds() - began) / len(block)
         self._seconds_a_row += 0.3 * (each - self._seconds_a_row)
 
@@ -177,14 +177,14 @@ class ConsumerScheduler:
             min(max(round(_STEP * history.rate), 1), _MOST_ROWS),
         )
         self._rows: tuple[int, int, Block] | None = None
-        self.followers = [ConsumerCursor(consumer, 0) for consumer in consumers]
+        self.cursors = [ConsumerCursor(consumer, 0) for consumer in consumers]
 
     def restart(self, first: int) -> None:
         """Let all begin anew, at a place of the grid."""
-        for follower in self.followers:
+        for follower in self.cursors:
             follower.restart(first)
 
-    def serve(
+    def feed_until(
         self,
         target: int,
         deadline: float,
@@ -217,42 +217,42 @@ class ConsumerScheduler:
             late = self._clock() >= deadline
             wanting = [
                 (number, follower, found)
-                for number, follower in enumerate(self.followers)
+                for number, follower in enumerate(self.cursors)
                 if not (late and number in served)
-                and (found := self._stretches.at_or_after(follower.next)) is not None
+                and (found := self._stretches.segment_from(follower.next_index)) is not None
                 and found[0] <= target
             ]
             if not wanting:
-                return not late or self.all_at(target)
+                return not late or self.all_reached(target)
             number, follower, (first, end) = (
-                min(wanting, key=lambda one: one[1].next) if abreast else wanting[0]
+                min(wanting, key=lambda one: one[1].next_index) if abreast else wanting[0]
             )
             served.add(number)
             rows = follower.rows_for(deadline - self._clock(), self._steps)
             last = min(end, target, first + rows - 1)
-            if follower.waits(last / self._history.rate):
+            if follower.process_pending_work(last / self._history.rate):
                 continue
             reach(last)
-            follower.take(self._between(first, last), self._clock)
-            follower.next = last + 1
+            follower.feed_rows(self._between(first, last), self._clock)
+            follower.next_index = last + 1
 
-    def all_at(self, place: int) -> bool:
+    def all_reached(self, place: int) -> bool:
         """Return whether everybody was given everything up to a place."""
-        return all(self.is_at(follower, place) for follower in self.followers)
+        return all(self.has_reached(follower, place) for follower in self.cursors)
 
-    def is_at(self, follower: ConsumerCursor, place: int) -> bool:
+    def has_reached(self, follower: ConsumerCursor, place: int) -> bool:
         """Return whether one was given everything up to a place."""
-        found = self._stretches.at_or_after(follower.next)
+        found = self._stretches.segment_from(follower.next_index)
         return found is None or found[0] > place
 
-    def share(self, consumer: Consumer, place: int) -> float:
+    def progress(self, consumer: Consumer, place: int) -> float:
         """Return how much of the way to a place a consumer has come, 0 to 1."""
         first = self._stretches.first
-        (follower,) = (one for one in self.followers if one.consumer is consumer)
+        (follower,) = (one for one in self.cursors if one.consumer is consumer)
         near = place - round(_AT_ONCE * self._history.rate)
-        if first is None or near <= first or self.is_at(follower, near):
+        if first is None or near <= first or self.has_reached(follower, near):
             return 1.0
-        return max(follower.next - first, 0) / (place - first)
+        return max(follower.next_index - first, 0) / (place - first)
 
     def _between(self, first: int, last: int) -> Block:
         """Return rows; several followers in a row ask for the same."""

@@ -95,11 +95,11 @@ class CueMonitor:
         """Take in the next samples of some channels."""
         self._guard.attempt(lambda: self.cueing.feed(block))
 
-    def settle(self) -> None:
+    def process_step(self) -> None:
         """Judge what is complete, after all blocks of a step."""
         self._guard.attempt(lambda: self._take_up(self.cueing.settle))
 
-    def busy(self, time: float) -> bool:
+    def has_pending_work(self, time: float) -> bool:
         """Return whether work is under way that must be done before a flight time, s."""
         return bool(self._guard.attempt(lambda: self.cueing.busy(time)))
 
@@ -129,16 +129,16 @@ class CueMonitor:
         cues = self.cueing.snapshot()
         failure = self._guard.failure
         if failure:
-            cues = replace(cues, trim=None, under_way=None, guidance="")
+            cues = replace(cues, trim=None, input_in_progress=None, guidance="")
         doubts = [failure] if failure else []
         if uncalibrated:
             doubts.append(f"not calibrated, so not judged by: {_titles(uncalibrated)}")
         if beyond:
             doubts.append(f"beyond calibration, so less certain: {_titles(beyond)}")
-        dangers = sorted((*cues.dangers, *self._troubles), key=lambda one: -one.urgency)
-        return replace(cues, dangers=tuple(dangers), missing=(*doubts, *cues.missing))
+        dangers = sorted((*cues.alerts, *self._troubles), key=lambda one: -one.level)
+        return replace(cues, alerts=tuple(dangers), limitations=(*doubts, *cues.limitations))
 
-    def look_at_equipment(self) -> None:
+    def check_equipment(self) -> None:
         """Take note of trouble with link, recorder and disk, and say what is new."""
         known = {trouble.key for trouble in self._troubles}
         self._troubles = tuple(
@@ -147,12 +147,12 @@ class CueMonitor:
         cues = self.cueing.snapshot()
         for trouble in self._troubles:
             if trouble.key not in known:
-                warning = trouble.urgency is AlertLevel.WARNING
-                words = "" if cues.under_way is not None else trouble.spoken
+                warning = trouble.level is AlertLevel.WARNING
+                words = "" if cues.input_in_progress is not None else trouble.spoken_text
                 self.spoken.append(
                     Announcement(
                         time=trouble.since if cues.time is None else cues.time,
-                        words=words,
+                        text=words,
                         priority="warning" if warning else "prompt",
                         tone="warning" if warning else "caution",
                     )
@@ -165,15 +165,15 @@ class CueMonitor:
         warning = alarm.current is Severity.WARNING
         return Alert(
             key=key,
-            urgency=AlertLevel.WARNING if warning else AlertLevel.CAUTION,
+            level=AlertLevel.WARNING if warning else AlertLevel.CAUTION,
             since=alarm.time or 0.0,
-            words=alarm.words,
-            spoken=_EQUIPMENT[key],
+            text=alarm.message,
+            spoken_text=_EQUIPMENT[key],
         )
 
     # --- what the crew does ---------------------------------------------------------------------
 
-    def choose(self, card_id: str) -> None:
+    def select_card(self, card_id: str) -> None:
         """Let the crew's choice count from now on, and keep it with a live flight.
 
         Raises
@@ -183,7 +183,7 @@ class CueMonitor:
         FlightError
             If the event cannot be written; the choice counts in this window.
         """
-        time = self.cueing.choose(card_id)
+        time = self.cueing.select_card(card_id)
         self._chosen.add((time, card_id))
         if self._live:
             words = f"the crew flies card {card_id}" if card_id else "the program picks the card"
@@ -191,7 +191,7 @@ class CueMonitor:
                 Event(kind=CARD_SELECTION_EVENT, text=words, time=time, data={"card": card_id})
             )
 
-    def take_in(self, event: Event) -> None:
+    def apply_event(self, event: Event) -> None:
         """Take in a choice that this or another window wrote."""
         card_id, time = event.data.get("card"), event.time
         if event.kind != CARD_SELECTION_EVENT or not isinstance(card_id, str) or time is None:
@@ -200,14 +200,14 @@ class CueMonitor:
         known = not card_id or (cards is not None and cards.card(card_id) is not None)
         if known and (time, card_id) not in self._chosen:
             self._chosen.add((time, card_id))
-            self.cueing.choose(card_id, at=time)
+            self.cueing.select_card(card_id, at=time)
 
     # --- what becomes of it ---------------------------------------------------------------------
 
     def _take_up(self, step: Callable[[], None]) -> None:
         """Do a step of the cues, and take up what they said in it."""
         step()
-        events, spoken = self.cueing.log, self.cueing.spoken
+        events, spoken = self.cueing.log, self.cueing.announcements
         fresh, self._followed = events[self._followed :], len(events)
         self.spoken += spoken[self._heard :]
         self._heard = len(spoken)
@@ -232,7 +232,7 @@ class CueMonitor:
         except FlightError:
             return  # as for a disk that refuses, below
         began = float(event.data["t_input"])
-        for other in self._book.others:
+        for other in self._book.other_events:
             known = other.data.get("t_input")
             same = isinstance(known, (int, float)) and abs(known - began) < _SAME_INPUT
             if other.kind == VERDICT_EVENT and same:
@@ -240,7 +240,7 @@ class CueMonitor:
         data = {**event.data, "result": event.state}
         try:
             self._book.write(
-                Event(kind=VERDICT_EVENT, text=event.words, time=event.time, data=data)
+                Event(kind=VERDICT_EVENT, text=event.text, time=event.time, data=data)
             )
         except FlightError:
             return  # a full disk: its own alarm says so, and the verdict stands on the page

@@ -40,7 +40,7 @@ class LinkSummary:
 
     Attributes
     ----------
-    words : str
+    state : str
         ``ok``, ``waiting``, ``no data``, ``no aircraft``, ``silent``, ``unreadable``, ``lost``,
         ``ended`` ...
     severity : Severity
@@ -62,7 +62,7 @@ class LinkSummary:
         What else the crew should know, in words.
     """
 
-    words: str
+    state: str
     severity: Severity = Severity.NORMAL
     system: int | None = None
     problem: str = ""
@@ -82,7 +82,7 @@ class RecorderSummary:
 
     Attributes
     ----------
-    words : str
+    state : str
         ``recording``, ``stopped``, ``dead`` ...
     severity : Severity
         Whether that is as it should be.
@@ -102,7 +102,7 @@ class RecorderSummary:
         What was found in the folder at its start, and what is wrong.
     """
 
-    words: str
+    state: str
     severity: Severity = Severity.NORMAL
     pid: int | None = None
     link: str = ""
@@ -142,7 +142,7 @@ class RecorderObservation:
         The recorder that runs.
     status : RecorderStatus or None
         What it told of itself at the latest.
-    sees_folder : bool
+    is_folder_reachable : bool
         Whether the flight folder is where it was.
     free_bytes : int or None
         On the disk of the flight, where the recorder does not say so.
@@ -150,7 +150,7 @@ class RecorderObservation:
 
     handle: RecorderHandle | None = None
     status: RecorderStatus | None = None
-    sees_folder: bool = True
+    is_folder_reachable: bool = True
     free_bytes: int | None = None
 
 
@@ -182,7 +182,7 @@ class RecorderProbe:
         return RecorderObservation(
             handle=handle,
             status=self._status,
-            sees_folder=handle is None or handle.sees_folder(),
+            is_folder_reachable=handle is None or handle.is_folder_reachable(),
             free_bytes=free,
         )
 
@@ -233,8 +233,8 @@ class EquipmentMonitor:
         self._told_moved = ""
         self._recent: deque[tuple[float, int, int]] = deque()
         self.landed = False
-        self.link = LinkSummary(words="waiting")
-        self.recorder = RecorderSummary(words="none")
+        self.link = LinkSummary(state="waiting")
+        self.recorder = RecorderSummary(state="none")
         self.disk = DiskSummary()
 
     @property
@@ -264,7 +264,7 @@ class EquipmentMonitor:
         """
         return self._wall_us() + (0 if self._status is None else self._status.ahead_us)
 
-    def look(
+    def update(
         self,
         health: LinkHealth | None,
         now: float | None,
@@ -307,14 +307,14 @@ class EquipmentMonitor:
         elif caught_up or self.handle is None:
             self.link = self._look_at_link(health, time, now)
         else:
-            self.link = replace(self.link, words="catching up", age=None)
+            self.link = replace(self.link, state="catching up", age=None)
         return True
 
     def _note_stuck_disk(self, now: float | None) -> None:
         self._say("disk", Severity.WARNING, now, STUCK_DISK_TEXT, self.disk.severity)
         self.disk = replace(self.disk, severity=Severity.WARNING)
         # An alarm of the link stays until it is known to be well again.
-        self.link = replace(self.link, words="not read", age=None)
+        self.link = replace(self.link, state="not read", age=None)
 
     def _hear(self, status: RecorderStatus | None, time: float) -> None:
         """Note when the recorder last spoke.
@@ -367,14 +367,14 @@ class EquipmentMonitor:
         words, severity, sentence = self._state_of_recorder(time)
         self._say("recorder", severity, now, sentence, former.severity)
         if status is None:
-            return RecorderSummary(words=words, severity=severity)
+            return RecorderSummary(state=words, severity=severity)
         running = self.handle is not None
         growing = self._written is not None and status.received_bytes > self._written
         self._written = status.received_bytes
         ahead = (_clock_set_back_text(status.ahead_us),) if status.ahead_us >= _SET_BACK_US else ()
         wrong = (sentence,) if sentence else ()
         return RecorderSummary(
-            words=words,
+            state=words,
             severity=severity,
             pid=status.pid if running else None,
             link=status.link,
@@ -399,7 +399,7 @@ class EquipmentMonitor:
                 "the recorder has died: nothing is recorded; start it again, it goes on in this "
                 "flight",
             )
-        if not self._facts.sees_folder:
+        if not self._facts.is_folder_reachable:
             return (
                 "without folder",
                 Severity.WARNING,
@@ -457,10 +457,10 @@ class EquipmentMonitor:
         if words == "unreadable":
             age = None
         self._say("link", severity, now, sentence, former.severity)
-        if former.words in _NOT_HEARD_YET and words == "ok":
+        if former.state in _NOT_HEARD_YET and words == "ok":
             # Whoever waited for the aircraft need not confirm that it came.
             self._board.dismiss("link")
-        remarks = () if report is None else report.sentences
+        remarks = () if report is None else report.warnings
         others = [said for said in remarks if said != unreadable]
         if others and self.handle is not None:
             self._board.raise_("aircraft", Severity.CAUTION, now, " ".join(others))
@@ -477,7 +477,7 @@ class EquipmentMonitor:
         if self.landed:
             severity, sentence = Severity.NORMAL, ""
         self._say("link", severity, now, sentence, former.severity)
-        return LinkSummary(words="not read" if words == "ok" else words, severity=severity)
+        return LinkSummary(state="not read" if words == "ok" else words, severity=severity)
 
     def _state_of_link(
         self, report: LinkReport | None, age: float | None, loss: float, unreadable: str
@@ -560,9 +560,9 @@ def build_link_summary(
 ) -> LinkSummary:
     """Return what to show of a report; without `loss` that since the beginning."""
     if report is None:
-        return LinkSummary(words=words, severity=severity)
+        return LinkSummary(state=words, severity=severity)
     return LinkSummary(
-        words=words,
+        state=words,
         severity=severity,
         system=report.system,
         rate=report.rate,
@@ -572,5 +572,5 @@ def build_link_summary(
         damaged=report.damaged,
         unknown=report.unknown,
         lost=report.lost,
-        remarks=report.sentences,
+        remarks=report.warnings,
     )

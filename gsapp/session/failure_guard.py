@@ -94,14 +94,14 @@ class GuardedConsumer:
         """Hand on the next samples of some channels."""
         self._guard.attempt(lambda: self._consumer.feed(block))
 
-    def settle(self) -> None:
+    def process_step(self) -> None:
         """Let it judge what is complete, after all blocks of a step."""
-        self._guard.attempt(self._consumer.settle)
+        self._guard.attempt(self._consumer.process_step)
 
-    def busy(self, time: float) -> bool:
+    def has_pending_work(self, time: float) -> bool:
         """Return whether it has work to do before samples up to a flight time (s) come."""
         busy = self._busy
-        return busy is not None and bool(self._guard.attempt(lambda: busy.busy(time)))
+        return busy is not None and bool(self._guard.attempt(lambda: busy.has_pending_work(time)))
 
     def reset(self) -> None:
         """Begin anew, as before the first sample."""

@@ -70,7 +70,7 @@ class ReadResult(NamedTuple):
 
     blocks: Sequence[Block]
     more: bool
-    waits: bool = False
+    is_waiting: bool = False
 
 
 class BlockReader(Protocol):
@@ -129,7 +129,7 @@ class LiveFeed:
 
     Attributes
     ----------
-    present : bool
+    is_up_to_date : bool
         Whether everything recorded so far was read.
     """
 
@@ -148,7 +148,7 @@ class LiveFeed:
         self._following = ConsumerScheduler(history, self._stretches, consumers, clock)
         self._listening: list[tuple[Consumer, float]] = []  # and from which flight time on
         self._begun = False
-        self.present = False
+        self.is_up_to_date = False
 
     @property
     def now(self) -> float | None:
@@ -158,26 +158,26 @@ class LiveFeed:
     @property
     def caught_up(self) -> bool:
         """Return whether everything recorded so far was read, and watched by consumers."""
-        return self.present and self._begun and not self._following.followers
+        return self.is_up_to_date and self._begun and not self._following.cursors
 
     @property
     def progress(self) -> float:
         """Return the share of the record that was read, 0 to 1."""
-        return 1.0 if self.present else self._reader.progress
+        return 1.0 if self.is_up_to_date else self._reader.progress
 
-    def watched(self, consumer: Consumer) -> float:
+    def monitored_fraction(self, consumer: Consumer) -> float:
         """Return how much of what there is a consumer has seen, 0 to 1."""
-        if not any(one.consumer is consumer for one in self._following.followers):
+        if not any(one.consumer is consumer for one in self._following.cursors):
             return 1.0
         last = self._stretches.last
         if not self._begun or last is None:
             return 0.0
-        return min(self._following.share(consumer, last), _NEARLY)
+        return min(self._following.progress(consumer, last), _NEARLY)
 
     def advance(self, deadline: float) -> None:
         """Take in what was recorded since, until the clock shows `deadline`."""
         self._read(deadline)
-        if self.present:
+        if self.is_up_to_date:
             self._catch_up(deadline)
 
     def finish(self) -> None:
@@ -190,8 +190,8 @@ class LiveFeed:
             now = self._clock()
             step = self._reader.read(self._pace.piece(deadline - now))
             self._take(step.blocks)
-            self.present = not step.more
-            if self.present or step.waits:
+            self.is_up_to_date = not step.more
+            if self.is_up_to_date or step.is_waiting:
                 return
             after = self._clock()
             self._pace.took(after - now)
@@ -203,30 +203,30 @@ class LiveFeed:
             return
         for block in blocks:
             self._history.append(block)
-            if self._following.followers:
+            if self._following.cursors:
                 self._stretches.add(block)
         for consumer, begin in self._listening:
             for block in blocks:
                 # What it was given from the history it is not given again.
                 consumer.feed(_rows_from(block, begin))
-            consumer.settle()
+            consumer.process_step()
 
     def _catch_up(self, deadline: float) -> None:
         """Let those who are behind hear what was before."""
         following = self._following
-        if not following.followers and self._begun:
+        if not following.cursors and self._begun:
             return
         first, last = self._stretches.first, self._stretches.last
         if not self._begun:
             self._begun = True
-            for follower in following.followers:
-                follower.next = 0 if first is None else first
+            for follower in following.cursors:
+                follower.next_index = 0 if first is None else first
         # Slow messages still bring what happened before.
         target = (
             _BEFORE_FIRST_INDEX if last is None else last - round(_READ_AHEAD * self._history.rate)
         )
-        following.serve(target, deadline)
-        for follower in [one for one in following.followers if following.is_at(one, target)]:
+        following.feed_until(target, deadline)
+        for follower in [one for one in following.cursors if following.has_reached(one, target)]:
             self._hand_over(follower)
 
     def _hand_over(self, follower: ConsumerCursor) -> None:
@@ -235,15 +235,15 @@ class LiveFeed:
         ends: dict[int, list[str]] = {}
         for name in history.channels:
             span = history.span(name)
-            if span is not None and span[1] > follower.next:
+            if span is not None and span[1] > follower.next_index:
                 ends.setdefault(span[1], []).append(name)
         for end, names in ends.items():
             # What comes together stays together.
-            consumer.feed(history.rows(follower.next, end, names))
-        consumer.settle()
-        self._following.followers.remove(follower)
-        begun = follower.next != self._stretches.first
-        begin = (follower.next - 0.5) / history.rate if begun else -math.inf
+            consumer.feed(history.rows(follower.next_index, end, names))
+        consumer.process_step()
+        self._following.cursors.remove(follower)
+        begun = follower.next_index != self._stretches.first
+        begin = (follower.next_index - 0.5) / history.rate if begun else -math.inf
         self._listening.append((consumer, begin))
 
 
@@ -339,7 +339,7 @@ class ReplayFeed:
         return last is None or (self._position is not None and self._place(self._position) >= last)
 
     @property
-    def present(self) -> bool:
+    def is_up_to_date(self) -> bool:
         """Return whether everything up to the playhead was read."""
         if self._position is None:
             return self._complete
@@ -350,13 +350,13 @@ class ReplayFeed:
         """Return whether everything up to the playhead was read, and watched by consumers."""
         if self._position is None or not self._begun:
             return self._complete
-        return self.present and self._following.all_at(self._place(self._position))
+        return self.is_up_to_date and self._following.all_reached(self._place(self._position))
 
-    def watched(self, consumer: Consumer) -> float:
+    def monitored_fraction(self, consumer: Consumer) -> float:
         """Return how much of what lies before the playhead a consumer has seen, 0 to 1."""
         if self._position is None:
             return 1.0
-        return self._following.share(consumer, self._place(self._position))
+        return self._following.progress(consumer, self._place(self._position))
 
     @property
     def speed(self) -> float:
@@ -426,7 +426,7 @@ class ReplayFeed:
         if not (self.playing and self._speed == UNLIMITED_SPEED):
             self._look_ahead(deadline)
 
-    def look_ahead_again(self) -> None:
+    def restart_read_ahead(self) -> None:
         """Give the whole record anew to those who get it ahead of the playhead."""
         self._looks_ahead = False
 
@@ -437,8 +437,8 @@ class ReplayFeed:
         if not self._looks_ahead:
             self._looks_ahead = True
             self._ahead.restart(first)
-        with self._history.whole():
-            self._ahead.serve(self._readable, deadline)
+        with self._history.without_horizon():
+            self._ahead.feed_until(self._readable, deadline)
 
     def _read(self, deadline: float) -> None:
         while not self._complete:
@@ -456,7 +456,7 @@ class ReplayFeed:
         if not step.more:
             self._store(self._reader.finish())
             self._complete = True
-        return not step.waits
+        return not step.is_waiting
 
     def _store(self, blocks: Sequence[Block]) -> None:
         for block in blocks:
@@ -484,7 +484,7 @@ class ReplayFeed:
             self.playing = self.playing and not self._complete
             return
         position = min(position + seconds, readable / rate)
-        found = self._stretches.at_or_after(self._place(position))
+        found = self._stretches.segment_from(self._place(position))
         if found is not None and found[0] > self._place(position):
             position = min(found[0], readable) / rate  # a long pause
         self._move_to(position)
@@ -493,7 +493,7 @@ class ReplayFeed:
         self._position = position
         self._history.horizon = position
         place = self._place(position)
-        if not self._begun or any(place + 1 < one.next for one in self._following.followers):
+        if not self._begun or any(place + 1 < one.next_index for one in self._following.cursors):
             self._begun = True
             self._following.restart(self._stretches.first or 0)
 
@@ -505,7 +505,7 @@ class ReplayFeed:
         readable = self._readable
         target = readable if headlong else min(self._place(self._position), readable)
         # As fast as it goes nobody runs ahead, so that what one tells of another comes in time.
-        whole = self._following.serve(
+        whole = self._following.feed_until(
             target, deadline, abreast=headlong, reach=self._reach if headlong else _ignore_playhead
         )
         if headlong and whole and self._complete:

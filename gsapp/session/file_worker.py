@@ -52,7 +52,7 @@ class FileWorker:
         self.is_closed = False
 
     @property
-    def waiting(self) -> float:
+    def seconds_waiting(self) -> float:
         """Return the seconds since everything was read last: large where the disk hangs."""
         return 0.0 if self._round_ended is None else time.monotonic() - self._round_ended
 
@@ -60,7 +60,7 @@ class FileWorker:
         """Let something be done every so many seconds, from the start on."""
         self._tasks.append(_Task(task, every))
 
-    def watch(self, read: Callable[[], T], every: float) -> Callable[[], T]:
+    def poll_periodically(self, read: Callable[[], T], every: float) -> Callable[[], T]:
         """Read something now and every so many seconds; return what gives the newest result."""
         newest = read()
 
@@ -88,10 +88,10 @@ class FileWorker:
         self._jobs.append((job, future))
         self._wake.set()
         with suppress(TimeoutError):
-            future.exception(_PATIENCE if self.waiting < _PATIENCE else 0.0)
+            future.exception(_PATIENCE if self.seconds_waiting < _PATIENCE else 0.0)
         return future
 
-    def do(self, job: Callable[[], object]) -> None:
+    def run_job(self, job: Callable[[], object]) -> None:
         """Let something be done next; raise what fails at once, and log what fails late."""
         future = self.submit(job)
         if future.done():
@@ -161,7 +161,7 @@ class RecordBuffer:
 
     Attributes
     ----------
-    waits : bool
+    is_waiting : bool
         Whether the last `poll` gave fewer than it was asked for, and more is being read.
     """
 
@@ -179,7 +179,7 @@ class RecordBuffer:
         self._at_end = False
         self._share = 0.0
         self._error: Exception | None = None
-        self.waits = False
+        self.is_waiting = False
         worker.repeat(self._read_news)
         if has_grown is not None:
             # A file may fail without a change of its size.
@@ -215,7 +215,7 @@ class RecordBuffer:
             raise error
         at_end = self._at_end  # before: what comes meanwhile is still there the next time
         taken = [self._records.popleft() for _ in range(min(limit, len(self._records)))]
-        self.waits = len(taken) < limit and not at_end
+        self.is_waiting = len(taken) < limit and not at_end
         return taken
 
     def has_grown(self) -> bool:

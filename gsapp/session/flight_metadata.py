@@ -66,10 +66,10 @@ class FlightMetadata:
     @property
     def calibration(self) -> AppliedCertificates:
         """Return which certificates are in force, and whether in place of the flight's own."""
-        if self._opened.whole is not None:
-            return self._opened.whole.certificates
+        if self._opened.loaded_flight is not None:
+            return self._opened.loaded_flight.certificates
         setting = self._opened.setting
-        return AppliedCertificates(used=self.certificates, given=setting.given, own=setting.own)
+        return AppliedCertificates(applied=self.certificates, override_source=setting.override_source, recorded=setting.recorded)
 
     @property
     def problem(self) -> str:
@@ -85,11 +85,11 @@ class FlightMetadata:
         block : Block, optional
             The whole flight, of which there is more to be said.
         """
-        read_whole = self._opened.whole
+        read_whole = self._opened.loaded_flight
         whole = () if read_whole is None else read_whole.remarks
         decoder = self.decoder
-        said = () if decoder is None else (*decoder.health.sentences(), *decoder.remarks)
-        lost = [damage.sentence() for damage in self._opened.damage()]
+        said = () if decoder is None else (*decoder.health.warnings(), *decoder.remarks)
+        lost = [damage.describe() for damage in self._opened.find_damage()]
         if self._book.damaged and read_whole is None:
             lost.append(damaged_events_text(self._book.damaged))
         # What was read whole has said so itself.
@@ -106,7 +106,7 @@ class FlightMetadata:
         until : float or None
             Up to this flight time, s; None for all.
         """
-        decoder, whole = self.decoder, self._opened.whole
+        decoder, whole = self.decoder, self._opened.loaded_flight
         if decoder is not None:
             said = [event_from_notice(notice) for notice in (*decoder.messages, *decoder.notices)]
         elif whole is not None:
@@ -120,16 +120,16 @@ class FlightMetadata:
 
     def flight(self, until: float | None) -> Flight:
         """Return everything so far as one flight; see `gsapp.session.Session.flight`."""
-        if self._opened.whole is not None:
-            return self._opened.whole
+        if self._opened.loaded_flight is not None:
+            return self._opened.loaded_flight
         path, decoder = self._opened.path, self.decoder
         health = None if decoder is None else decoder.health
-        damage = list(self._opened.damage())
+        damage = list(self._opened.find_damage())
         block = combine_on_grid(self._history.blocks(), self._history.rate)
         info = FlightFolder(path=path).info() if path.is_dir() else None
         log = None if info is None or not info.onboard_log else _onboard_log_state(info.onboard_log)
         # A log of another ground station has its damage in the file, not in a residue.
-        torn = sum(each.places for each in damage) if path.is_file() else 0
+        torn = sum(each.location_count for each in damage) if path.is_file() else 0
         counted = self.sources if decoder is None else decoder.counted_sources()
         return Flight(
             name=self._name,

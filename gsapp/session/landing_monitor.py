@@ -89,11 +89,11 @@ class LandingMonitor:
         """Take in the next samples of some channels."""
         self._rows += self._stream.feed(block)
 
-    def settle(self) -> None:
+    def process_step(self) -> None:
         """Go through the frames that are complete."""
-        self._rows += self._stream.complete()
+        self._rows += self._stream.take_complete_rows()
         rows = np.concatenate(
-            [self._left] + [np.column_stack([one.together(_READ), one.times]) for one in self._rows]
+            [self._left] + [np.column_stack([one.columns(_READ), one.times]) for one in self._rows]
         )
         self._rows.clear()
         whole = len(rows) // self._count * self._count

@@ -42,13 +42,13 @@ class _Threshold:
         self.since = None
         self.pending_peak = -math.inf
 
-    def sleep(self) -> None:
+    def reset(self) -> None:
         """Return to the state before the first sample."""
         self.interrupt()
         self.on = False
         self.peak = -math.inf
 
-    def quiet(self, lowest: float, highest: float) -> bool:
+    def is_unchanged_within(self, lowest: float, highest: float) -> bool:
         """Take in samples between two values, none missing, if they change nothing."""
         if self.on:
             if lowest <= self.back:
@@ -142,15 +142,15 @@ class _RuleMonitor:
         """Return whether any threshold is on."""
         return any(latch.on for latch in self._latches.values())
 
-    def quiet_between(self) -> tuple[float, float] | None:
+    def quiet_range(self) -> tuple[float, float] | None:
         """Return between which values samples change nothing at all; None if any may."""
         if any(latch.on or latch.since is not None for latch in self._latches.values()):
             return None
         low, high = -math.inf, math.inf
         if self._armed:
             high = min(latch.threshold for latch in self._latches.values())
-            if self.rule.asleep_at is not None:
-                high = min(high, self._sign * self.rule.asleep_at)
+            if self.rule.disarmed_at is not None:
+                high = min(high, self._sign * self.rule.disarmed_at)
         elif self.rule.armed_at is not None:
             low = self._sign * self.rule.armed_at
         return (low, high) if self._sign > 0 else (-high, -low)
@@ -201,7 +201,7 @@ class _RuleMonitor:
         lowest, highest = float(np.min(signed)), float(np.max(signed))
         changes: list[tuple[int, Severity, bool, float]] = []
         for severity, latch in self._latches.items():
-            if math.isnan(lowest) or not latch.quiet(lowest, highest):
+            if math.isnan(lowest) or not latch.is_unchanged_within(lowest, highest):
                 found = latch.watch(first, signed, self._needed)
                 changes += [(index, severity, on, peak) for index, on, peak in found]
         steps = []
@@ -213,7 +213,7 @@ class _RuleMonitor:
     def _fall_asleep(self, index: int) -> list[_SeverityChange]:
         was, peak = self._severity(), self.peak
         for severity, latch in self._latches.items():
-            latch.sleep()
+            latch.reset()
             self._told[severity] = False
         return [_SeverityChange(index, self.rule.key, Severity.NORMAL, peak)] if was else []
 
@@ -223,7 +223,7 @@ class _RuleMonitor:
     def _wakes(self, signed: FloatArray) -> list[tuple[int, int, bool]]:
         """Return stretches (begin, end, armed): armed by safe values, put to sleep by far ones."""
         safe = self._sign * (self.rule.armed_at or 0.0)
-        far = math.inf if self.rule.asleep_at is None else self._sign * self.rule.asleep_at
+        far = math.inf if self.rule.disarmed_at is None else self._sign * self.rule.disarmed_at
         places = np.flatnonzero((signed < safe) | (signed > far))
         wakes = np.asarray(signed[places] < safe)
         before = np.concatenate((np.array([self._armed]), wakes[:-1]))[: wakes.size]
@@ -286,7 +286,7 @@ class LimitMonitor:
         self._places.clear()
         self._lowest = self._highest = np.empty(0)
 
-    def renew(self, channel_id: str) -> None:
+    def reload_limits(self, channel_id: str) -> None:
         """Go on with other rules for a channel; its samples so far do not count for them."""
         watched = self._channels.get(channel_id)
         if watched is None:
@@ -325,19 +325,19 @@ class LimitMonitor:
             self._set_quiet(watched)
         for step, rule in sorted(steps, key=lambda pair: pair[0][:2]):
             if step.severity is Severity.NORMAL:
-                self._board.reach(step.key, step.value)
+                self._board.update_peak(step.key, step.value)
                 self._board.clear(step.key, step.place / self._rate)
             else:
                 self._board.raise_(
                     step.key,
                     step.severity,
                     step.place / self._rate,
-                    rule.words(step.severity),
+                    rule.describe(step.severity),
                     rule=rule,
                     value=step.value,
                 )
         for watch in touched:
-            self._board.reach(watch.rule.key, watch.peak)
+            self._board.update_peak(watch.rule.key, watch.peak)
 
     def _near_ground(self, first: int, block: Block) -> npt.NDArray[np.bool_] | None:
         """Return which samples are near the ground; None where that cannot be told."""
@@ -347,11 +347,11 @@ class LimitMonitor:
             rule = next(
                 (rule for rule in self._limits.rules(SPEED_CHANNEL) if rule.airborne_only), None
             )
-            if rule is None or rule.armed_at is None or rule.asleep_at is None:
+            if rule is None or rule.armed_at is None or rule.disarmed_at is None:
                 return None
             if not self._together(SPEED_CHANNEL, ALTITUDE_CHANNEL):
                 return None
-            self._ground = GroundProximityMonitor(rule.armed_at, rule.asleep_at, self._rate)
+            self._ground = GroundProximityMonitor(rule.armed_at, rule.disarmed_at, self._rate)
         return self._ground.feed(first, block)
 
     def _places_of(self, channels: tuple[str, ...]) -> npt.NDArray[np.int64]:
@@ -371,7 +371,7 @@ class LimitMonitor:
     def _set_quiet(self, watched: _ChannelMonitors) -> None:
         low, high = -math.inf, math.inf
         for watch in watched.watches:
-            quiet = watch.quiet_between()
+            quiet = watch.quiet_range()
             # While something is under way even a missing sample matters, and so does any value.
             low, high = (
                 (math.nan, math.nan) if quiet is None else (max(low, quiet[0]), min(high, quiet[1]))

@@ -53,11 +53,11 @@ class LimitRule:
         How far a value must come back before the alarm ends, SI.
     duration : float
         How long a value must stay beyond, or back, s.
-    caution_words, warning_words : str
+    caution_text, warning_text : str
         What it means, in words.
     armed_at : float or None
         The rule sleeps until a value was on the safe side of this, SI ...
-    asleep_at : float or None
+    disarmed_at : float or None
         ... and again once a value is beyond this: an aircraft on the ground is below its stall
         speed.
     airborne_only : bool
@@ -71,10 +71,10 @@ class LimitRule:
     warning: float | None = None
     hysteresis: float = 0.0
     duration: float = _SHORTEST
-    caution_words: str = ""
-    warning_words: str = ""
+    caution_text: str = ""
+    warning_text: str = ""
     armed_at: float | None = None
-    asleep_at: float | None = None
+    disarmed_at: float | None = None
     airborne_only: bool = False
 
     @property
@@ -82,11 +82,11 @@ class LimitRule:
         """Return what names the rule among all."""
         return f"{self.channel}:{self.side}"
 
-    def words(self, severity: Severity) -> str:
+    def describe(self, severity: Severity) -> str:
         """Return what it means to be that far beyond."""
-        return self.warning_words if severity is Severity.WARNING else self.caution_words
+        return self.warning_text if severity is Severity.WARNING else self.caution_text
 
-    def farther(self, one: float, other: float | None) -> float:
+    def worse_value(self, one: float, other: float | None) -> float:
         """Return the value that lies farther beyond the limit."""
         if other is None:
             return one
@@ -177,8 +177,8 @@ class LimitEntry(StrictModel):
                     if hysteresis is None
                     else abs(hysteresis),
                     duration=parse_quantity(self.duration, "time"),
-                    caution_words=self.words,
-                    warning_words=self.words,
+                    caution_text=self.words,
+                    warning_text=self.words,
                 )
             )
         return tuple(found)
@@ -231,10 +231,10 @@ def _rule(
         warning=warning,
         hysteresis=_default_hysteresis(channel_id, reference or 0.0),
         duration=duration,
-        caution_words=words[0],
-        warning_words=words[1],
+        caution_text=words[0],
+        warning_text=words[1],
         armed_at=armed_at,
-        asleep_at=asleep_at,
+        disarmed_at=asleep_at,
         airborne_only=airborne_only,
     )
 
@@ -316,12 +316,12 @@ def _user_rule(
 ) -> LimitRule:
     if former is None:
         return _rule(channel_id, side, caution, warning, ("", ""))
-    armed, asleep = former.armed_at, former.asleep_at
+    armed, asleep = former.armed_at, former.disarmed_at
     ends = [value for value in (caution, warning) if value is not None]
     # A rule that sleeps wakes on the safe side of its limits, and sleeps beyond them.
     if ends and armed is not None and asleep is not None and side == "low":
         armed, asleep = max(armed, 1.1 * max(ends)), min(asleep, 0.9 * min(ends))
-    return replace(former, caution=caution, warning=warning, armed_at=armed, asleep_at=asleep)
+    return replace(former, caution=caution, warning=warning, armed_at=armed, disarmed_at=asleep)
 
 
 class LimitSet:
@@ -356,7 +356,7 @@ class LimitSet:
         given = self._typed.get(channel_id, self._given)
         return tuple(given.get(rule.key, rule) for rule in instrument_rules(channel_id))
 
-    def set_typed(self, channel_id: str, bands: LimitBands | None) -> None:
+    def set_user_limits(self, channel_id: str, bands: LimitBands | None) -> None:
         """Let limits typed by the crew take the place of all others of a channel; None ends that.
 
         A side keeps the words, the patience and the sleep of the rule that it had before.
@@ -381,7 +381,7 @@ class LimitSet:
         ]
         self._typed[channel_id] = _with_limits(rules)
 
-    def typed(self, channel_id: str) -> bool:
+    def has_user_limits(self, channel_id: str) -> bool:
         """Return whether typed limits count for a channel."""
         return channel_id in self._typed
 
@@ -396,7 +396,7 @@ class LimitSet:
             warning_high=high.warning if high else None,
         )
 
-    def clips(self, channel_id: str, value: float) -> bool:
+    def is_clipped(self, channel_id: str, value: float) -> bool:
         """Return whether a value (SI) stands at the end of its instrument's range."""
         ends = self._ranges.get(base_id(channel_id))
         if ends is None:

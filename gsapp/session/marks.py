@@ -77,7 +77,7 @@ class MarkStore:
 
     Attributes
     ----------
-    others : list of Event
+    other_events : list of Event
         Events of other kinds, in the order in which they were written.
     """
 
@@ -91,7 +91,7 @@ class MarkStore:
         self._clock_us = clock_us
         self._clock_at = clock_at
         self._waiting: list[Event] = []
-        self.others: list[Event] = []
+        self.other_events: list[Event] = []
         self._all: list[Event] = []
         self._events: list[tuple[str, Event]] = []
         self._own: list[str] = []
@@ -133,7 +133,7 @@ class MarkStore:
                 fresh = True
             else:
                 others.append(event)
-        self.others += others
+        self.other_events += others
         if fresh:
             self._fold()
         return others

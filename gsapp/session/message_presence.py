@@ -100,7 +100,7 @@ class MessagePresenceMonitor:
         if ticks.size:
             self._coming.setdefault(name, []).append(ticks)
 
-    def settle(self) -> None:
+    def process_step(self) -> None:
         """Judge the ticks whose time has come; once after all blocks of a step."""
         if self._front is None or self._judged is None:
             return

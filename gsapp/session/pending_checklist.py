@@ -50,15 +50,15 @@ class PendingChecklist:
         self._card = card
         self._aircraft = aircraft
 
-    def look(self) -> tuple[EvaluatedItem, ...]:
+    def update(self) -> tuple[EvaluatedItem, ...]:
         """Return how the items stand, red first."""
         self._follow()
         card = self._card()
         doubts = () if card is None else check_flight_info(card, self._aircraft, system=self.system)
         facts = ChecklistContext(
-            card=card, doubts=tuple(doubt.words for doubt in doubts), system=self.system
+            card=card, card_issues=tuple(doubt.text for doubt in doubts), system=self.system
         )
-        return self.checklist.judge(facts)
+        return self.checklist.evaluate(facts)
 
     def tick(self, item_id: str, who: str = "") -> None:
         """Say by hand that an item is done.

@@ -169,7 +169,7 @@ def _create_buffered_reader(
 ) -> RecordReader:
     return RecordReader(
         buffer.poll, lambda: buffer.progress, setting, path, grows=grows,
-        waits=lambda: buffer.waits,
+        waits=lambda: buffer.is_waiting,
     )  # fmt: skip
 
 

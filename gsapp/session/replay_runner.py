@@ -19,7 +19,7 @@ def run_replay(session: Session, tell: Callable[[float], None] = lambda _: None)
     tell : callable
         Called with the share done, 0 to 1.
     """
-    feed = session.replaying
+    feed = session.replay_feed
     if feed is None:
         raise ValueError("only a replay has an end to run to")
     while True:

@@ -162,7 +162,7 @@ class _Track:
         self.next: int | None = None
         self.last: tuple[int, float] | None = None
 
-    def go_on(self, first: int, last: int, values: FloatArray, newest: float) -> None:
+    def append(self, first: int, last: int, values: FloatArray, newest: float) -> None:
         """Take in the next samples, inside one segment, of which the last is a number.
 
         Nearly all samples come this way, a few at a time, for dozens of channels.
@@ -171,11 +171,11 @@ class _Track:
         if self.dirty_last == first and last - self.dirty_first < _RAW_SEGMENT:
             self.dirty_last = last
         else:
-            self.soil(first, last)
+            self.mark_dirty(first, last)
         self.next = last
         self.last = (last - 1, newest)
 
-    def soil(self, first: int, last: int) -> None:
+    def mark_dirty(self, first: int, last: int) -> None:
         """Note that samples ``first <= k < last`` changed."""
         if self.dirty_first == self.dirty_last:
             self.dirty_first, self.dirty_last = first, last
@@ -276,7 +276,7 @@ class SampleHistory:
         return tuple(self._tracks)
 
     @property
-    def filled(self) -> tuple[str, ...]:
+    def channels_with_data(self) -> tuple[str, ...]:
         """Return the channels of which a number has come, not only the place for one.
 
         As `channels`, it tells of all that is held, whatever the horizon.
@@ -328,7 +328,7 @@ class SampleHistory:
         self._horizon = limit
 
     @contextmanager
-    def whole(self) -> Iterator[None]:
+    def without_horizon(self) -> Iterator[None]:
         """Let what lies after the horizon be read, too, within a ``with`` block."""
         held, self._horizon = self._horizon, None
         try:
@@ -391,7 +391,7 @@ class SampleHistory:
             if track is None:
                 track = self._tracks[channel_id] = _Track(self._pool)
             if within and first == track.next and newest[column] == newest[column]:
-                track.go_on(first, last + 1, values[:, column], newest[column])
+                track.append(first, last + 1, values[:, column], newest[column])
             else:
                 self._put(track, first, last + 1, indices, values[:, column])
         self._first = first if self._first is None else min(self._first, first)
@@ -406,7 +406,7 @@ class SampleHistory:
     ) -> None:
         if indices is None:
             track.raw.write(first, values)
-            track.soil(first, end)
+            track.mark_dirty(first, end)
         else:
             track.raw.scatter(indices, values)
             self._soil_scattered(track, indices)
@@ -422,7 +422,7 @@ class SampleHistory:
         ordered = np.unique(indices)
         cuts = np.flatnonzero(np.diff(ordered) > _RAW_SEGMENT) + 1
         for stretch in np.split(ordered, cuts):
-            track.soil(int(stretch[0]), int(stretch[-1]) + 1)
+            track.mark_dirty(int(stretch[0]), int(stretch[-1]) + 1)
 
     def _note_last(
         self, track: _Track, first: int, indices: IndexArray | None, values: FloatArray
@@ -670,9 +670,9 @@ class SampleHistory:
 
     # The end
 
-    def relax(self) -> None:
+    def release_memory(self) -> None:
         """Let go of memory that only looking back over the whole flight has filled."""
-        self._pool.relax()
+        self._pool.release_memory()
 
     def close(self) -> None:
         """Give the temporary file back. The history is empty afterwards."""

@@ -107,15 +107,15 @@ class Session:
         Whether it is happening.
     history : SampleHistory
         All samples so far; in a replay up to the playhead.
-    board : AlarmRegistry
+    alarm_registry : AlarmRegistry
         The alarms.
     limits : LimitSet
         The limits in force.
-    book : MarkStore
+    mark_store : MarkStore
         Marks and notes.
     aircraft : Aircraft or None
         From the flight folder, or as given.
-    cue_watch : CueMonitor or None
+    cue_monitor : CueMonitor or None
         Judges trim, inputs and dangers; None where the options switch it off.
     estimates : EstimateMonitor or None
         Derivatives as they form; None without workers or an aircraft.
@@ -125,7 +125,7 @@ class Session:
         Channels whose last check failed, with the stamp of their certificate: for whoever keeps the
         certificates of the aircraft to set.
     feed : LiveFeed or ReplayFeed
-        What drives it. A window plays, pauses and jumps through `replaying`.
+        What drives it. A window plays, pauses and jumps through `replay_feed`.
     """
 
     def __init__(
@@ -146,20 +146,20 @@ class Session:
         self.failed_checks: Mapping[str, datetime] = {}
         self.aircraft: Aircraft | None = setting.aircraft
         self.limits = LimitSet(setting.aircraft, setting.limits)
-        self.board = AlarmRegistry()
+        self.alarm_registry = AlarmRegistry()
         self.history = SampleHistory((), opened.rate)
         self._worker = worker = opened.worker
         events = events_path(path)
-        self.book = MarkStore(
+        self.mark_store = MarkStore(
             EventLog(events) if worker is None else BackgroundEventLog(events, worker),
             wall_us,
             self._clock_at,
         )
-        self._account = FlightMetadata(opened, self.name, self.history, self.book)
+        self._account = FlightMetadata(opened, self.name, self.history, self.mark_store)
         self._reader = opened.reader
         self._setting = setting
         self._system_chosen = setting.system
-        self._flight = opened.whole
+        self._flight = opened.loaded_flight
         self._read_info = self._watched_or_read(self._info_on_disk, _INFO_EVERY)
         info = self._info() if mode == "replay" else None
         self._date = None if info is None else info.date
@@ -168,12 +168,12 @@ class Session:
         self._messages: dict[str, str | None] = {}
         self._next_events = self._next_relax = -math.inf
         ahead = AlarmRegistry() if mode == "replay" else None
-        self._alarm_log = AlarmLog(self.board, self.book, wall_us, self._take_in, ahead)
-        self._watch = self._make_watch(self.board)
+        self._alarm_log = AlarmLog(self.alarm_registry, self.mark_store, wall_us, self._take_in, ahead)
+        self._watch = self._make_watch(self.alarm_registry)
         self._watch_ahead = None if ahead is None else self._make_watch(ahead)
-        self.cue_watch: CueMonitor | None = None
+        self.cue_monitor: CueMonitor | None = None
         if options.get("cues", True):
-            self.cue_watch = self._make_cues(options.get("system", "US"))
+            self.cue_monitor = self._make_cues(options.get("system", "US"))
         self.estimates: EstimateMonitor | None = None
         workers = options.get("workers")
         if workers is not None and self.aircraft is not None:
@@ -181,7 +181,7 @@ class Session:
         self.landing = LandingMonitor(self.aircraft, self.history.rate, self._reported_on_ground)
         everyone = self._everyone(options.get("consumers", ()))
         # Who looks for what the crew is told at once.
-        self._urgent = everyone[: 1 if self.cue_watch is None else 2]
+        self._urgent = everyone[: 1 if self.cue_monitor is None else 2]
         # What fails at present, in words, and when it is tried again.
         self._failures: dict[str, str] = {}
         self._again: dict[str, float] = {}
@@ -189,7 +189,7 @@ class Session:
         self.feed: LiveFeed | ReplayFeed
         if mode == "live":
             facts = self._watched_or_read(RecorderProbe(path).read, _RECORDER_EVERY)
-            self.equipment = EquipmentMonitor(path, self.board, clock, wall_us, facts)
+            self.equipment = EquipmentMonitor(path, self.alarm_registry, clock, wall_us, facts)
             self.feed = LiveFeed(opened.reader, self.history, everyone, clock)
         else:
             self.feed = ReplayFeed(
@@ -296,10 +296,10 @@ class Session:
     def _look_around(self, now: float) -> None:
         """See what there is beside the samples: estimates, and what all windows wrote."""
         if self.estimates is not None:
-            self.estimates.look(self.now)
+            self.estimates.update(self.now)
         if now >= self._next_relax:
             self._next_relax = now + _RELAX_EVERY
-            self.history.relax()
+            self.history.release_memory()
         if now >= self._next_events:
             self._next_events = now + _EVENTS_EVERY
             self._alarm_log.read()
@@ -310,22 +310,22 @@ class Session:
         unread = "record" in self._failures
         stuck = self.disk_stuck
         equipment.landed = self.landing.landed_at is not None
-        if equipment.look(
-            health, self.now, caught_up=self.feed.present, unread=unread, stuck=stuck
+        if equipment.update(
+            health, self.now, caught_up=self.feed.is_up_to_date, unread=unread, stuck=stuck
         ):
             self._alarm_log.write_equipment(self.now)
-            if self.cue_watch is not None:
-                self.cue_watch.look_at_equipment()
+            if self.cue_monitor is not None:
+                self.cue_monitor.check_equipment()
             if equipment.ended and self.feed.caught_up:
-                self.board.end(self.now)
+                self.alarm_registry.end_all(self.now)
 
     @property
     def disk_stuck(self) -> bool:
         """Return whether the disk of the flight has not responded for a while."""
-        return self._worker is not None and self._worker.waiting > _STUCK_SECONDS
+        return self._worker is not None and self._worker.seconds_waiting > _STUCK_SECONDS
 
     @property
-    def has_news(self) -> bool:
+    def has_new_data(self) -> bool:
         """Return whether `update` would find anything to take in.
 
         Live this looks at the sizes of the files alone, and may be asked every few milliseconds.
@@ -343,8 +343,8 @@ class Session:
         """
         if isinstance(self.feed, LiveFeed):
             self.feed.finish()
-        if self.cue_watch is not None:
-            self.cue_watch.finish()
+        if self.cue_monitor is not None:
+            self.cue_monitor.finish()
         if self.estimates is not None:
             self.estimates.finish(wait=wait)
 
@@ -364,7 +364,7 @@ class Session:
         return self.feed.now
 
     @property
-    def replaying(self) -> ReplayFeed | None:
+    def replay_feed(self) -> ReplayFeed | None:
         """Return the playhead's controls; None while live."""
         return self.feed if isinstance(self.feed, ReplayFeed) else None
 
@@ -403,13 +403,13 @@ class Session:
         """Return the certificates with what decides whether they count for this flight."""
         return CalibrationInForce(
             certificates=self.certificates,
-            on=self._date if self.mode == "replay" else datetime.now().astimezone(),
-            lacking=self.uncalibrated,
-            failed=self.failed_checks,
+            flight_date=self._date if self.mode == "replay" else datetime.now().astimezone(),
+            missing=self.uncalibrated,
+            failed_checks=self.failed_checks,
         )
 
     @property
-    def beyond_calibration(self) -> tuple[str, ...]:
+    def out_of_calibrated_range(self) -> tuple[str, ...]:
         """Return the instruments that now read beyond what they were calibrated for."""
         return instruments_out_of_range(self.calibration, self.sources, self._reads)
 
@@ -421,31 +421,31 @@ class Session:
     @property
     def cues(self) -> CueSnapshot | None:
         """Return what the crew is to be told now; None where cues are switched off."""
-        watch = self.cue_watch
-        return None if watch is None else watch.snapshot(self.uncalibrated, self.beyond_calibration)
+        watch = self.cue_monitor
+        return None if watch is None else watch.snapshot(self.uncalibrated, self.out_of_calibrated_range)
 
     @property
-    def watched(self) -> float:
+    def monitored_fraction(self) -> float:
         """Return how much of the flight so far was looked through for alarms and cues, 0 to 1.
 
         Below 1 the alarms and the cues are those of an earlier time: after a jump in a replay, and
         in a window that was opened late.
         """
-        return min(self.feed.watched(one) for one in self._urgent)
+        return min(self.feed.monitored_fraction(one) for one in self._urgent)
 
     @property
-    def spoken(self) -> Sequence[Announcement]:
+    def spoken_cues(self) -> Sequence[Announcement]:
         """Return all that is to be heard so far; it shrinks only when a replay goes back."""
-        return () if self.cue_watch is None else self.cue_watch.spoken
+        return () if self.cue_monitor is None else self.cue_monitor.spoken
 
     @property
     def cards(self) -> CardSet | None:
         """Return the test cards."""
-        return None if self.cue_watch is None else self.cue_watch.cueing.cards
+        return None if self.cue_monitor is None else self.cue_monitor.cueing.cards
 
     def debrief(self) -> Debrief | None:
         """Return every input judged so far, and the score by card; None without cues."""
-        watch = self.cue_watch
+        watch = self.cue_monitor
         if watch is None:
             return None
         from gsapp.excitation.debrief import create_debrief
@@ -455,7 +455,7 @@ class Session:
     @property
     def marks(self) -> tuple[FlightMark, ...]:
         """Return marks and notes, by flight time."""
-        return self.book.marks
+        return self.mark_store.marks
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -475,25 +475,25 @@ class Session:
         """Return what the bar shows."""
         decoder = self.decoder
         equipment = self.equipment
-        standing = self.board.standing
+        standing = self.alarm_registry.current_alarms
         return SessionSnapshot(
             name=self.name,
             path=self.path,
             mode=self.mode,
             now=self.now,
-            present=self.feed.present,
-            watched=self.watched,
+            is_up_to_date=self.feed.is_up_to_date,
+            monitored_fraction=self.monitored_fraction,
             progress=self.feed.progress,
             link=self._replayed_link() if equipment is None else equipment.link,
-            recorder=RecorderSummary(words="none") if equipment is None else equipment.recorder,
+            recorder=RecorderSummary(state="none") if equipment is None else equipment.recorder,
             disk=DiskSummary() if equipment is None else equipment.disk,
             aircraft="" if self.aircraft is None else self.aircraft.name,
             channel_map="" if decoder is None else decoder.channel_map.name,
             calibration=tuple(sorted(self.certificates)),
             uncalibrated=self.uncalibrated,
-            calibration_status=self.calibration_in_force.judge(),
+            calibration_status=self.calibration_in_force.evaluate(),
             alarms=standing,
-            waiting=sum(not alarm.acknowledged for alarm in standing),
+            unacknowledged_count=sum(not alarm.acknowledged for alarm in standing),
             playhead=self._playhead(),
             problem=self._problem(),
         )
@@ -509,21 +509,21 @@ class Session:
         if names is None:
             names = list(dict.fromkeys((*self.sources, *self.history.channels)))
         now = self._present()
-        patience = self.patience(names)
+        patience = self.stale_timeouts(names)
         return {
             name: build_channel_state(
                 name,
                 history=self.history,
                 sources=self.sources,
                 limits=self.limits,
-                board=self.board,
+                board=self.alarm_registry,
                 now=now,
                 patience=patience[name],
             )
             for name in names
         }
 
-    def patience(self, channel_ids: Sequence[str]) -> dict[str, float]:
+    def stale_timeouts(self, channel_ids: Sequence[str]) -> dict[str, float]:
         """Return after how many seconds without a sample each channel is stale."""
         decoder = self.decoder
         late = stale_timeout_by_message(None if decoder is None else decoder.health.report())
@@ -544,7 +544,7 @@ class Session:
         return self._account.flight(self._heard_until)
 
     @property
-    def system_chosen(self) -> int | None:
+    def selected_system(self) -> int | None:
         """Return the flown system that the crew has chosen since this session began.
 
         None where it has not, or chose the one that is decoded: else the flight is to be opened
@@ -564,7 +564,7 @@ class Session:
 
     # What the user does
 
-    def choose_system(self, system: int) -> None:
+    def select_system(self, system: int) -> None:
         """Make a system the flown one, of the whole flight, for all windows and replays.
 
         Raises
@@ -576,7 +576,7 @@ class Session:
         if decoder is not None and decoder.system not in (None, system):
             stamp = decoder.health.last_stamp or 0
             time = decoder.flight_time_at(stamp)
-        self.book.write(vehicle_event(system, time=time, stamp_us=stamp))
+        self.mark_store.write(vehicle_event(system, time=time, stamp_us=stamp))
         self._alarm_log.read()
 
     def mark(
@@ -594,17 +594,17 @@ class Session:
         FlightError
             If it cannot be written.
         """
-        return self.book.add(self.now if at is None else at, text, end=end, kind=kind)
+        return self.mark_store.add(self.now if at is None else at, text, end=end, kind=kind)
 
-    def type_limits(self, channel_id: str, bands: LimitBands | None) -> None:
+    def set_user_limits(self, channel_id: str, bands: LimitBands | None) -> None:
         """Let other limits count for a channel from now on; None for those of the flight."""
-        self.limits.set_typed(channel_id, bands)
-        self._watch.renew(channel_id)
+        self.limits.set_user_limits(channel_id, bands)
+        self._watch.reload_limits(channel_id)
         if self._watch_ahead is not None and isinstance(self.feed, ReplayFeed):
-            self._watch_ahead.renew(channel_id)
-            self.feed.look_ahead_again()
+            self._watch_ahead.reload_limits(channel_id)
+            self.feed.restart_read_ahead()
 
-    def choose_card(self, card_id: str) -> None:
+    def select_card(self, card_id: str) -> None:
         """Let a test card be the next until it is flown; an empty id lets the program pick.
 
         A live flight keeps the choice among its events, so that a replay tells the same.
@@ -616,15 +616,15 @@ class Session:
         FlightError
             If it cannot be written.
         """
-        if self.cue_watch is not None:
-            self.cue_watch.choose(card_id)
+        if self.cue_monitor is not None:
+            self.cue_monitor.select_card(card_id)
 
-    def use_units(self, system: str) -> None:
+    def set_units(self, system: str) -> None:
         """Give cues in these units, ``US`` or ``SI``, from now on."""
-        if self.cue_watch is not None:
-            self.cue_watch.cueing.use_units(system)
+        if self.cue_monitor is not None:
+            self.cue_monitor.cueing.use_units(system)
 
-    def use_cards(self, cards: CardSet) -> None:
+    def set_cards(self, cards: CardSet) -> None:
         """Take other test cards; a live flight without any keeps them in its folder.
 
         Raises
@@ -632,19 +632,19 @@ class Session:
         FlightError
             If they cannot be written; they count in this window.
         """
-        if self.cue_watch is None:
+        if self.cue_monitor is None:
             return
-        self.cue_watch.cueing.use_cards(cards)
+        self.cue_monitor.cueing.use_cards(cards)
         folder = FlightFolder(path=self.path)
 
         def keep() -> None:
             if not folder.cards_file.exists():
-                folder.keep_cards(cards)
+                folder.store_cards(cards)
 
         if self.mode == "live" and self._worker is None:
             keep()
         elif self.mode == "live" and self._worker is not None:
-            self._worker.do(keep)
+            self._worker.run_job(keep)
 
     def acknowledge(self, key: str | None = None, by: str = "crew") -> bool:
         """Take note of an alarm, by default of the newest that waits; return whether there was one.
@@ -658,7 +658,7 @@ class Session:
         by : str
             Who has seen it, and how, for the log.
         """
-        alarm = self.board.get(key) if key is not None else next(iter(self.board.waiting), None)
+        alarm = self.alarm_registry.get(key) if key is not None else next(iter(self.alarm_registry.unacknowledged), None)
         if alarm is None or alarm.acknowledged:
             return False
         self._alarm_log.acknowledge(alarm, self.now, by)
@@ -666,7 +666,7 @@ class Session:
 
     def acknowledge_all(self, by: str = "crew") -> int:
         """Take note of all alarms that wait; return how many there were."""
-        return sum(self.acknowledge(alarm.key, by) for alarm in self.board.waiting)
+        return sum(self.acknowledge(alarm.key, by) for alarm in self.alarm_registry.unacknowledged)
 
     # Inside
 
@@ -689,14 +689,14 @@ class Session:
         )
         live = self.mode == "live"
         return CueMonitor(
-            cueing, self.board, self.book, lambda: self._alarm_log.read(refreshed=True), live=live
+            cueing, self.alarm_registry, self.mark_store, lambda: self._alarm_log.read(refreshed=True), live=live
         )
 
     def _everyone(self, further: Sequence[Consumer]) -> Sequence[Consumer]:
         """Return who watches the samples; in a live flight none of them may hold up the others."""
         found = [self._on_guard(self._watch, _LIMITS, Severity.WARNING)]
-        if self.cue_watch is not None:
-            found.append(self.cue_watch)  # on its own guard, in a replay too
+        if self.cue_monitor is not None:
+            found.append(self.cue_monitor)  # on its own guard, in a replay too
         if self.estimates is not None:
             found.append(self._on_guard(self.estimates, _ESTIMATES))
         if self.mode == "live":
@@ -710,7 +710,7 @@ class Session:
             return consumer
         key = f"failed:{type(consumer).__name__}"
         return GuardedConsumer(
-            consumer, FailureGuard(key, what, severity, self.board, lambda: self.now)
+            consumer, FailureGuard(key, what, severity, self.alarm_registry, lambda: self.now)
         )
 
     def _make_estimates(self, aircraft: Aircraft, workers: FitWorker) -> EstimateMonitor:
@@ -740,10 +740,10 @@ class Session:
 
     def _watched_or_read(self, read: Callable[[], T], every: float) -> Callable[[], T]:
         """Return what gives the newest of something on the disk, without waiting for it."""
-        return read if self._worker is None else self._worker.watch(read, every)
+        return read if self._worker is None else self._worker.poll_periodically(read, every)
 
     def _verdicts(self) -> Sequence[InputVerdict]:
-        return () if self.cue_watch is None else self.cue_watch.cueing.verdicts
+        return () if self.cue_monitor is None else self.cue_monitor.cueing.verdicts
 
     def _take_in(self, event: Event) -> None:
         """Take in an event of the flight that is no acknowledgment."""
@@ -752,13 +752,13 @@ class Session:
             self._system_chosen = chosen
             if self.decoder is not None and self.decoder.system == chosen:
                 self.decoder.health.chosen = True  # which of several was in question
-        if self.cue_watch is not None:
-            self.cue_watch.take_in(event)
+        if self.cue_monitor is not None:
+            self.cue_monitor.apply_event(event)
 
     @property
     def _heard_until(self) -> float | None:
         """Return up to which flight time the crew has heard the vehicle; None for all."""
-        return self.now if self.replaying is not None else None
+        return self.now if self.replay_feed is not None else None
 
     def _reported_on_ground(self, time: float) -> bool | None:
         """Return whether the autopilot reports ground at a flight time; None if it does not say."""
@@ -787,7 +787,7 @@ class Session:
         return share_message(one, other, self.sources)
 
     def _playhead(self) -> Playhead | None:
-        feed = self.replaying
+        feed = self.replay_feed
         if feed is None or feed.now is None or feed.start is None or feed.end is None:
             return None
         return Playhead(
@@ -813,7 +813,7 @@ class Session:
     def _replayed_link(self) -> LinkSummary:
         report = self.link_report()
         return (
-            LinkSummary(words="replay")
+            LinkSummary(state="replay")
             if report is None
             else build_link_summary(report, words="replay")
         )

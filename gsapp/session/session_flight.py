@@ -35,9 +35,9 @@ class SessionFlight:
         What it is read and watched with.
     rate : float
         Of the grid, Hz.
-    whole : Flight or None
+    loaded_flight : Flight or None
         A flight that was read whole.
-    damage : callable
+    find_damage : callable
         Returns what was lost of the record.
     has_grown : callable
         Returns whether the record may hold something new.
@@ -49,8 +49,8 @@ class SessionFlight:
     reader: RecordReader | FlightReader
     setting: SessionSetting
     rate: float
-    whole: Flight | None = None
-    damage: Callable[[], Sequence[RawDamage]] = tuple
+    loaded_flight: Flight | None = None
+    find_damage: Callable[[], Sequence[RawDamage]] = tuple
     has_grown: Callable[[], bool] = lambda: True
     worker: FileWorker | None = None
 
@@ -65,7 +65,7 @@ def open_recorded_flight(path: Path, options: SessionOptions) -> SessionFlight:
     """Open a flight that was recorded; see `gsapp.session.Session.replay`."""
     folder = FlightFolder.open(path) if path.is_dir() else None
     setting = find_session_setting(path, options)
-    if folder is not None and folder.records:
+    if folder is not None and folder.nonempty_raw_files:
         return _open_record(path, setting, _worker(options), grows=False)
     if path.is_file() and path.suffix.casefold() == ".tlog":
         worker = _worker(options)
@@ -76,7 +76,7 @@ def open_recorded_flight(path: Path, options: SessionOptions) -> SessionFlight:
             reader=reader,
             setting=setting,
             rate=setting.grid_rate,
-            damage=lambda: (stepped_over,) if stepped_over else (),
+            find_damage=lambda: (stepped_over,) if stepped_over else (),
         )
     return _open_loaded_flight(path, setting, options)
 
@@ -95,7 +95,7 @@ def _open_record(
         reader=reader,
         setting=setting,
         rate=setting.grid_rate,
-        damage=lambda: tail.lost,
+        find_damage=lambda: tail.damage,
         has_grown=has_grown if grows else lambda: True,
     )
 
@@ -116,5 +116,5 @@ def _open_loaded_flight(
         reader=FlightReader(whole),
         setting=setting,
         rate=whole.rate if math.isfinite(whole.rate) else setting.grid_rate,
-        whole=whole,
+        loaded_flight=whole,
     )

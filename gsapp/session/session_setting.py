@@ -124,7 +124,7 @@ def find_session_setting(path: Path, chosen: SettingOverrides | None = None) -> 
         If something of a given name does not exist.
     """
     given = chosen or {}
-    read_with = FlightReadSettings.find(
+    read_with = FlightReadSettings.load(
         path,
         channel_map=given.get("channel_map"),
         certificates=given.get("certificates"),
@@ -139,8 +139,8 @@ def find_session_setting(path: Path, chosen: SettingOverrides | None = None) -> 
     return SessionSetting(
         channel_map=read_with.channel_map,
         certificates=read_with.certificates,
-        given=read_with.given,
-        own=read_with.own,
+        override_source=read_with.override_source,
+        recorded=read_with.recorded,
         aircraft=read_with.aircraft,
         rate=read_with.rate,
         system=read_with.system,

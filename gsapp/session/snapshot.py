@@ -54,9 +54,9 @@ class SessionSnapshot:
         Whether it is happening.
     now : float or None
         Flight time, s; None before the first sample.
-    present : bool
+    is_up_to_date : bool
         Whether all that was recorded, or played, is in the history.
-    watched : float
+    monitored_fraction : float
         How much of it was looked through for alarms and cues, 0 to 1.
     progress : float
         Share of the record that was read, 0 to 1.
@@ -72,7 +72,7 @@ class SessionSnapshot:
         Whether they count.
     alarms : tuple of Alarm
         Those that stand, newest first.
-    waiting : int
+    unacknowledged_count : int
         How many of them nobody has acknowledged.
     playhead : Playhead or None
         None while live, and before the first sample of a replay was read.
@@ -84,8 +84,8 @@ class SessionSnapshot:
     path: Path
     mode: SessionMode
     now: float | None
-    present: bool
-    watched: float
+    is_up_to_date: bool
+    monitored_fraction: float
     progress: float
     link: LinkSummary
     recorder: RecorderSummary
@@ -96,6 +96,6 @@ class SessionSnapshot:
     uncalibrated: tuple[str, ...]
     calibration_status: CalibrationStatus
     alarms: tuple[Alarm, ...]
-    waiting: int
+    unacknowledged_count: int
     playhead: Playhead | None
     problem: str

@@ -70,7 +70,7 @@ class SpillPool:
         self.values[base : self._used] = np.nan
         return base
 
-    def relax(self) -> None:
+    def release_memory(self) -> None:
         """Let go of the memory that holds pages of the file; they come back when looked at."""
         # Elsewhere than on Linux the advice may mean that the content is no longer wanted.
         if self._map is not None and self.on_disk and sys.platform == "linux":

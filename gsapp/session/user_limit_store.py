@@ -29,20 +29,20 @@ class UserLimitStore:
 
     Attributes
     ----------
-    complaint : str
+    error_text : str
         Why the file could not be used; empty if it could. It is then kept under another name.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self.complaint = ""
+        self.error_text = ""
         self._entries: dict[str, LimitEntry] = {}
         self._stamp = file_stamp(self._path)
         # Unlike that of a path, it answers in a folder that nobody may look into, too.
         if os.access(path, os.F_OK):
             self._read()
 
-    def look(self) -> bool:
+    def refresh(self) -> bool:
         """Take in what another window has typed since; return whether there is anything.
 
         A file that cannot be read changes nothing: what was known still counts.
@@ -71,7 +71,7 @@ class UserLimitStore:
             with contextlib.suppress(OSError):
                 self._path.replace(kept)
             log.warning("typed limits not used: %s", error)
-            self.complaint = (
+            self.error_text = (
                 f"The limits typed before could not be read ({error.problems[0]}): those of the "
                 f"aircraft count, the old file is kept as {kept.name}."
             )
@@ -98,7 +98,7 @@ class UserLimitStore:
         FlightError
             If the file cannot be written; the limits are as before then.
         """
-        self.look()
+        self.refresh()
         entries = dict(self._entries)
         entries.pop(channel_id, None)
         if bands is not None:

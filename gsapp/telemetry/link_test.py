@@ -31,7 +31,7 @@ class LinkTest:
 
     Attributes
     ----------
-    refusal : str
+    open_error : str
         Why the link cannot be opened at all, in a sentence; empty where it can.
 
     Raises
@@ -51,7 +51,7 @@ class LinkTest:
         self._started_us = self._clock.now_us()
         self._lock = threading.Lock()
         self._ended = threading.Event()
-        self.refusal = ""
+        self.open_error = ""
         self._thread = threading.Thread(target=self._listen, name="testing a link", daemon=True)
         self._thread.start()
 
@@ -72,8 +72,8 @@ class LinkTest:
 
     def diagnosis(self) -> LinkDiagnosis | None:
         """Return why no aircraft is heard; None where one is, or lines of text."""
-        if self.refusal:
-            return LinkDiagnosis(problem="closed", found=self.refusal)
+        if self.open_error:
+            return LinkDiagnosis(problem="closed", found=self.open_error)
         report = self.report()
         if report.vehicles:
             return None
@@ -99,7 +99,7 @@ class LinkTest:
         except LinkUnavailableError:
             pass
         except LinkError as error:
-            self.refusal = str(error)
+            self.open_error = str(error)
             return
         heartbeat = GroundHeartbeat() if self._address.kind == "udpout" else None
         next_heartbeat = 0.0

@@ -66,7 +66,7 @@ class PeerStream:
         self._fed = 0
         self._starts: deque[tuple[int, int]] = deque()  # in the peer's stream, in the link's
         self.last_data = 0.0
-        self.settled = True
+        self.is_flushed = True
 
     @property
     def pending(self) -> int:
@@ -81,9 +81,9 @@ class PeerStream:
         self._fed += len(data)
         return self._placed(self._framer.feed(data))
 
-    def settle(self) -> list[MavlinkFrame | Residue | TextLine]:
+    def flush_complete(self) -> list[MavlinkFrame | Residue | TextLine]:
         """Bring out what is whole in a pause."""
-        return self._placed(self._framer.settle())
+        return self._placed(self._framer.flush_complete())
 
     def flush(self) -> list[MavlinkFrame | Residue | TextLine]:
         """Bring out all at the end."""
@@ -195,14 +195,14 @@ class Recorder:
         next_look = 0.0
         while not stop.is_set():
             with contextlib.suppress(queue.Empty):
-                unsettled = any(not stream.settled for stream in self._streams.values())
-                self.take(self._arrived.get(timeout=_PAUSE_SECONDS if unsettled else _LOOK_SECONDS))
+                unsettled = any(not stream.is_flushed for stream in self._streams.values())
+                self.write_chunks(self._arrived.get(timeout=_PAUSE_SECONDS if unsettled else _LOOK_SECONDS))
             now = time.monotonic()
-            self.settle(now)
+            self.flush_idle_streams(now)
             self._tend(now)
             if now >= next_look:
                 next_look = now + _LOOK_SECONDS
-                for frame in self._outbox.take():
+                for frame in self._outbox.pop_frames():
                     self._ask_to_send(frame)
                 if self._stop_file.exists() or (not reading.is_alive() and self._arrived.empty()):
                     break
@@ -213,7 +213,7 @@ class Recorder:
         self.source.close()
         with contextlib.suppress(queue.Empty):
             while True:
-                self.take(self._arrived.get_nowait())
+                self.write_chunks(self._arrived.get_nowait())
         self._flush_streams()
         stop.set()
         self._check_folder()
@@ -233,7 +233,7 @@ class Recorder:
         with contextlib.suppress(OSError):
             self._stop_file.unlink()
 
-    def take(self, chunks: Sequence[Chunk]) -> None:
+    def write_chunks(self, chunks: Sequence[Chunk]) -> None:
         """Frame and write what came."""
         for stamp, data, peer in chunks:
             stream = self._streams.get(peer)
@@ -249,17 +249,17 @@ class Recorder:
             self.last_data_us = stamp
             self._sample.feed(data)
             stream.last_data = time.monotonic()
-            stream.settled = False
+            stream.is_flushed = False
             self._write(stamp, items)
 
-    def settle(self, now: float) -> None:
+    def flush_idle_streams(self, now: float) -> None:
         """Bring out what is whole of every peer that pauses."""
         for stream in self._streams.values():
-            if not stream.settled and now - stream.last_data > _PAUSE_SECONDS:
-                stream.settled = True
+            if not stream.is_flushed and now - stream.last_data > _PAUSE_SECONDS:
+                stream.is_flushed = True
                 if stream.pending:
                     # It came with the last data; what waits to be taken may have come since.
-                    self._write(self._last_batch_us + 1, stream.settle())
+                    self._write(self._last_batch_us + 1, stream.flush_complete())
 
     def finish(self) -> None:
         """Write what is pending, flush and close the files."""
@@ -358,7 +358,7 @@ class Recorder:
     def _check_folder(self) -> bool:
         """Go on in another folder if this one is gone; return whether data reach the disk."""
         former = self.writer.folder
-        if self._relocate is None or self.writer.in_place():
+        if self._relocate is None or self.writer.is_folder_writable():
             self._folder_error = ""
             return True
         gone = f"The flight folder {former} was removed, renamed or made read-only."

@@ -46,12 +46,12 @@ class RecorderHandle:
     folder: Path
     pid: int
 
-    def alive(self) -> bool:
+    def is_alive(self) -> bool:
         """Return whether it runs: whether this process holds the lock of the folder."""
         _reap()
         return _recorder_pid(self.folder) == self.pid
 
-    def sees_folder(self) -> bool:
+    def is_folder_reachable(self) -> bool:
         """Return whether the flight folder is where it was: neither its disk nor its name gone."""
         try:
             (self.folder / LOCK_FILE).stat()
@@ -68,7 +68,7 @@ class RecorderHandle:
 
         All that arrived before is written.
         """
-        if not self.alive():
+        if not self.is_alive():
             return True
         moved = find_recorder(self.folder)
         try:
@@ -78,7 +78,7 @@ class RecorderHandle:
             with contextlib.suppress(OSError):
                 os.kill(self.pid, signal.SIGTERM)
         deadline = time.monotonic() + timeout
-        while self.alive():
+        while self.is_alive():
             if time.monotonic() >= deadline:
                 return False
             time.sleep(_LOOK_SECONDS)

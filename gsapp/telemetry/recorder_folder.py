@@ -57,7 +57,7 @@ def record_state(folder: Path) -> RecordState:
 
 def _holds_flight(folder: FlightFolder) -> bool:
     try:
-        return bool(folder.records or folder.onboard_log())
+        return bool(folder.nonempty_raw_files or folder.onboard_log())
     except GroundStationError:
         return True  # a flight card with mistakes, or one whose log is missing
 
@@ -107,7 +107,7 @@ class RecordingClaim:
         with contextlib.suppress(OSError, FlightError):
             self._beside.acquire(patience=0.0)
 
-    def tell(self, status: RecorderStatus) -> None:
+    def write_status(self, status: RecorderStatus) -> None:
         """Write the note. The runtime folder usually lies in memory: a full disk does not matter.
 
         A folder that was given up and now belongs to another recorder is left to that one.
@@ -115,11 +115,11 @@ class RecordingClaim:
         if lock_holder(self.folder / LOCK_FILE) in (None, status.pid):
             write_status(self._note, status)
 
-    def give_up(self) -> None:
+    def release_folder(self) -> None:
         """Release the lock of a folder that is no longer written to; the note leads on."""
         self._lock.release()
 
-    def remove_note(self) -> None:
+    def remove_runtime_status(self) -> None:
         """Take the note away."""
         self._beside.release()
         for path in (self._note, self._beside.path):
@@ -128,7 +128,7 @@ class RecordingClaim:
 
     def release(self) -> None:
         """Release everything."""
-        self.remove_note()
+        self.remove_runtime_status()
         self._lock.release()
 
 

@@ -93,21 +93,21 @@ def record_link(
         source = open_source(address, clock=clock, **options)
 
         def tell(status: RecorderStatus) -> None:
-            if writer.in_place():
+            if writer.is_folder_writable():
                 files.read(writer.folder)
             for claim in claims:
-                claim.tell(status)
+                claim.write_status(status)
             on_status(status)
 
         def relocate() -> bool:
             claim = claim_replacement_folder(claims[0].folder, files)
             try:
-                whole = writer.move(claim.folder)
+                whole = writer.move_to(claim.folder)
             except OSError:
                 claim.release()
                 shutil.rmtree(claim.folder, ignore_errors=True)
                 raise
-            claims[-1].give_up()
+            claims[-1].release_folder()
             claims.append(claim)
             return whole
 
@@ -126,7 +126,7 @@ def record_link(
             raise
         finally:
             for claim in claims:
-                claim.remove_note()
+                claim.remove_runtime_status()
         status = recorder.status("stopped")
         if not write_status(writer.folder / STATUS_FILE, status):
             # The disk is full or gone: that it was stopped is told all the same.

@@ -65,7 +65,7 @@ class SendQueue:
         self._file = FrameFile(self._path)
         self.close()
 
-    def take(self) -> list[bytes]:
+    def pop_frames(self) -> list[bytes]:
         """Return the frames that are to be sent now; never raises."""
         frames: list[bytes] = []
         with contextlib.suppress(OSError, ValueError):

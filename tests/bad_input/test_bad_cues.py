@@ -52,7 +52,7 @@ def said(cues: CueGenerator) -> str:
     """Return all that is said of what can and cannot be judged."""
     snapshot = cues.snapshot()
     doubts = [words for verdict in cues.verdicts for words in verdict.judged_by]
-    return "; ".join((*snapshot.missing, *snapshot.judged, *doubts))
+    return "; ".join((*snapshot.limitations, *snapshot.judged_by, *doubts))
 
 
 def test_no_aircraft_no_model_no_cards() -> None:
@@ -60,7 +60,7 @@ def test_no_aircraft_no_model_no_cards() -> None:
     cues = judged(flown(), aircraft=None, cards=None)
     assert "go" in states(cues)
     assert len(cues.verdicts) == 1
-    missing = cues.snapshot().missing
+    missing = cues.snapshot().limitations
     assert {NO_AIRCRAFT, NO_MODEL, NO_CARDS} <= set(missing)
     assert cues.snapshot().card is None
 
@@ -70,7 +70,7 @@ def test_no_aircraft_but_cards() -> None:
     cues = judged(flown(), aircraft=None)
     picked = cues.snapshot().card
     assert picked is not None
-    assert picked.stick["de"].endswith("deg")
+    assert picked.stick_text["de"].endswith("deg")
     assert cues.verdicts[0].card == "E1"
 
 
@@ -79,8 +79,8 @@ def test_no_model() -> None:
     cues = judged(flown())
     assert cues.verdicts[0].result == "good"
     outlook = cues.snapshot().outlook
-    assert outlook is None or outlook.next is None
-    assert NO_MODEL in cues.snapshot().missing
+    assert outlook is None or outlook.best_forecast is None
+    assert NO_MODEL in cues.snapshot().limitations
 
 
 def test_no_attitude() -> None:
@@ -96,7 +96,7 @@ def test_surfaces_uncalibrated() -> None:
     """Inputs cannot be seen: trim is judged all the same."""
     cues = judged(without(flown(), *SURFACES))
     assert "go" in states(cues)
-    assert cues.snapshot().unseen == ("de", "da", "dr")
+    assert cues.snapshot().unmeasured_surfaces == ("de", "da", "dr")
     assert cues.verdicts == ()
     assert not any(event.kind == "input" for event in cues.log)
 
@@ -104,7 +104,7 @@ def test_surfaces_uncalibrated() -> None:
 def test_surfaces_uncalibrated_is_said(tmp_path: Path) -> None:
     """A session knows which instruments give volts only, and the page can say so."""
     folder = FlightFolder.create(tmp_path / "flight")
-    folder.keep_cards(CARDS)
+    folder.store_cards(CARDS)
     record = Record(folder.path, flown())
     record.write(400)
     record.close()
@@ -119,8 +119,8 @@ def test_surfaces_uncalibrated_is_said(tmp_path: Path) -> None:
     run_replay(session)
     cues = session.cues
     assert cues is not None
-    assert "not calibrated" in cues.missing[0]
-    assert "levator" in cues.missing[0]
+    assert "not calibrated" in cues.limitations[0]
+    assert "levator" in cues.limitations[0]
     session.close()
 
 
@@ -137,7 +137,7 @@ def test_no_rates_at_all_is_blind() -> None:
     """Without gyros nobody can say that the aircraft is steady."""
     cues = judged(without(flown(), "p", "q", "r"))
     assert states(cues) == {"blind"}
-    assert cues.snapshot().missing
+    assert cues.snapshot().limitations
 
 
 @pytest.mark.parametrize("name", ["q", "de"])
@@ -174,7 +174,7 @@ def test_nothing_but_missing_samples() -> None:
     cues = judged(Block(channels=block.channels, times=block.times, values=empty))
     assert states(cues) <= {"blind", "fly"}
     assert cues.verdicts == ()
-    assert cues.snapshot().missing
+    assert cues.snapshot().limitations
 
 
 def test_late_channels() -> None:

@@ -115,7 +115,7 @@ def replayed(flight: Path) -> tuple[str, Summary]:
 def hurt(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Summary]:
     """Return what is said of a flight with damaged files and an on-board log."""
     flight = made_flight(tmp_path_factory.mktemp("hurt") / "flight")
-    FlightFolder.open(flight).keep_onboard_log(flight / "raw.tlog", "onboard.tlog")
+    FlightFolder.open(flight).store_onboard_log(flight / "raw.tlog", "onboard.tlog")
     record = flight / "raw.tlog"
     data = record.read_bytes()
     size = len(data) // FRAMES
@@ -180,7 +180,7 @@ def test_a_record_cut_at_its_end_opens(flight: Path) -> None:
 
 
 def test_a_lost_onboard_log_does_not_close_the_flight(flight: Path) -> None:
-    FlightFolder.open(flight).keep_onboard_log(flight / "raw.tlog", "onboard.tlog")
+    FlightFolder.open(flight).store_onboard_log(flight / "raw.tlog", "onboard.tlog")
     (flight / "onboard.tlog").unlink()
     out = flight.parent / "out.csv"
     done = gsapp("export", flight, "--to", "csv", "--out", out)

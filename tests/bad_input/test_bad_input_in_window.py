@@ -23,7 +23,7 @@ def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
     made = open_window(tmp_path)
     qtbot.addWidget(made)
     yield made
-    made.desk.close()
+    made.flight_controller.close()
 
 
 def told(window: MainWindow, *words: str) -> bool:
@@ -36,25 +36,25 @@ def test_damaged_files_are_told_and_the_next_flight_opens(
     """A flight.toml and a channel map with mistakes; then the window works as ever."""
     facts = prepare_flight_folder(tmp_path / "facts", channel_map="b777").path
     (facts / "flight.toml").write_text('takeoff_weigth = "3 lb"\n')
-    window.desk.starter.open_flight(facts)
+    window.flight_controller.flight_opener.open_flight(facts)
     until(qtbot, lambda: told(window, "flight.toml", "did you mean 'takeoff_weight'?"))
     mapped = prepare_flight_folder(tmp_path / "mapped", channel_map="b777").path
     text = (mapped / "channel_map.toml").read_text()
     (mapped / "channel_map.toml").write_text(text.replace('id = "alpha"', 'id = "alhpa"'))
-    window.desk.starter.open_flight(mapped)
+    window.flight_controller.flight_opener.open_flight(mapped)
     until(qtbot, lambda: told(window, "channel_map.toml", "did you mean 'alpha'"))
-    assert not window.desk.is_open
-    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.desk.is_loaded)
+    assert not window.flight_controller.is_open
+    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded)
 
 
 def test_a_log_of_nothing_is_no_flight(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> None:
     """Neither charts nor the offer of a channel map, which would not help."""
     garbage = tmp_path / "garbage.tlog"
     garbage.write_bytes(random.Random(3).randbytes(5000))
-    window.desk.starter.open_flight(garbage)
+    window.flight_controller.flight_opener.open_flight(garbage)
     until(qtbot, lambda: told(window, "holds no MAVLink message"))
-    assert not window.desk.is_open
+    assert not window.flight_controller.is_open
     assert not told(window, "map")
 
 
@@ -62,25 +62,25 @@ def test_a_recording_in_which_nothing_arrived_opens(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     """It says so, and does not wait for more."""
-    window.desk.starter.open_flight(
+    window.flight_controller.flight_opener.open_flight(
         prepare_flight_folder(tmp_path / "silent", channel_map="b777").path
     )
-    until(qtbot, lambda: window.desk.is_loaded)
+    until(qtbot, lambda: window.flight_controller.is_loaded)
     until(qtbot, lambda: told(window, "othing was recorded in this flight"))
-    picture = window.desk.picture("US")
-    assert picture.empty == "This flight holds no samples"
+    picture = window.flight_controller.create_display_data("US")
+    assert picture.empty_text == "This flight holds no samples"
 
 
 def test_an_aircraft_with_mistakes_is_told_before_anything_is_made(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     (tmp_path / "mine.toml").write_text('name = "mine"\n[geometry]\nspam = "3 ft"\n')
-    window.desk.starter.connect_aircraft(
+    window.flight_controller.flight_opener.connect_aircraft(
         ConnectRequest(
             link="udpin:127.0.0.1:14597", folder=tmp_path / "new", channel_map="b777",
             aircraft=str(tmp_path / "mine.toml"), calibration="b777",
         )
     )  # fmt: skip
     until(qtbot, lambda: told(window, "mine.toml", "geometry.spam", "did you mean 'span'?"))
-    assert not window.desk.is_open
+    assert not window.flight_controller.is_open
     assert not (tmp_path / "new").exists()

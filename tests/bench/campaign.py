@@ -130,9 +130,9 @@ def report(result: CampaignResult, flown: Sequence[FlightWithManeuvers]) -> None
         print("  off: " + ", ".join(f"{name} {miss:.1f}" for name, miss in far.items()))
     left_out = sum(len(one.outliers) for one in summary.derivatives.values())
     print(f"scatter over bounds {summary.bounds_ratio or np.nan:.2f}; {left_out} values left out")
-    for wild in summary.wild:
+    for wild in summary.outlying_maneuvers:
         print(f"  wild: {wild.maneuver}: {', '.join(wild.derivatives)}")
-    graded = sum(len(one.surveyed) for one in flown) - sum(len(one.maneuvers) for one in flown)
+    graded = sum(len(one.detected_maneuvers) for one in flown) - sum(len(one.maneuvers) for one in flown)
     print(f"maneuvers left out as unfit: {graded}")
 
 

@@ -88,7 +88,7 @@ def cost(plan: str, seed: int) -> None:
     begin = time.process_time()
     for start in range(0, len(block), BLOCK):
         rows = slice(start, start + BLOCK)
-        piece = Block.trusted(block.channels, block.times[rows], block.values[rows])
+        piece = Block.unchecked(block.channels, block.times[rows], block.values[rows])
         before = time.process_time()
         cues.feed(piece)
         cues.settle()
@@ -166,7 +166,7 @@ def latency() -> None:
     with tempfile.TemporaryDirectory() as place:
         os.environ["GSAPP_RUNTIME_FOLDER"] = str(Path(place) / "runtime")
         folder = Path(place) / "flight"
-        FlightFolder.create(folder).keep_cards(CARDS)
+        FlightFolder.create(folder).store_cards(CARDS)
         port = find_free_udp_port()
         recorder = start_recorder(f"udpin:127.0.0.1:{port}", folder)
         session = Session.follow(folder, channel_map="b777", aircraft="b777")
@@ -178,7 +178,7 @@ def latency() -> None:
                     now, cues = time.time(), session.cues
                     if cues is not None and cues.time is not None:
                         ticks.setdefault(round(cues.time * RATE), now)
-                        log = session.cue_watch.cueing.log
+                        log = session.cue_monitor.cueing.log
                         events += [
                             (f"{one.kind} {one.state}", round(one.time * RATE), now)
                             for one in log[known:]

@@ -122,7 +122,7 @@ def main(*options: str) -> dict[str, float]:
             seconds += float(flown.times[-1])
             said += [danger.key for danger in watch.log]
             false += [
-                f"flight {seed}, {danger.since:.1f} s: {danger.words}"
+                f"flight {seed}, {danger.since:.1f} s: {danger.text}"
                 for danger in watch.log
                 if not borne_out(danger, flown)
             ]

@@ -45,7 +45,7 @@ def searched(flown: FlownCase) -> tuple[dict[str, float], str]:
     marks: list[tuple[str, float]] = [("making maneuvers ready", time.process_time())]
 
     def told(progress: SearchProgress) -> None:
-        marks.append((progress.doing, time.process_time()))
+        marks.append((progress.activity, time.process_time()))
 
     investigation = Investigation(flown.maneuvers, flown.aircraft, flown.model)
     found = investigation.run(DiscrepancySettings(model=flown.model), progress=told)

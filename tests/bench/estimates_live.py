@@ -84,7 +84,7 @@ def fly(place: Path, seconds: float) -> float:
     from gsapp.telemetry.virtual_aircraft.onboard_log import pack_tlog_record
 
     begin = time.monotonic()
-    downlink = FlightSettings(plan="default", seed=_SEED).downlink(1_760_000_000_000_000)
+    downlink = FlightSettings(plan="default", seed=_SEED).create_downlink(1_760_000_000_000_000)
     packets, start = [], None
     while not downlink.finished:
         for packet in downlink.advance(200):
@@ -97,7 +97,7 @@ def fly(place: Path, seconds: float) -> float:
                 downlink.stop()
     with place.open("wb") as file:
         for packet in packets:
-            file.write(b"".join(pack_tlog_record(packet.stamp_us, frame) for frame in packet.live))
+            file.write(b"".join(pack_tlog_record(packet.stamp_us, frame) for frame in packet.live_frames))
     return time.monotonic() - begin
 
 

@@ -69,7 +69,7 @@ def accelerometers(bench: VirtualBench, errors: Errors) -> str:
         for other, lean in fit.cross.items():
             true = math.degrees(math.atan(truth.matrix[index, ACCELEROMETERS.index(other)] / k))
             errors["misalignment, deg"].append((lean - true, fit.cross_uncertainty[other]))
-    return found.doubt
+    return found.issue
 
 
 def pressures(bench: VirtualBench, errors: Errors) -> bool:
@@ -93,7 +93,7 @@ def pressures(bench: VirtualBench, errors: Errors) -> bool:
             block.times,
             {name: block[f"{name}_volts"] for name in ("dynamic_pressure", "static_pressure")},
         )
-        states.append(detector.reading.state)
+        states.append(detector.status.state)
     return states == ["waiting", "green"]
 
 
@@ -104,7 +104,7 @@ def forgotten(bench: VirtualBench) -> bool:
     for _ in range(60):
         block = bench.step(0.5)
         watch.feed(block.times, {name: block[f"{name}_volts"] for name in watch.channels})
-        if watch.reading.state == "rested":
+        if watch.status.state == "rested":
             return True
     return False
 
@@ -136,8 +136,8 @@ def _gyro_verdict(bench: VirtualBench, channel: str) -> str:
     """Return the verdict of a turn about the axis of a gyro; times are those of the bench."""
     from calibration.inertial import evaluate_turn
 
-    bench.step(bench.turn(channel, 0.0, seconds=0.01) + 0.5)
-    stop = bench.time + bench.turn(channel, 360.0)
+    bench.step(bench.rotate(channel, 0.0, seconds=0.01) + 0.5)
+    stop = bench.time + bench.rotate(channel, 360.0)
     start = stop - 12.0
     block = bench.step(stop + 2.0 - bench.time)
     volts = {name: block[f"{name}_volts"] for name in GYROS}

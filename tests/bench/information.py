@@ -103,7 +103,7 @@ class Case:
     @property
     def approach(self) -> FlightRows:
         """Return the rows before the maneuver."""
-        return self.rows.part(0, int(np.searchsorted(self.rows.times, self.verdict.t_start)))
+        return self.rows.slice_rows(0, int(np.searchsorted(self.rows.times, self.verdict.t_start)))
 
     def maneuver(self) -> Maneuver:
         """Return it as it is cut after the flight."""
@@ -270,26 +270,26 @@ def _stds(estimate: Estimate) -> dict[str, float]:
 def follow(cases: Sequence[Case], model: Model) -> Iterator[Outcome]:
     """Let the book follow a flight; give what it expected and what was reported."""
     aircraft = cases[0].aircraft
-    first = FlightKnowledge(given=model, rate=cases[0].rate, mass=aircraft.mass.mass)
+    first = FlightKnowledge(initial_model=model, rate=cases[0].rate, mass=aircraft.mass.mass)
     # The book hears the first air of a flight; here that is the first approach.
     known = _all_of(learn_noise(first, cases[0].approach, aircraft))
     for case in cases:
         band = _band(known, case, aircraft)
         before, known = known, _all_of(learn_from_maneuver(known, _lesson(case), aircraft))
         maneuver = case.maneuver()
-        model, own, booked = before.known(aircraft), {}, {}
+        model, own, booked = before.updated_model(aircraft), {}, {}
         for axis in axes_of(case.verdict.surfaces):
-            noise = known.heard[axis][-1]
+            noise = known.measured_noise[axis][-1]
             own.update(predict_information(maneuver, axis, model, noise).stds)
             booked.update(information_from_fit(fit_maximum_likelihood(maneuver, axis, model)).stds)
         for name, std in reported(maneuver).items():
-            if name in band and name in known.foreseen and name in own and name in booked:
+            if name in band and name in known.predicted_bounds and name in own and name in booked:
                 low, middle, high = band[name]
                 yield Outcome(
                     maneuver=case.verdict.id,
                     name=name,
                     reported=std,
-                    foreseen=known.foreseen[name],
+                    foreseen=known.predicted_bounds[name],
                     in_its_air=own[name],
                     booked=booked[name],
                     low=low,
@@ -313,7 +313,7 @@ def _lesson(case: Case) -> ManeuverData:
         rows=case.rows,
         card=case.card,
         mass=case.aircraft.mass.mass,
-        earned={},
+        ftr_estimates={},
     )
 
 
@@ -322,20 +322,20 @@ def _band(
 ) -> dict[str, tuple[float, float, float]]:
     request = ForecastRequest(
         aircraft=aircraft,
-        model=known.known(aircraft),
+        model=known.updated_model(aircraft),
         cards=(UnfinishedCard(card=case.card, missing=1),),
-        totals={axis: CombinedInformation.nothing(axis) for axis in ESTIMATION_AXES},
+        totals={axis: CombinedInformation.empty(axis) for axis in ESTIMATION_AXES},
         noise={axis: known.noise(axis, aircraft) for axis in ESTIMATION_AXES},
-        habits=known.habits,
+        pilot_errors=known.pilot_errors,
         channels=known.channels,
         rate=known.rate,
         mass=known.mass,
         density=known.density,
-        wanted={},
-        lap=35.0,
+        target_bounds={},
+        maneuver_interval=35.0,
     )
     (found,) = forecast_cards(request).by_card.values()
-    return {gain.name: (gain.low, gain.after, gain.high) for gain in found[0].gains}
+    return {gain.name: (gain.low, gain.bound_after, gain.high) for gain in found[0].reductions}
 
 
 # --- what is printed ----------------------------------------------------------------------------
@@ -402,7 +402,7 @@ def print_reached(cases: Sequence[Case], model: Model) -> None:
 def _followed(cases: Sequence[Case], model: Model) -> InformationTracker:
     book = InformationTracker(cases[0].aircraft, model, cases[0].rate)
     for case in cases:
-        book.flown(case.verdict, case.rows, card=case.card)
+        book.add_maneuver(case.verdict, case.rows, card=case.card)
     book.outlook(cases[-1].verdict.given_at + OUTLOOK_DELAY)
     return book
 
@@ -416,13 +416,13 @@ def print_cost(cases: Sequence[Case], model: Model) -> None:
         took = []
         book = InformationTracker(cases[0].aircraft, model)
         for case in cases:
-            book.flown(case.verdict, case.rows, card=case.card)
+            book.add_maneuver(case.verdict, case.rows, card=case.card)
             book.outlook(case.verdict.given_at, asked)
             begun = len(steps)
             more = True
             while more:
                 started = time.process_time()
-                more = book.work(0.0)
+                more = book.run_slice(0.0)
                 steps.append(time.process_time() - started)
             took.append(sum(steps[begun:]))
             book.outlook(case.verdict.given_at + OUTLOOK_DELAY, asked)

@@ -196,7 +196,7 @@ def watched_window(folder: Path, frames: Frames):
     store.change(muted=True)
     window = Watched(store, ErrorReporter())
     # Connected after the charts' own slot: called when their columns are painted.
-    window.desk.painted.connect(lambda _: frames.advanced(window))
+    window.flight_controller.frame_requested.connect(lambda _: frames.advanced(window))
     window.resize(1280, 800)
     window.show()
     return window

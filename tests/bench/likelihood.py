@@ -310,7 +310,7 @@ def lay_out(kind: str, maneuver: Maneuver, aircraft: Aircraft) -> Case:
     settings = MLSettings(axis=axis, model=model)
     found = estimate([maneuver], settings)
     motion = measured_motion(maneuver)
-    whole = FlightModel(aircraft, model).totals(list(motion.states.T), list(motion.inputs.T))
+    whole = FlightModel(aircraft, model).evaluate(list(motion.states.T), list(motion.inputs.T))
     rho, throttle = motion.input("rho"), motion.input("throttle")
     signals = {
         **{name: motion.state(name) for name in ("V", "alpha", "beta", "p", "q", "r")},

@@ -176,7 +176,7 @@ class Road:
             at, frame = next(stream)
             self.clock.seconds = at
             self.messages += 1
-            recorder.take([Chunk(self.clock.now_us(), frame)])
+            recorder.write_chunks([Chunk(self.clock.now_us(), frame)])
 
 
 def main(*options: str) -> dict[int, float]:

@@ -81,9 +81,9 @@ def working(folder: Path) -> None:
 
     with screenshot_window(WindowAppearance()) as window:
         window.store.change(review_flights=(str(folder),))
-        window.show_place("review")
-        window.review.go("maneuvers")
-        page, work = window.review.page, QApplication.processEvents
+        window.show_page("review")
+        window.review_page.go_to_step("maneuvers")
+        page, work = window.review_page.step_page, QApplication.processEvents
         started = time.perf_counter()
         wait_until(work, lambda: bool(page.review.flights), "the flight to open")
         print(f"window: {time.perf_counter() - started:.2f} s from asking to the time line")

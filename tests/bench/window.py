@@ -49,10 +49,10 @@ def start(scratch: Path, flight: Path | None) -> None:
     window = Watched(store, ErrorReporter(), offer_recorders=False)
     window.show()
     if flight is not None:
-        QTimer.singleShot(0, lambda: window.desk.starter.open_flight(flight))
+        QTimer.singleShot(0, lambda: window.flight_controller.flight_opener.open_flight(flight))
     QTimer.singleShot(round(1000 * _PATIENCE), application.quit)
     application.exec()
-    window.desk.close()
+    window.flight_controller.close()
 
 
 def seconds_to_pictures(scratch: Path, flight: Path | None) -> list[float]:

@@ -35,7 +35,7 @@ from gsapp.dynamics.virtual_aircraft.bench import (
 from tests.calibration.wizard.bench_crew import BenchCrew
 from tests.calibration.wizard.bench_truth import within
 
-PLAN = load_calibration_plan("b777").only(("surface", "vane"))
+PLAN = load_calibration_plan("b777").select_kinds(("surface", "vane"))
 
 
 def whole_aircraft(seeds: int) -> None:
@@ -52,7 +52,7 @@ def whole_aircraft(seeds: int) -> None:
                 truth = crew.bench.potentiometers[name]
                 shares.append(within(certificate, truth, random))
                 slops.append((certificate.hysteresis, truth.play))
-    print(f"{seeds} aircraft, {PLAN.listing}")
+    print(f"{seeds} aircraft, {PLAN.channel_list_text}")
     print(f"keys an aircraft: {np.mean(keys):.2f} on average, {max(keys)} at most; 70 would be one")
     print("                  for each point; each was for a curve that asked for a look")
     print(f"minutes an aircraft, hands included: {np.mean(minutes):.1f}")
@@ -119,7 +119,7 @@ def checks(seeds: int) -> None:
                 crew.wizard = crew.field.begin(mode="check").wizard
                 started, pressed = crew.bench.time, crew.keys
                 crew.finish()
-                failed[change] += sum(not one.passed for one in crew.view.checks.values())
+                failed[change] += sum(not one.passed for one in crew.view.accepted_checks.values())
                 if change == "nothing":
                     seconds.append(crew.bench.time - started)
                     keys.append(crew.keys - pressed)

@@ -32,21 +32,21 @@ def rest(bench: VirtualBench, watch: RestMonitor, *, patience: float = 20.0) -> 
     while bench.time < until:
         block = bench.step(0.5)
         watch.feed(block.times, {name: block[f"{name}_volts"] for name in watch.channels})
-        reading = watch.reading
+        reading = watch.status
         if reading.state == "rested" and reading.rest is not None:
             return reading.rest
-    raise AssertionError(f"no rest: {watch.reading}")
+    raise AssertionError(f"no rest: {watch.status}")
 
 
 def turned(bench: VirtualBench, channel: str, angle: float) -> Turn:
     """Turn the table and return what was seen."""
-    seconds = bench.turn(channel, 0.0, seconds=0.01)  # only brought upright
+    seconds = bench.rotate(channel, 0.0, seconds=0.01)  # only brought upright
     bench.step(seconds + 0.5)
     watch = TurnMonitor(GYROS, least=0.5 * abs(angle))
-    seconds = bench.turn(channel, angle)
+    seconds = bench.rotate(channel, angle)
     block = bench.step(seconds + 3.0)
     watch.feed(block.times, {name: block[f"{name}_volts"] for name in GYROS})
-    return watch.turn(channel, angle)
+    return watch.detected_turn(channel, angle)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,7 +71,7 @@ def six_work(bench: VirtualBench, positions: Sequence[str] = POSITIONS) -> SixPo
     readings = []
     for position in POSITIONS:
         if position in positions:
-            bench.step(bench.lie(position))
+            bench.step(bench.move_to_position(position))
             found = rest(bench, create_inertial_rest_monitor(ACCELEROMETERS, seconds=3.0))
             readings.append(PositionReading(position=position, rest=found))
     return calibrate_accelerometers(readings)

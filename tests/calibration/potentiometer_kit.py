@@ -115,7 +115,7 @@ def sweep(
             bench.set_angle(channel, value)
             reading = rest(bench, channel, watch)
             volts = reading.volts * SUPPLY / reading.excitation
-            rows.append((volts, reading.std, value, bench.aim(channel), direction))
+            rows.append((volts, reading.std, value, bench.target_angle(channel), direction))
     return _sweep(bench.potentiometers[channel], rows)
 
 
@@ -157,7 +157,7 @@ def quick_sweep(
         Standard deviation by which a setting misses what was asked, deg.
     """
     random = np.random.default_rng([seed, 55])
-    potentiometer = Potentiometer.drawn(channel, random)
+    potentiometer = Potentiometer.sample(channel, random)
     linkage = Linkage(potentiometer.play, 0.0)
     legs: tuple[tuple[Direction, Sequence[float], float], ...] = (
         ("up", settings, settings[0] - passed),
@@ -235,4 +235,4 @@ def named_right(trial: FaultTrial) -> bool:
     """Return whether the fault was named, with its partner, and no other."""
     if tuple(fault.kind for fault in trial.faults) != ((trial.kind,) if trial.kind else ()):
         return False
-    return trial.kind != "swapped" or trial.faults[0].other == trial.other
+    return trial.kind != "swapped" or trial.faults[0].swapped_with == trial.other

@@ -71,7 +71,7 @@ def test_six_positions_on_the_bench_recover_the_truth(seed: int, tmp_path: Path)
     """Within twice the stated uncertainty; the certificate gives true g for true volts."""
     bench = VirtualBench(100 + seed)
     found = six_work(bench)
-    assert not found.doubt
+    assert not found.issue
     for index, name in enumerate(ACCELEROMETERS):
         fit, truth = found.fits[name], bench.accelerometers
         k = truth.matrix[index, index]
@@ -129,7 +129,7 @@ def test_a_position_that_does_not_fit_is_named() -> None:
     tilts = np.zeros((6, 2))
     tilts[POSITIONS.index("x_up"), 1] = 20.0
     found = calibrate_accelerometers(exact(zero, matrix, tilts))
-    assert "'nose straight up'" in found.doubt
+    assert "'nose straight up'" in found.issue
 
 
 def test_every_position_is_recognized_and_none_between() -> None:

@@ -101,7 +101,7 @@ def test_a_fit_knows_its_hysteresis_and_residuals() -> None:
     fit = fit_points(points, 1)
     np.testing.assert_allclose(fit.coefficients, [0, 10], atol=1e-12)
     assert fit.hysteresis == pytest.approx(0.6)
-    assert fit.maximum == pytest.approx(0.3)
+    assert fit.max_residual == pytest.approx(0.3)
     assert fit.rms == pytest.approx(0.3 * np.sqrt(14 / 12))
 
 
@@ -149,11 +149,11 @@ def test_a_curve_knows_between_which_values_it_was_drawn(degree: int, falling: b
     assert low < high
     assert {low, high} == set(certificate.evaluate(certificate.range).tolist())
     room = 1e-6 * (high - low)
-    assert certificate.covered == pytest.approx((low - room, high + room), rel=1e-9)
+    assert certificate.padded_value_range == pytest.approx((low - room, high + room), rel=1e-9)
     least = 0.5 * room
     values = [low - 1e-3 * (high - low), low - least, 0.5 * (low + high), high + least,
               high + 1e-3 * (high - low), np.nan]  # fmt: skip
-    assert certificate.beyond(values).tolist() == [True, False, False, False, True, False]
+    assert certificate.out_of_range(values).tolist() == [True, False, False, False, True, False]
 
 
 def test_a_supply_that_sagged_is_corrected() -> None:

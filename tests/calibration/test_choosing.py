@@ -209,9 +209,9 @@ def test_a_setting_error_known_beforehand_counts() -> None:
 
 def test_the_turns_count_as_noted_where_they_agree() -> None:
     """Settings that were passed and come back to keep their branch; those that were not lose it."""
-    agreed = CalibrationReadings.of(quick_sweep(3, "rudder").points(0.0))
+    agreed = CalibrationReadings.from_points(quick_sweep(3, "rudder").points(0.0))
     assert np.count_nonzero(agreed.side == 0.0) == 0
-    between = CalibrationReadings.of(quick_sweep(3, "rudder", passed=0.0).points(0.0))
+    between = CalibrationReadings.from_points(quick_sweep(3, "rudder", passed=0.0).points(0.0))
     assert np.flatnonzero(between.side == 0.0).tolist() == [0, 5]
 
 
@@ -265,7 +265,7 @@ def test_units_and_signs_do_not_matter(points: list[CalibrationPoint], factor: f
 def test_the_half_width_is_never_less_than_half_the_loop(points: list[CalibrationPoint]) -> None:
     """Whoever reads a voltage does not know the branch; outside the points nothing is claimed."""
     made = fit_calibration(points)
-    low, high = made.quality.places[0], made.quality.places[-1]
+    low, high = made.quality.uncertainty_volts[0], made.quality.uncertainty_volts[-1]
     inside = np.linspace(low, high, 21)
     assert made.quality.hysteresis is not None
     assert np.all(made.uncertainty(inside) > 0.45 * made.quality.hysteresis)

@@ -40,7 +40,7 @@ def test_each_sentence_says_what_was_seen_and_what_to_do() -> None:
         assert fault.kind == kind
         assert "Rudder surface" in fault.sentence
         assert "; " in fault.sentence
-    assert find_faults("rudder", cases["swapped"][0])[0].other == "alpha"
+    assert find_faults("rudder", cases["swapped"][0])[0].swapped_with == "alpha"
 
 
 def test_without_a_movement_only_what_shows_at_rest_is_told() -> None:

@@ -70,7 +70,7 @@ def test_what_is_wrong_is_named(fault: str, kind: str) -> None:
     """A turn about the axis of r that r does not show; only the reversed one may be certified."""
     bench = VirtualBench(4, faults=[parse_bench_fault(fault)])
     bench.step(2.0)
-    start, stop = bench.time + 2.0, bench.time + bench.turn("r", 360.0)
+    start, stop = bench.time + 2.0, bench.time + bench.rotate("r", 360.0)
     block = bench.step(stop + 3.0 - bench.time)
     volts = {name: block[f"{name}_volts"] for name in GYROS}
     turn = evaluate_turn("r", block.times, volts, angle=360.0, turning=(start, stop))
@@ -86,9 +86,9 @@ def test_a_turn_that_is_too_fast_is_clipped() -> None:
     bench = VirtualBench(1)
     bench.step(2.0)
     watch = TurnMonitor(GYROS)
-    block = bench.step(bench.turn("r", 360.0, seconds=3.0) + 3.0)
+    block = bench.step(bench.rotate("r", 360.0, seconds=3.0) + 3.0)
     watch.feed(block.times, {name: block[f"{name}_volts"] for name in GYROS})
-    turn = watch.turn("r", 360.0)
+    turn = watch.detected_turn("r", 360.0)
     assert turn.verdict.kind == "clipped"
     assert "more slowly" in turn.verdict.sentence
 
@@ -102,13 +102,13 @@ def test_laying_the_aircraft_on_the_table_is_no_turn() -> None:
         bench.step(2.0)
         seen = set()
         for angle in (0.0, 360.0):
-            seconds = bench.turn("p", angle) + 3.0
+            seconds = bench.rotate("p", angle) + 3.0
             until = bench.time + seconds
             while bench.time < until - 0.005:
                 block = bench.step(min(length, until - bench.time))
                 watch.feed(block.times, {name: block[f"{name}_volts"] for name in GYROS})
-                seen.add(watch.reading.state)
-        results.append(watch.turn("p", 360.0))
+                seen.add(watch.status.state)
+        results.append(watch.detected_turn("p", 360.0))
         if length < 1.0:
             assert seen == {"unsettled", "ready", "turning", "stopping", "turned"}
     assert results[0] == results[1]
@@ -129,19 +129,19 @@ def test_turns_that_disagree_widen_the_uncertainty() -> None:
 def test_a_thin_radio_that_loses_samples_is_enough() -> None:
     """Twenty samples a second, one in ten lost: rest and turn are found, the scale holds."""
     bench = VirtualBench(40)
-    block = bench.step(bench.turn("r", 360.0) + 9.0)
+    block = bench.step(bench.rotate("r", 360.0) + 9.0)
     random = np.random.default_rng(1)
     kept = np.flatnonzero(np.arange(len(block)) % 5 == 0)
     kept = kept[random.random(kept.size) > 0.1]
     volts = {name: block[f"{name}_volts"][kept] for name in GYROS}
     watch = TurnMonitor(GYROS)
     watch.feed(block.times[kept], volts)
-    turn = watch.turn("r", 360.0)
+    turn = watch.detected_turn("r", 360.0)
     assert abs(turn.sensitivity - bench.gyros.matrix[2, 2]) < 2.0 * turn.uncertainty
     after = block.times[kept] > turn.end + 0.5
     still = create_inertial_rest_monitor()
     still.feed(block.times[kept][after], {name: v[after] for name, v in volts.items()})
-    assert still.reading.state == "rested"
+    assert still.status.state == "rested"
 
 
 def test_a_rest_is_needed_at_both_ends() -> None:

@@ -46,8 +46,8 @@ def watch_on(
     while bench.time < until - 0.005:
         block = bench.step(min(cut, until - bench.time))
         detector.feed(block.times, {name: block[f"{name}_volts"] for name in BOTH})
-        if not states or states[-1] != detector.reading.state:
-            states.append(detector.reading.state)
+        if not states or states[-1] != detector.status.state:
+            states.append(detector.status.state)
     return states
 
 
@@ -84,7 +84,7 @@ def test_wind_is_no_zero(seed: int) -> None:
     for _ in range(40):
         block = bench.step(0.5)
         watch.feed(block.times, {"dynamic_pressure": block["dynamic_pressure_volts"]})
-        states.append(watch.reading.state)
+        states.append(watch.status.state)
     assert "rested" not in states
     bench.cover()
     assert rest(bench, watch, patience=8.0).uncertainty["dynamic_pressure"] < 2e-3
@@ -136,8 +136,8 @@ def test_a_breath_turns_green_by_itself() -> None:
         assert states[-1] == "green"
         if cut < 1.0:
             assert states == ["waiting", "blowing", "green"]
-        assert detector.reading.peak > 400.0
-        seen.append(detector.reading)
+        assert detector.status.peak > 400.0
+        seen.append(detector.status)
     assert seen[0] == seen[1]
 
 
@@ -146,8 +146,8 @@ def test_swapped_hoses_are_named() -> None:
     bench = VirtualBench(21, faults=[parse_bench_fault("dynamic_pressure:reversed")])
     detector = PitotBlowDetector(zeroed(bench), STATIC)
     watch_on(bench, detector, bench.blow() - 0.6, 0.05)
-    assert detector.reading.state == "reversed"
-    assert "swapped" in detector.reading.sentence
+    assert detector.status.state == "reversed"
+    assert "swapped" in detector.status.sentence
 
 
 def made(pressure: np.ndarray, static: np.ndarray) -> dict[str, np.ndarray]:
@@ -164,15 +164,15 @@ def test_a_breath_that_stays_or_leaks_is_named() -> None:
     blown = np.where(times > 2.0, 900.0, 0.0)
     blocked = PitotBlowDetector(DYNAMIC, STATIC)
     blocked.feed(times, made(blown, steady))
-    assert blocked.reading.state == "blocked"
+    assert blocked.status.state == "blocked"
     short = np.where((times > 2.0) & (times < 3.5), 900.0, 0.0)
     leaking = PitotBlowDetector(DYNAMIC, STATIC)
     leaking.feed(times, made(short, steady + short))
-    assert leaking.reading.state == "leaking"
+    assert leaking.status.state == "leaking"
     knock = np.where((times > 2.0) & (times < 2.1), 900.0, 0.0)
     detector = PitotBlowDetector(DYNAMIC, STATIC)
     detector.feed(times, made(knock, steady))
-    assert detector.reading.state == "waiting", "a knock is no breath"
+    assert detector.status.state == "waiting", "a knock is no breath"
 
 
 def test_an_open_input_gives_no_zero() -> None:
@@ -199,10 +199,10 @@ def test_the_air_on_the_ground_is_checked(
     """Inches of mercury taken for hectopascals, and Fahrenheit for Celsius, are caught."""
     if words:
         with pytest.raises(CalibrationError, match=words):
-            GroundAir.entered(*entered)
+            GroundAir.from_input(*entered)
     else:
-        air = GroundAir.entered(*entered)
+        air = GroundAir.from_input(*entered)
         assert 101e3 < air.pressure < 102.5e3
         assert 292.0 < air.temperature < 296.0
     with pytest.raises(UnitError):
-        GroundAir.entered(1013.0, "kg", 20.0, "degC")
+        GroundAir.from_input(1013.0, "kg", 20.0, "degC")

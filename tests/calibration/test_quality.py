@@ -67,14 +67,14 @@ def test_the_half_width_holds_ninety_five_of_a_hundred_samples() -> None:
     """Drawn from what it is made of (either branch, scatter by Student), 95 % lie within."""
     random = np.random.default_rng(3)
     for seed in (1, 2, 3):
-        readings = CalibrationReadings.of(quick_sweep(seed, "rudder").points())
+        readings = CalibrationReadings.from_points(quick_sweep(seed, "rudder").points())
         fit = fit_with_hysteresis(readings, 2)
         volts = np.array([float(np.mean(readings.volts))])
         width = compute_half_widths(fit, volts, 0.0)[0]
         assert fit.hysteresis is not None
         std = np.sqrt(0.5 * (fit.variance(volts, 1.0) + fit.variance(volts, -1.0)))[0]
         errors = random.choice([-0.5, 0.5], 40000) * fit.hysteresis
-        errors += std * random.standard_t(fit.freedom, 40000)
+        errors += std * random.standard_t(fit.degrees_of_freedom, 40000)
         assert np.mean(np.abs(errors) < width) == pytest.approx(0.95, abs=0.005)
 
 

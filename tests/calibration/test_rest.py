@@ -8,7 +8,7 @@ import pytest
 from calibration.rest_detection import RestCriteria, RestMonitor, RestPeriod, RestStatus
 
 STEP = 5.0 / 4096
-LIMITS = {"q": RestCriteria(std=0.012, wander=0.006), "an": RestCriteria(std=0.012, wander=0.003)}
+LIMITS = {"q": RestCriteria(std=0.012, mean_spread=0.006), "an": RestCriteria(std=0.012, mean_spread=0.003)}
 
 
 def record(seconds: float, seed: int = 0) -> tuple[np.ndarray, dict[str, np.ndarray]]:
@@ -26,7 +26,7 @@ def seen(
     """Return what is known at the end of a record."""
     watch = RestMonitor(limits)
     watch.feed(times, volts)
-    return watch.reading
+    return watch.status
 
 
 def rest_of(
@@ -63,8 +63,8 @@ def test_cutting_changes_nothing(cuts: tuple[int, ...]) -> None:
         stop = start + cuts[number % len(cuts)]
         pieces.feed(times[start:stop], {name: v[start:stop] for name, v in volts.items()})
         start, number = stop, number + 1
-    assert pieces.reading == whole.reading
-    assert whole.reading.state == "rested"
+    assert pieces.status == whole.status
+    assert whole.status.state == "rested"
 
 
 def test_a_bump_begins_the_rest_anew() -> None:
@@ -73,10 +73,10 @@ def test_a_bump_begins_the_rest_anew() -> None:
     volts["q"][400:420] += 0.1
     watch = RestMonitor(LIMITS)
     watch.feed(times[:430], {name: v[:430] for name, v in volts.items()})
-    assert watch.reading.state == "moving"
-    assert watch.reading.why.startswith("q shook by")
+    assert watch.status.state == "moving"
+    assert watch.status.why.startswith("q shook by")
     watch.feed(times[430:], {name: v[430:] for name, v in volts.items()})
-    reading = watch.reading
+    reading = watch.status
     assert reading.state == "resting"
     assert reading.rest is not None
     assert reading.rest.start >= 12.34 + 4.2
@@ -97,8 +97,8 @@ def test_missing_samples_are_no_rest() -> None:
     watch = RestMonitor(LIMITS)
     watch.feed(times[:300], {name: v[:300] for name, v in volts.items()})
     watch.feed(times[500:], {name: v[500:] for name, v in volts.items()})
-    assert watch.reading.state == "resting"
-    assert "gap" in watch.reading.why
+    assert watch.status.state == "resting"
+    assert "gap" in watch.status.why
     volts["q"][100:] = np.nan
     assert "q gave no samples" in seen(times, volts).why
 
@@ -115,7 +115,7 @@ def test_wandering_beyond_noise_is_no_rest_where_it_matters() -> None:
     times, volts = record(12.0, 3)
     volts["q"] = volts["q"] + 1e-3 * np.sin(2.0 * times)
     assert seen(times, volts).state == "rested"
-    strict = {"q": RestCriteria(std=0.012, wander=0.006, noises=6.0), "an": LIMITS["an"]}
+    strict = {"q": RestCriteria(std=0.012, mean_spread=0.006, noise_factor=6.0), "an": LIMITS["an"]}
     reading = seen(times, volts, strict)
     assert reading.state != "rested"
     assert reading.why.startswith("q moved by")

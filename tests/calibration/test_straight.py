@@ -44,12 +44,12 @@ def test_every_figure_is_that_of_the_line(
     )  # fmt: skip
     assert made.evaluate(VOLTS) == pytest.approx(values)
     assert made.range == (0.5, 4.6)
-    assert made.max_residual == made.quality.maximum == pytest.approx(0.03)
+    assert made.max_residual == made.quality.max_residual == pytest.approx(0.03)
     assert made.rms_residual == made.quality.rms == pytest.approx(np.sqrt(np.mean(off**2)))
     assert made.quality.linearity == 0.0
     assert made.quality.resolution == pytest.approx(ADC_RESOLUTION / abs(sensitivity))
     assert made.quality.covered == pytest.approx((min(values + off), max(values + off)))
-    places = np.array(made.quality.places)
+    places = np.array(made.quality.uncertainty_volts)
     assert (places[0], places[-1]) == made.range
     # The sum of squares of the module, in volts.
     squares = (

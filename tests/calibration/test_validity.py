@@ -20,7 +20,7 @@ def made(name: str, age: timedelta) -> Certificate:
 
 def judged(*certificates: Certificate, **more: object) -> CalibrationStatus:
     known = {one.channel: one for one in certificates}
-    return CalibrationInForce(certificates=known, on=NOON, **more).judge()
+    return CalibrationInForce(certificates=known, flight_date=NOON, **more).evaluate()
 
 
 def test_only_surfaces_and_vanes_are_out_of_date() -> None:
@@ -34,26 +34,26 @@ def test_the_values_that_ship_are_nobodys_calibration() -> None:
     """They once counted as 23 years old."""
     status = judged(SHIPPED["rudder"], made("alpha", timedelta(hours=1)))
     assert status.state == "caution"
-    assert "2003" not in status.words + status.detail
+    assert "2003" not in status.summary + status.detail
     assert "Rudder" in status.detail
 
 
 def test_what_is_worst_comes_first() -> None:
     rudder, alpha = made("rudder", timedelta(hours=1)), made("alpha", timedelta(days=3))
-    assert judged(rudder, alpha, lacking=["beta"]).words == "1 uncalibrated"
-    assert judged(rudder, alpha, failed={"rudder": rudder.stamp}).words == "1 moved"
+    assert judged(rudder, alpha, lacking=["beta"]).summary == "1 uncalibrated"
+    assert judged(rudder, alpha, failed={"rudder": rudder.stamp}).summary == "1 moved"
     # That check was one of an earlier certificate.
     assert judged(rudder, failed={"rudder": alpha.stamp}).state == "good"
-    assert judged(replace(rudder, stamp=NOON + timedelta(days=3))).words == "clock?"
+    assert judged(replace(rudder, stamp=NOON + timedelta(days=3))).summary == "clock?"
     assert judged().state == "unknown"
 
 
 def test_a_record_is_judged_by_its_own_day() -> None:
     certificates = {"rudder": made("rudder", timedelta(hours=2))}
-    assert CalibrationInForce(certificates=certificates, on=NOON).judge().state == "good"
-    later = CalibrationInForce(certificates=certificates, on=NOON + timedelta(days=30))
-    assert later.judge().state == "caution"
-    assert CalibrationInForce(certificates=certificates, on=None).judge().state == "good"
+    assert CalibrationInForce(certificates=certificates, flight_date=NOON).evaluate().state == "good"
+    later = CalibrationInForce(certificates=certificates, flight_date=NOON + timedelta(days=30))
+    assert later.evaluate().state == "caution"
+    assert CalibrationInForce(certificates=certificates, flight_date=None).evaluate().state == "good"
 
 
 @pytest.mark.parametrize(

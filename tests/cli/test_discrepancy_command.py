@@ -69,7 +69,7 @@ def search(monkeypatch: pytest.MonkeyPatch) -> Install:
             def run(
                 self, settings: DiscrepancySettings, *, progress: Callable[[SearchProgress], object]
             ) -> DiscrepancyResult:
-                progress(SearchProgress(share=0.5, doing="naming"))
+                progress(SearchProgress(share=0.5, activity="naming"))
                 asked.append(Asked(self._maneuvers, settings))
                 if isinstance(found, BaseException):
                     raise found

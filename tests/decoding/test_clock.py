@@ -22,11 +22,11 @@ class Case:
 
     def stamp(self, stamp: int, host: int, *, component: int = 1, period: int = 0,
               item: str = "") -> None:  # fmt: skip
-        time = self.clock.place(component, stamp, HOST + host, item, period=period)
+        time = self.clock.assign_time(component, stamp, HOST + host, item, period=period)
         self._take(item, time)
 
     def arrive(self, host: int, item: str = "arrival") -> None:
-        self._take(item, self.clock.arrive(HOST + host, item))
+        self._take(item, self.clock.assign_arrival_time(HOST + host, item))
 
     def finish(self) -> None:
         self.clock.finish()
@@ -129,7 +129,7 @@ def test_both_ways_of_counting_agree_by_system_time() -> None:
     """SYSTEM_TIME relates the count from 1970 to that since boot, to the microsecond."""
     case = Case()
     unix = HOST - 33_000_000_123
-    case.clock.relate(unix + 40_000_000, 40_000_000)
+    case.clock.set_unix_offset(unix + 40_000_000, 40_000_000)
     for k in range(5):
         case.stamp(40_000_000 + 10_000 * k, 10_000 * k + 900, item="boot")
         case.stamp(unix + 40_000_000 + 10_000 * k, 10_000 * k + 5_000, item="unix")
@@ -324,7 +324,7 @@ def test_arrivals_follow_the_lower_envelope_over_an_hour_of_drift(drift: float) 
         stamp = 100_000 * k
         sent = round(stamp * (1.0 + drift)) + 5_000
         delay = generator.choice((0, 0, generator.randrange(100_000)))
-        case.clock.place(1, stamp, HOST + sent + delay, None)
+        case.clock.assign_time(1, stamp, HOST + sent + delay, None)
         if k > 100 and k % 100 == 0:
             true = stamp
             assert case.clock.flight_time(HOST + sent) == pytest.approx(true, abs=3_000)

@@ -191,7 +191,7 @@ def test_a_slow_sample_counts_from_after_it_came_for_half_a_minute() -> None:
     times = np.array(list(told), dtype=np.float64)
     expected = np.array([np.nan if value is None else value for value in told.values()])
     np.testing.assert_array_equal(slow.at(times), expected)
-    np.testing.assert_array_equal(slow.at_singly(times.tolist()), expected)
+    np.testing.assert_array_equal(slow.at_scalars(times.tolist()), expected)
     for time, value in zip(times, expected, strict=True):
         np.testing.assert_array_equal(slow.at(np.array([time])), [value])
 
@@ -201,7 +201,7 @@ def test_what_is_forgotten_of_a_slow_channel_is_asked_for_no_more() -> None:
     times = list(range(0, 400_000, 1000))
     for kept in (slow, whole):
         kept.push(0, times, times, [float(time) for time in times])
-    slow.forget(200_500)
+    slow.drop_before(200_500)
     later = np.arange(200_500.0, 400_000.0, 250.0)
     np.testing.assert_array_equal(slow.at(later), whole.at(later))
     assert np.isnan(slow.at(np.array([150_000.0]))).all()

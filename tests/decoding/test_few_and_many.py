@@ -125,7 +125,7 @@ def test_streams_convert_alike(name: str, seed: int) -> None:
         number = message_id(few.message)
         payloads = [payload_of(number, generator) for _ in range(4)]
         read = number_reader(number, [(ref.field, ref.index) for ref in few.wanted])
-        values, complete = few.convert_singly([read(payload) for payload in payloads])
+        values, complete = few.convert_scalars([read(payload) for payload in payloads])
         one = np.array(values)
         assert complete <= (not np.isnan(one).any())
         two = many.convert(decode_columns(number, payloads), len(payloads))
@@ -186,7 +186,7 @@ def test_rows_are_laid_alike(
         part = slice(start, start + 3)
         sheet = RowBatch()
         few = gridders[0].feed_few(times[part], times[part], values[part], sheet)
-        sheet.lay()
+        sheet.compute_rows()
         many = gridders[1].feed(times[part], times[part], np.array(values[part]))
         assert laid(few) == laid(many)
     assert gridders[0].missing == gridders[1].missing

@@ -230,7 +230,7 @@ def test_a_whole_frame_comes_out_at_once() -> None:
     for _ in range(300):
         frame = sender.frame()
         prompt += sum(item.data == frame for item in framer.feed(frame))
-        framer.settle()
+        framer.flush_complete()
     assert prompt > 280  # the rest ends in what might be the head of a frame
 
 
@@ -239,7 +239,7 @@ def test_a_false_header_does_not_hold_back_frames_beyond_a_pause() -> None:
     frame = sender.frame(version=2, signed=False)
     head = bytes((0xFD, 250, 0, 0, 1, 1, 1)) + (30).to_bytes(3, "little")
     assert [item for item in framer.feed(head + frame) if isinstance(item, MavlinkFrame)] == []
-    assert [item.data for item in framer.settle()] == [head, frame]
+    assert [item.data for item in framer.flush_complete()] == [head, frame]
 
 
 def test_a_frame_that_ends_as_another_begins_comes_out_in_a_pause() -> None:
@@ -252,7 +252,7 @@ def test_a_frame_that_ends_as_another_begins_comes_out_in_a_pause() -> None:
     ]
     assert ending
     for frame in ending:
-        for end in (Framer.settle, Framer.flush):
+        for end in (Framer.flush_complete, Framer.flush):
             framer = Framer()
             assert framer.feed(frame) == []
             (item,) = end(framer)
@@ -263,8 +263,8 @@ def test_a_frame_that_ends_as_another_begins_comes_out_in_a_pause() -> None:
 def test_a_pause_in_the_middle_of_a_frame_does_not_cost_it() -> None:
     framer, frame = Framer(), Sender(7).frame()
     assert framer.feed(frame[:7]) == []
-    assert framer.settle() == []
-    assert [item.data for item in framer.feed(frame[7:]) + framer.settle()] == [frame]
+    assert framer.flush_complete() == []
+    assert [item.data for item in framer.feed(frame[7:]) + framer.flush_complete()] == [frame]
 
 
 def test_the_end_of_the_stream_leaves_a_torn_frame_as_residue() -> None:
@@ -386,7 +386,7 @@ def test_an_overlong_line_is_cut_and_does_not_fill_the_memory() -> None:
 def test_a_line_ended_by_cr_alone_comes_out_in_a_pause() -> None:
     framer = LineFramer()
     assert framer.feed(b"1,2\r") == []
-    assert framer.settle() == [TextLine(0, b"1,2", b"\r")]
+    assert framer.flush_complete() == [TextLine(0, b"1,2", b"\r")]
 
 
 @given(

@@ -106,7 +106,7 @@ def test_duplicates_and_overtaken_samples_are_counted_and_left_out() -> None:
     target = gridder()
     _, values = joined(feed(target, [0, 10_000, 10_000, 5_000, 20_000], [0, 1, 9, 9, 2]))
     assert values == [0.0, 1.0, 2.0]
-    assert (target.duplicates, target.overtaken) == (1, 1)
+    assert (target.duplicates, target.reordered) == (1, 1)
 
 
 def test_hours_of_silence_cost_nothing() -> None:

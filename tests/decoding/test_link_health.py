@@ -259,11 +259,11 @@ def test_chance_frames_in_what_cannot_be_read_do_not_pass_for_senders() -> None:
         health.feed([(stamp, "residue", attitude(1)[:12] + bytes(900))])
     report = health.report()
     assert (report.good, report.unknown, report.senders, report.lost) == (0, 15, (), 0)
-    assert report.sentences == (report.unreadable,)
+    assert report.warnings == (report.unreadable,)
     assert "check the baud rate" in report.unreadable
     after = [(stamp + 130_000_000, kind, data) for stamp, kind, data in records([attitude(1)])]
     health.feed(after)
-    assert health.sentences() == ()
+    assert health.warnings() == ()
 
 
 def test_a_link_that_cannot_be_read_any_more_is_told_and_a_burst_is_not() -> None:

@@ -96,6 +96,6 @@ def test_the_rows_of_a_source_that_nobody_asks_are_not_kept() -> None:
             if k % every == 0:
                 merger.push(number, sources[number].feed([now], [now], np.array([[float(number)]])))
         decided += sum(len(rows.values) for rows in merger.pull(0, now))
-        most = max(most, merger.waiting)
+        most = max(most, merger.pending_count)
     assert decided == 4_000
     assert most <= 2

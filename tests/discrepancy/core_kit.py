@@ -98,8 +98,8 @@ def true_noise(share: float = 1.0, gusts: float = 1e-9, moments: float = 1e-9) -
     """Return what the filter should believe of maneuvers in still air."""
     return NoiseModel(
         variances={name: (share * size) ** 2 for name, size in NOISE.items()},
-        gusts=(gusts,) * 3,
-        moments=moments,
+        gust_intensities=(gusts,) * 3,
+        moment_intensity=moments,
     )
 
 
@@ -107,7 +107,7 @@ def prepared(
     maneuvers: list[Maneuver], model: Model = TRUTH, free: tuple[str, ...] = ()
 ) -> FilterErrorFit:
     """Return a fit of maneuvers that believes the true noise and nearly no turbulence."""
-    fit = FilterErrorFit.begin([create_maneuver_record(one) for one in maneuvers], model, free)
+    fit = FilterErrorFit.create([create_maneuver_record(one) for one in maneuvers], model, free)
     fit.noise = {flight: true_noise() for flight in fit.noise}
     return fit
 
@@ -151,14 +151,14 @@ class Toy:
         rates -= np.eye(8) * (np.linalg.eigvals(rates).real.max() + 0.8)
         full = np.zeros((11, 11))
         full[:8, :8] = rates
-        for place, (row, length) in enumerate(zip(GUST_ROWS, noise.lengths, strict=True)):
+        for place, (row, length) in enumerate(zip(GUST_ROWS, noise.gust_lengths, strict=True)):
             full[row, 8 + place] = full[8 + place, 8 + place] = -_V / length
         self.step = expm(full * dt)
         slopes = np.eye(len(TOY_CHANNELS), 8)
         slopes[-1] = 3.0 * random.standard_normal(8) / _SIZES
         self.slopes = np.hstack((slopes, np.zeros((len(slopes), 3))))
         self.transition = expm(rates * dt)
-        self.process = _gathered(full, noise.process(_V, 8), dt)
+        self.process = _gathered(full, noise.process_noise(_V, 8), dt)
         self.measurement = np.array([noise.variances[name] for name in TOY_CHANNELS])
         draw = np.random.default_rng([seed, 6])
         values, vectors = np.linalg.eigh(self.process)
@@ -195,25 +195,25 @@ class Toy:
             dt=self.dt,
             channels=TOY_CHANNELS,
             measured=shown,
-            counted=counted,
+            valid=counted,
         )
         return Linearization(
             record=record,
             paths={},
             states=steady,
             transition=np.broadcast_to(self.transition, (n - 1, 8, 8)).copy(),
-            stepped=steady[:, 1:],
-            exposed=np.zeros((n, n_channels)),
-            exposed_rates=np.zeros((n, n_channels)),
+            next_states=steady[:, 1:],
+            sensor_inputs=np.zeros((n, n_channels)),
+            sensor_input_rates=np.zeros((n, n_channels)),
             computed=np.zeros((n, n_channels)),
-            by_state=np.broadcast_to(self.slopes[:, :8], (n, n_channels, 8)).copy(),
+            output_by_state=np.broadcast_to(self.slopes[:, :8], (n, n_channels, 8)).copy(),
             output_by_coefficient=np.zeros((n, n_channels, 6)),
             rate_by_coefficient=np.zeros((n, 8, 6)),
             output_by_control=np.zeros((n, n_channels, 5)),
             rate_by_control=np.zeros((n, 8, 5)),
             variables={},
             output_rates=np.zeros((n, n_channels)),
-            zeros=np.ones((n, n_channels)),
+            bias_sensitivity=np.ones((n, n_channels)),
             inputs=np.zeros((8, n)),
             free=(),
             rate_by_free=np.zeros((n, 8, 0)),
@@ -249,6 +249,6 @@ TOY_NOISE = NoiseModel(
         "r": 0.01**2,
         "an": 2.0**2,
     },
-    gusts=(0.05, 0.1, 0.2),
-    moments=0.0005,
+    gust_intensities=(0.05, 0.1, 0.2),
+    moment_intensity=0.0005,
 )

@@ -69,7 +69,7 @@ def test_without_effects_jsbsim_and_our_equations_fly_alike(planned: Planned) ->
         assert np.sqrt(np.mean(gap * gap)) < 0.02 * size, name
 
     states = np.column_stack([*(motion[name] for name in POLAR), 0.0 * motion["time"]])
-    totals = model.totals(tuple(states.T), tuple(inputs.T))
+    totals = model.evaluate(tuple(states.T), tuple(inputs.T))
     rates = model.rates(tuple(states.T), tuple(inputs.T))
     for place, axis in enumerate("xyz"):
         ours = np.asarray(totals.loads[place]) / inputs[:, 7]
@@ -102,7 +102,7 @@ def test_an_effect_in_jsbsim_is_the_effect_of_that_name_in_the_catalog(effect: s
     gaps = []
     for model in (linear, linear.with_effect(effect, {name: cases.typical(effect)})):
         flight = FlightModel(aircraft, model)
-        totals = flight.totals(tuple(states.T), tuple(inputs.T))
+        totals = flight.evaluate(tuple(states.T), tuple(inputs.T))
         rates = flight.rates(tuple(states.T), tuple(inputs.T))
         ours = [*(np.asarray(one) / inputs[:, 7] for one in totals.loads[:3])]
         ours += [np.asarray(one) for one in rates[3:6]]

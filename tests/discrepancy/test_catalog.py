@@ -323,7 +323,7 @@ def test_the_class_is_true_of_the_equations(one) -> None:
     size = next(item.name for item in one.parameters if item.free)
     others = [name for name in derivative_names() if name != one.derivative]
     random = np.random.default_rng(1)
-    own_states = model.resting_states(STATE, FLOWN)
+    own_states = model.steady_states(STATE, FLOWN)
     state = [*STATE, *(x + 0.02 * random.standard_normal(len(STATE[0])) for x in own_states)]
     outputs = OutputModel(model, _CHANNELS)
     _, slopes, _ = outputs.jacobian(state, FLOWN, values, free=[*others, f"{one.id}.{size}"])

@@ -86,7 +86,7 @@ def prepare(model: Model, free: tuple[str, ...] = (), turbulence: float = 1e-3) 
     fit.noise = {"virtual": true_noise(gusts=turbulence, moments=turbulence)}
     for _ in range(2):
         fit.linearize()
-        fit.settle()
+        fit.update_motion()
     fit.linearize()
     one = fit.maneuvers[0]
     assert one.filter is not None
@@ -147,12 +147,12 @@ def tried_size(one: CandidateEffect, term: object, prepared: Prepared) -> float:
     """Return the size at which an effect's column is compared, as a difference from neutral."""
     if isinstance(term, Lag | Delay):
         # Smaller ones ask for slopes at a corner: straight lines between samples have two.
-        return one.plausible
+        return one.plausible_size
     if isinstance(term, Backlash):
         channel = SURFACE_CHANNELS[term.target.partition(".")[2]]
         signal = prepared.own.linearization.inputs[("de", "da", "dr", "flap").index(channel)]
         return trial_size(term, signal, prepared.one.record.dt)
-    return 0.02 * one.plausible
+    return 0.02 * one.plausible_size
 
 
 def test_effects_of_the_catalog(plain: Prepared) -> None:
@@ -163,9 +163,9 @@ def test_effects_of_the_catalog(plain: Prepared) -> None:
     records = [one for one in all_effects() if not one.disturbance]
     compared, kinds = 0, set()
     for one in catalog_candidates(records, AIRCRAFT):
-        column = one.make(plain.own.linearization)
+        column = one.build_column(plain.own.linearization)
         term = create_term(one.id, AIRCRAFT)
-        if not column or term.states or one.start is not None:
+        if not column or term.states or one.initial_value is not None:
             continue
         found = plain.innovations(column)
         if not np.any(found):
@@ -188,9 +188,9 @@ def test_an_effect_with_a_memory(plain: Prepared) -> None:
     """A lag of the normal force: its column is what it changes once its own state has settled."""
     record = next(one for one in all_effects() if one.id == "aero.Cm.memory")
     (one,) = catalog_candidates([record], AIRCRAFT)
-    column = one.make(plain.own.linearization)
+    column = one.build_column(plain.own.linearization)
     term = create_term(one.id, AIRCRAFT)
-    size = 0.02 * one.plausible
+    size = 0.02 * one.plausible_size
     changed = TRUTH.with_effect(one.id, {**term.defaults, one.parameter: size})
     flight_model = FlightModel(AIRCRAFT, changed)
     values = np.array(flight_model.defaults)
@@ -203,14 +203,14 @@ def test_an_effect_with_a_memory(plain: Prepared) -> None:
         return linearize_along(plain.one.record, flight_model, values, motion), motion
 
     # Its state runs along the motion: a step is a straight line in it.
-    at_rest = along(np.zeros_like(start))[0].stepped[8]
-    decays = along(np.ones_like(start))[0].stepped[8] - at_rest
+    at_rest = along(np.zeros_like(start))[0].next_states[8]
+    decays = along(np.ones_like(start))[0].next_states[8] - at_rest
     own = np.empty_like(start)
     own[0, 0] = start[0, 0]
     for k, (decay, moved) in enumerate(zip(decays, at_rest, strict=True)):
         own[0, k + 1] = decay * own[0, k] + moved
     found, motion = along(own)
-    assert found.stepped[8] == pytest.approx(own[0, 1:], abs=1e-9)
+    assert found.next_states[8] == pytest.approx(own[0, 1:], abs=1e-9)
     zero = np.zeros(len(plain.one.record.channels))
     after = create_filter(found, plain.fit.noise["virtual"], motion).residual(zero)
     before = plain.own.residual(zero)
@@ -241,11 +241,11 @@ def test_structure_without_a_name(plain: Prepared) -> None:
         ("Cm.alpha_q", "Cm.alpha_q"),
         ("Cn.beta3", "Cn.beta3"),
     ):
-        ours = table[f"unnamed.{ours_id}"].make(found)
-        theirs = named[f"aero.{name}"].make(found)
+        ours = table[f"unnamed.{ours_id}"].build_column(found)
+        theirs = named[f"aero.{name}"].build_column(found)
         assert ours is not None
         assert theirs is not None
-        assert ours[0].place == theirs[0].place
+        assert ours[0].target == theirs[0].target
         size = np.dot(ours[0].history, theirs[0].history) / np.dot(*[theirs[0].history] * 2)
         assert ours[0].history == pytest.approx(size * theirs[0].history, rel=1e-9), name
     # What the catalog holds does not compete a second time without a name.
@@ -253,18 +253,18 @@ def test_structure_without_a_name(plain: Prepared) -> None:
     assert rest < set(table)
     looks = {}
     for one in named.values():
-        column = one.make(found)
-        if column and column[0].place in ("CN", "CA", "CY", "Cl", "Cm", "Cn"):
+        column = one.build_column(found)
+        if column and column[0].target in ("CN", "CA", "CY", "Cl", "Cm", "Cn"):
             looks[one.id] = plain.innovations(column)
     for name in sorted(rest):
-        ours = table[name].make(found)
+        ours = table[name].build_column(found)
         assert ours is not None
         own = plain.innovations(ours)
         for other, theirs in looks.items():
             size = np.linalg.norm(own) * np.linalg.norm(theirs)
             assert size == 0.0 or abs(np.vdot(own, theirs)) < 0.999999 * size, (name, other)
     # What a coefficient of the other axis follows late lacks the present: nothing else has it.
-    late = table["unnamed.Cn.late_q"].make(found)
+    late = table["unnamed.Cn.late_q"].build_column(found)
     assert late is not None
     present, past = np.abs(found.variables["q_hat"]), np.abs(late[0].history)
     assert past.max() < present.max()
@@ -282,7 +282,7 @@ def test_screening_gains_are_those_of_a_refit() -> None:
     fit = prepared(flown, TRUTH, DERIVATIVES)
     for flight in fit.noise:
         fit.noise[flight] = true_noise(gusts=1e-2, moments=1e-3)
-    fit.pass_()
+    fit.linearize_and_sum()
     wanted = ("aero.Cm.alpha2", "aero.Cl.alpha_beta", "sensor.beta.delay", "aero.CN.alpha2")
     competitors = [
         one
@@ -297,8 +297,8 @@ def test_screening_gains_are_those_of_a_refit() -> None:
     n_x = 11
     rows, target = [], []
     for place, one in enumerate(fit.maneuvers):
-        seen, _, n_local = fit.whitened(
-            one, lambda linear: [other.make(linear) or () for other in competitors]
+        seen, _, n_local = fit.whitened_columns(
+            one, lambda linear: [other.build_column(linear) or () for other in competitors]
         )
         assert n_local == n_x
         flat = seen.reshape(-1, seen.shape[2])
@@ -329,14 +329,14 @@ def test_screening_gains_are_those_of_a_refit() -> None:
     without, _ = fitted(model_only)
     for k, one in enumerate(competitors):
         with_it, value = fitted([*model_only, len(DERIVATIVES) + k])
-        place = found.place(one.id)
+        place = found.index(one.id)
         size = value / scale[len(DERIVATIVES) + k]
         assert found.size[place] == pytest.approx(size, rel=1e-3)
         allowed = one.low <= size <= one.high
         assert found.gain[place] == pytest.approx(
             (without - with_it) if allowed else 0.0, rel=1e-3, abs=1e-5
         )
-    assert float(found.left.matrix[-1, -1]) == pytest.approx(without, rel=1e-5)
+    assert float(found.projected_information.matrix[-1, -1]) == pytest.approx(without, rel=1e-5)
 
 
 def test_a_size_that_makes_no_sense_gains_nothing() -> None:
@@ -353,7 +353,7 @@ def test_a_size_that_makes_no_sense_gains_nothing() -> None:
     gains = []
     for given in (flown, early):
         fit = prepared(given, TRUTH)
-        fit.pass_()
+        fit.linearize_and_sum()
         found = screen_candidates(fit, competitors)
         gains.append(found)
     assert gains[1].size[0] < -0.02

@@ -111,7 +111,7 @@ def test_linearized_elsewhere_it_finds_the_same_residuals_to_first_order() -> No
         own = create_filter(
             found, None, NominalMotion(states=found.states, gust=np.zeros((3, len(record))))
         )
-        plain = block_means(record.measured - found.computed, own.block)
+        plain = block_means(record.measured - found.computed, own.block_size)
         # The bend is far larger than the noise; nearly nothing of it is left.
         assert np.sqrt(np.mean(((plain - expected) / spread) ** 2)) > 2.0 * size
         errors.append(np.sqrt(np.mean(((innovations_of(own) - expected) / spread) ** 2)))
@@ -122,7 +122,7 @@ def test_linearized_elsewhere_it_finds_the_same_residuals_to_first_order() -> No
 def flown_in_dying_gust(record: ManeuverRecord, start: FloatArray, gust: FloatArray) -> FloatArray:
     """Integrate the equations, air moved by gusts that only die away from where they begin."""
     model = FlightModel(AIRCRAFT, TRUTH)
-    decay = float(np.mean(record.motion.states[:, 0])) / np.array(true_noise().lengths)
+    decay = float(np.mean(record.motion.states[:, 0])) / np.array(true_noise().gust_lengths)
     inputs, dt = record.motion.inputs, record.dt
 
     def rates(state: FloatArray, given: FloatArray, time: float) -> FloatArray:
@@ -152,7 +152,7 @@ def test_settling_reaches_the_simulated_motion() -> None:
     one = fit.maneuvers[0]
     for _ in range(4):
         fit.linearize()
-        fit.settle()
+        fit.update_motion()
     start = np.array([*one.motion.states[:8, 0], one.record.motion.states[0, 8]])
     flown = flown_in_dying_gust(one.record, start, one.motion.gust[:, 0])
     noise = [0.1, *np.radians((0.1, 0.1, 0.5, 0.5, 0.5, 0.2, 0.2))]
@@ -170,7 +170,7 @@ def toy_step(toy: Toy) -> FloatArray:
     """Return the toy's transition as the filter takes gusts: driven from sample to sample."""
     step = np.zeros((11, 11))
     step[:8, :8] = toy.transition
-    for place, (row, length) in enumerate(zip(GUST_ROWS, toy.noise.lengths, strict=True)):
+    for place, (row, length) in enumerate(zip(GUST_ROWS, toy.noise.gust_lengths, strict=True)):
         step[:8, 8 + place] = -30.0 / length * toy.dt * toy.transition[:, row]
         step[8 + place, 8 + place] = np.exp(-30.0 / length * toy.dt)
     return step
@@ -232,12 +232,12 @@ def test_blocks_are_a_kalman_filter_at_every_sample() -> None:
     """
     toy = Toy(TOY_NOISE, n=2000)
     own = create_filter(toy.linearization(), TOY_NOISE, toy.motion())
-    assert own.block == 4
-    plain = PlainKalman(toy, own.block)
+    assert own.block_size == 4
+    plain = PlainKalman(toy, own.block_size)
     for _ in range(1500):
         plain.take(np.zeros(len(TOY_CHANNELS)))
     plain.x[:] = 0.0
-    means = block_means(toy.measured, own.block)
+    means = block_means(toy.measured, own.block_size)
     found = innovations_of(own)
     covariance = np.linalg.inv(own.whitener[-1].T @ own.whitener[-1])
     spread = np.sqrt(np.diag(covariance))
@@ -245,7 +245,7 @@ def test_blocks_are_a_kalman_filter_at_every_sample() -> None:
         innovation, S = plain.take(means[k])
         assert np.abs((found[k] - innovation) / spread).max() < 2e-3
     assert np.abs((covariance - S) / np.outer(spread, spread)).max() < 5e-4
-    assert own.log_size / len(means) == pytest.approx(np.linalg.slogdet(S)[1], abs=1e-3)
+    assert own.log_determinant / len(means) == pytest.approx(np.linalg.slogdet(S)[1], abs=1e-3)
 
 
 def test_innovations_of_the_toy_are_white_and_of_the_size_predicted() -> None:
@@ -271,7 +271,7 @@ def test_colored_noise_is_told_from_turbulence() -> None:
     And the smoother sees the true correlation; with gusts mistaken for noise it would be none.
     """
     truth = {"alpha": 0.7, "q": 0.8, "an": 0.7}
-    noise = replace(TOY_NOISE, gusts=(0.05, 0.4, 0.8), correlations=truth)
+    noise = replace(TOY_NOISE, gust_intensities=(0.05, 0.4, 0.8), correlations=truth)
     toy = Toy(noise, n=24000, seed=6)
     measured = toy.measured - toy.errors
     for column, name in enumerate(TOY_CHANNELS):
@@ -285,14 +285,14 @@ def test_colored_noise_is_told_from_turbulence() -> None:
     for lag in range(1, 8):
         assert np.abs(white[lag:].T @ white[:-lag] / n).max() < 4.5 / np.sqrt(n) + 0.02, lag
     z, b, _ = own.residual(np.zeros(7))
-    kept = own.kept_colors(z, b) ** (1.0 / own.block)
-    expected = [truth[TOY_CHANNELS[place]] for place in own.colors.places]
+    kept = own.smoothed_decay(z, b) ** (1.0 / own.block_size)
+    expected = [truth[TOY_CHANNELS[place]] for place in own.colors.channel_indices]
     assert kept == pytest.approx(expected, abs=0.03)
     # From elsewhere it leads there.
     away = create_filter(
         linearization, replace(noise, correlations=dict.fromkeys(truth, 0.6)), toy.motion()
     )
-    assert (away.kept_colors(z, b) ** (1.0 / own.block) > 0.6).all()
+    assert (away.smoothed_decay(z, b) ** (1.0 / own.block_size) > 0.6).all()
     # Taken for white, the same noise is neither white nor of that size.
     blind = create_filter(linearization, replace(noise, correlations={}), toy.motion())
     poor = whitened(blind, innovations_of(blind)[20:])
@@ -315,11 +315,11 @@ def test_the_smoother_is_generalized_least_squares() -> None:
     """
     toy = Toy(TOY_NOISE, n=160, seed=4)
     own = create_filter(toy.linearization(), TOY_NOISE, toy.motion())
-    plain = PlainKalman(toy, own.block)
+    plain = PlainKalman(toy, own.block_size)
     for _ in range(1500):
         plain.take(np.zeros(len(TOY_CHANNELS)))
     start = plain.P[:11, :11]
-    step, n, block = toy_step(toy), toy.n, own.block
+    step, n, block = toy_step(toy), toy.n, own.block_size
     # Covariances of the states at all samples.
     spreads = [start]
     for _ in range(n - 1):
@@ -341,7 +341,7 @@ def test_the_smoother_is_generalized_least_squares() -> None:
     # And the innovations are the record, decorrelated: the same sum of squares, and log det.
     white = whitened(own, innovations_of(own))
     assert np.sum(white**2) == pytest.approx(means.ravel() @ expected.ravel(), rel=1e-4)
-    assert own.log_size == pytest.approx(np.linalg.slogdet(dense)[1], rel=1e-4)
+    assert own.log_determinant == pytest.approx(np.linalg.slogdet(dense)[1], rel=1e-4)
 
 
 def test_what_the_smoother_expects_is_what_it_finds() -> None:
@@ -349,7 +349,7 @@ def test_what_the_smoother_expects_is_what_it_finds() -> None:
     toy = Toy(TOY_NOISE, n=40000, seed=5)
     own = create_filter(toy.linearization(), TOY_NOISE, toy.motion())
     process, measurement, _ = own.adjoints(innovations_of(own))
-    by_process, by_measurement, _ = own.expected()
+    by_process, by_measurement, _ = own.expected_adjoints()
     steps = slice(10, -10)
     found = np.mean(measurement[steps] ** 2, axis=0)
     assert found == pytest.approx(np.diag(by_measurement), rel=0.08)
@@ -367,7 +367,7 @@ def test_a_filter_that_does_not_forget_is_a_fit_that_ran_away() -> None:
     toy = Toy(TOY_NOISE, n=400, seed=5)
     own = create_filter(toy.linearization(), TOY_NOISE, toy.motion())
     with pytest.raises(FlightError, match="ran away"):
-        replace(own, propagation=4.0 * own.propagation).expected()
+        replace(own, propagation=4.0 * own.propagation).expected_adjoints()
 
 
 # --- what does not count -------------------------------------------------------------------------
@@ -406,8 +406,8 @@ def test_a_channel_with_gaps_is_filled_by_nothing() -> None:
     samples[100:150] = np.nan
     record = create_maneuver_record(with_channel(whole, "q", samples))
     column = record.channels.index("q")
-    assert not record.counted[100:150, column].any()
-    assert record.counted.sum() == record.counted.size - 50
+    assert not record.valid[100:150, column].any()
+    assert record.valid.sum() == record.valid.size - 50
     fit = prepared([with_channel(whole, "q", samples)])
     fit.linearize()
     one = fit.maneuvers[0]
@@ -445,7 +445,7 @@ def test_gusts_of_the_noise_model_have_the_size_that_it_says() -> None:
     """First-order gusts simulated with its intensities have its rms."""
     random = np.random.default_rng(8)
     noise, V, dt, n = true_noise(gusts=0.2), 30.0, 0.02, 200_000
-    for name, length in zip("uvw", noise.lengths, strict=True):
+    for name, length in zip("uvw", noise.gust_lengths, strict=True):
         decay = np.exp(-V / length * dt)
         size = np.sqrt(0.2 * (1.0 - decay**2) / (2.0 * V / length))
         gust = lfilter([1.0], [1.0, -decay], size * random.standard_normal(n))

@@ -122,7 +122,7 @@ def test_the_order_of_maneuvers_changes_names_only() -> None:
     one, other = rows(7, ("a", "b", "c")).information(), rows(8, ("d", "b")).information()
     first, second = one + other, other + one
     assert set(first.names) == set(second.names)
-    places = [*second.places(first.names), -1]
+    places = [*second.indices(first.names), -1]
     assert np.array_equal(first.matrix, second.matrix[np.ix_(places, places)])
 
 

@@ -164,11 +164,11 @@ def test_the_story_has_a_step_for_each_model(
         assert len(one.computed) == len(one.missing) == 2
         assert one.computed[0].shape == one.measured.shape == (len(one.times), len(one.channels))
         assert one.missing[0].shape == (len(one.times), 6)
-    assert answer.steps[0].map.shape == (8, 6)
+    assert answer.steps[0].coefficient_map.shape == (8, 6)
     # Pitch maneuvers lack most in Cm, and no longer.
     pitching = [k for k, one in enumerate(search.maneuvers) if one.inputs == ("de",)]
     column = answer.coefficients.index("Cm")
-    before, after = (step.map[pitching, column].mean() for step in answer.steps)
+    before, after = (step.coefficient_map[pitching, column].mean() for step in answer.steps)
     assert before > 1.2 * after
     assert answer.disagreements[0].coefficient == "Cm"
     assert answer.disagreements[0].channel == "q"
@@ -182,7 +182,7 @@ def test_progress_goes_forward(answer: DiscrepancyResult, told: list[SearchProgr
     assert shares == sorted(shares)
     assert shares[0] > 0.0
     assert shares[-1] == 1.0
-    assert all(one.doing for one in told)
+    assert all(one.activity for one in told)
 
 
 @pytest.mark.parametrize("calls", [1, 4, 9])
@@ -209,7 +209,7 @@ def test_the_same_again_to_the_last_bit(search: Investigation, answer: Discrepan
     assert again.observability == answer.observability
     for one, other in zip(again.steps, answer.steps, strict=True):
         assert one.ranking == other.ranking
-        assert np.array_equal(one.map, other.map, equal_nan=True)
+        assert np.array_equal(one.coefficient_map, other.coefficient_map, equal_nan=True)
     for one, other in zip(again.maneuvers, answer.maneuvers, strict=True):
         for ours, theirs in zip(one.computed, other.computed, strict=True):
             assert np.array_equal(ours, theirs)

@@ -128,7 +128,7 @@ FINER = 10
 
 def late_toy(late: PathTerms, n: int, seed: int) -> tuple[Toy, np.ndarray]:
     """Return a toy in strong side gusts, and its record with a late beta vane, flown finely."""
-    noise = replace(TOY_NOISE, gusts=(0.05, 2.0, 0.2))
+    noise = replace(TOY_NOISE, gust_intensities=(0.05, 2.0, 0.2))
     toy = Toy(noise, n=n, seed=seed)
     fine = Toy(noise, n=FINER * n, seed=seed, dt=toy.dt / FINER)
     beta = fine.states[:, 2]
@@ -164,7 +164,7 @@ def test_a_filter_that_knows_of_a_late_vane_leaves_noise(late: dict[str, float])
     for lag in range(1, 5):
         assert np.abs(white[lag:].T @ white[:-lag] / n).max() < 4.5 / np.sqrt(n) + 0.02, lag
     blind, poor = filtered(toy, record, ())
-    assert np.sum(poor**2) + blind.log_size > np.sum(white**2) + own.log_size + 200.0
+    assert np.sum(poor**2) + blind.log_determinant > np.sum(white**2) + own.log_determinant + 200.0
 
 
 def test_gusts_tell_how_late_a_vane_is() -> None:
@@ -174,5 +174,5 @@ def test_gusts_tell_how_late_a_vane_is() -> None:
         costs = []
         for by in (-0.01, 0.0, 0.01):
             own, white = filtered(toy, record, path(**{kind: truth + by}))
-            costs.append(float(np.sum(white**2)) + own.log_size)
+            costs.append(float(np.sum(white**2)) + own.log_determinant)
         assert costs[1] < min(costs[0], costs[2]) - 5.0, kind

@@ -34,9 +34,9 @@ def competitor(name: str, *, named: bool = True) -> CandidateEffect:
         title=name,
         named=named,
         parameter="size",
-        plausible=1.0,
+        plausible_size=1.0,
         neutral=0.0,
-        make=lambda _: None,
+        build_column=lambda _: None,
     )
 
 
@@ -56,10 +56,10 @@ def decided(
     empty = InformationMatrix(names=names, matrix=np.eye(len(names) + 1), samples=100.0)
     gains = np.array(gain)
     screening = CandidateScreening(
-        competitors=competitors,
-        whole=empty,
-        left=empty,
-        parts={},
+        candidates=competitors,
+        full_information=empty,
+        projected_information=empty,
+        maneuver_information={},
         gain=gains,
         size=np.zeros(len(names)),
         std=np.ones(len(names)),
@@ -168,7 +168,7 @@ def test_one_stands_for_a_set_that_looks_the_same() -> None:
         names = ("a", "b", "c", "unnamed.x")
         left = InformationMatrix(names=names, matrix=matrix, samples=100.0)
         screening = CandidateScreening(
-            competitors=(*NAMED, UNNAMED), whole=left, left=left, parts={},
+            candidates=(*NAMED, UNNAMED), full_information=left, projected_information=left, maneuver_information={},
             gain=np.array(gains), size=np.zeros(4), std=np.ones(4),
         )  # fmt: skip
         stage = SearchStage(fit=None, added="", screening=screening, decision=decision)  # type: ignore[arg-type]

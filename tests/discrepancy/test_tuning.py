@@ -55,17 +55,17 @@ def test_noise_of_a_linear_system_is_recovered(share: float, gusts: float, momen
     toys = [Toy(TOY_NOISE, seed=seed, n=3000) for seed in range(4)]
     wrong = NoiseModel(
         variances={name: one * share for name, one in TOY_NOISE.variances.items()},
-        gusts=tuple(one * gusts for one in TOY_NOISE.gusts),  # type: ignore[arg-type]
-        moments=TOY_NOISE.moments * moments,
+        gust_intensities=tuple(one * gusts for one in TOY_NOISE.gust_intensities),  # type: ignore[arg-type]
+        moment_intensity=TOY_NOISE.moment_intensity * moments,
     )
     fit = toy_fit(toys, wrong)
     tune_noise(fit, rounds=20)
     found = fit.noise["toy"]
     for name, variance in TOY_NOISE.variances.items():
         assert np.sqrt(found.variances[name] / variance) == pytest.approx(1.0, abs=0.1), name
-    for name, one, true in zip("uvw", found.gusts, TOY_NOISE.gusts, strict=True):
+    for name, one, true in zip("uvw", found.gust_intensities, TOY_NOISE.gust_intensities, strict=True):
         assert one / true == pytest.approx(1.0, abs=0.25), name
-    assert found.moments / TOY_NOISE.moments == pytest.approx(1.0, abs=0.25)
+    assert found.moment_intensity / TOY_NOISE.moment_intensity == pytest.approx(1.0, abs=0.25)
     # Filtered with it, innovations are as large as believed.
     one = fit.maneuvers[0]
     assert one.filter is not None
@@ -85,7 +85,7 @@ def test_turbulence_that_is_not_there_goes() -> None:
     fit = toy_fit([Toy(still, seed=seed, n=2000) for seed in range(2)], believed)
     tune_noise(fit, rounds=12)
     assert max(fit.noise["toy"].gust_rms(30.0).values()) < 0.03
-    assert fit.noise["toy"].moments == pytest.approx(still.moments, rel=0.25)
+    assert fit.noise["toy"].moment_intensity == pytest.approx(still.moment_intensity, rel=0.25)
 
 
 def test_first_guess_is_right_where_samples_are_independent() -> None:
@@ -150,11 +150,11 @@ def test_zero_errors_belong_to_flights() -> None:
         if one.flight == "off":
             one = with_channel(one, "beta", one.samples("beta") + np.radians(0.5))
         flown.append(one)
-    fit = FilterErrorFit.begin([create_maneuver_record(one) for one in flown], TRUTH, ())
+    fit = FilterErrorFit.create([create_maneuver_record(one) for one in flown], TRUTH, ())
     for _ in range(3):
         fit.linearize()
         tune_noise(fit, rounds=3)
-        fit.step(fit.information())
+        fit.apply_step(fit.information())
     apart = fit.biases[bias_name("off", "beta")] - fit.biases[bias_name("good", "beta")]
     assert apart == pytest.approx(np.radians(0.5), abs=np.radians(0.06))
     # Its prior is relative to where it stands: one cannot creep away pass by pass.

@@ -196,7 +196,7 @@ def test_the_fence_is_read(example: Example) -> None:
 
 def test_the_test_cards_are_read(example: Example) -> None:
     cards = load_cards(example("toml", "cards"))
-    assert [card.heading for card in cards.cards] == [
+    assert [card.display_title for card in cards.cards] == [
         "Elevator doublet",
         "Aileron and rudder doublet",
     ]
@@ -204,7 +204,7 @@ def test_the_test_cards_are_read(example: Example) -> None:
 
 def test_the_checklist_is_read_and_its_rules_are_all_told(example: Example) -> None:
     found = load_checklist(example("toml", "checklist"))
-    assert [item.by for item in found.items].count("hand") == 1
+    assert [item.checked_by for item in found.items].count("hand") == 1
     table = (DOCS / "files.md").read_text(encoding="utf-8").partition("| rule |")[2]
     told = re.findall(r"^\| `(\w+)` \|", table.partition("\n\n")[0], re.MULTILINE)
     kinds = {model.model_fields["kind"].annotation.__args__[0] for model in CHECKLIST_RULES}
@@ -235,7 +235,7 @@ def test_the_examples_together_are_a_flight_folder(example: Example, tmp_path: P
     assert info.takeoff_weight == pytest.approx(46.6 * 4.4482216, rel=1e-6)
     own = folder.aircraft()
     assert own is not None
-    assert apply_flight_info(own, info).shift[0] < 0.0
+    assert apply_flight_info(own, info).cg_shift[0] < 0.0
     assert check_flight_info(info, own) == ()
     setting = find_session_setting(folder.path)
     assert setting.channel_map is not None
@@ -248,7 +248,7 @@ def test_the_examples_together_are_a_flight_folder(example: Example, tmp_path: P
         "mark", "note", "card-choice", "vehicle", "verdict", "maneuver-edit", "maneuver-undo",
     ]  # fmt: skip
     changes = ManeuverEditLog(EventLog(folder.path / "events.jsonl"), [_found("3", 119.0, 124.16)])
-    assert (changes.left_out, len(changes.book.edits), len(changes.book.undone)) == (0, 0, 1)
+    assert (changes.skipped_count, len(changes.maneuver_list.edits), len(changes.maneuver_list.undone)) == (0, 0, 1)
 
 
 def _found(name: str, start: float, stop: float) -> DetectedManeuver:

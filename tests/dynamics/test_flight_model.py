@@ -56,7 +56,7 @@ def test_jacobians_equal_differences(seed: int) -> None:
     assert np.allclose(values, np.stack(outputs.values(*split(x)), axis=-1), rtol=1e-13, atol=1e-13)
 
     def everything(x: list) -> np.ndarray:
-        rates, totals = FULL.rates(*split(x)), FULL.totals(*split(x))
+        rates, totals = FULL.rates(*split(x)), FULL.evaluate(*split(x))
         parts = [*rates, *outputs.values(*split(x)), *totals.loads, *totals.coefficients.values()]
         return np.array(np.broadcast_arrays(*parts)).T
 
@@ -104,7 +104,7 @@ def test_cg_effect_moves_the_moments(aircraft: Aircraft, model: Model) -> None:
     here = FlightModel(aircraft, model)
     state = (30.0, 0.08, 0.05, 0.1, 0.1, 0.1, 0.0, 0.1, 0.0)
     inputs = (0.02, 0.0, 0.1, 0.0, 0.4, 0.0, 1.2, 21.0)
-    a, b = ahead.totals(state, inputs).loads, here.totals(state, inputs).loads
+    a, b = ahead.evaluate(state, inputs).loads, here.evaluate(state, inputs).loads
     assert a[:3] == b[:3]
     assert pytest.approx(0.03 * b.Z) == a.M - b.M
     assert pytest.approx(-0.03 * b.Y) == a.N - b.N
@@ -117,7 +117,7 @@ def test_engines_act_at_their_places(flight_model: FlightModel, aircraft: Aircra
 
     def loads(throttle: float, difference: float):
         inputs = (0.0, 0.0, 0.0, 0.0, throttle, difference, 1.225, 21.0)
-        return flight_model.totals(state, inputs)
+        return flight_model.evaluate(state, inputs)
 
     idle, even, uneven = loads(0.0, 0.0), loads(0.5, 0.0), loads(0.5, 0.2)
     height = aircraft.propulsion.position[0][2]
@@ -137,7 +137,7 @@ def test_throttle_effect_is_strong_at_low_speed(aircraft: Aircraft, model: Model
     def share(V: float) -> float:
         state = (V, 0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 0.05, 0.0)
         inputs = (0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.225, 21.0)
-        extra = changed.totals(state, inputs).loads.M - plain.totals(state, inputs).loads.M
+        extra = changed.evaluate(state, inputs).loads.M - plain.evaluate(state, inputs).loads.M
         return extra / (0.5 * 1.225 * V * V)
 
     assert share(20.0) > 3.0 * share(40.0) > 0.0
@@ -148,8 +148,8 @@ def test_alpha_dot_effect_uses_the_true_rate(aircraft: Aircraft, model: Model) -
     state = (30.0, 0.1, 0.03, 0.1, 0.3, 0.1, 0.2, 0.1, 0.0)
     inputs = (0.02, 0.0, 0.1, 0.0, 0.4, 0.0, 1.2, 21.0)
     rates = changed.rates(state, inputs)
-    plain = FlightModel(aircraft, model).totals(state, inputs).coefficients["Cm"]
-    found = changed.totals(state, inputs).coefficients["Cm"] - plain
+    plain = FlightModel(aircraft, model).evaluate(state, inputs).coefficients["Cm"]
+    found = changed.evaluate(state, inputs).coefficients["Cm"] - plain
     assert found == pytest.approx(-8.0 * rates[1] * changed.chord / 60.0)
 
 
@@ -167,10 +167,10 @@ def test_a_force_may_not_read_what_it_decides(aircraft: Aircraft, model: Model) 
 
 
 def test_parameters_by_name(flight_model: FlightModel) -> None:
-    values = flight_model.parameters_with({"Cm_alpha": -0.5})
+    values = flight_model.with_parameters({"Cm_alpha": -0.5})
     assert values[flight_model.parameter_names.index("Cm_alpha")] == -0.5
     with pytest.raises(UnknownNameError, match="Cm_alfa"):
-        flight_model.parameters_with({"Cm_alfa": 1.0})
+        flight_model.with_parameters({"Cm_alfa": 1.0})
 
 
 def test_unknown_output_is_refused(flight_model: FlightModel) -> None:
@@ -182,7 +182,7 @@ def test_resting_states_do_not_move(aircraft: Aircraft, model: Model) -> None:
     lagged = FlightModel(aircraft, model.with_effect("aero.Cm.memory"))
     state = (30.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.0)
     inputs = (0.0, 0.0, 0.0, 0.0, 0.4, 0.0, 1.2, 21.0)
-    settled = lagged.resting_states(state, inputs)
+    settled = lagged.steady_states(state, inputs)
     assert settled == (0.1,)
     assert lagged.rates((*state, *settled), inputs)[9] == 0.0
 
@@ -223,8 +223,8 @@ def test_states_of_terms_settle_where_their_rates_vanish() -> None:
     )
     state = (30.0, 0.08, 0.0, 0.0, 0.1, 0.0, 0.0, 0.05, 0.0)
     inputs = (0.0, 0.0, 0.0, 0.0, 0.6, 0.0, 1.2, 21.0)
-    rest = model.resting_states(state, inputs)
-    totals = model.totals((*state, *rest), inputs)
+    rest = model.steady_states(state, inputs)
+    totals = model.evaluate((*state, *rest), inputs)
     assert totals.term_rates == (0.0, 0.0)
     assert rest[0] == pytest.approx(totals.thrust)
     assert totals.thrust > 20.0

@@ -56,7 +56,7 @@ def test_what_a_sensor_did_to_a_surface_can_be_undone(kind: str) -> None:
     """Sent through the sensor and back, a smooth history is itself again."""
     term = signal_term(f"sensor.de.{kind}")
     shown = term.respond(WAVE, DT, usual(term)).values
-    back = term.undo(shown, DT, usual(term)).values
+    back = term.invert(shown, DT, usual(term)).values
     assert np.abs(shown - WAVE)[BETWEEN].max() > 5e-3
     assert np.abs(back - WAVE)[BETWEEN].max() < 3e-4
 
@@ -67,15 +67,15 @@ def test_derivatives_of_what_is_undone(name: str) -> None:
     term = signal_term(name)
     # Off the samples, so that a step of the delay does not cross one.
     values = tuple(x + 0.0031 if name.endswith("delay") else x for x in usual(term))
-    found = term.undo(WAVE, DT, values)
+    found = term.invert(WAVE, DT, values)
     h = 1e-7
     for column in range(len(values)):
         up, down = (tuple(x + s * h * (k == column) for k, x in enumerate(values)) for s in (1, -1))
-        numeric = (term.undo(WAVE, DT, up).values - term.undo(WAVE, DT, down).values) / (2 * h)
+        numeric = (term.invert(WAVE, DT, up).values - term.invert(WAVE, DT, down).values) / (2 * h)
         assert np.allclose(found.parameters[:, column], numeric, atol=1e-5)
     change = np.random.default_rng(2).standard_normal((WAVE.size, 2))
     for column in range(2):
-        up, down = (term.undo(WAVE + s * h * change[:, column], DT, values) for s in (1, -1))
+        up, down = (term.invert(WAVE + s * h * change[:, column], DT, values) for s in (1, -1))
         numeric = (up.values - down.values) / (2 * h)
         assert np.allclose(found.tangent(change)[:, column], numeric, atol=1e-5)
 
@@ -148,12 +148,12 @@ def test_nothing_undone_is_the_signal_itself() -> None:
 def test_what_was_cut_off_stays_cut_off() -> None:
     term = signal_term("sensor.de.clipping")
     shown = term.respond(WAVE, DT, (0.05,)).values
-    assert np.array_equal(term.undo(shown, DT, (0.05,)).values, shown)
+    assert np.array_equal(term.invert(shown, DT, (0.05,)).values, shown)
 
 
 def test_a_scale_of_zero_has_lost_the_signal() -> None:
     term = signal_term("sensor.de.scale")
-    assert np.array_equal(term.undo(WAVE, DT, (0.0,)).values, WAVE)
+    assert np.array_equal(term.invert(WAVE, DT, (0.0,)).values, WAVE)
 
 
 # --- early and late -----------------------------------------------------------------------------
@@ -207,7 +207,7 @@ def test_swapped_channels_carry_each_others_signal(pair: tuple[str, str]) -> Non
 
 def test_a_swap_is_no_path_of_a_signal() -> None:
     model = FlightModel(B777, BASE.with_effect("sensor.p_r.swapped"))
-    assert model.exchanged == (("p", "r"),)
+    assert model.swapped_channels == (("p", "r"),)
     assert not model.sensor_terms
     term = create_term("sensor.p_r.swapped", B777)
     assert isinstance(term, SwappedChannels)

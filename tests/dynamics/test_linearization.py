@@ -40,7 +40,7 @@ def test_modes_follow_from_the_derivatives(flight_model: FlightModel) -> None:
     S, c, b = geometry.wing_area, geometry.chord, geometry.span
     qS = 0.5 * RHO * V * V * S
     alpha = found.polar.alpha
-    totals = flight_model.totals(found.state, found.inputs)
+    totals = flight_model.evaluate(found.state, found.inputs)
     CN, CA, T = totals.coefficients["CN"], totals.coefficients["CA"], totals.thrust
     ca, sa = math.cos(alpha), math.sin(alpha)
 

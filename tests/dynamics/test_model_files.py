@@ -116,8 +116,8 @@ def test_a_model_with_every_effect_comes_back_from_its_file(
     assert back == model
     built, again = FlightModel(aircraft, model), FlightModel(aircraft, back)
     assert built.defaults == again.defaults
-    assert built.exchanged == again.exchanged
-    assert set(built.misplaced) == set(POSITIONED_INSTRUMENTS)
+    assert built.swapped_channels == again.swapped_channels
+    assert set(built.displaced_instruments) == set(POSITIONED_INSTRUMENTS)
     # Every signal term stands on one path, that of a box on those of all its channels.
     paths = {
         term.id

@@ -99,7 +99,7 @@ def test_predicted_accelerations_at_the_cg(aircraft: Aircraft, model: Model) -> 
     state = (29.0, 0.09, 0.05, 0.2, 0.1, -0.1, 0.1, 0.05, 0.0)
     inputs = (0.02, 0.05, -0.04, 0.0, 0.6, 0.0, 1.1, 20.5)
     found = OutputModel(built, ("ax", "ay", "an", "alpha", "V")).values(state, inputs)
-    totals = built.totals(state, inputs)
+    totals = built.evaluate(state, inputs)
     qS = 0.5 * 1.1 * 29.0**2 * bare.geometry.wing_area
     c = totals.coefficients
     expected = ((totals.thrust - qS * c["CA"]) / 20.5, qS * c["CY"] / 20.5, qS * c["CN"] / 20.5)

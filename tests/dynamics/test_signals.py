@@ -46,7 +46,7 @@ def test_continuous_and_sampled_form_agree_on_slow_signals(name: str) -> None:
         return float(np.interp(time, TIMES, WAVE))
 
     if term.states:
-        rest = term.rest((at(0.0),), values)
+        rest = term.steady_state((at(0.0),), values)
         solution = solve_ivp(
             lambda t, s: term.rates((at(t),), s, values), (0.0, TIMES[-1]), rest,
             t_eval=TIMES, max_step=2e-3, rtol=1e-7, atol=1e-9,

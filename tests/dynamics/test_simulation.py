@@ -230,7 +230,7 @@ def test_stall_near_61_feet_per_second(aircraft: Aircraft, model: Model) -> None
     alpha = np.linspace(0.0, 25 * DEG, 400)
     V = 61.0 * FT
     state = (V, alpha, *(0.0,) * 5, alpha, 0.0)
-    totals = extra.totals(state, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.225, simulator.mass))
+    totals = extra.evaluate(state, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.225, simulator.mass))
     lift = -totals.loads.Z * np.cos(alpha) + totals.loads.X * np.sin(alpha)
     weight = simulator.mass * 9.80665
     slowest = V * math.sqrt(weight / lift.max())

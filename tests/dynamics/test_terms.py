@@ -168,7 +168,7 @@ def test_description_is_complete(name: str, aircraft: Aircraft) -> None:
 def test_states_at_rest_have_no_rate(name: str, aircraft: Aircraft) -> None:
     term = term_of(name, aircraft)
     reads, _, parameters = sample(term, 3)
-    rest = term.rest(reads, parameters)
+    rest = term.steady_state(reads, parameters)
     assert len(rest) == len(term.states)
     for rate in term.rates(reads, rest, parameters):
         assert np.all(rate == 0.0)

@@ -53,7 +53,7 @@ def test_coordinated_turn(flight_model: FlightModel, bank: float) -> None:
     assert np.abs(rates[:8]).max() < 1e-7
     assert rates[8] == pytest.approx(found.turn_rate)
     assert found.turn_rate == pytest.approx(9.80665 * math.tan(bank) / 31.0, rel=0.05)
-    totals = flight_model.totals(found.state, found.inputs)
+    totals = flight_model.evaluate(found.state, found.inputs)
     assert pytest.approx(0.0, abs=1e-6) == totals.loads.Y
     assert found.polar.phi == bank
 

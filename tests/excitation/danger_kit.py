@@ -87,8 +87,8 @@ def _flown(stretches: Sequence[FlightSegment]) -> Flown:
         times=np.concatenate([stretch.times for stretch in stretches]),
         truth=np.concatenate([stretch.truth for stretch in stretches]),
         volts=np.concatenate([stretch.volts for stretch in stretches]),
-        board=np.concatenate([stretch.board for stretch in stretches]),
-        board_names=stretches[0].board_names,
+        board=np.concatenate([stretch.onboard for stretch in stretches]),
+        board_names=stretches[0].onboard_names,
         phases=tuple(phase for stretch in stretches for phase in stretch.phases),
     )
 
@@ -118,7 +118,7 @@ def record(
     if not _CONVERTER:
         _CONVERTER.append(AnalogDigitalConverter(load_certificates("b777")))
     converter = _CONVERTER[0]
-    values = converter.measured(flown.volts)
+    values = converter.convert_volts(flown.volts)
     if faults or harm is not None:
         values = {name: samples.copy() for name, samples in values.items()}
         for number, text in enumerate(faults):
@@ -126,10 +126,10 @@ def record(
                 parse_sensor_fault(text), 1.0 / RATE, np.random.default_rng(number)
             )
             name = failing.fault.channel
-            values[name] = failing.act(values[name], 0)
+            values[name] = failing.apply(values[name], 0)
         if harm is not None:
             harm(flown, values)
-        values = converter.measured(converter.volts(values))
+        values = converter.convert_volts(converter.volts(values))
     columns = {name: values[name] for name in DAQ_CHANNELS} | {"rc_rssi": flown.known("rc_rssi")}
     if "attitude" not in without:
         columns |= {name: flown.known(name) for name in ("phi", "theta", "psi")}
@@ -157,7 +157,7 @@ def watched(block: Block, *, cuts: Sequence[int] = (), known: bool = True) -> Al
     edges = [TICK * cut for cut in cuts] if cuts else range(TICK, len(rows), TICK)
     start = 0
     for edge in (*edges, len(rows)):
-        watch.take(rows.part(start, edge))
+        watch.process_rows(rows.slice_rows(start, edge))
         start = edge
     return watch
 

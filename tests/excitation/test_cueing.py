@@ -25,10 +25,10 @@ def told(cues: CueGenerator) -> tuple[object, ...]:
     """Return everything that a flight's cues told, to be compared."""
     return (
         json.dumps([event.to_json() for event in cues.log], sort_keys=True),
-        tuple(cues.spoken),
+        tuple(cues.announcements),
         tuple(json.dumps(one.to_record(), sort_keys=True) for one in cues.maneuvers),
         cues.verdicts,
-        cues.flown,
+        cues.card_progress,
     )
 
 
@@ -55,9 +55,9 @@ def test_an_input_in_trim_is_cued_from_go_to_verdict(whole: CueGenerator) -> Non
     assert made.time - made.data["t_input"] < 2.0
     assert verdict.time - over.time < 1.0
     snapshot = whole.snapshot()
-    assert (snapshot.good, snapshot.wanted) == (1, 2)
+    assert (snapshot.good_repeats, snapshot.requested_repeats) == (1, 2)
     assert snapshot.card is not None
-    assert snapshot.card.good == 1
+    assert snapshot.card.good_repeats == 1
     assert snapshot.speed == pytest.approx(30.5, abs=4.0)
 
 
@@ -66,13 +66,13 @@ def test_nothing_is_spoken_from_the_input_to_its_verdict(whole: CueGenerator) ->
     made = next(event for event in whole.log if event.kind == "input")
     verdict = next(event for event in whole.log if event.kind == "verdict")
     words = [
-        one.words
-        for one in whole.spoken
-        if made.data["t_input"] < one.time < verdict.time and one.words
+        one.text
+        for one in whole.announcements
+        if made.data["t_input"] < one.time < verdict.time and one.text
     ]
     assert words == ["hands off"]
-    after = [one for one in whole.spoken if one.time == verdict.time and one.words]
-    assert [one.words for one in after] == ["good"]
+    after = [one for one in whole.announcements if one.time == verdict.time and one.text]
+    assert [one.text for one in after] == ["good"]
 
 
 def test_what_is_told_does_not_depend_on_how_the_samples_come(whole: CueGenerator) -> None:
@@ -121,7 +121,7 @@ def test_an_instrument_that_is_not_believed_is_not_shown() -> None:
     snapshot = cues.snapshot()
     assert snapshot.alpha is None
     assert snapshot.speed is not None
-    assert any(words.startswith("not believed: ") for words in snapshot.missing)
+    assert any(words.startswith("not believed: ") for words in snapshot.limitations)
 
 
 @pytest.mark.parametrize(
@@ -143,7 +143,7 @@ def test_what_is_not_measured_is_said_before_anybody_relies_on_it(
     snapshot = cues.snapshot()
     assert snapshot.trim is not None
     assert snapshot.trim.state == state
-    assert any(words.startswith(said) for words in snapshot.missing)
+    assert any(words.startswith(said) for words in snapshot.limitations)
 
 
 def test_other_units_hold_for_cards_and_prospects_from_then_on() -> None:
@@ -153,17 +153,17 @@ def test_other_units_hold_for_cards_and_prospects_from_then_on() -> None:
     cues.settle()
     before = cues.snapshot()
     assert before.card is not None
-    assert "100 ft/s" in before.card.words
+    assert "100 ft/s" in before.card.text
     cues.use_units("SI")
     at_once = cues.snapshot().card
     assert at_once is not None
-    assert "30 m/s" in at_once.words
+    assert "30 m/s" in at_once.text
     cues.feed(part(flown(), 700, len(flown())))
     cues.settle()
     after = cues.snapshot()
     assert after.outlook is not None
-    assert all("m/s" in one.words for one in after.outlook.prospects)
-    assert after.outlook.prospects
+    assert all("m/s" in one.text for one in after.outlook.forecasts)
+    assert after.outlook.forecasts
 
 
 def test_a_replay_that_goes_back_tells_the_same_again(whole: CueGenerator) -> None:
@@ -172,10 +172,10 @@ def test_a_replay_that_goes_back_tells_the_same_again(whole: CueGenerator) -> No
     cues = cueing()
     cues.feed(part(block, 0, 1150))
     cues.settle()
-    assert cues.snapshot().under_way is not None
+    assert cues.snapshot().input_in_progress is not None
     cues.reset()
     assert cues.snapshot() == CueSnapshot(
-        card=None, missing=cues.snapshot().missing, good=0, wanted=2
+        card=None, limitations=cues.snapshot().limitations, good_repeats=0, requested_repeats=2
     )
     assert told(feed(cues, block)) == told(whole)
 
@@ -201,31 +201,31 @@ def test_the_crew_chooses_and_a_replay_of_the_choice_tells_the_same() -> None:
         live.settle()
     before = live.snapshot().card
     assert before is not None
-    assert (before.card.id, before.why) == ("E1", "next on the list")
-    at = live.choose("E2")
+    assert (before.card.id, before.reason) == ("E1", "next on the list")
+    at = live.select_card("E2")
     for start in range(800, len(block), 20):
         live.feed(part(block, start, min(start + 20, len(block))))
         live.settle()
     live.finish()
     chosen = live.snapshot().card
     assert chosen is not None
-    assert (chosen.card.id, chosen.why) == ("E2", "chosen")
-    assert "85 ft/s" in chosen.words
+    assert (chosen.card.id, chosen.reason) == ("E2", "chosen")
+    assert "85 ft/s" in chosen.text
     replayed = cueing(cards=_TWO_PLACES, model=None)
-    replayed.choose("E2", at=at)
+    replayed.select_card("E2", at=at)
     assert told(feed(replayed, block)) == told(live)
-    live.choose("")
+    live.select_card("")
     with pytest.raises(UnknownNameError, match="no test card 'X9'"):
-        live.choose("X9")
+        live.select_card("X9")
 
 
 def test_cards_that_come_later_count_what_was_flown() -> None:
     """A crew that loads its cards after the first input has not lost it."""
     cues = feed(cueing(cards=None, model=None), flown())
     assert cues.verdicts[0].card == ""
-    assert cues.flown is None
+    assert cues.card_progress is None
     cues.use_cards(CARDS)
-    assert cues.flown is not None
+    assert cues.card_progress is not None
     assert [one.good for one in cues.flown.cards] == [1]
     assert cues.snapshot().good == 1
 
@@ -239,7 +239,7 @@ def test_a_card_that_cannot_be_flown_is_said_and_not_picked() -> None:
     picked = cues.snapshot().card
     assert picked is not None
     assert picked.card.id == "E1"
-    cues.choose("S1")
+    cues.select_card("S1")
     cues.feed(part(flown(), 700, 740))
     cues.settle()
     refused = cues.snapshot().card
@@ -255,9 +255,9 @@ def test_the_debrief_holds_what_was_wanted_how_it_began_and_the_curves(whole: Cu
     assert debrief.score == pytest.approx(0.5)
     assert debrief.results == {"good": 1}
     assert one.go_at is not None
-    assert one.wanted is not None
+    assert one.target_input is not None
     assert one.point is not None
-    assert abs(one.off["speed"]) < 1.0
+    assert abs(one.trim_deviations["speed"]) < 1.0
     assert set(one.curves.series) >= {"de", "q", "alpha", "an"}
     elevator = one.curves.series["de"]
     half = 0.5 * float(np.ptp(elevator[np.isfinite(elevator)]))

@@ -79,7 +79,7 @@ def steady(channels: dict[str, np.ndarray | float], seconds: float) -> FlightRow
 def keys_of(rows: FlightRows, **options: object) -> list[str]:
     """Return the keys of all that is told of these rows, in order."""
     watch = AlertMonitor(options.pop("aircraft", _b777()), RATE, **options)  # type: ignore[arg-type]
-    watch.take(rows)
+    watch.process_rows(rows)
     return [danger.key for danger in watch.log]
 
 
@@ -121,7 +121,7 @@ def test_a_failing_instrument_is_named_and_no_other(
     watch = watched(record(pattern, faults=faults, harm=harm, without=BARE))
     assert [danger.key for danger in watch.log] == [key]
     assert AT < watch.log[0].since < AT + latest
-    assert channel in watch.distrusted
+    assert channel in watch.invalid_channels
 
 
 @pytest.mark.parametrize("every", [2, 10])
@@ -133,7 +133,7 @@ def test_other_rates_of_the_grid_serve(pattern: Flown, every: int) -> None:
             channels=block.channels, times=block.times[::every], values=block.values[::every]
         )
         watch = AlertMonitor(_b777(), RATE / every)
-        watch.take(rows_from_block(thinned, RATE / every))
+        watch.process_rows(rows_from_block(thinned, RATE / every))
         assert [danger.key for danger in watch.log] == said
 
 
@@ -155,10 +155,10 @@ def test_without_nose_sensors_the_crew_is_told_to_land(pattern: Flown, jammed: b
     )
     faults = () if jammed else tuple(f"{name}:dropout:start=15 s" for name in NOSE)
     watch = watched(record(pattern, faults=faults, harm=harm if jammed else None, without=BARE))
-    worst = watch.standing[0]
-    assert (worst.key, worst.urgency) == ("nose", AlertLevel.WARNING)
-    assert worst.spoken == "nose sensors lost: land"
-    assert {"alpha", "beta", "V"} <= set(watch.distrusted)
+    worst = watch.active_alerts[0]
+    assert (worst.key, worst.level) == ("nose", AlertLevel.WARNING)
+    assert worst.spoken_text == "nose sensors lost: land"
+    assert {"alpha", "beta", "V"} <= set(watch.invalid_channels)
 
 
 def test_a_blocked_pitot_is_found_where_the_height_changes(pattern: Flown) -> None:
@@ -199,8 +199,8 @@ def test_rubbish_is_survived(seed: int, share: float) -> None:
     values[hit] = random.choice([np.nan, np.inf, -np.inf, 1e300, -1e12, 0.0], hit.sum())
     for aircraft in (_b777(), None):
         watch = AlertMonitor(aircraft, RATE)
-        watch.take(FlightRows(first=0, times=rows.times, values=values, fresh=True))
-        assert set(watch.distrusted) <= {name for one in watch.standing for name in one.channels}
+        watch.process_rows(FlightRows(first_index=0, times=rows.times, values=values, starts_segment=True))
+        assert set(watch.invalid_channels) <= {name for one in watch.active_alerts for name in one.channels}
 
 
 def test_a_sensor_that_falls_silent_is_told_and_one_never_heard_is_not() -> None:
@@ -245,10 +245,10 @@ def test_the_fence_is_told_before_it_is_reached() -> None:
          "height": 60.0}, 40.0
     )  # fmt: skip
     watch = AlertMonitor(_b777(), RATE)
-    watch.take(rows)
+    watch.process_rows(rows)
     first, second = watch.log
-    assert (first.key, first.urgency) == ("fence.side", AlertLevel.CAUTION)
-    assert (second.key, second.urgency) == ("fence.side", AlertLevel.WARNING)
+    assert (first.key, first.level) == ("fence.side", AlertLevel.CAUTION)
+    assert (second.key, second.level) == ("fence.side", AlertLevel.WARNING)
     assert second.since - first.since == pytest.approx(4.0, abs=0.5)
     assert keys_of(rows, fence=None) == []
 
@@ -258,9 +258,9 @@ def test_the_ceiling_is_told_before_it_is_reached(system: str, ceiling: str) -> 
     """Climbing at 5 m/s towards 120 m, said in the units of the crew."""
     height = 50.0 + 5.0 * np.maximum(np.arange(2500) / RATE - 5.0, 0.0)
     watch = AlertMonitor(_b777(), RATE, system=system)
-    watch.take(steady({"height": height, "climb_rate": 5.0}, 25.0))
-    assert all(ceiling in danger.words for danger in watch.log)
-    assert [(danger.key, danger.urgency) for danger in watch.log] == [
+    watch.process_rows(steady({"height": height, "climb_rate": 5.0}, 25.0))
+    assert all(ceiling in danger.text for danger in watch.log)
+    assert [(danger.key, danger.level) for danger in watch.log] == [
         ("fence.top", AlertLevel.CAUTION),
         ("fence.top", AlertLevel.WARNING),
     ]
@@ -270,8 +270,8 @@ def test_the_time_that_the_aircraft_may_fly_is_told_a_minute_before_it_is_over()
     """It is the aircraft file's; where that agrees on none, none is over."""
     rows = steady({}, 100.0)
     watch = AlertMonitor(_limited(flight_time="90 s"), RATE)
-    watch.take(rows)
-    assert [(one.words, one.urgency) for one in watch.log] == [
+    watch.process_rows(rows)
+    assert [(one.text, one.level) for one in watch.log] == [
         ("60 s are left of the flight time of 1.5 min; land", AlertLevel.CAUTION),
         ("The flight time of 1.5 min is over; land", AlertLevel.WARNING),
     ]
@@ -350,8 +350,8 @@ def test_what_is_cut_off_on_the_ground_or_of_a_broken_gyro_is_not_told(
 
     def told(doubted: frozenset[str] = frozenset(), **state: float) -> set[str]:
         room = ClippingMonitor(_b777(), RATE)
-        frames = [FlightFrame(rows=cut, **state) for cut in FrameSplitter(RATE).cut(rows)]  # type: ignore[arg-type]
-        return {found.key for frame in frames for found in room.judge(frame, doubted)}
+        frames = [FlightFrame(rows=cut, **state) for cut in FrameSplitter(RATE).split(rows)]  # type: ignore[arg-type]
+        return {found.key for frame in frames for found in room.evaluate(frame, doubted)}
 
     assert told(aloft=60.0) == {"clip.q"}
     assert told(aloft=-1.0) == set()
@@ -386,18 +386,18 @@ def test_a_clipped_gyro_is_told_once_for_each_event() -> None:
 def test_what_stands_does_not_flicker() -> None:
     """A finding that comes and goes within the hold is one danger; a worse one is told anew."""
     standing = ActiveAlerts()
-    caution = AlertCondition(key="stall", urgency=AlertLevel.CAUTION, words="", spoken="slow")
+    caution = AlertCondition(key="stall", level=AlertLevel.CAUTION, text="", spoken_text="slow")
     warning = AlertCondition(
-        key="stall", urgency=AlertLevel.WARNING, words="", spoken="stall: push"
+        key="stall", level=AlertLevel.WARNING, text="", spoken_text="stall: push"
     )
     for step in range(20):
-        standing.note(0.25 * step, [caution] if step % 3 == 0 else [])
-        assert standing.now
-    standing.note(5.0, [warning])
-    standing.note(5.25, [caution])
-    assert standing.now[0].urgency is AlertLevel.WARNING
-    standing.note(5.25 + ALERT_HOLD_TIME, [caution])
-    assert standing.now[0].urgency is AlertLevel.CAUTION
+        standing.update(0.25 * step, [caution] if step % 3 == 0 else [])
+        assert standing.alerts
+    standing.update(5.0, [warning])
+    standing.update(5.25, [caution])
+    assert standing.alerts[0].level is AlertLevel.WARNING
+    standing.update(5.25 + ALERT_HOLD_TIME, [caution])
+    assert standing.alerts[0].level is AlertLevel.CAUTION
     standing.note(20.0, [])
     assert not standing.now
     assert [danger.since for danger in standing.log] == [0.0, 5.0]

@@ -60,8 +60,8 @@ def judged(
         judged_by=("bank: no attitude",),
     )  # fmt: skip
     return EvaluatedManeuver(
-        verdict=verdict, wanted=WANTED, point=POINT, go_at=time - 0.5 if go else None,
-        off={"speed": 0.5 * (-1) ** number, "bank": 1.2},
+        verdict=verdict, target_input=WANTED, point=POINT, go_at=time - 0.5 if go else None,
+        trim_deviations={"speed": 0.5 * (-1) ** number, "bank": 1.2},
         curves=ManeuverCurves(times=times, series={"da": np.sin(times), "p": np.full(times.size, np.nan)}),
     )  # fmt: skip
 
@@ -76,8 +76,8 @@ def test_a_maneuver_comes_back_from_its_record() -> None:
     one = judged(1, 20.0, "too-small")
     record = json.loads(json.dumps(one.to_record(), allow_nan=False))
     back = EvaluatedManeuver.from_record(record)
-    assert (back.verdict, back.wanted, back.point) == (one.verdict, WANTED, POINT)
-    assert (back.go_at, back.off) == (one.go_at, one.off)
+    assert (back.verdict, back.target_input, back.point) == (one.verdict, WANTED, POINT)
+    assert (back.go_at, back.trim_deviations) == (one.go_at, one.trim_deviations)
     np.testing.assert_allclose(back.curves.times, one.curves.times, atol=1e-4)
     for name, values in one.curves.series.items():
         np.testing.assert_allclose(back.curves.series[name], values, rtol=1e-4)
@@ -91,7 +91,7 @@ def test_a_maneuver_comes_back_from_its_record() -> None:
 def test_curves_are_samples_of_the_flight_whatever_is_cut_out(start: int, count: int) -> None:
     """Thinned on the grid of the flight, not of the cut: two cuts show the same samples."""
     rows = rows_from_block(flown(), RATE)
-    cut = extract_curves(rows.part(start, start + count), ("de",), RATE)
+    cut = extract_curves(rows.slice_rows(start, start + count), ("de",), RATE)
     whole = extract_curves(rows, ("de",), RATE)
     places = np.searchsorted(whole.times, cut.times)
     np.testing.assert_array_equal(whole.times[places], cut.times)
@@ -107,8 +107,8 @@ def test_trends_tell_sizes_errors_and_time() -> None:
         judged(3, 100.0, "good", 1.2),
     ]  # fmt: skip
     scores = [
-        CardScore(card="C1", heading="", good=2, flown=3, wanted=4),
-        CardScore(card="E1", heading="", good=3, flown=3, wanted=2),
+        CardScore(card="C1", title="", good=2, flown=3, requested=4),
+        CardScore(card="E1", title="", good=3, flown=3, requested=2),
     ]
     trend = compute_flight_trend("a", maneuvers, scores)
     assert (trend.inputs, trend.good, trend.without_go) == (3, 2, 1)
@@ -127,11 +127,11 @@ def test_trends_tell_sizes_errors_and_time() -> None:
 def test_trends_come_from_the_catalog_flight_by_flight(tmp_path: Path) -> None:
     """What was stored tells the same trend as what was judged, without any aircraft file."""
     flights = {"b": [judged(1, 20.0)], "a": [judged(1, 10.0, "spoiled"), judged(2, 50.0)]}
-    score = (CardScore(card="C1", heading="both", good=1, flown=2, wanted=4),)
+    score = (CardScore(card="C1", title="both", good=1, flown=2, requested=4),)
     with Catalog(tmp_path / "c.sqlite") as catalog:
         for name, maneuvers in flights.items():
             made = Debrief(flight=name, maneuvers=tuple(maneuvers), cards=score)
-            store_debrief(catalog, flight_of(name), made.stored(), made.cards)
+            store_debrief(catalog, flight_of(name), made.to_stored_verdicts(), made.cards)
         scores = {name: list_card_scores(catalog, name) for name in flights}
         found = compute_trends(search_verdicts(catalog), scores)
     assert [one.flight for one in found] == ["a", "b"]

@@ -143,7 +143,7 @@ def test_expected_bounds_are_those_reported(kind: str, color: float) -> None:
 def test_the_noise_of_a_maneuver_is_heard_in_it_without_a_fit(kind: str) -> None:
     """One step from values that are wrong by 15 % leaves over the noise that the fit leaves."""
     virtual, axis = _flown(5302, kind), AXIS_OF[kind]
-    heard = compute_sensitivities(virtual.maneuver, axis, MODEL).own_noise()
+    heard = compute_sensitivities(virtual.maneuver, axis, MODEL).estimate_noise()
     left = noise_from_residuals(fit_maximum_likelihood(virtual.maneuver, axis, MODEL), RATE)
     assert heard.responses == left.responses
     np.testing.assert_allclose(np.sqrt(heard.variances / left.variances), 1.0, atol=0.1)
@@ -164,8 +164,8 @@ def test_a_larger_input_brings_smaller_bounds() -> None:
     card = load_cards("b777").cards[1]
     exactly = replace(
         PilotErrorModel(),
-        size=ErrorDistribution(mean=0.0, spread=0.0),
-        width=ErrorDistribution(mean=0.0, spread=0.0),
+        size=ErrorDistribution(mean=0.0, std=0.0),
+        width=ErrorDistribution(mean=0.0, std=0.0),
     )
     (execution,) = draw_executions(card, exactly, 1)
     noise = assumed_noise(_aircraft(), AXIS_RESPONSES["lat"], RATE)
@@ -199,27 +199,27 @@ def test_slices_change_nothing_and_an_outlook_comes_when_it_is_due() -> None:
     found = []
     for sliced in (True, False):
         book = InformationTracker(_aircraft(), MODEL, RATE)
-        book.flown(verdict, rows, card=cards.cards[0])
+        book.add_maneuver(verdict, rows, card=cards.cards[0])
         if sliced:
-            assert book.work(0.0)
-            while book.work(1e-4):
+            assert book.run_slice(0.0)
+            while book.run_slice(1e-4):
                 pass
         early = book.outlook(verdict.given_at + 0.5, cards)
         assert all(bound.std is None for bound in early.bounds)
-        assert early.next is None
+        assert early.best_forecast is None
         found.append(book.outlook(verdict.given_at + 0.5 + OUTLOOK_DELAY, cards))
     assert found[0] == found[1]
     outlook = found[0]
     reached = {bound.name for bound in outlook.bounds if bound.std is not None}
     assert reached == set(_lateral())
     # Nothing is known of pitch yet: that is where most is to be gained.
-    assert outlook.next is not None
-    assert outlook.next.card == "E1"
-    assert outlook.next.repeats == 3
-    for prospect in outlook.prospects:
-        for gain in prospect.gains:
-            assert gain.low <= gain.after <= gain.high
-            assert gain.before is None or gain.high <= gain.before * 1.001
+    assert outlook.best_forecast is not None
+    assert outlook.best_forecast.card == "E1"
+    assert outlook.best_forecast.repeats == 3
+    for prospect in outlook.forecasts:
+        for gain in prospect.reductions:
+            assert gain.low <= gain.bound_after <= gain.high
+            assert gain.bound_before is None or gain.high <= gain.bound_before * 1.001
 
 
 def _lateral() -> tuple[str, ...]:
@@ -235,7 +235,7 @@ def test_bounds_add_up_like_one_joint_fit() -> None:
     book = InformationTracker(_aircraft(), MODEL, RATE)
     flown = [fly(seed, "lat", model=MODEL) for seed in (5302, 5303)]
     for virtual in flown:
-        book.flown(_verdict(virtual), _rows(virtual))
+        book.add_maneuver(_verdict(virtual), _rows(virtual))
     book.outlook(100.0)
     told = estimate([one.maneuver for one in flown], MLSettings(axis="lat")).derivatives
     for bound in book.bounds():
@@ -252,14 +252,14 @@ def test_spoiled_maneuvers_and_lost_channels() -> None:
         ("good", "phi", True),
     ):
         book = InformationTracker(_aircraft(), MODEL, RATE)
-        book.flown(_verdict(virtual, result=result), _rows(virtual, without))  # type: ignore[arg-type]
+        book.add_maneuver(_verdict(virtual, result=result), _rows(virtual, without))  # type: ignore[arg-type]
         outlook = book.outlook(100.0, _cards("R1"))
         seen = [bound.name for bound in outlook.bounds if bound.std is not None]
         assert bool(seen) == expected_to_bring
     empty = InformationTracker(_aircraft(), MODEL, RATE)
     gone = _rows(virtual)
-    gone = FlightRows(first=0, times=gone.times, values=np.full_like(gone.values, np.nan))
-    empty.flown(_verdict(virtual), gone)
+    gone = FlightRows(first_index=0, times=gone.times, values=np.full_like(gone.values, np.nan))
+    empty.add_maneuver(_verdict(virtual), gone)
     outlook = empty.outlook(100.0)
     assert all(bound.std is None for bound in outlook.bounds)
     assert any("M1 brought nothing" in remark for remark in outlook.remarks)
@@ -276,18 +276,18 @@ def test_nothing_is_worth_flying_without_time_or_once_all_is_reached() -> None:
     for book in (landed, content):
         book.outlook(0.0, _cards("A1"))
         outlook = book.outlook(OUTLOOK_DELAY, _cards("A1"))
-        assert outlook.next is None
-    assert outlook.prospects
+        assert outlook.best_forecast is None
+    assert outlook.forecasts
 
 
 def test_without_a_model_only_time_is_told() -> None:
     """No model: no bounds, but time. No aircraft either: nothing, and it says so."""
     virtual = _flown(5302, "lat")
     book = InformationTracker(_aircraft(), None, RATE)
-    book.flown(_verdict(virtual), _rows(virtual))
+    book.add_maneuver(_verdict(virtual), _rows(virtual))
     outlook = book.outlook(20.0, _cards("R1"))
     assert outlook.bounds == ()
-    assert outlook.next is None
+    assert outlook.best_forecast is None
     assert outlook.time_left == pytest.approx(DEFAULT_FLIGHT_DURATION - LANDING_RESERVE_TIME)
     nothing = InformationTracker(None, None, RATE).outlook(0.0)
     assert nothing.time_left is None
@@ -303,24 +303,24 @@ def test_a_request_goes_to_another_process_and_back() -> None:
         aircraft=aircraft,
         model=MODEL,
         cards=(UnfinishedCard(card=cards[0], missing=2), UnfinishedCard(card=slow, missing=1)),
-        totals={axis: CombinedInformation.nothing(axis) for axis in ESTIMATION_AXES},
+        totals={axis: CombinedInformation.empty(axis) for axis in ESTIMATION_AXES},
         noise={
             axis: assumed_noise(aircraft, AXIS_RESPONSES[axis], RATE) for axis in ESTIMATION_AXES
         },
-        habits=PilotErrorModel(),
+        pilot_errors=PilotErrorModel(),
         channels=frozenset(AXIS_RESPONSES["both"]),
         rate=RATE,
         mass=aircraft.mass.mass,
         density=1.2,
-        wanted={},
-        lap=DEFAULT_MANEUVER_INTERVAL,
+        target_bounds={},
+        maneuver_interval=DEFAULT_MANEUVER_INTERVAL,
     )
     reply = forecast_cards(pickle.loads(pickle.dumps(request)))  # noqa: S301 - our own
     assert pickle.loads(pickle.dumps(reply)) == forecast_cards(request)  # noqa: S301
     (one, two) = reply.by_card["A1"]
     assert (one.repeats, two.repeats) == (1, 2)
     assert two.seconds == pytest.approx(2.0 * one.seconds)
-    after = [{gain.name: gain.after for gain in each.gains} for each in (one, two)]
+    after = [{gain.name: gain.bound_after for gain in each.reductions} for each in (one, two)]
     assert all(after[1][name] < bound for name, bound in after[0].items())
     assert "A9 cannot be judged" in reply.remarks[0]
 
@@ -336,10 +336,10 @@ def test_words_of_a_prospect() -> None:
         repeats=4,
     )
     value = abs(MODEL.derivative("Cn_r"))
-    gain = BoundReduction(name="Cn_r", before=0.35 * value, after=0.15 * value, low=0.1, high=0.2)
+    gain = BoundReduction(name="Cn_r", bound_before=0.35 * value, bound_after=0.15 * value, low=0.1, high=0.2)
     words = describe_forecast(card, 2, (gain,), MODEL, {})
     assert words == "two more rudder-aileron doublets at 105 ft/s: C_nr from 35 % to 15 %"
-    unknown = replace(gain, before=None)
+    unknown = replace(gain, bound_before=None)
     words = describe_forecast(card, 1, (unknown,), MODEL, {}, "SI")
     assert words == "one more rudder-aileron doublet at 32 m/s: C_nr to 15 %"
     assert "C_nr" not in describe_forecast(card, 1, (gain,), MODEL, {"Cn_r": 0.4 * value})
@@ -349,15 +349,15 @@ def test_a_channel_in_doubt_is_as_good_as_missing() -> None:
     """A lesson without sideslip is that of a flight that never had a vane for it."""
     virtual = _flown(5302, "lat")
     learned = []
-    for rows in (_rows(virtual).without(("beta",)), _rows(virtual, without="beta")):
-        known = FlightKnowledge(given=MODEL, rate=RATE, mass=_aircraft().mass.mass)
+    for rows in (_rows(virtual).mask_channels(("beta",)), _rows(virtual, without="beta")):
+        known = FlightKnowledge(initial_model=MODEL, rate=RATE, mass=_aircraft().mass.mass)
         lesson = ManeuverData(
-            verdict=_verdict(virtual), rows=rows, card=None, mass=known.mass, earned={}
+            verdict=_verdict(virtual), rows=rows, card=None, mass=known.mass, ftr_estimates={}
         )
         learned.append(_all_of(learn_from_maneuver(known, lesson, _aircraft())))
     doubted, missing = learned
     assert "beta" not in doubted.channels
-    assert doubted.found() == missing.found()
+    assert doubted.estimates() == missing.estimates()
     assert doubted.maneuvers == 1
 
 
@@ -379,9 +379,9 @@ def test_cutting_changes_no_budget(cuts: list[int], throttle: float) -> None:
         RemainingTimeEstimator(_aircraft(), 10.0),
         RemainingTimeEstimator(_aircraft(), 10.0),
     )
-    whole.take(rows)
+    whole.process_rows(rows)
     for start, stop in pairwise(sorted({0, *cuts, 1200})):
-        pieces.take(rows.part(start, stop))
+        pieces.process_rows(rows.slice_rows(start, stop))
     assert whole.time_left(120.0) == pieces.time_left(120.0)
     assert whole.mass == pieces.mass
 
@@ -394,8 +394,8 @@ def test_time_left_by_clock_and_by_fuel() -> None:
         RemainingTimeEstimator(aircraft, 10.0),
         RemainingTimeEstimator(aircraft, 10.0),
     )
-    thrifty.take(_flight_rows(speed, 0.3))
-    thirsty.take(_flight_rows(speed, 1.0))
+    thrifty.process_rows(_flight_rows(speed, 0.3))
+    thirsty.process_rows(_flight_rows(speed, 1.0))
     by_clock = thrifty.time_left(200.0)
     assert by_clock == pytest.approx(
         DEFAULT_FLIGHT_DURATION - LANDING_RESERVE_TIME - 170.0, abs=2.0
@@ -405,7 +405,7 @@ def test_time_left_by_clock_and_by_fuel() -> None:
     assert thirsty.time_left(200.0) == pytest.approx(min(by_fuel, by_clock or 0.0), abs=3.0)
     assert thrifty.maneuvers_left(200.0) == int((by_clock or 0.0) // DEFAULT_MANEUVER_INTERVAL)
     for begun in (100.0, 120.0, 140.0):
-        thrifty.flown(begun)
-    assert thrifty.lap == pytest.approx((DEFAULT_MANEUVER_INTERVAL + 40.0) / 3.0)
-    thrifty.take(_flight_rows(np.zeros(100), 0.0).part(0, 0))
+        thrifty.add_maneuver(begun)
+    assert thrifty.maneuver_interval == pytest.approx((DEFAULT_MANEUVER_INTERVAL + 40.0) / 3.0)
+    thrifty.process_rows(_flight_rows(np.zeros(100), 0.0).slice_rows(0, 0))
     assert thrifty.time_left(200.0) == by_clock

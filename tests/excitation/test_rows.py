@@ -45,10 +45,10 @@ def test_cutting_changes_nothing(cuts: list[int], late: int) -> None:
         elif stop > late:
             found += stream.feed(_block(flow, 0, stop - late))
         found += stream.feed(_block(place, start, stop))
-        found += stream.complete()
+        found += stream.take_complete_rows()
     found += stream.feed(_block(flow, 400 - late, 400))
     found += stream.finish()
-    assert [part.first for part in found] == list(
+    assert [part.first_index for part in found] == list(
         np.cumsum([0, *(len(part) for part in found[:-1])])
     )
     whole = FlightRowStream(RATE)
@@ -63,7 +63,7 @@ def test_rows_without_a_channel_are_those_of_a_block_without_it() -> None:
     names = ("p", "q", "alpha", "battery", "de")
     rows = rows_from_block(_block(names, 0, 100), RATE)
     before = rows.values.copy()
-    fewer = rows.without(("alpha", "battery", "unheard of"))
+    fewer = rows.mask_channels(("alpha", "battery", "unheard of"))
     kept = tuple(name for name in names if name not in ("alpha", "battery"))
     block = _block(names, 0, 100)
     np.testing.assert_array_equal(fewer.values, rows_from_block(block.select(kept), RATE).values)
@@ -94,9 +94,9 @@ def test_a_silent_channel_holds_nothing_up_for_long() -> None:
         list(stream.feed(_block(("p", "q", "r"), start, start + 10)))
         if start < 300:
             list(stream.feed(_block(("alpha",), start, start + 10)))
-        for part in stream.complete():
-            last = part.first + len(part)
-            if part.first > 300:
+        for part in stream.take_complete_rows():
+            last = part.first_index + len(part)
+            if part.first_index > 300:
                 assert np.isnan(part["alpha"]).all()
         assert start + 10 - last <= MAX_CHANNEL_WAIT * RATE + stream.tick
     assert 1000 - last < stream.tick
@@ -105,14 +105,14 @@ def test_a_silent_channel_holds_nothing_up_for_long() -> None:
 def test_a_long_pause_begins_a_new_stretch() -> None:
     """What came before is given out, and the next rows say that they are fresh."""
     stream = FlightRowStream(RATE)
-    first = [*stream.feed(_block(("q",), 0, 203)), *stream.complete()]
-    assert first[0].fresh
+    first = [*stream.feed(_block(("q",), 0, 203)), *stream.take_complete_rows()]
+    assert first[0].starts_segment
     assert len(first[0]) == 200
     after = list(stream.feed(_block(("q",), 2000, 2040)))
     assert [len(part) for part in after] == [3]
-    (fresh,) = stream.complete()
-    assert fresh.fresh
-    assert fresh.first == 2000
+    (fresh,) = stream.take_complete_rows()
+    assert fresh.starts_segment
+    assert fresh.first_index == 2000
     assert fresh.times[0] == pytest.approx(20.0)
 
 
@@ -127,7 +127,7 @@ def test_stand_ins_are_those_of_the_detection() -> None:
         RATE,
     )
     np.testing.assert_allclose(rows["de"], 0.1)
-    assert rows.part(5, 10).first == 5
-    assert not rows.part(5, 10).fresh
+    assert rows.slice_rows(5, 10).first_index == 5
+    assert not rows.slice_rows(5, 10).starts_segment
     with pytest.raises(KeyError):
         rows["no such"]

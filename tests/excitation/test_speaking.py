@@ -19,45 +19,45 @@ def trim(
     time: float, state: TrimState, speed: float = 0.0, quantity: str = "speed", share: float = 2.0
 ) -> TrimCue:
     """Return a trim cue, in state ``fly`` with one thing off by `speed` (m/s)."""
-    off = TrimDeviation(quantity=quantity, amount=speed, share=share, channel="V")
-    return TrimCue(time=time, state=state, since=time, off=(off,) if state == "fly" else ())
+    off = TrimDeviation(quantity=quantity, amount=speed, tolerance_ratio=share, channel="V")
+    return TrimCue(time=time, state=state, since=time, deviations=(off,) if state == "fly" else ())
 
 
 def event(time: float, kind: EventKind, state: str, words: str = "", **data: object) -> CueEvent:
-    return CueEvent(time=time, kind=kind, state=state, words=words, data=data)
+    return CueEvent(time=time, kind=kind, state=state, text=words, data=data)
 
 
 def danger(key: str, spoken: str, urgency: AlertLevel = AlertLevel.WARNING) -> Alert:
-    return Alert(key=key, urgency=urgency, since=0.0, words=f"{spoken}, at once", spoken=spoken)
+    return Alert(key=key, level=urgency, since=0.0, text=f"{spoken}, at once", spoken_text=spoken)
 
 
 def arose(time: float, one: Alert) -> CueEvent:
-    state = "warning" if one.urgency is AlertLevel.WARNING else "caution"
-    return event(time, "danger", state, one.spoken, key=one.key)
+    state = "warning" if one.level is AlertLevel.WARNING else "caution"
+    return event(time, "danger", state, one.spoken_text, key=one.key)
 
 
 def words(said: Sequence[Announcement]) -> list[str]:
-    return [one.words for one in said if one.words]
+    return [one.text for one in said if one.text]
 
 
 def nag(announcer: Announcer, start: float, stop: float, cue: TrimCue) -> list[float]:
     """Return when something was said while a cue stood, tick by tick."""
     ticks = range(round(20 * start), round(20 * stop))
-    return [k / 20 for k in ticks if words(announcer.hear(k / 20, (), cue))]
+    return [k / 20 for k in ticks if words(announcer.update(k / 20, (), cue))]
 
 
 def test_go_is_a_tone_and_one_word_and_its_loss_says_why() -> None:
     """Said once for each GO, not again while it stands."""
     voice = Announcer()
-    assert words(voice.hear(0.0, (), trim(0.0, "hold"))) == []
-    (go,) = voice.hear(1.0, (), trim(1.0, "go"))
-    assert (go.words, go.priority, go.tone) == ("go", "prompt", "taken")
-    assert voice.hear(1.05, (), trim(1.0, "go")) == ()
-    (lost,) = voice.hear(2.0, (), trim(2.0, "fly", -0.91))
-    assert (lost.words, lost.tone) == ("3 feet a second slow", "moved")
-    voice.hear(3.0, (), trim(3.0, "go"))
-    (held,) = voice.hear(4.0, (), trim(4.0, "hold"))
-    assert (held.words, held.tone) == ("hold", "moved")
+    assert words(voice.update(0.0, (), trim(0.0, "hold"))) == []
+    (go,) = voice.update(1.0, (), trim(1.0, "go"))
+    assert (go.text, go.priority, go.tone) == ("go", "prompt", "taken")
+    assert voice.update(1.05, (), trim(1.0, "go")) == ()
+    (lost,) = voice.update(2.0, (), trim(2.0, "fly", -0.91))
+    assert (lost.text, lost.tone) == ("3 feet a second slow", "moved")
+    voice.update(3.0, (), trim(3.0, "go"))
+    (held,) = voice.update(4.0, (), trim(4.0, "hold"))
+    assert (held.text, held.tone) == ("hold", "moved")
 
 
 def test_the_same_is_repeated_ever_more_rarely_and_news_at_once() -> None:
@@ -76,7 +76,7 @@ def test_two_things_that_take_turns_do_not_chatter() -> None:
     said = []
     for k in range(200):
         cue = trim(0.0, "fly", 1.0, "speed" if k % 4 < 2 else "climb")
-        said += [k / 20] * len(words(voice.hear(k / 20, (), cue)))
+        said += [k / 20] * len(words(voice.update(k / 20, (), cue)))
     gaps = [after - before for before, after in pairwise(said)]
     assert min(gaps) >= 1.5
 
@@ -86,14 +86,14 @@ def test_a_pilot_on_his_way_is_not_nagged() -> None:
     voice = Announcer()
     far = trim(0.0, "fly", -10.0, share=6.0)
     assert nag(voice, 0.0, 60.0, far) == []
-    voice.hear(61.0, (), trim(61.0, "go"))
-    assert words(voice.hear(62.0, (), far)) == ["33 feet a second slow"]
+    voice.update(61.0, (), trim(61.0, "go"))
+    assert words(voice.update(62.0, (), far)) == ["33 feet a second slow"]
 
 
 def test_who_rolls_out_of_a_turn_is_left_alone() -> None:
     """Two seconds after the turn the wing may still be low."""
     voice = Announcer()
-    voice.hear(0.0, (), trim(0.0, "turn"))
+    voice.update(0.0, (), trim(0.0, "turn"))
     assert nag(voice, 1.0, 5.0, trim(0.0, "fly", 0.1, "bank")) == [3.0]
 
 
@@ -103,25 +103,25 @@ def test_a_hands_off_interval_is_silent_from_the_first_move_to_the_verdict() -> 
     slow = trim(0.0, "fly", -0.91)
     weak = danger("battery", "battery low", AlertLevel.CAUTION)
     gone = danger("clip.q", "pitch gyro clips", AlertLevel.CAUTION)
-    voice.hear(9.0, (), trim(9.0, "go"))
-    assert voice.hear(10.0, (), slow, moving=True) == ()
+    voice.update(9.0, (), trim(9.0, "go"))
+    assert voice.update(10.0, (), slow, moving=True) == ()
     begins = event(11.0, "hands-off", "begins", "hands off")
-    assert words(voice.hear(11.0, [begins], slow)) == ["hands off"]
+    assert words(voice.update(11.0, [begins], slow)) == ["hands off"]
     card = event(11.5, "card", "next", "elevator doublet at 85 ft/s")
-    (tone,) = voice.hear(12.0, [arose(12.0, weak), card], slow, [weak])
-    assert (tone.words, tone.tone) == ("", "caution")
-    (tone,) = voice.hear(12.5, [arose(12.5, gone)], slow, [weak, gone])
-    assert tone.words == ""
+    (tone,) = voice.update(12.0, [arose(12.0, weak), card], slow, [weak])
+    assert (tone.text, tone.tone) == ("", "caution")
+    (tone,) = voice.update(12.5, [arose(12.5, gone)], slow, [weak, gone])
+    assert tone.text == ""
     over = event(13.0, "danger", "over", key="clip.q")
-    assert voice.hear(13.0, [over], slow, [weak]) == ()
+    assert voice.update(13.0, [over], slow, [weak]) == ()
     ends = event(15.0, "hands-off", "ends")
-    assert words(voice.hear(15.0, [ends], slow, [weak])) == []
+    assert words(voice.update(15.0, [ends], slow, [weak])) == []
     verdict = event(15.5, "verdict", "too-small", "rudder doublet too small: half again")
-    heard = words(voice.hear(15.5, [verdict], slow, [weak]))
+    heard = words(voice.update(15.5, [verdict], slow, [weak]))
     assert heard == ["rudder doublet too small: half again", "battery low"]
     later = []
     for k in range(310, 500):
-        later += words(voice.hear(k / 20, (), slow, [weak]))
+        later += words(voice.update(k / 20, (), slow, [weak]))
     assert "pitch gyro clips" not in later
     assert later[0] == "elevator doublet at 85 feet a second"
     assert "3 feet a second slow" in later
@@ -139,7 +139,7 @@ def test_go_is_said_anew_after_each_input() -> None:
     for k in range(200):
         now = k / 20
         events = [happens[now]] if now in happens else []
-        said = voice.hear(now, events, trim(0.0, "go"), moving=1.5 <= now < 2.0)
+        said = voice.update(now, events, trim(0.0, "go"), moving=1.5 <= now < 2.0)
         heard += [(now, each) for each in words(said)]
     assert [each for _, each in heard] == ["go", "hands off", "good", "go"]
     assert heard[0][0] == 0.0
@@ -150,14 +150,14 @@ def test_only_what_calls_for_the_ground_breaks_the_silence() -> None:
     """A stall is spoken into the interval; a fence that comes near is a tone, then words."""
     voice = Announcer()
     stall, fence = danger("stall", "stall: nose down"), danger("fence", "fence ahead: turn")
-    voice.hear(0.0, [event(0.0, "hands-off", "begins")], None)
-    (spoken,) = voice.hear(1.0, [arose(1.0, stall)], None, [stall])
-    assert (spoken.words, spoken.priority) == ("stall: nose down", "warning")
-    (tone,) = voice.hear(1.5, [arose(1.5, fence)], None, [stall, fence])
-    assert (tone.words, tone.tone, tone.priority) == ("", "warning", "warning")
+    voice.update(0.0, [event(0.0, "hands-off", "begins")], None)
+    (spoken,) = voice.update(1.0, [arose(1.0, stall)], None, [stall])
+    assert (spoken.text, spoken.priority) == ("stall: nose down", "warning")
+    (tone,) = voice.update(1.5, [arose(1.5, fence)], None, [stall, fence])
+    assert (tone.text, tone.tone, tone.priority) == ("", "warning", "warning")
     verdict = event(3.0, "verdict", "good", "good")
-    said = voice.hear(3.0, [verdict], None, [fence])
-    assert [(one.words, one.priority) for one in said] == [
+    said = voice.update(3.0, [verdict], None, [fence])
+    assert [(one.text, one.priority) for one in said] == [
         ("fence ahead: turn", "warning"), ("good", "prompt"),
     ]  # fmt: skip
 
@@ -165,8 +165,8 @@ def test_only_what_calls_for_the_ground_breaks_the_silence() -> None:
 def test_an_input_without_a_verdict_does_not_silence_the_rest_of_the_flight() -> None:
     """A gap in the record swallows the verdict: a second and a half later words come again."""
     voice = Announcer()
-    voice.hear(0.0, [event(0.0, "hands-off", "begins")], None)
-    voice.hear(1.0, [event(1.0, "hands-off", "broken")], None)
+    voice.update(0.0, [event(0.0, "hands-off", "begins")], None)
+    voice.update(1.0, [event(1.0, "hands-off", "broken")], None)
     assert nag(voice, 1.0, 4.0, trim(0.0, "fly", -0.91)) == [2.5]
 
 
@@ -195,7 +195,7 @@ def test_whatever_happens_it_is_said_in_order_and_not_into_the_silence(
             silent = True
         elif kind != "none":
             happened.append(event(k, kind, state, f"{kind} {k}", key=f"{k}"))
-        said = voice.hear(float(k), happened, trim(float(k), states[k], -0.91))
+        said = voice.update(float(k), happened, trim(float(k), states[k], -0.91))
         ranks = [("warning", "prompt", "note").index(one.priority) for one in said]
         assert ranks == sorted(ranks)
         if kind == "verdict" or (kind, state) == ("hands-off", "ends"):

@@ -40,10 +40,10 @@ def test_the_curve_is_what_trim_finds(share: float, mass: float) -> None:
     """Anywhere on it, at any weight: alpha within 0.02 deg, throttle within half a percent."""
     aircraft, model = b777()
     curve = TrimCurve(aircraft, model, mass=mass, rho=1.1)
-    assert curve.speeds is not None
-    slow, fast = curve.speeds
+    assert curve.speed_range is not None
+    slow, fast = curve.speed_range
     speed = slow + share * (fast - slow)
-    level = curve.at(speed)
+    level = curve.level_flight_at(speed)
     truth = trim(FlightModel(aircraft, model), V=speed, mass=mass, rho=1.1)
     assert level is not None
     assert level.alpha == pytest.approx(float(truth.polar.alpha), abs=0.02 * DEGREE)
@@ -55,7 +55,7 @@ def test_the_curve_is_what_trim_finds(share: float, mass: float) -> None:
 @pytest.mark.parametrize("speed", [70.0, 105.0])
 def test_flown_as_the_curve_says_the_simulator_stays_level(speed: float) -> None:
     """Three seconds with its alpha, throttle and elevator: same speed, same alpha, same height."""
-    level = IN_AIR.at(speed * FOOT)
+    level = IN_AIR.level_flight_at(speed * FOOT)
     assert level is not None
     simulator = Simulator(*b777())
     still = trim(FlightModel(*b777()), V=level.speed, rho=density())
@@ -79,8 +79,8 @@ def test_flown_as_the_curve_says_the_simulator_stays_level(speed: float) -> None
 def test_the_ends_of_the_curve_are_where_trim_gives_up() -> None:
     """A touch slower or faster, level flight is refused; outside, nothing is told."""
     aircraft, model = b777()
-    assert CURVE.speeds is not None
-    slow, fast = CURVE.speeds
+    assert CURVE.speed_range is not None
+    slow, fast = CURVE.speed_range
     assert slow == pytest.approx(aircraft.limits.stall_speed)
     with pytest.raises(FlightError, match="throttle"):
         trim(FlightModel(aircraft, model), V=1.01 * fast)
@@ -110,13 +110,13 @@ def test_alpha_as_measured_shifts_the_curve_by_its_median() -> None:
         (speed, (CURVE.alpha_at(speed) or 0.0) + miss * DEGREE)
         for speed, miss in zip(speeds, (1.0, 1.1, 6.0), strict=True)
     ]
-    moved = CURVE.retrimmed(flown)
-    assert moved.shift == pytest.approx(1.1 * DEGREE)
+    moved = CURVE.with_measured_alpha(flown)
+    assert moved.alpha_shift == pytest.approx(1.1 * DEGREE)
     assert moved.alpha_at(speeds[0]) == pytest.approx(flown[0][1] + 0.1 * DEGREE)
     assert moved.speed_at(flown[0][1] + 0.1 * DEGREE) == pytest.approx(speeds[0], abs=0.02)
-    assert CURVE.retrimmed(flown[:2]) is CURVE
+    assert CURVE.with_measured_alpha(flown[:2]) is CURVE
     wrong = [(speed, alpha + 20.0 * DEGREE) for speed, alpha in flown]
-    assert CURVE.retrimmed(wrong).shift == MAX_ALPHA_SHIFT
+    assert CURVE.with_measured_alpha(wrong).alpha_shift == MAX_ALPHA_SHIFT
 
 
 def test_without_a_model_that_flies_nothing_is_told() -> None:
@@ -126,7 +126,7 @@ def test_without_a_model_that_flies_nothing_is_told() -> None:
         (TrimCurve(aircraft, None), "no model"),
         (TrimCurve(aircraft, model.with_derivatives({"Cm_de": 1.0})), "Cm_de"),
     ):
-        assert curve.speeds is None
+        assert curve.speed_range is None
         assert curve.alpha_at(30.0) is None
         assert curve.speed_at(0.05) is None
         assert why in curve.problem
@@ -278,7 +278,7 @@ def _captured(rows: FlightRows, points: tuple[TestPoint, ...]) -> list[str]:
     """Return the card captured after each twentieth of a second."""
     capture, found = TestPointCapture(points), []
     for first in range(0, len(rows), 5):
-        capture.take(rows.part(first, first + 5))
+        capture.process_rows(rows.slice_rows(first, first + 5))
         found.append(capture.captured.card if capture.captured else "")
     return found
 
@@ -302,9 +302,9 @@ def test_flying_through_a_point_captures_nothing() -> None:
 def test_the_nearest_is_captured_and_forgotten_once_it_is_not_wanted() -> None:
     """30.8 m/s holds two points; the nearer one is captured."""
     capture = TestPointCapture((USUAL, NEXT))
-    capture.take(_rows(np.full(300, 30.8)))
+    capture.process_rows(_rows(np.full(300, 30.8)))
     assert capture.captured == NEXT
-    capture.aim((USUAL,))
+    capture.set_points((USUAL,))
     assert capture.captured is None
 
 
@@ -315,7 +315,7 @@ def test_missing_speed_holds_nothing_and_alpha_serves_where_it_is_asked_for() ->
         card="S1", alpha=8.0 * DEGREE, speed_tolerance=1.5, alpha_tolerance=1.5 * DEGREE
     )
     capture = TestPointCapture((USUAL, by_alpha))
-    capture.take(_rows(nothing, np.full(400, 8.3 * DEGREE)))
+    capture.process_rows(_rows(nothing, np.full(400, 8.3 * DEGREE)))
     assert capture.captured == by_alpha
     capture.restart()
     assert capture.captured is None
@@ -335,9 +335,9 @@ def test_cutting_the_rows_changes_nothing(cuts: list[int], seed: int) -> None:
     points = (SLOW, USUAL, NEXT)
     pieces, captured = TestPointCapture(points), []
     for first, last in itertools.pairwise(sorted({0, *cuts, 1600})):
-        pieces.take(rows.part(first, last))
+        pieces.process_rows(rows.slice_rows(first, last))
         fresh = TestPointCapture(points)
-        fresh.take(rows.part(0, last))
+        fresh.process_rows(rows.slice_rows(0, last))
         assert pieces.captured == fresh.captured
         captured.append(pieces.captured)
     assert set(levels[-2:]) <= {24.0} or captured[-1] is not None

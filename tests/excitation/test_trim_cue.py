@@ -65,7 +65,7 @@ def test_rough_air_is_told_from_bad_flying() -> None:
     )
     found = cues(gusty)
     assert {cue.state for cue in found if cue.time > 6.5} == {"gusty"}
-    strength = at(found, 9.0).gusts
+    strength = at(found, 9.0).gust_strength
     assert strength is not None
     assert strength > 0.5
     leaning = drawn(np.full(1000, 12.0 * DEGREE))
@@ -80,11 +80,11 @@ def test_rough_air_is_told_from_bad_flying() -> None:
 def test_cutting_the_stream_changes_nothing(rows: FlightRows, cuts: list[int]) -> None:
     """Every change of state is the same to the last bit, however the rows came."""
     whole, pieces = TrimMonitor(aircraft(), RATE), TrimMonitor(aircraft(), RATE)
-    part = rows.part(500, 2000)
-    whole.take(part)
+    part = rows.slice_rows(500, 2000)
+    whole.process_rows(part)
     edges = sorted({0, *(5 * min(cut, 300) for cut in cuts), 1500})
     for start, stop in pairwise(edges):
-        pieces.take(part.part(start, stop))
+        pieces.process_rows(part.slice_rows(start, stop))
     assert pieces.cue == whole.cue
     assert pieces.changes == whole.changes
     assert len(whole.changes) > 3
@@ -93,7 +93,7 @@ def test_cutting_the_stream_changes_nothing(rows: FlightRows, cuts: list[int]) -
 def test_no_state_is_left_at_once(rows: FlightRows) -> None:
     """In gusts each state but GO stands for 0.6 s at least."""
     watch = TrimMonitor(aircraft(), RATE)
-    watch.take(rows)
+    watch.process_rows(rows)
     for before, after in pairwise(watch.changes):
         assert before.state == "go" or after.since - before.since > 0.59
         assert after.since == after.time
@@ -110,12 +110,12 @@ def test_go_ends_at_once_when_trim_is_lost() -> None:
 def test_no_go_while_held_off() -> None:
     """The input under way, or anyone else, silences GO until a time, not longer."""
     watch = TrimMonitor(aircraft(), RATE)
-    watch.hold_off(6.0)
+    watch.inhibit_go(6.0)
     found = cues(drawn(LEVEL), watch)
     assert {cue.state for cue in found if cue.time < 6.0} <= {"fly", "hold"}
     assert at(found, 6.3).state == "go"
     # What an input shakes is not taken for gusts, soon after it either.
-    assert at(found, 9.0).gusts is None
+    assert at(found, 9.0).gust_strength is None
 
 
 # What is off ---------------------------------------------------------------------------
@@ -134,14 +134,14 @@ def test_the_spotter_hears_what_is_off_and_which_way(bank: float, speed: float, 
     cue = at(cues(drawn(np.full(900, bank * DEGREE), speed=speed)), 8.5)
     assert cue.state == "fly"
     assert cue.worst is not None
-    assert cue.worst.words() == words
+    assert cue.worst.format_text() == words
 
 
 def test_without_attitude_the_wing_is_named_without_degrees() -> None:
     """A bank concluded from turn rate has its side told, not its size."""
     cue = at(cues(drawn(np.full(900, 9.0 * DEGREE), attitude=False)), 8.5)
     assert cue.worst is not None
-    assert cue.worst.words() == "right wing low"
+    assert cue.worst.format_text() == "right wing low"
     words = "turn rate, rate of roll, lateral acceleration and beta, for want of attitude"
     assert f"wings: {words}" in cue.judged_by
 
@@ -168,7 +168,7 @@ def test_climbing_is_off() -> None:
 
 
 def _missing(cue: TrimCue) -> str:
-    return "; ".join(cue.missing)
+    return "; ".join(cue.limitations)
 
 
 def test_on_the_ground_it_says_nothing_of_flying() -> None:
@@ -189,7 +189,7 @@ def test_blind_without_rates() -> None:
     """No rates at all: nothing is judged, and what is missing is named."""
     found = cues(changed(drawn(LEVEL), p=None, q=None, r=None))
     assert {cue.state for cue in found} == {"blind"}
-    assert found[-1].off == ()
+    assert found[-1].deviations == ()
     assert "pitch rate" in _missing(found[-1])
 
 
@@ -229,7 +229,7 @@ def test_a_distrusted_channel_is_as_good_as_missing() -> None:
     block = drawn(LEVEL)
     lying = changed(block, q=block["q"] + 0.3, **{"q.2": block["q"]})
     watch = TrimMonitor(aircraft(), RATE)
-    watch.distrust(("q",))
+    watch.set_invalid_channels(("q",))
     assert at(cues(lying, watch), 9.0).state == "go"
     assert "pitch rate" not in _missing(at(cues(lying, watch), 9.0))
     assert at(cues(lying), 9.0).state == "fly"

@@ -20,7 +20,7 @@ def test_seconds_left_of_a_leg_are_learned(position: bool) -> None:
     """After two laps the end of the leg is known by where, or how long after a turn, it came."""
     found = cues(drawn(LAPS, position=position, attitude=False), point=None, since=ONSET - 9.0)
     for before in (8.0, 5.0, 2.0):
-        left = at(found, ONSET - before).leg_left
+        left = at(found, ONSET - before).leg_time_left
         assert left is not None
         assert abs(left - before) < 0.5
     assert any("position" in words for words in at(found, ONSET - 5.0).judged_by) == position
@@ -35,7 +35,7 @@ def test_no_go_before_a_turn_nor_in_it() -> None:
     assert MIN_LEG_TIME_LEFT < ONSET - last < MIN_LEG_TIME_LEFT + 1.5
     assert at(found, ONSET + 4.0).state == "turn"
     watch = TrimMonitor(aircraft(), RATE)
-    watch.leg_needed(5.5)
+    watch.require_leg_time(5.5)
     found = cues(block, watch, point=None, since=ONSET - 9.0)
     last = max(cue.time for cue in found if cue.state == "go" and cue.time < ONSET)
     assert 5.5 < ONSET - last < 5.5 + 1.5
@@ -44,7 +44,7 @@ def test_no_go_before_a_turn_nor_in_it() -> None:
 def test_a_leg_is_not_too_short_for_an_input_under_way() -> None:
     """While GO is held off only a real turn is one."""
     watch = TrimMonitor(aircraft(), RATE)
-    watch.hold_off(ONSET + 1.0)
+    watch.inhibit_go(ONSET + 1.0)
     found = cues(drawn(LAPS, position=True), watch, point=None, since=ONSET - 4.0)
     assert {cue.state for cue in found if ONSET - 3.0 < cue.time < ONSET} <= {"hold", "fly"}
     assert at(found, ONSET + 2.0).state == "turn"
@@ -54,8 +54,8 @@ def test_without_an_earlier_lap_nothing_is_claimed() -> None:
     """On the first leg GO comes all the same, and it is said that the leg is not known."""
     cue = at(cues(drawn(np.zeros(1000), position=True)), 9.0)
     assert cue.state == "go"
-    assert cue.leg_left is None
-    assert any("no earlier lap" in words for words in cue.missing)
+    assert cue.leg_time_left is None
+    assert any("no earlier lap" in words for words in cue.limitations)
 
 
 def test_wind_does_not_matter_to_legs_of_one_direction() -> None:
@@ -70,7 +70,7 @@ def test_wind_does_not_matter_to_legs_of_one_direction() -> None:
     found = cues(drawn(bank, attitude=False), point=None, since=100.0)
     # The third leg upwind begins after five turns.
     onset = 6.0 + 5 * TURN + 2 * (up + down) + up
-    left = at(found, onset - 6.0).leg_left
+    left = at(found, onset - 6.0).leg_time_left
     assert left is not None
     assert abs(left - 6.0) < 0.5
 
@@ -86,7 +86,7 @@ def test_latitude_and_longitude_serve_as_well() -> None:
         latitude=latitude + block["north"] / radius,
         longitude=-1.4 + block["east"] / (radius * np.cos(latitude)),
     )
-    left = at(cues(turned, point=None, since=ONSET - 6.0), ONSET - 5.0).leg_left
+    left = at(cues(turned, point=None, since=ONSET - 6.0), ONSET - 5.0).leg_time_left
     assert left is not None
     assert abs(left - 5.0) < 0.5
 
@@ -104,6 +104,6 @@ def test_a_swerve_is_no_turn_of_the_pattern() -> None:
     swerve = ((3.0, 0.0), (1.3, 30.0), (1.3, -30.0), (LEG - 5.6, 0.0))
     bank = ramped((6.0, 0.0), *(((TURN, -45.0), (LEG, 0.0)) * 2), (TURN, -45.0), *swerve)
     found = cues(drawn(bank, attitude=False), point=None, since=ONSET - 5.0)
-    left = at(found, ONSET - 4.0).leg_left
+    left = at(found, ONSET - 4.0).leg_time_left
     assert left is not None
     assert abs(left - 4.0) < 0.6

@@ -33,8 +33,8 @@ def test_lines_are_those_of_least_squares(seed: int, cut: int, share: float) -> 
     values = random.standard_normal((60, 2))
     values[random.random(60) < share, 1] = np.nan
     whole, pieces = MovingWindow(20, 2), MovingWindow(20, 2)
-    found = whole.take(values)
-    parts = pieces.take(values[:cut]), pieces.take(values[cut:])
+    found = whole.fit_windows(values)
+    parts = pieces.fit_windows(values[:cut]), pieces.fit_windows(values[cut:])
     for name in ("mean", "slope", "power"):
         joined = np.concatenate([getattr(part, name) for part in parts])
         np.testing.assert_array_equal(joined, getattr(found, name))
@@ -61,7 +61,7 @@ def test_bank_is_known_without_attitude() -> None:
     """Through turns either way, from a wrong start, in the noise of real gyros: to two degrees."""
     bank = ramped((8.0, 12.0), (6.0, -4.0), (8.0, 45.0), (8.0, 0.0), (8.0, -45.0), (10.0, 3.0))
     block = drawn(bank, attitude=False)
-    ticks, _ = TickMeans(5, DT).take(rows_from_block(block, RATE))
+    ticks, _ = TickMeans(5, DT).average_rows(rows_from_block(block, RATE))
     for vane in (True, False):
         watch = BankObserver(DT, SPEED)
         misses = []
@@ -73,7 +73,7 @@ def test_bank_is_known_without_attitude() -> None:
         late = np.array(misses[120:])
         assert np.sqrt((late**2).mean()) < 1.3 * DEGREE
         assert np.abs(late).max() < 4.0 * DEGREE
-        assert watch.spread < 3.0 * DEGREE
+        assert watch.bank_std < 3.0 * DEGREE
 
 
 def test_climb_is_known_now_though_height_comes_late() -> None:
@@ -136,8 +136,8 @@ def test_ticks_leave_out_what_is_not_to_be_believed() -> None:
     block = drawn(np.zeros(400))
     block = changed(block, alpha=0.1, **{"r.3": block["r"] + 1.0})
     means = TickMeans(5, DT)
-    means.distrusted = frozenset(("r", "beta"))
-    ticks, stuck = means.take(rows_from_block(block, RATE))
+    means.invalid_channels = frozenset(("r", "beta"))
+    ticks, stuck = means.average_rows(rows_from_block(block, RATE))
     assert ticks.shape == (80, len(TICK_INDEX))
     assert ticks[3, TICK_INDEX["p"]] == pytest.approx(block["p"][15:20].mean())
     assert np.isnan(ticks[:, TICK_INDEX["beta"]]).all()
@@ -159,7 +159,7 @@ def test_slower_records_serve(rate: float) -> None:
         values=full.values[: 1000 // step * step : step],
     )
     watch = TrimMonitor(aircraft(), rate)
-    watch.take(rows_from_block(block, rate))
+    watch.process_rows(rows_from_block(block, rate))
     assert watch.cue is not None
     assert watch.cue.state == "go"
 
@@ -180,6 +180,6 @@ def test_slower_records_serve(rate: float) -> None:
 )
 def test_words_of_a_spotter(quantity: str, amount: float, channel: str, us: str, si: str) -> None:
     """Short, in the crew's units, with the digits that the sensor earns."""
-    off = TrimDeviation(quantity=quantity, amount=amount, share=1.5, channel=channel)
-    assert off.words() == us
-    assert off.words("SI") == si
+    off = TrimDeviation(quantity=quantity, amount=amount, tolerance_ratio=1.5, channel=channel)
+    assert off.format_text() == us
+    assert off.format_text("SI") == si

@@ -37,7 +37,7 @@ def _verdicts(flown: FlownInput, measured: Block, wanted: TargetInput) -> tuple[
     watch.expect(wanted, point_of(flown), None)
     assert flown.ground is not None
     for rows in rows_in_ticks(flown.ground, measured):
-        watch.take(rows)
+        watch.process_rows(rows)
     return watch.verdicts
 
 

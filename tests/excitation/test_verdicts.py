@@ -135,11 +135,11 @@ def _said(
     stream = FlightRowStream(RATE)
     left = []
     for part in parts:
-        rows = [*stream.feed(part), *stream.complete()]
+        rows = [*stream.feed(part), *stream.take_complete_rows()]
         for one in rows:
             for low in range(0, len(one), stream.tick):
-                watch.take(one.part(low, low + stream.tick))
-                now = watch.under_way
+                watch.process_rows(one.slice_rows(low, low + stream.tick))
+                now = watch.input_in_progress
                 if now is not None and now.phase == "hands-off":
                     left.append(now.hands_off_left)
     return watch.verdicts, left
@@ -150,8 +150,8 @@ def _whole(block: Block, flown: FlownInput) -> tuple[InputVerdict, ...]:
     watch = DoubletMonitor(load_aircraft("b777"), RATE)
     watch.expect(wanted_of(flown), point_of(flown), None)
     stream = FlightRowStream(RATE)
-    for rows in [*stream.feed(block), *stream.complete()]:
-        watch.take(rows)
+    for rows in [*stream.feed(block), *stream.take_complete_rows()]:
+        watch.process_rows(rows)
     return watch.verdicts
 
 
@@ -211,7 +211,7 @@ def test_a_gap_makes_it_unclear_and_no_aircraft_leaves_the_shape() -> None:
     assert listen(holed).verdicts[0].result == "unclear"
     watch = DoubletMonitor(None, RATE)
     for rows in rows_in_ticks(block):
-        watch.take(rows)
+        watch.process_rows(rows)
     (verdict,) = [one for one in watch.verdicts if abs(one.t_input - flown.t_input) < 0.8]
     assert verdict.kind == "doublet"
     assert any("amplitude and width" in words for words in verdict.judged_by)
@@ -223,7 +223,7 @@ def test_what_the_watch_says_live_is_what_the_detection_finds_afterwards() -> No
     aircraft = load_aircraft("b777")
     watch = DoubletMonitor(aircraft, RATE)
     for rows in rows_in_ticks(flight.block):
-        watch.take(rows)
+        watch.process_rows(rows)
     found = detect_maneuvers(flight, aircraft)
     assert len(found) == len(watch.verdicts)
     for one, verdict in zip(found, watch.verdicts, strict=True):
@@ -236,9 +236,9 @@ def test_what_the_watch_says_live_is_what_the_detection_finds_afterwards() -> No
 def _heard(flown: FlownInput, block: Block, distrusted: tuple[str, ...] = ()) -> InputVerdict:
     watch = DoubletMonitor(load_aircraft("b777"), RATE)
     watch.expect(wanted_of(flown), point_of(flown), None)
-    watch.distrust(distrusted)
+    watch.set_invalid_channels(distrusted)
     for rows in rows_in_ticks(block):
-        watch.take(rows)
+        watch.process_rows(rows)
     return watch.verdicts[0]
 
 
@@ -284,7 +284,7 @@ def _gusts(
     part = slice(low, low + round(SEEN * RATE))
     names = ("alpha", "q", "an") if surface == "de" else ("beta", "p", "r", "ay")
     answers = {name: truth[name][part] + added.get(name, 0.0) for name in names}
-    share = GustAnalyzer(load_aircraft("b777"), model or load_model("b777"), RATE).gust_share(
+    share = GustAnalyzer(load_aircraft("b777"), model or load_model("b777"), RATE).gust_fraction(
         {surface: truth[surface][part]},
         answers,
         [surface],
@@ -378,7 +378,7 @@ def test_another_shape_than_the_one_expected_is_told() -> None:
     watch = DoubletMonitor(load_aircraft("b777"), RATE)
     watch.expect(wanted_of(pulse, kind="doublet"), point_of(pulse), None)
     for rows in rows_in_ticks(pulse.measured):
-        watch.take(rows)
+        watch.process_rows(rows)
     assert watch.verdicts[0].kind == "pulse"
     assert watch.verdicts[0].result == "unclear"
     assert "that was a pulse, not a doublet" in watch.verdicts[0].advice
@@ -399,7 +399,7 @@ def test_a_card_counts_what_is_good_and_within_its_tolerances() -> None:
         other = card.model_copy(update={"speed": speed})
         watch.expect(wanted_of(flown), point_of(flown), other)
         for rows in rows_in_ticks(flown.measured):
-            watch.take(rows)
+            watch.process_rows(rows)
         counted.append((watch.verdicts[0].card, watch.verdicts[0].counts))
         advice = watch.verdicts[0].advice
     assert counted == [("E1", True), ("E1", False)]
@@ -433,7 +433,7 @@ def judged_against(
     )
     watch.expect(asked, point_of(flown), None)
     for rows in rows_in_ticks(flown.measured):
-        watch.take(rows)
+        watch.process_rows(rows)
     watch.finish()
     (verdict,) = watch.verdicts[:1]
     return verdict, asked

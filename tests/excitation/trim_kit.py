@@ -99,13 +99,13 @@ def cues(
 ) -> list[TrimCue]:
     """Return the cue of each tick, from a time (s) on."""
     watch = watch or TrimMonitor(aircraft(), RATE)
-    watch.aim(point)
+    watch.set_test_point(point)
     rows = rows_from_block(rows, RATE) if isinstance(rows, Block) else rows
     found = []
     begin = 5 * round(since * RATE / 5.0)
-    watch.take(rows.part(0, begin))
+    watch.process_rows(rows.slice_rows(0, begin))
     for start in range(begin, len(rows) - 4, 5):
-        watch.take(rows.part(start, start + 5))
+        watch.process_rows(rows.slice_rows(start, start + 5))
         assert watch.cue is not None
         found.append(watch.cue)
     return found

@@ -100,7 +100,7 @@ def rows_in_ticks(*blocks: Block) -> Iterator[FlightRows]:
     for block in blocks:
         for rows in itertools.chain(stream.feed(block), stream.finish()):
             for low in range(0, len(rows), stream.tick):
-                yield rows.part(low, min(low + stream.tick, len(rows)))
+                yield rows.slice_rows(low, min(low + stream.tick, len(rows)))
 
 
 def listen(flown: FlownInput, *, expected: bool = True, model: str | None = "b777") -> Heard:
@@ -129,8 +129,8 @@ def listen(flown: FlownInput, *, expected: bool = True, model: str | None = "b77
     begun: list[float] = []
     known = 0.0
     for rows in rows_in_ticks(*blocks):
-        watch.take(rows)
-        now = watch.under_way
+        watch.process_rows(rows)
+        now = watch.input_in_progress
         if now is None:
             continue
         if now.t_input != known:
@@ -209,7 +209,7 @@ def _criteria(flown: FlownInput, wanted: TargetInput) -> dict[str, float]:
     stop = min(flown.t_hand, rest_from + wanted.hands_off)
     whole = slice(begin, int(np.searchsorted(times, stop)))
     means = {name: float(truth[name][second].mean()) for name in ("p", "q", "r", "phi", "V")}
-    bank = DEFAULT_TOLERANCES.bank if plan.attitude else DEFAULT_TOLERANCES.bank_unseen
+    bank = DEFAULT_TOLERANCES.bank if plan.attitude else DEFAULT_TOLERANCES.bank_unmeasured
     share = {name: _share(aircraft, name, shape.amplitude) for name, shape in shapes.items()}
     main = max(share.values())
     others = [

@@ -44,15 +44,15 @@ def fly_thin(
     folder = prepare_flight_folder(
         path, aircraft="b777", channel_map="b777-thin", calibration="b777", source="virtual"
     )
-    downlink = settings.downlink(BEGUN_US)
+    downlink = settings.create_downlink(BEGUN_US)
     with folder.tlog_file.open("wb") as live, log.open("wb") as kept:
         while not downlink.finished:
             for packet in downlink.advance(200):
-                for frame in packet.live:
+                for frame in packet.live_frames:
                     live.write(pack_tlog_record(packet.stamp_us + 12_000, frame))
                 if packet.time < offset + 0.1:
                     continue  # the box was switched on later
-                for frame in packet.kept:
+                for frame in packet.onboard_frames:
                     if own := own_time(frame, offset, drift):
                         kept.write(pack_tlog_record(packet.stamp_us, own))
                 if packet.time >= seconds:

@@ -131,25 +131,25 @@ def test_cards_are_kept_with_the_flight(tmp_path) -> None:
     folder = FlightFolder.create(tmp_path / "f")
     assert folder.cards() is None
     plan = cards(E1, C1)
-    folder.keep_cards(plan)
+    folder.store_cards(plan)
     assert folder.cards() == plan
 
 
 def test_a_card_is_done_when_enough_good_ones_were_flown() -> None:
     """Open, begun, done; the next card is the first with repeats missing."""
     plan = cards(E1, C1)
-    assert match_cards(plan, []).next.id == "E1"
+    assert match_cards(plan, []).next_card.id == "E1"
     one = match_cards(plan, [flown(1)])
-    assert (one.cards[0].state, one.cards[0].missing) == ("begun", 1)
+    assert (one.cards[0].state, one.cards[0].remaining_count) == ("begun", 1)
     two = match_cards(plan, [flown(1), flown(2)])
     assert two.cards[0].state == "done"
-    assert two.next.id == "C1"
+    assert two.next_card.id == "C1"
     combo = flown(
         3, inputs=("da", "dr"), amplitudes={"da": 6.5 * DEGREE, "dr": 9.0 * DEGREE}, amplitude=0.11
     )
     whole = match_cards(plan, [flown(1), flown(2), combo])
-    assert whole.done
-    assert whole.next is None
+    assert whole.is_complete
+    assert whole.next_card is None
     assert whole.unplanned == ()
 
 
@@ -171,7 +171,7 @@ def test_what_misses_the_card_does_not_count_and_says_why(changes, reason) -> No
     """Too fast, too small, too short, unfit: an attempt all the same, with its reason."""
     result = match_cards(cards(E1), [flown(1, **changes)])
     (attempt,) = result.cards[0].attempts
-    assert not attempt.counts
+    assert not attempt.is_counted
     assert len(attempt.reasons) == 1
     assert reason in attempt.reasons[0]
     assert result.cards[0].state == "open"
@@ -189,7 +189,7 @@ def test_maneuvers_go_to_the_card_they_were_flown_for() -> None:
     between = match_cards(plan, [flown(1, V=91.0 * FOOT)])
     assert [len(one.attempts) for one in between.cards] == [0, 1]
     twins = cards({**E1, "repeats": 1}, {**E1, "id": "E9", "repeats": 1})
-    assert match_cards(twins, [flown(1), flown(2)]).done
+    assert match_cards(twins, [flown(1), flown(2)]).is_complete
     odd = match_cards(plan, [flown(1, inputs=("dr",)), flown(2, kind="3-2-1-1")])
     assert [one.id for one in odd.unplanned] == ["1", "2"]
 
@@ -197,13 +197,13 @@ def test_maneuvers_go_to_the_card_they_were_flown_for() -> None:
 def test_what_was_not_measured_is_not_held_against_a_maneuver() -> None:
     """A flight that lost its pitot and vanes still fills its cards by surface and size."""
     card = TestCard.model_validate({**E1, "alpha": "9 deg"})
-    assert compare_with_card(card, flown(1, alpha=None, V=None)).counts
+    assert compare_with_card(card, flown(1, alpha=None, V=None)).is_counted
     far = compare_with_card(card, flown(1))
-    assert set(far.off) == {"speed", "alpha", "amplitude of the elevator", "width"}
-    assert far.off["alpha"] == pytest.approx(-5.0 / 1.5)
+    assert set(far.deviations) == {"speed", "alpha", "amplitude of the elevator", "width"}
+    assert far.deviations["alpha"] == pytest.approx(-5.0 / 1.5)
     bare = compare_with_card(card, flown(1, alpha=None, amplitudes={}, t_input=float("nan")))
-    assert bare.off["amplitude of the elevator"] == pytest.approx(0.0, abs=1e-12)
-    assert "width" not in bare.off
+    assert bare.deviations["amplitude of the elevator"] == pytest.approx(0.0, abs=1e-12)
+    assert "width" not in bare.deviations
 
 
 def test_the_command_line_tells_what_is_done_and_what_is_open(tmp_path) -> None:
@@ -212,7 +212,7 @@ def test_the_command_line_tells_what_is_done_and_what_is_open(tmp_path) -> None:
     screen = Console(width=120, record=True, file=io.StringIO())
     print_card_status(screen, folder.path, [flown(1)])
     assert screen.export_text() == ""
-    folder.keep_cards(cards(E1, C1))
+    folder.store_cards(cards(E1, C1))
     found = [flown(1), flown(2, V=120.0 * FOOT), flown(3, inputs=("dr",))]
     print_card_status(screen, folder.path, found)
     text = " ".join(screen.export_text().split())

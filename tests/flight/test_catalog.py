@@ -73,7 +73,7 @@ def test_maneuvers_come_back_as_they_were(catalog):
     # The second of trim before the input, not the maneuver itself.
     condition = stored[0].conditions["V"]
     assert condition.mean == pytest.approx(FOUND[0].V, abs=0.02)
-    assert condition.least < condition.mean < condition.most
+    assert condition.minimum < condition.mean < condition.maximum
     assert stored[0].conditions["throttle"].mean == pytest.approx(0.5, abs=0.01)
 
 

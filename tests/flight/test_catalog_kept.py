@@ -34,7 +34,7 @@ from tests.flight.maneuver_kit import EVERYTHING, make_flight
 
 FLIGHT = replace(make_flight(EVERYTHING, seconds=125.0), name="2003-05-12-a")
 FOUND = detect_maneuvers(FLIGHT, load_aircraft("b777"))
-ENTRY = FlightEntry.of(FLIGHT, FOUND, aircraft="B777")
+ENTRY = FlightEntry.from_flight(FLIGHT, FOUND, aircraft="B777")
 RECORD = CampaignRun(
     label="all of them",
     method="ml",
@@ -67,10 +67,10 @@ def catalog(tmp_path: Path):
 def test_a_record_comes_back_as_it_was(catalog: Catalog) -> None:
     """With its number, and its fits with the edges of their time."""
     number = store_campaign_run(catalog, RECORD)
-    store_run(catalog, replace(FIT, kept=number))
+    store_run(catalog, replace(FIT, campaign_run_id=number))
     assert get_campaign_run(catalog, number) == replace(RECORD, number=number)
     (fit,) = search_runs(catalog, kept=number)
-    assert fit == replace(FIT, id=1, kept=number)
+    assert fit == replace(FIT, id=1, campaign_run_id=number)
     set_campaign_run_label(catalog, number, "others")
     assert list_campaign_runs(catalog) == (replace(RECORD, number=number, label="others"),)
     with pytest.raises(UnknownNameError, match="no run 7; it has 1"):
@@ -83,7 +83,7 @@ def test_what_is_forgotten_is_nowhere_until_it_is_called_back(catalog: Catalog) 
     """Neither the run, nor its fits, nor their trace in the maneuvers; other fits stay."""
     store_run(catalog, FIT)
     number = store_campaign_run(catalog, RECORD)
-    store_run(catalog, replace(FIT, kept=number))
+    store_run(catalog, replace(FIT, campaign_run_id=number))
     delete_campaign_run(catalog, number)
     assert list_campaign_runs(catalog) == ()
     assert [one.id for one in search_runs(catalog, derivative="Cm_q")] == [1]
@@ -95,7 +95,7 @@ def test_what_is_forgotten_is_nowhere_until_it_is_called_back(catalog: Catalog) 
 def test_a_damaged_record_is_named(catalog: Catalog) -> None:
     """One sentence with the run and the remedy."""
     store_campaign_run(catalog, RECORD)
-    with catalog.writing() as connection:
+    with catalog.transaction() as connection:
         connection.execute("UPDATE kept_runs SET inputs = '[{]'")
     with pytest.raises(FlightError, match=r"the run 1 in the catalog .* is damaged"):
         list_campaign_runs(catalog)
@@ -107,7 +107,7 @@ def test_maneuvers_are_added_beside_those_that_stand(catalog: Catalog) -> None:
     known = replace(first, note="not to be seen", t_end=first.t_end - 0.5)
     elsewhere = replace(FOUND[1], t_start=5.0, t_end=9.5)
     new = replace(FOUND[2], id="by hand")
-    entry = FlightEntry.of(FLIGHT, (known, elsewhere, new), complete=False)
+    entry = FlightEntry.from_flight(FLIGHT, (known, elsewhere, new), complete=False)
     names = add_entry(catalog, entry)
     assert names == ("1", "5:9.5", "by hand")
     assert add_entry(catalog, entry) == names
@@ -125,10 +125,10 @@ def test_a_transaction_within_another_is_part_of_it(catalog: Catalog) -> None:
     before = export_catalog(catalog)
 
     def store(maneuver: str) -> None:
-        with catalog.writing():
+        with catalog.transaction():
             number = store_campaign_run(catalog, RECORD)
-            store_run(catalog, replace(FIT, kept=number))
-            store_run(catalog, replace(FIT, kept=number, maneuvers=((FLIGHT.name, maneuver),)))
+            store_run(catalog, replace(FIT, campaign_run_id=number))
+            store_run(catalog, replace(FIT, campaign_run_id=number, maneuvers=((FLIGHT.name, maneuver),)))
 
     with pytest.raises(UnknownNameError, match="no maneuver '77'"):
         store("77")

@@ -29,8 +29,8 @@ from tests.flight.maneuver_kit import EVERYTHING, make_flight
 FLIGHT = replace(make_flight(EVERYTHING, seconds=125.0), name="2003-05-12-a")
 FOUND = detect_maneuvers(FLIGHT, load_aircraft("b777"))
 SCORES = (
-    CardScore(card="E1", heading="Elevator doublet", good=1, flown=2, wanted=3),
-    CardScore(card="A1", heading="Aileron doublet", good=0, flown=0, wanted=1),
+    CardScore(card="E1", title="Elevator doublet", good=1, flown=2, requested=3),
+    CardScore(card="A1", title="Aileron doublet", good=0, flown=0, requested=1),
 )
 
 
@@ -40,7 +40,7 @@ def verdict(number: int, time: float, result: str = "good", **facts: object) -> 
         StoredVerdict(
             name=f"M{number}", t_input=time, t_end=time + 4.0, surfaces=("da", "dr"),
             kind="doublet", V=30.5, result=result, advice=f"{result}: once more", card="C1",
-            counts=result == "good", record={"curves": {"times": [0.0, 0.04]}},
+            is_counted=result == "good", record={"curves": {"times": [0.0, 0.04]}},
         ),
         **facts,
     )  # fmt: skip

@@ -70,7 +70,7 @@ def test_an_old_catalog_keeps_its_content(script: Path, tmp_path: Path) -> None:
         first, second, third = search_maneuvers(catalog)
         assert [one.runs for one in (first, second, third)] == [(1,), (2,), ()]
         assert (second.maneuver.grade, second.graded_by) == ("D", "A. Pilot")
-        assert [one.kept for one in search_runs(catalog)] == [None, None]
+        assert [one.campaign_run_id for one in search_runs(catalog)] == [None, None]
         assert search_runs(catalog)[1].estimates["Cm_alpha"].value == -0.34 - 0.02
         assert get_weights(catalog, "2003-05-12-a") == {"alpha": 5.0, "q": 8.0}
         assert get_model(catalog, "b777-2").evidence == "better by half"
@@ -95,7 +95,7 @@ def test_an_old_catalog_keeps_its_content(script: Path, tmp_path: Path) -> None:
                 axis="lon",
                 maneuvers=(("2003-05-12-a", "1"),),
                 estimates={},
-                kept=number,
+                campaign_run_id=number,
             ),
         )
         assert [one.id for one in search_runs(catalog, kept=number)] == [3]

@@ -61,7 +61,7 @@ def card(**values: Any) -> FlightInfo:
 
 
 def doubts(**values: Any) -> dict[str, str]:
-    return {one.field: one.words for one in check_flight_info(card(**values), B777)}
+    return {one.field: one.text for one in check_flight_info(card(**values), B777)}
 
 
 def test_the_whole_card_survives_its_file(tmp_path) -> None:
@@ -85,7 +85,7 @@ def test_a_card_whose_folder_is_gone_is_neither_emptied_nor_made_anew(tmp_path) 
     card.change({("crew", "pilot"): "Bob"})
     card.save()
     folder.path.rename(tmp_path / "away")
-    assert not card.read()
+    assert not card.reload_if_changed()
     assert card.value(("crew", "pilot")) == "Bob"
     card.change({("crew", "engineer"): "Eve"})
     with pytest.raises(FlightError, match="is not there any more"):
@@ -153,7 +153,7 @@ def test_weights_of_the_table_pass_and_slips_do_not() -> None:
         assert list(found) == [field]
         assert words in found[field]
     (metric,) = check_flight_info(card(takeoff_weight="46.6 kg"), B777, system="SI")
-    assert "the take-off weight is 46.6 kg, but the aircraft usually weighs 21.2 kg" in metric.words
+    assert "the take-off weight is 46.6 kg, but the aircraft usually weighs 21.2 kg" in metric.text
     heavy = doubts(takeoff_weight="46.6 kg")["takeoff_weight"]
     assert "was '46.6 lb' meant instead of '46.6 kg'" in heavy
     short = doubts(fuel="1 lb", takeoff_weight="46 lb", landing_weight="44 lb")
@@ -205,7 +205,7 @@ def test_loading_and_fuel_move_cg_and_inertia_as_points_do() -> None:
     )
     got = found.aircraft.mass
     assert got.mass == pytest.approx(masses.sum(), rel=1e-12)
-    assert found.shift == pytest.approx(center, abs=1e-12)
+    assert found.cg_shift == pytest.approx(center, abs=1e-12)
     assert (got.ixx, got.iyy, got.izz) == pytest.approx(np.diag(inertia), rel=1e-9)
     assert got.ixz == pytest.approx(-inertia[0, 2], rel=1e-9)
     assert got.fuel == pytest.approx(1.5 * LB)
@@ -218,7 +218,7 @@ def test_a_weighed_cg_moves_instruments_and_engines() -> None:
     """Positions count from the CG as flown; instruments that no one placed stay at it."""
     info = card(weighing={"loads": {"nose": "4.9 lb", "main": "41.7 lb"}})
     found = apply_flight_info(B777, info)
-    x = found.shift[0]
+    x = found.cg_shift[0]
     assert x == pytest.approx((4.9 * 2.62 - 41.7 * 0.26) / 46.6 * FT, rel=1e-6)
     for name in ("alpha_vane", "accelerometer", "air_data"):
         before, after = (getattr(one.sensors, name).position[0] for one in (B777, found.aircraft))
@@ -234,7 +234,7 @@ def test_a_weighed_cg_moves_instruments_and_engines() -> None:
     dry = card(weighing=empty, fuel="2.7 lb")
     filled = apply_flight_info(B777, dry)
     assert filled.aircraft.mass.mass == pytest.approx(46.6 * LB)
-    assert filled.shift[0] == pytest.approx((4.9 * 2.62 - 39.0 * 0.26) / 46.6 * FT, rel=1e-6)
+    assert filled.cg_shift[0] == pytest.approx((4.9 * 2.62 - 39.0 * 0.26) / 46.6 * FT, rel=1e-6)
 
 
 def test_a_card_that_says_nothing_changes_nothing() -> None:
@@ -244,7 +244,7 @@ def test_a_card_that_says_nothing_changes_nothing() -> None:
     weighed = apply_flight_info(B777, card(takeoff_weight="46.42 lb"))
     assert weighed.aircraft.mass.mass == pytest.approx(46.42 * LB)
     assert weighed.aircraft.mass.iyy == B777.mass.iyy
-    assert weighed.shift == (0.0, 0.0, 0.0)
+    assert weighed.cg_shift == (0.0, 0.0, 0.0)
     with pytest.raises(FlightError, match="takes out more than there is"):
         apply_flight_info(
             B777,
@@ -257,16 +257,16 @@ def test_a_card_that_says_nothing_changes_nothing() -> None:
 def test_fuel_burned_moves_the_cg_only_where_the_tank_is_off_it() -> None:
     """With the tank at the CG nothing but mass changes; behind it the CG goes ahead in flight."""
     at_cg = apply_flight_info(B777, card(takeoff_weight="46.42 lb"))
-    assert at_cg.after(1.0) is at_cg
+    assert at_cg.after_fuel_burn(1.0) is at_cg
     tank = B777.mass.model_copy(update={"fuel_position": (-0.3, 0.0, 0.0)})
     behind = apply_flight_info(
         B777.model_copy(update={"mass": tank}), card(takeoff_weight="46.42 lb")
     )
-    later = behind.after(1.0)
+    later = behind.after_fuel_burn(1.0)
     assert later.aircraft.mass.iyy < behind.aircraft.mass.iyy
-    assert later.shift[0] == pytest.approx(0.3 * 1.0 / (46.42 * LB - 1.0), rel=1e-9)
+    assert later.cg_shift[0] == pytest.approx(0.3 * 1.0 / (46.42 * LB - 1.0), rel=1e-9)
     vanes = [one.aircraft.sensors.alpha_vane.position[0] for one in (behind, later)]
-    assert vanes[0] - vanes[1] == pytest.approx(later.shift[0])
+    assert vanes[0] - vanes[1] == pytest.approx(later.cg_shift[0])
 
 
 def test_the_card_reaches_every_analysis(tmp_path) -> None:
@@ -276,8 +276,8 @@ def test_the_card_reaches_every_analysis(tmp_path) -> None:
     """
     folder = FlightFolder.create(tmp_path / "flight", FlightInfo(name="Box test"))
     folder.tlog_file.write_bytes(box_tlog(lost=set()))
-    folder.keep_channel_map(MAPS.find("b777"))
-    folder.keep_aircraft(SHIPPED_AIRCRAFT.find("b777"))
+    folder.store_channel_map(MAPS.find("b777"))
+    folder.store_aircraft(SHIPPED_AIRCRAFT.find("b777"))
 
     def cut() -> FlightWithManeuvers:
         return open_flights_with_maneuvers([folder.path], aircraft=None, given=["10.5:12.5"])[0]

@@ -111,20 +111,20 @@ def test_going_on_in_the_same_flight(tmp_path):
 def test_copies_of_the_files_in_force(tmp_path):
     """The aircraft and the certificates are copied under fixed names; old certificates go."""
     folder = FlightFolder.create(tmp_path / "f")
-    folder.keep_aircraft(SHIPPED_AIRCRAFT.find("b777"))
+    folder.store_aircraft(SHIPPED_AIRCRAFT.find("b777"))
     assert folder.aircraft() is not None
     assert folder.aircraft_file.read_bytes() == SHIPPED_AIRCRAFT.find("b777").read_bytes()
     for name in ("alpha", "beta"):
         (tmp_path / f"{name}.toml").write_text(f"# {name}\n")
-    folder.keep_certificates([tmp_path / "alpha.toml", tmp_path / "beta.toml"])
-    folder.keep_certificates([tmp_path / "beta.toml"])
+    folder.store_certificates([tmp_path / "alpha.toml", tmp_path / "beta.toml"])
+    folder.store_certificates([tmp_path / "beta.toml"])
     assert [path.name for path in folder.certificate_files()] == ["beta.toml"]
     (tmp_path / "sub").mkdir()
     (tmp_path / "sub" / "beta.toml").write_text("")
     with pytest.raises(FlightError, match="same file name"):
-        folder.keep_certificates([tmp_path / "beta.toml", tmp_path / "sub" / "beta.toml"])
+        folder.store_certificates([tmp_path / "beta.toml", tmp_path / "sub" / "beta.toml"])
     with pytest.raises(FlightError, match="cannot be copied"):
-        folder.keep_aircraft(tmp_path / "none.toml")
+        folder.store_aircraft(tmp_path / "none.toml")
 
 
 def test_onboard_log_is_copied_and_named(tmp_path):
@@ -132,7 +132,7 @@ def test_onboard_log_is_copied_and_named(tmp_path):
     folder = FlightFolder.create(tmp_path / "f")
     assert folder.onboard_log() is None
     (tmp_path / "00000001.BIN").write_bytes(b"log")
-    folder.keep_onboard_log(tmp_path / "00000001.BIN")
+    folder.store_onboard_log(tmp_path / "00000001.BIN")
     assert folder.onboard_log().read_bytes() == b"log"
     folder.onboard_log().unlink()
     with pytest.raises(FlightError, match=r"00000001\.BIN"):
@@ -215,7 +215,7 @@ def test_a_flight_that_was_on_a_mac_is_the_same_flight(tmp_path):
     (tmp_path / "new").mkdir()
     (tmp_path / "new" / ".DS_Store").touch()
     folder = FlightFolder.create(tmp_path / "new", FlightInfo())
-    folder.keep_certificates(certificate_paths("b777"))
+    folder.store_certificates(certificate_paths("b777"))
     before = (hash_input_file("flight", folder.path).sha256, len(folder.certificate_files()))
     for path in [one for one in folder.path.rglob("*") if one.is_file()]:
         path.with_name(f"._{path.name}").write_bytes(b"\x00\x05\x16\x07 not text: \xff")

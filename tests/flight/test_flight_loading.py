@@ -41,8 +41,8 @@ def box_folder(tmp_path):
     """Return a flight folder of the B777 box, with its files in force."""
     folder = FlightFolder.create(tmp_path / "flight", FlightInfo(name="Box test"))
     folder.tlog_file.write_bytes(box_tlog(lost={100, 101, 102, 103}))
-    folder.keep_channel_map(MAPS.find("b777"))
-    folder.keep_aircraft(SHIPPED_AIRCRAFT.find("b777"))
+    folder.store_channel_map(MAPS.find("b777"))
+    folder.store_aircraft(SHIPPED_AIRCRAFT.find("b777"))
     return folder
 
 
@@ -158,7 +158,7 @@ def test_growing_and_empty_folders(tmp_path):
     assert summarize_flight(flight)["duration"] == 0.0
     whole = box_tlog(1.0)
     folder.tlog_file.write_bytes(whole[:-20])
-    folder.keep_channel_map(MAPS.find("b777"))
+    folder.store_channel_map(MAPS.find("b777"))
     flight = load_flight(folder.path)
     assert len(flight.block) == 99
     assert any("incomplete" in remark for remark in flight.remarks)
@@ -190,7 +190,7 @@ def test_text_lines_and_the_rate_of_the_folder(tmp_path):
     (tmp_path / "map.toml").write_text(
         'name = "lines"\n[text]\ncolumns = ["time [ms]", "alpha [deg]", "", "q [deg/s]"]\n'
     )
-    folder.keep_channel_map(tmp_path / "map.toml")
+    folder.store_channel_map(tmp_path / "map.toml")
     lines = [f"{START_US + k * 20_000}\t{k * 20},{k},7,{2 * k}" for k in range(100)]
     lines[40] = f"{START_US + 40 * 20_000}\tgarbled"
     (folder.path / "raw.txt").write_text("\n".join(lines) + "\n")
@@ -305,12 +305,12 @@ def wandering(time):
 def test_onboard_log_replaces_the_live_record(tmp_path, clock_s):
     """At its full rate, in the live record's time, even if its own clock is another."""
     folder = FlightFolder.create(tmp_path / "f")
-    folder.keep_channel_map(MAPS.find("b777"))
+    folder.store_channel_map(MAPS.find("b777"))
     folder.tlog_file.write_bytes(box_tlog(20.0, every=5, motion=wandering, lost={500, 505, 510}))
     thin = load_flight(folder.path)
     log = tmp_path / "onboard.tlog"
     log.write_bytes(box_tlog(15.0, start_s=12.0, motion=wandering, clock_s=clock_s))
-    folder.keep_onboard_log(log)
+    folder.store_onboard_log(log)
     flight = load_flight(folder.path)
 
     def error(each, start, stop):
@@ -333,19 +333,19 @@ def test_onboard_log_replaces_the_live_record(tmp_path, clock_s):
 def test_onboard_log_of_another_flight_is_left_out(tmp_path):
     """A log that moves otherwise, or cannot be read, does not replace anything, and is told."""
     folder = FlightFolder.create(tmp_path / "f")
-    folder.keep_channel_map(MAPS.find("b777"))
+    folder.store_channel_map(MAPS.find("b777"))
     folder.tlog_file.write_bytes(box_tlog(20.0, every=5, motion=wandering))
     live = load_flight(folder.path)
     other = np.random.default_rng(1).normal(size=3000)
     log = tmp_path / "onboard.tlog"
     log.write_bytes(box_tlog(15.0, motion=lambda time: other[int(time * 100)]))
-    folder.keep_onboard_log(log)
+    folder.store_onboard_log(log)
     flight = load_flight(folder.path)
     assert any("could not be aligned" in remark for remark in flight.remarks)
     assert np.array_equal(flight.block.values, live.block.values, equal_nan=True)
     log = tmp_path / "1.bin"
     log.write_bytes(b"no log at all" * 30)
-    folder.keep_onboard_log(log)
+    folder.store_onboard_log(log)
     flight = load_flight(folder.path)
     assert any("left out" in remark and "1.bin" in remark for remark in flight.remarks)
     assert np.array_equal(flight.block.values, live.block.values, equal_nan=True)

@@ -41,7 +41,7 @@ def test_it_flies_from_a_little_above_the_stall_until_a_little_below():
         watch.add(number * FRAME_DURATION, means)
         told.append(watch.airborne)
     assert told == [7 <= number < 13 for number in range(len(shares))]
-    assert watch.judged_by == "airspeed"
+    assert watch.criterion == "airspeed"
 
 
 @pytest.mark.parametrize("surface", ["de", "da", "dr"])
@@ -104,7 +104,7 @@ def test_maneuvers_are_found_without_air_data(without, words):
     assert [one.inputs for one in detector.finish()] == [
         ("de",), ("da",), ("dr",), ("da", "dr"), ("de",)
     ]  # fmt: skip
-    assert detector.judged_by == words
+    assert detector.airborne_criterion == words
 
 
 def test_an_airspeed_that_stays_low_in_flight_is_not_believed():
@@ -112,7 +112,7 @@ def test_an_airspeed_that_stays_low_in_flight_is_not_believed():
     flight = changed(make_flight(EVERYTHING, seconds=130.0), V=0.0)
     detector = run_detector(flight, AIRCRAFT)
     assert len(detector.finish()) == 5
-    assert "below flying speed" in detector.judged_by
+    assert "below flying speed" in detector.airborne_criterion
 
 
 def test_nothing_but_surfaces_still_gives_maneuvers():
@@ -122,7 +122,7 @@ def test_nothing_but_surfaces_still_gives_maneuvers():
     (found,) = detector.finish()
     assert found.grade == "D"
     assert "nothing measured what de does" in found.reasons[0]
-    assert detector.judged_by == "nothing"
+    assert detector.airborne_criterion == "nothing"
 
 
 def test_single_wild_samples_are_no_input():
@@ -150,7 +150,7 @@ def results(blocks: list[Block]) -> list[object]:
         detector.feed(block)
         detector.settle()
     found = [one.to_record() for one in detector.finish()]
-    return [found, dict(detector.noise.std), detector.judged_by, detector.airborne]
+    return [found, dict(detector.noise.std), detector.airborne_criterion, detector.airborne]
 
 
 CHUNKED = make_flight(EVERYTHING, seconds=125.0, range_check=[(12.0, "de")], gusts=0.3).block
@@ -196,7 +196,7 @@ def test_a_cue_can_be_given_seconds_after_the_input():
     under_way = []
     for block in cut(CHUNKED, list(range(0, len(CHUNKED), 10))):
         detector.feed(block)
-        if detector.under_way:
+        if detector.is_input_active:
             under_way.append(float(block.times[-1]) if len(block) else 0.0)
         for one in detector.maneuvers:
             seen.setdefault(one.id, float(block.times[-1]) - one.t_input_end)

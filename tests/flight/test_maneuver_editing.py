@@ -30,7 +30,7 @@ FLIGHT = make_flight(EVERYTHING, seconds=125.0)
 DETECTOR = run_detector(FLIGHT, AIRCRAFT)
 FOUND = DETECTOR.finish()
 ASSESS = ManeuverAssessor(FLIGHT, AIRCRAFT, DETECTOR.noise).assess
-BOOK = EditableManeuverList(found=FOUND)
+BOOK = EditableManeuverList(detected=FOUND)
 
 
 def plain(name: str, start: float, stop: float) -> DetectedManeuver:
@@ -126,7 +126,7 @@ def done(book: EditableManeuverList, deed: str, place: int, size: float) -> Edit
     if deed == "merge":
         return book.merge(names[:2], plain) if len(names) > 1 else book
     if deed == "use":
-        return book.decide(name, size > 1.5)
+        return book.set_use(name, size > 1.5)
     if deed == "rename":
         new = f"{name}'"
         return book if new in names else book.rename(name, new)
@@ -158,13 +158,13 @@ def test_the_events_file_holds_every_history(tmp_path_factory, deeds):
     path = tmp_path_factory.mktemp("edits") / "events.jsonl"
     log = ManeuverEditLog(EventLog(path), FOUND)
     for deed in deeds:
-        book = done(log.book, *deed)
-        if book != log.book:
+        book = done(log.maneuver_list, *deed)
+        if book != log.maneuver_list:
             log.record(book)
     again = ManeuverEditLog(EventLog(path), FOUND)
-    assert records(again.book) == records(log.book)
-    assert len(again.book.undone) == len(log.book.undone)
-    assert again.left_out == 0
+    assert records(again.maneuver_list) == records(log.maneuver_list)
+    assert len(again.maneuver_list.undone) == len(log.maneuver_list.undone)
+    assert again.skipped_count == 0
 
 
 def records(book: EditableManeuverList) -> list[dict[str, object]]:
@@ -174,16 +174,16 @@ def records(book: EditableManeuverList) -> list[dict[str, object]]:
 def test_two_windows_share_one_list(tmp_path):
     path = tmp_path / "events.jsonl"
     one, two = (ManeuverEditLog(EventLog(path), FOUND) for _ in range(2))
-    one.record(one.book.remove("1"))
+    one.record(one.maneuver_list.remove("1"))
     # The other has not looked yet, and changes what is gone.
-    two.record(two.book.annotate("1", "mine"))
-    assert two.left_out == 1
-    assert records(two.book) == records(one.book)
-    two.record(two.book.undo())
+    two.record(two.maneuver_list.annotate("1", "mine"))
+    assert two.skipped_count == 1
+    assert records(two.maneuver_list) == records(one.maneuver_list)
+    two.record(two.maneuver_list.undo())
     one.poll()
-    assert records(one.book) == records(two.book) == records(BOOK)
+    assert records(one.maneuver_list) == records(two.maneuver_list) == records(BOOK)
     with pytest.raises(FlightError, match="changed the maneuvers meanwhile"):
-        one.record(one.book.remove("2").remove("3"))
+        one.record(one.maneuver_list.remove("2").remove("3"))
     with pytest.raises(FlightError, match="changed the maneuvers meanwhile"):
         ManeuverEditLog(EventLog(tmp_path / "none.jsonl"), FOUND).record(BOOK)
 
@@ -201,8 +201,8 @@ def test_other_and_damaged_events_are_passed_over(tmp_path):
         )
     )
     edits = ManeuverEditLog(EventLog(path), FOUND)
-    assert edits.left_out == 2
-    assert edits.book.maneuvers == FOUND
+    assert edits.skipped_count == 2
+    assert edits.maneuver_list.maneuvers == FOUND
 
 
 def test_a_record_comes_back_whole():
@@ -223,7 +223,7 @@ def edited(path: Path, found: tuple[DetectedManeuver, ...], *deeds: tuple[str, i
     """Write changes of a list to an events file."""
     log = ManeuverEditLog(EventLog(path), found)
     for deed in deeds:
-        log.record(done(log.book, *deed))
+        log.record(done(log.maneuver_list, *deed))
 
 
 def test_maneuvers_that_know_as_little_are_equal():
@@ -238,18 +238,18 @@ def test_a_change_finds_its_maneuver_where_it_lay_not_by_its_number(tmp_path):
     """A detection that sees one more before it counts on; the change stays with its motion."""
     path = tmp_path / "events.jsonl"
     edited(path, FOUND, ("move", 1, 2.5), ("note", 1, 7.0), ("remove", 3, 1.0))
-    before = ManeuverEditLog(EventLog(path), FOUND).book
+    before = ManeuverEditLog(EventLog(path), FOUND).maneuver_list
     more = (
         plain("1", 40.0, 44.0),
         *(replace(one, id=str(number)) for number, one in enumerate(FOUND, start=2)),
     )
     log = ManeuverEditLog(EventLog(path), more)
-    assert log.left_out == 0
+    assert log.skipped_count == 0
     shifted = [replace(one, id=str(int(one.id) + 1)) for one in before.maneuvers]
-    assert list(log.book.maneuvers) == [more[0], *shifted]
-    assert log.book["3"].note == "7.00"
+    assert list(log.maneuver_list.maneuvers) == [more[0], *shifted]
+    assert log.maneuver_list["3"].note == "7.00"
     # All the way back stands what is found now.
-    assert log.book.undo().undo().undo().maneuvers == more
+    assert log.maneuver_list.undo().undo().undo().maneuvers == more
 
 
 def test_what_is_not_found_any_more_stands_as_it_was_changed_and_is_said(tmp_path):
@@ -259,9 +259,9 @@ def test_what_is_not_found_any_more_stands_as_it_was_changed_and_is_said(tmp_pat
         replace(one, id=str(number)) for number, one in enumerate((FOUND[0], *FOUND[3:]), start=1)
     )
     log = ManeuverEditLog(EventLog(path), fewer)
-    (there,) = (one for one in log.book.maneuvers if one.note == "7.00")
+    (there,) = (one for one in log.maneuver_list.maneuvers if one.note == "7.00")
     assert (there.t_start, there.t_end) == (FOUND[1].t_start, FOUND[1].t_start + 2.5)
-    assert [one for one in log.book.maneuvers if one is not there] == list(fewer)
+    assert [one for one in log.maneuver_list.maneuvers if one is not there] == list(fewer)
     said = " ".join(log.remarks)
     assert "3 changes by hand" in said
     assert f"maneuver 2 at {FOUND[1].t_start:.1f} s, changed by hand" in said
@@ -274,28 +274,28 @@ def test_undo_takes_back_its_own_change_whichever_are_left_out(tmp_path):
     """The history holds an overtaken change; its undo must not take back the one before it."""
     path = tmp_path / "events.jsonl"
     one, two = (ManeuverEditLog(EventLog(path), FOUND) for _ in range(2))
-    one.record(one.book.remove("1"))
-    two.record(two.book.annotate("1", "mine"))
+    one.record(one.maneuver_list.remove("1"))
+    two.record(two.maneuver_list.annotate("1", "mine"))
     EventLog(path).append(Event(kind="maneuver-undo", text="", data={"change": 2}))
     again = ManeuverEditLog(EventLog(path), FOUND)
-    assert [edit.words for edit in again.book.edits] == ["remove 1"]
-    again.record(again.book.undo())
-    assert records(ManeuverEditLog(EventLog(path), FOUND).book) == records(BOOK)
+    assert [edit.text for edit in again.maneuver_list.edits] == ["remove 1"]
+    again.record(again.maneuver_list.undo())
+    assert records(ManeuverEditLog(EventLog(path), FOUND).maneuver_list) == records(BOOK)
 
 
 def test_a_grade_by_a_person_survives_and_can_be_taken_back(tmp_path):
     path = tmp_path / "events.jsonl"
     log = ManeuverEditLog(EventLog(path), FOUND)
-    log.record(log.book.regrade("2", "C", ASSESS, "wind"))
-    log.record(log.book.move("2", ASSESS, t_end=FOUND[1].t_end - 0.5))
-    kept = ManeuverEditLog(EventLog(path), FOUND).book["2"]
+    log.record(log.maneuver_list.regrade("2", "C", ASSESS, "wind"))
+    log.record(log.maneuver_list.move("2", ASSESS, t_end=FOUND[1].t_end - 0.5))
+    kept = ManeuverEditLog(EventLog(path), FOUND).maneuver_list["2"]
     assert (kept.grade, kept.reasons, kept.graded_by) == ("C", ("wind",), GRADED_BY_CREW)
-    log.record(log.book.regrade("2", None, ASSESS))
-    assert log.book["2"].graded_by == GRADED_BY_PROGRAM
-    assert log.book["2"].grade == ASSESS("2", FOUND[1].t_start, FOUND[1].t_end - 0.5).grade
-    assert records(log.book.undo().undo().undo()) == records(BOOK)
+    log.record(log.maneuver_list.regrade("2", None, ASSESS))
+    assert log.maneuver_list["2"].graded_by == GRADED_BY_PROGRAM
+    assert log.maneuver_list["2"].grade == ASSESS("2", FOUND[1].t_start, FOUND[1].t_end - 0.5).grade
+    assert records(log.maneuver_list.undo().undo().undo()) == records(BOOK)
     with pytest.raises(FlightError, match="no grade 'E'"):
-        log.book.regrade("2", "E", ASSESS)
+        log.maneuver_list.regrade("2", "E", ASSESS)
 
 
 def test_a_survey_takes_what_was_changed_as_the_samples_show_it_now(tmp_path):
@@ -303,8 +303,8 @@ def test_a_survey_takes_what_was_changed_as_the_samples_show_it_now(tmp_path):
     flight = replace(FLIGHT, path=tmp_path / "made.csv")
     found = collect_maneuvers(flight, AIRCRAFT).maneuvers
     log = ManeuverEditLog(EventLog(events_path(flight.path)), found)
-    log.record(log.book.add(plain, 64.0, 66.0, name="rest"))
-    log.record(log.book.annotate("rest", "nothing here"))
+    log.record(log.maneuver_list.add(plain, 64.0, 66.0, name="rest"))
+    log.record(log.maneuver_list.annotate("rest", "nothing here"))
     assert (tmp_path / "made.csv.events.jsonl").is_file()
     edited_list = collect_maneuvers(flight, AIRCRAFT)
     (rest,) = (one for one in edited_list.maneuvers if one.id == "rest")

@@ -164,8 +164,8 @@ def test_a_verdict_given_in_flight_excludes_the_best_grade(tmp_path: Path):
     (named,) = list_maneuvers(flown, AIRCRAFT, [f"{first.t_start}:{first.t_end}"])
     assert named.grade == "B"
     regraded = replace(first, graded_by=GRADED_BY_CREW)
-    assert regraded.after_verdict("too-fast", "slower") == regraded
-    assert first.after_verdict("good", "good", "A") == first
+    assert regraded.with_verdict("too-fast", "slower") == regraded
+    assert first.with_verdict("good", "good", "A") == first
 
 
 def test_a_verdict_that_cannot_be_read_changes_nothing(tmp_path: Path):

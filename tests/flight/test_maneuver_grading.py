@@ -216,9 +216,9 @@ def test_the_noise_floor_is_measured_before_take_off(name):
     """Within 10 % of the noise put in, range-check pulses on that very ground notwithstanding."""
     flight = make_flight(ground=60.0, seconds=100.0, range_check=[(20.0, "de"), (30.0, "de")])
     detector = run_detector(flight, AIRCRAFT)
-    assert detector.noise.of(name) == pytest.approx(NOISE[name], rel=0.1)
+    assert detector.noise.std_of(name) == pytest.approx(NOISE[name], rel=0.1)
     assert "before take-off" in detector.noise.source
-    assert 50.0 < detector.noise.seconds < 70.0
+    assert 50.0 < detector.noise.duration < 70.0
 
 
 def test_the_engines_make_the_noise_floor_not_the_silence_before_them():
@@ -231,20 +231,20 @@ def test_the_engines_make_the_noise_floor_not_the_silence_before_them():
         for name, samples in ((name, flight.block[name]) for name in ("p", "q", "r"))
     }
     detector = run_detector(changed(flight, **quiet), AIRCRAFT)
-    assert detector.noise.of("q") == pytest.approx(NOISE["q"], rel=0.1)
+    assert detector.noise.std_of("q") == pytest.approx(NOISE["q"], rel=0.1)
     assert "while the gyros shook" in detector.noise.source
     turning = np.where(times < 40.0, 0.0, 800.0)
     with_rpm = {**{n: flight.block[n] for n in flight.block.channels}, "rpm_left": turning}
     detector = run_detector(flight_of(with_rpm, times), AIRCRAFT)
     assert "with the engines running" in detector.noise.source
-    assert 35.0 < detector.noise.seconds < 45.0
+    assert 35.0 < detector.noise.duration < 45.0
 
 
 def test_a_record_that_begins_in_the_air_takes_its_quietest_stretches():
     flight = make_flight(ground=0.0, seconds=120.0, steering=0.3)
     detector = run_detector(flight, AIRCRAFT)
     assert "quietest" in detector.noise.source
-    assert detector.noise.of("de") == pytest.approx(NOISE["de"], rel=1.0)
+    assert detector.noise.std_of("de") == pytest.approx(NOISE["de"], rel=1.0)
 
 
 def test_windows_are_freed_of_their_line_and_stand_missing_samples():

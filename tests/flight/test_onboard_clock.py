@@ -80,7 +80,7 @@ def test_a_log_that_drifts_is_laid_on_the_motion_within_a_sample():
     clock = align_clocks(live, log, RATE)
     assert clock.drifts
     assert clock.drift == pytest.approx(40e-6, abs=3e-6)
-    assert "gains 40." in clock.words() or "gains 39." in clock.words()
+    assert "gains 40." in clock.describe() or "gains 39." in clock.describe()
     moved = resample_to_flight_time(log, clock, RATE)
     rows = moved.times * RATE
     np.testing.assert_allclose(rows, np.rint(rows), atol=1e-6)
@@ -124,7 +124,7 @@ def test_without_a_drift_samples_stay_as_they_were_measured():
     same, _ = own_log(120.0, 0.0, 0.0)
     clock = align_clocks(live, same, RATE)
     assert resample_to_flight_time(same, clock, RATE) is same
-    assert "agrees with the live record's" in clock.words()
+    assert "agrees with the live record's" in clock.describe()
 
 
 def test_interpolation_keeps_steps_gaps_and_turns():

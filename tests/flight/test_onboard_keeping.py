@@ -75,8 +75,8 @@ def test_what_was_noted_before_stands_after_the_log_has_come(flight):
     assess = ManeuverAssessor(before, aircraft, detector.noise).assess
     name = found[0].id
     start, stop = found[0].t_start + 0.2, found[0].t_end + 0.3
-    edits.record(edits.book.move(name, assess, t_start=start, t_end=stop))
-    edits.record(edits.book.regrade(name, "B", assess, "gusty, said the pilot"))
+    edits.record(edits.maneuver_list.move(name, assess, t_start=start, t_end=stop))
+    edits.record(edits.maneuver_list.regrade(name, "B", assess, "gusty, said the pilot"))
     folder.events.append(Event(kind="mark", text="doublet", time=start + 1.0))
     folder.events.append(
         Event(kind="verdict", text="good", time=stop, data={"id": name, "t_input": start + 1.0})
@@ -230,7 +230,7 @@ def test_names_that_are_taken_stay(flight, tmp_path):
     shorter = tmp_path / "onboard.tlog"
     shorter.write_bytes(log.read_bytes()[: -(1 << 18)])
     placed = install_log(folder.path, shorter)
-    assert (placed.flight.onboard.file, placed.former) == ("onboard-2.tlog", "onboard.tlog")
+    assert (placed.flight.onboard.file, placed.previous_name) == ("onboard-2.tlog", "onboard.tlog")
     assert folder.tlog_file.read_bytes() == live
     empty = FlightFolder.create(tmp_path / "empty")
     with pytest.raises(FlightError, match="no live record"):

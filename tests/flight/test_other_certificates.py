@@ -35,9 +35,9 @@ def flight(tmp_path: Path) -> FlightFolder:
     """Return a flight that keeps the certificates of its day."""
     folder = FlightFolder.create(tmp_path / "flight")
     folder.tlog_file.write_bytes(box_tlog())
-    folder.keep_channel_map(MAPS.find("b777"))
-    folder.keep_aircraft(SHIPPED_AIRCRAFT.find("b777"))
-    folder.keep_certificates(certificate_paths("b777"))
+    folder.store_channel_map(MAPS.find("b777"))
+    folder.store_aircraft(SHIPPED_AIRCRAFT.find("b777"))
+    folder.store_certificates(certificate_paths("b777"))
     return folder
 
 
@@ -203,7 +203,7 @@ def test_columns_that_were_calibrated_before_take_no_other_certificates(
 def test_a_map_without_volts_takes_no_certificates(tmp_path: Path, other: Path) -> None:
     folder = FlightFolder.create(tmp_path / "autopilot")
     folder.tlog_file.write_bytes(box_tlog())
-    folder.keep_channel_map(MAPS.find("px4"))
+    folder.store_channel_map(MAPS.find("px4"))
     with pytest.raises(FlightError, match="calibrates no channel"):
         load_flight(folder.path, certificates=other)
 
@@ -230,7 +230,7 @@ def test_uncalibrated_is_told_by_replay_export_and_cut_and_survives_a_table(
     export.run(flight=flight.path, to="csv", out=table, calibration=str(other), json=summary)
     assert "only volts: flap" in capsys.readouterr().out
     assert json.loads(summary.read_text())["calibration"]["uncalibrated"] == ["flap"]
-    assert load_flight(table).uncalibrated == ("flap",)
+    assert load_flight(table).uncalibrated_channels == ("flap",)
 
     cut.run(flight=flight.path, windows=["10:11"], out=table, calibration=str(other), json=summary)
     assert "only volts: flap" in capsys.readouterr().err
@@ -252,7 +252,7 @@ def test_tables_for_other_programs_name_what_is_uncalibrated(
     assert columns.field("flap_volts").metadata[b"uncalibrated"] == b"flap"
     assert b"uncalibrated" not in columns.field("alpha_volts").metadata
     for path in (mat, parquet):
-        assert load_flight(path).uncalibrated == ("flap",)
+        assert load_flight(path).uncalibrated_channels == ("flap",)
 
 
 def test_results_with_other_certificates_stay_out_of_the_catalog(

@@ -79,7 +79,7 @@ def test_cards_begin_as_shipped_and_keep_the_units_they_were_typed_in(tmp_path: 
     assert not path.exists()
     first = str(file.value(("cards", "0", "id")))
     file.change({("cards", "0", "speed"): "62 kt"})
-    file.change({("cards",): file.another(0)})
+    file.change({("cards",): file.with_duplicated_row(0)})
     file.save()
     assert path.read_text(encoding="utf-8").count('speed = "62 kt"') == 2
     read = load_cards(path)

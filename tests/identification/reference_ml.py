@@ -110,9 +110,9 @@ class Reference:
         outputs = OutputModel(model, self.responses)
         measured = np.column_stack([maneuver.samples(name) for name in self.responses])
         for name in self.needed:
-            if name in motion.filled:
+            if name in motion.interpolated:
                 # The input was missing: nobody knows what the responses should be.
-                measured[motion.filled[name]] = np.nan
+                measured[motion.interpolated[name]] = np.nan
         leaps = [k for k in range(1, len(times)) if times[k] - times[k - 1] > 2.5 * dt]
         return [
             Segment(
@@ -133,7 +133,7 @@ class Reference:
     def respond(self, segment: Segment, theta: Mapping[str, float]) -> FloatArray:
         """Return the computed responses of a segment, shape (n, n_responses)."""
         model, dt = segment.model, segment.dt
-        parameters = model.parameters_with(
+        parameters = model.with_parameters(
             {**self.held, **{name: theta[name] for name in self.free}}
         )
         active = [POLAR_STATES.index(name) for name in self.states]
@@ -154,7 +154,7 @@ class Reference:
 
         now = [theta[f"initial.{label}.{name}"] for name in self.states]
         first = mixed(measured[0], [*now, *([0.0] * (len(active) - len(now)))])[:9]
-        now += [float(x) for x in model.resting_states(first, inputs[0])]
+        now += [float(x) for x in model.steady_states(first, inputs[0])]
         computed = []
         for k in range(len(measured)):
             computed.append(segment.outputs.values(mixed(measured[k], now), inputs[k], parameters))

@@ -193,11 +193,11 @@ def test_derivatives_go_through_and_come_back() -> None:
 def test_linear_model_file_goes_to_disk_and_back(tmp_path: Path) -> None:
     """SI on disk; a wrong matrix and an unknown name are told."""
     steady = OperatingPoint(speed=31.5, density=1.1, mass=21.0)
-    model = replace(load_linear_model("seanor-bls-lateral").model(), about=steady)
+    model = replace(load_linear_model("seanor-bls-lateral").model(), operating_point=steady)
     path = save_linear_model(model, tmp_path / "model.toml", name="mine")
     back = load_linear_model(path).model()
     assert back.states == model.states
-    assert back.about == steady
+    assert back.operating_point == steady
     for key in "ABCD":
         assert np.allclose(getattr(back, key), getattr(model, key), rtol=1e-12)
     path.write_text(path.read_text(encoding="utf-8").replace("de [", "dee [").replace(

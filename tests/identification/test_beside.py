@@ -34,15 +34,15 @@ def test_in_gusts_equation_error_stands_beside_and_is_nearer_the_truth(kind: str
     virtual = flown(1.0, kind)
     (result,) = result_of(virtual).results
     assert result.estimate is not None
-    assert result.estimate.gusty == (virtual.maneuver.id,)
+    assert result.estimate.gusty_maneuvers == (virtual.maneuver.id,)
     assert any("turbulence" in text for text in result.estimate.warnings)
-    assert result.beside is not None
-    assert result.beside.method == "ee"
-    both = [one for one in compare_methods(result) if one.likelihood and one.equations]
+    assert result.equation_error_estimate is not None
+    assert result.equation_error_estimate.method == "ee"
+    both = [one for one in compare_methods(result) if one.maximum_likelihood and one.equation_error]
     assert len(both) >= (8 if kind == "lon" else 15)
     # Constants hold zero offsets of accelerometers, which equation error does not know.
     assert not any(one.name.endswith("_0") for one in both)
-    assert _miss(result.beside, virtual, kind) < 0.5 * _miss(result.estimate, virtual, kind)
+    assert _miss(result.equation_error_estimate, virtual, kind) < 0.5 * _miss(result.estimate, virtual, kind)
 
 
 STRONG = {
@@ -67,7 +67,7 @@ def test_in_calm_air_nothing_is_computed_beside(monkeypatch: pytest.MonkeyPatch)
     result = result_of(flown(0.0))
     (one,) = result.results
     assert one.estimate is not None
-    assert (one.estimate.gusty, one.beside) == ((), None)
+    assert (one.estimate.gusty_maneuvers, one.equation_error_estimate) == ((), None)
     assert compare_methods(one) == compare_method_means(result.results) == ()
     (content,) = campaign_json(result)["maneuvers"]
     assert content["equation_error"] is None
@@ -84,9 +84,9 @@ def test_programs_get_both_values_of_a_maneuver_in_gusts() -> None:
     assert beside["Cn_r"] != second["derivatives"]["Cn_r"]
     assert beside.keys() == second["derivatives"].keys()
     (mean,) = [one for one in compare_method_means(result.results) if one.name == "Cn_r"]
-    assert mean.equations == pytest.approx((beside["Cn_r"]["value"], beside["Cn_r"]["std"]))
+    assert mean.equation_error == pytest.approx((beside["Cn_r"]["value"], beside["Cn_r"]["std"]))
     own = second["derivatives"]["Cn_r"]
-    assert mean.apart == pytest.approx(
+    assert mean.normalized_difference == pytest.approx(
         (beside["Cn_r"]["value"] - own["value"]) / np.hypot(beside["Cn_r"]["std"], own["std"])
     )
 
@@ -101,7 +101,7 @@ def test_where_equation_error_fails_that_is_said_and_the_fit_stands(
 
     monkeypatch.setattr(campaign_fitting.equation_error, "estimate", failing)
     (one,) = result_of(flown(1.0)).results
-    assert one.beside is None
+    assert one.equation_error_estimate is None
     assert one.estimate is not None
     assert one.estimate.converged
     assert "equation error gives nothing to compare with: the vane was gone" in (

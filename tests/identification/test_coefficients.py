@@ -42,7 +42,7 @@ def without(maneuver, *names):
 def true_coefficients(maneuver, model=TRUTH):
     motion = measured_motion(maneuver)
     equations = FlightModel(AIRCRAFT, model)
-    totals = equations.totals(tuple(motion.states.T), tuple(motion.inputs.T))
+    totals = equations.evaluate(tuple(motion.states.T), tuple(motion.inputs.T))
     return totals.coefficients
 
 
@@ -55,7 +55,7 @@ def test_every_coefficient_at_every_sample(axis):
     for name in AXIS_COEFFICIENTS[axis]:
         true = true_ones[name]
         expected = found.smooth(np.broadcast_to(true, found.times.shape))
-        counts = found.counts(name)
+        counts = found.valid_samples(name)
         assert counts.sum() > 900
         error = found.value(name)[counts] - expected[counts]
         assert np.sqrt(np.mean(error**2)) < 1e-3 * np.ptp(expected)
@@ -85,7 +85,7 @@ def test_effects_of_a_model_are_taken_out():
     linear = true_coefficients(maneuver)["Cm"]
     found = reconstruct_coefficients(maneuver, model=model)
     blind = reconstruct_coefficients(maneuver)
-    counts = found.counts("Cm")
+    counts = found.valid_samples("Cm")
     expected = found.smooth(linear)[counts]
     right = np.abs(found.value("Cm")[counts] - expected).max()
     wrong = np.abs(blind.value("Cm")[counts] - expected).max()
@@ -102,14 +102,14 @@ def test_missing_samples_do_not_count_and_long_gaps_block_their_neighbors():
     values[500:520, q] = np.nan
     block = Block(channels=maneuver.block.channels, times=maneuver.block.times, values=values)
     found = reconstruct_coefficients(replace(maneuver, block=block), cutoff=5.0)
-    good = found.counts("Cm")
-    reach = found.smoother.reach
+    good = found.valid_samples("Cm")
+    reach = found.smoother.half_width
     assert good[299]
     assert not good[300:302].any()
     assert good[302]
     assert not good[500 - reach : 520 + reach].any()
     # The elevator itself was there all the time.
-    assert found.known["de"][500:520].all()
+    assert found.variable_valid["de"][500:520].all()
 
 
 def test_a_pause_of_the_record_is_not_smoothed_over():
@@ -119,9 +119,9 @@ def test_a_pause_of_the_record_is_not_smoothed_over():
     times[400:] += 30.0
     block = Block(channels=maneuver.block.channels, times=times, values=maneuver.block.values)
     found = reconstruct_coefficients(replace(maneuver, block=block), cutoff=5.0)
-    reach = found.smoother.reach
-    assert not found.counts("Cm")[400 - reach : 400 + reach - 1].any()
-    assert found.counts("Cm")[400 + reach :].any()
+    reach = found.smoother.half_width
+    assert not found.valid_samples("Cm")[400 - reach : 400 + reach - 1].any()
+    assert found.valid_samples("Cm")[400 + reach :].any()
 
 
 def test_clipped_samples_do_not_count():
@@ -130,8 +130,8 @@ def test_clipped_samples_do_not_count():
     clipped = np.zeros(len(maneuver.block), dtype=bool)
     clipped[200:230] = True
     found = reconstruct_coefficients(replace(maneuver, clipped={"p": clipped}), cutoff=5.0)
-    assert not found.counts("Cl")[200:230].any()
-    assert not found.known["p_hat"][200:230].any()
+    assert not found.valid_samples("Cl")[200:230].any()
+    assert not found.variable_valid["p_hat"][200:230].any()
 
 
 def test_a_missing_or_stuck_instrument_is_named():
@@ -143,7 +143,7 @@ def test_a_missing_or_stuck_instrument_is_named():
     block = Block(channels=maneuver.block.channels, times=maneuver.block.times, values=values)
     found = reconstruct_coefficients(replace(maneuver, block=block))
     assert "stuck" in found.missing["Cm"]
-    assert not found.counts("Cm").any()
+    assert not found.valid_samples("Cm").any()
 
 
 def test_a_vane_that_is_missing_is_replaced_by_integration():

@@ -178,8 +178,8 @@ def test_windows_do_not_depend_on_when_they_became_known() -> None:
     late.finish()
     assert late.estimates() == {}
     for start, stop in windows:
-        late.begin(start)
-        late.end(stop)
+        late.begin_window(start)
+        late.end_window(stop)
     for delay in (0.0, 1.7):
         ftr = FTR(AIRCRAFT, chosen, rate=RATE, aligned=True)
         due = [x for start, stop in windows for x in ((start + delay, "begin"), (stop, "end"))]
@@ -197,7 +197,7 @@ def test_windows_do_not_depend_on_when_they_became_known() -> None:
             )
             while due and block.times[min(start + 22, 2999)] >= due[0][0]:
                 at, what = due.pop(0)
-                ftr.begin(at - delay) if what == "begin" else ftr.end(at)
+                ftr.begin_window(at - delay) if what == "begin" else ftr.end_window(at)
         ftr.finish()
         assert not due
         assert ftr.estimates().keys() == late.estimates().keys()
@@ -210,18 +210,18 @@ def test_windows_do_not_depend_on_when_they_became_known() -> None:
 def test_windows_out_of_order_are_refused() -> None:
     """Each wrong call gets its sentence."""
     with pytest.raises(FlightError, match="listens always"):
-        FTR(AIRCRAFT, rate=RATE).begin(1.0)
+        FTR(AIRCRAFT, rate=RATE).begin_window(1.0)
     ftr = FTR(AIRCRAFT, FTRSettings(gate="maneuvers", lookback=5.0), rate=RATE, aligned=True)
     with pytest.raises(FlightError, match="begin one first"):
-        ftr.end(3.0)
+        ftr.end_window(3.0)
     feed(ftr, flight(), [])
     with pytest.raises(FlightError, match="raise lookback"):
-        ftr.begin(51.0)
-    ftr.begin(80.0)
+        ftr.begin_window(51.0)
+    ftr.begin_window(80.0)
     with pytest.raises(FlightError, match="end that maneuver first"):
-        ftr.begin(81.0)
+        ftr.begin_window(81.0)
     with pytest.raises(FlightError, match="began at"):
-        ftr.end(79.0)
+        ftr.end_window(79.0)
     with pytest.raises(FlightError, match="too few"):
         FTR(AIRCRAFT, rate=1.0)
 
@@ -245,14 +245,14 @@ def test_saved_and_restored_goes_on_to_the_last_bit(chosen: FTRSettings, tmp_pat
     )
     feed(one, parts[0], [700])
     if chosen.gate == "maneuvers":
-        one.begin(60.5)
+        one.begin_window(60.5)
     one.save(path)
     other.load(path)
     assert same(one, other)
     for ftr in (one, other):
         feed(ftr, parts[1], [300])
         if chosen.gate == "maneuvers":
-            ftr.end(69.0)
+            ftr.end_window(69.0)
         ftr.finish()
     assert same(one, other)
     assert any(x.value is not None for x in one.estimates().values())
@@ -290,7 +290,7 @@ def test_instrument_that_dies_stops_its_equations_alone() -> None:
     assert found["CN_alpha"].value is None
     assert found["CN_alpha"].why == "an is not measured"
     assert found["Cm_alpha"].value is not None
-    assert ftr.unavailable() == {"CN": "an is not measured"}
+    assert ftr.unavailable_coefficients() == {"CN": "an is not measured"}
 
 
 def test_channel_that_stops_coming_does_not_stop_the_rest() -> None:
@@ -330,7 +330,7 @@ def test_instrument_that_is_late_is_put_right() -> None:
     errors = {}
     for aligned in (False, True):
         ftr = FTR(plane, chosen, rate=RATE, origin=float(block.times[0]), aligned=aligned)
-        ftr.begin(float(block.times[0]))
+        ftr.begin_window(float(block.times[0]))
         feed(ftr, Block(channels=block.channels, times=block.times, values=values), [])
         ftr.finish()
         value = ftr.estimates()["Cl_p"].value

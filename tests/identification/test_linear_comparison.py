@@ -62,8 +62,8 @@ def test_the_last_flight_is_kept_out_and_nothing_of_it_is_in_the_models() -> Non
     flown = maneuvers(2)
     found = validate_linear_models(campaign(flown))
     assert not found.remarks
-    assert found.axes["lon"].judged == ("2:M4", "2:M6")
-    assert found.axes["lat"].fitted == ("1:M1", "1:M3")
+    assert found.axes["lon"].validation_maneuvers == ("2:M4", "2:M6")
+    assert found.axes["lat"].fitted_maneuvers == ("1:M1", "1:M3")
     assert found.axes["lat"].flights == ("flight 2",)
     for one in found.axes.values():
         assert set(one.errors) == {"bls", "subspace", "ml"}
@@ -98,14 +98,14 @@ def test_the_flight_that_judges_can_be_named_and_judges_as_a_whole() -> None:
         raise FlightError("the flight is gone")
 
     found = validate_linear_models(campaign(flown), keep_out=("1",), cut=cut).axes["lon"]
-    assert found.judged == ("1:M0",)
+    assert found.validation_maneuvers == ("1:M0",)
     assert asked == [("1", flown[0].t_start, flown[0].t_end)]
     for name, errors in found.errors.items():
-        ratios = np.array([errors[key] / found.whole[name][key] for key in found.outputs])
+        ratios = np.array([errors[key] / found.whole_flight_errors[name][key] for key in found.outputs])
         # All outputs together, each in units of what it missed without.
         assert 0.0 < np.mean(ratios**2) < 1.0
     closed = validate_linear_models(campaign(flown), keep_out=("1",), cut=gone)
-    assert not closed.axes["lon"].whole
+    assert not closed.axes["lon"].whole_flight_errors
     assert closed.remarks == (
         "no longitudinal models are judged on whole flights: the flight is gone",
     )
@@ -113,9 +113,9 @@ def test_the_flight_that_judges_can_be_named_and_judges_as_a_whole() -> None:
 
 def test_one_flight_is_judged_on_every_other_maneuver_of_each_kind() -> None:
     found = validate_linear_models(campaign(maneuvers(1)))
-    assert found.axes["lon"].fitted == ("M0", "M4")
-    assert found.axes["lon"].judged == ("M2", "M6")
-    assert found.axes["lat"].judged == ("M3", "M7")
+    assert found.axes["lon"].fitted_maneuvers == ("M0", "M4")
+    assert found.axes["lon"].validation_maneuvers == ("M2", "M6")
+    assert found.axes["lat"].validation_maneuvers == ("M3", "M7")
     assert found.axes["lat"].flights == ()
     trace = found.axes["lon"].traces[0]
     assert trace.measured.shape == trace.computed["bls"].shape == (trace.times.size, 3)
@@ -129,8 +129,8 @@ def test_one_flight_is_judged_on_every_other_maneuver_of_each_kind() -> None:
 
 def test_what_was_left_out_by_hand_is_neither_fitted_nor_judged() -> None:
     found = validate_linear_models(campaign(maneuvers(2)), without=("1:M0", "2:M6", "1:M1", "1:M3"))
-    assert (found.axes["lon"].fitted, found.axes["lon"].judged) == (("1:M2",), ("2:M4",))
-    assert found.axes["lat"].fitted == ("2:M5",)
+    assert (found.axes["lon"].fitted_maneuvers, found.axes["lon"].validation_maneuvers) == (("1:M2",), ("2:M4",))
+    assert found.axes["lat"].fitted_maneuvers == ("2:M5",)
 
 
 def test_a_single_maneuver_of_a_kind_is_told_and_not_judged() -> None:

@@ -73,7 +73,7 @@ def flown(kind: str, seed: int, *, card: bool) -> Maneuver:
         virtual.maneuver,
         block=block,
         aircraft=own.aircraft,
-        cg_shift=own.shift,
+        cg_shift=own.cg_shift,
         remarks=own.remarks,
     )
 

@@ -21,9 +21,9 @@ def test_derivative_and_average_pass_the_same_filter(frequency):
     """Proves that the derivative of a wave is the derivative of its smoothed self, to 1e-4."""
     filtering = build_smoother(DT, 5.0)
     phase = 2.0 * np.pi * frequency * TIMES
-    smoothed = filtering.smooth(filtering.matched(np.cos(phase)))
+    smoothed = filtering.smooth(filtering.simpson_average(np.cos(phase)))
     slope = filtering.smooth(filtering.differentiate(np.sin(phase)))
-    inner = slice(filtering.reach, -filtering.reach)
+    inner = slice(filtering.half_width, -filtering.half_width)
     expected = 2.0 * np.pi * frequency * smoothed[inner]
     np.testing.assert_allclose(slope[inner], expected, atol=1e-4 * np.ptp(expected))
 
@@ -48,8 +48,8 @@ def test_samples_near_a_gap_and_the_ends_do_not_count():
     filtering = build_smoother(DT, 5.0)
     missing = np.zeros(TIMES.size, dtype=bool)
     missing[500] = True
-    good = filtering.within(missing)
-    reach = filtering.reach
+    good = filtering.valid_samples(missing)
+    reach = filtering.half_width
     assert not good[:reach].any()
     assert not good[500 - reach : 501 + reach].any()
     assert good[500 - reach - 1]
@@ -58,7 +58,7 @@ def test_samples_near_a_gap_and_the_ends_do_not_count():
 
 def test_a_record_shorter_than_the_kernel_has_no_sample_that_counts():
     """Proves that ten samples give nothing rather than something wrong."""
-    assert not build_smoother(DT, 2.0).within(np.zeros(10, dtype=bool)).any()
+    assert not build_smoother(DT, 2.0).valid_samples(np.zeros(10, dtype=bool)).any()
 
 
 def test_the_cutoff_follows_the_motion_not_the_noise():
@@ -84,8 +84,8 @@ def test_noise_is_measured_beside_motion_and_an_engine_tone():
     motion = np.exp(-(((times - 20.0) / 3.0) ** 2)) * np.sin(times)
     tone = 0.5 * np.sin(2.0 * np.pi * 31.0 * times)
     filtering = build_smoother(DT, 4.0)
-    found = filtering.white_noise(filtering.matched(noise + (motion + tone)[:, None]))
-    true = np.cov(filtering.smooth(filtering.matched(noise))[50:-50].T)
+    found = filtering.white_noise(filtering.simpson_average(noise + (motion + tone)[:, None]))
+    true = np.cov(filtering.smooth(filtering.simpson_average(noise))[50:-50].T)
     np.testing.assert_allclose(found, true, rtol=0.3)
 
 

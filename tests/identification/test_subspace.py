@@ -72,7 +72,7 @@ def test_without_noise_the_system_is_found_exactly(axis: str, order: int) -> Non
     data = records(truth, np.random.default_rng(1), maneuvers=4, noise=0.0)
     found = identify_subspace_model(data, DT, order=order)
     assert np.allclose(poles(found.model), poles(truth), rtol=1e-5)
-    for record, start in zip(data, found.starts, strict=True):
+    for record, start in zip(data, found.initial_states, strict=True):
         error = record.outputs - found.model.simulate(record.inputs, start)
         assert np.max(np.abs(error)) < 1e-6 * np.ptp(record.outputs)
 
@@ -119,7 +119,7 @@ def test_refinement_comes_nearer_to_the_truth() -> None:
         rng = np.random.default_rng(100 + seed)
         data = records(truth, rng, maneuvers=4, noise=0.02)
         start = identify_subspace_model(data, DT, order=3)
-        refined = refine_by_prediction_error(data, start.model, start.starts)
+        refined = refine_by_prediction_error(data, start.model, start.initial_states)
         assert refined.cost <= refined.cost_before
         assert refined.converged
         held_out = doublets(rng, 500, 2)
@@ -143,10 +143,10 @@ def test_innovations_gain_whitens_process_noise() -> None:
     y = np.array(outputs) + 1e-4 * rng.standard_normal((len(u), 3))
     data = [InputOutputRecord(inputs=u, outputs=y)]
     start = identify_subspace_model(data, DT, order=2)
-    plain = refine_by_prediction_error(data, start.model, start.starts)
-    gained = refine_by_prediction_error(data, plain.model, plain.starts, innovations=True)
+    plain = refine_by_prediction_error(data, start.model, start.initial_states)
+    gained = refine_by_prediction_error(data, plain.model, plain.initial_states, innovations=True)
     assert gained.cost < 0.2 * plain.cost
-    error = y - gained.model.predict(data[0], gained.starts[0])
+    error = y - gained.model.predict(data[0], gained.initial_states[0])
     for column in error[20:].T:
         correlation = np.corrcoef(column[1:], column[:-1])[0, 1]
         assert abs(correlation) < 0.15

@@ -91,11 +91,11 @@ def test_honest_bounds_give_no_outlier_no_trend_and_a_ratio_of_one() -> None:
         summary = summarize_campaign(flown(seed))
         alarms += len(outliers(summary))
         for name, one in summary.derivatives.items():
-            trends += sum(trend.proven for trend in one.trends)
+            trends += sum(trend.is_significant for trend in one.trends)
             covered.append(abs(one.value.mean - TRUTH[name]) <= 2.0 * one.value.std)
-            assert one.honesty is not None
-            ratios.append(one.honesty.ratio)
-        assert not summary.wild
+            assert one.bound_consistency is not None
+            ratios.append(one.bound_consistency.ratio)
+        assert not summary.outlying_maneuvers
     assert alarms <= 3
     assert trends <= 2
     assert np.mean(ratios) == pytest.approx(1.0, abs=0.05)
@@ -106,12 +106,12 @@ def test_bounds_that_are_too_small_are_told() -> None:
     """Errors twice the bounds: the ratio says so, and chance is ruled out."""
     summary = summarize_campaign(flown(1, optimism=2.0, count=40))
     assert summary.bounds_ratio == pytest.approx(2.0, rel=0.2)
-    told = [one.honesty for one in summary.derivatives.values()]
+    told = [one.bound_consistency for one in summary.derivatives.values()]
     assert all(one is not None and one.p_value < 1e-4 for one in told)
     values, stds = np.array([1.0, 3.0, 5.0]), np.full(3, 0.1)
     spread = assess_bound_consistency(values, stds)
     assert spread is not None
-    assert np.hypot(spread.between, 0.1) == pytest.approx(2.0, rel=1e-3)
+    assert np.hypot(spread.between_maneuver_std, 0.1) == pytest.approx(2.0, rel=1e-3)
     assert assess_bound_consistency(values[:2], stds[:2]) is None
 
 
@@ -137,9 +137,9 @@ def test_a_wild_maneuver_is_pointed_out_with_a_reason_and_left_out() -> None:
         summary = summarize_campaign(result)
         named = {maneuver for _, maneuver in outliers(summary)}
         assert named <= {"M5"}
-        found += bool(summary.wild)
-        for one in summary.wild:
-            assert (one.maneuver, one.of, one.fits_well) == ("M5", 5, True)
+        found += bool(summary.outlying_maneuvers)
+        for one in summary.outlying_maneuvers:
+            assert (one.maneuver, one.derivative_count, one.fits_well) == ("M5", 5, True)
             assert "gusts of 0.4 m/s were seen" in one.reasons
         without = replace(
             result, results=tuple(one for one in result.results if one.maneuver.id != "M5")
@@ -149,7 +149,7 @@ def test_a_wild_maneuver_is_pointed_out_with_a_reason_and_left_out() -> None:
             assert summary.derivatives["Cm_de"].value == alone
             assert len(summary.derivatives["Cm_de"].points) == 16
     assert found >= 18
-    assert not summarize_campaign(flown(3, wild=5, r2=0.5)).wild[0].fits_well
+    assert not summarize_campaign(flown(3, wild=5, r2=0.5)).outlying_maneuvers[0].fits_well
 
 
 def test_a_dependence_on_speed_is_found_and_its_slope_covered() -> None:
@@ -158,16 +158,16 @@ def test_a_dependence_on_speed_is_found_and_its_slope_covered() -> None:
     for seed in range(20):
         summary = summarize_campaign(flown(seed, slope=0.03))
         (trend,) = summary.derivatives["Cm_de"].trends
-        assert trend.proven
+        assert trend.is_significant
         covered.append(abs(trend.slope - 0.03 * TRUTH["Cm_de"]) <= 2.0 * trend.std)
         others = [one for name, one in summary.derivatives.items() if name != "Cm_de"]
-        assert sum(trend.proven for one in others for trend in one.trends) <= 1
+        assert sum(trend.is_significant for one in others for trend in one.trends) <= 1
     assert np.mean(covered) >= 0.85
 
 
 def test_too_few_values_claim_nothing() -> None:
     """Two maneuvers: a mean, and nothing else; none: nothing."""
     summary = summarize_campaign(flown(0, count=2))
-    assert all(one.honesty is None and not one.trends for one in summary.derivatives.values())
+    assert all(one.bound_consistency is None and not one.trends for one in summary.derivatives.values())
     assert summary.bounds_ratio is None
     assert summarize_campaign(flown(0, count=0)).derivatives == {}

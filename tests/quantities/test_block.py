@@ -49,7 +49,7 @@ def test_shapes_and_names_must_fit(channels: tuple[str, ...], shape: tuple[int, 
 def test_a_trusted_block_is_the_same_without_a_copy() -> None:
     """It takes the very arrays, which nobody can change from then on, and reads alike."""
     times, values = np.arange(3.0), np.arange(6.0).reshape(3, 2)
-    trusted = Block.trusted(("p", "q"), times, values)
+    trusted = Block.unchecked(("p", "q"), times, values)
     checked = Block(channels=("p", "q"), times=times, values=values)
     assert trusted.times is times
     assert trusted.values is values

@@ -137,7 +137,7 @@ def _step(model: Model, added: str, maneuvers: int, misfit: float) -> ModelStep:
     sizes = np.ones((maneuvers, len(COEFFICIENTS)))
     sizes[:, 2] += misfit * np.linspace(0.5, 1.5, maneuvers)
     gap = {name: 1.0 + (misfit - 1.0) * (name in ("q", "alpha")) for name in CHANNELS}
-    return ModelStep(model=model, added=added, ranking=ranking, map=sizes, gap=gap, misfit=misfit)
+    return ModelStep(model=model, added=added, ranking=ranking, coefficient_map=sizes, gap=gap, misfit=misfit)
 
 
 def _view(number: int, count: int, samples: int) -> ManeuverHistories:
@@ -168,6 +168,6 @@ def _view(number: int, count: int, samples: int) -> ManeuverHistories:
         id=str(number + 1), flight="a flight", kind="doublet" if number % 2 else "3-2-1-1",
         held_out=number % 3 == 2, times=times, channels=CHANNELS, measured=measured,
         computed=(smooth + off, smooth + 0.3 * off, smooth), coefficients=COEFFICIENTS,
-        missing=tuple(missing), floor=dict(_FLOOR),
-        coefficient_floor=dict.fromkeys(COEFFICIENTS, 0.0008), conditions=conditions,
+        missing=tuple(missing), noise_floor=dict(_FLOOR),
+        coefficient_noise_floor=dict.fromkeys(COEFFICIENTS, 0.0008), conditions=conditions,
     )  # fmt: skip

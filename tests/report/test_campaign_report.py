@@ -55,7 +55,7 @@ def test_the_report_says_what_a_supervisor_asks(compared: LinearModelValidation)
     heard = (FlightEstimateHistory(flight="A", why="there are too few samples"),)
     said = words_of(
         estimate_document(
-            CampaignReportData(outcome=outcome(), heard=heard, linear=compared), units="SI"
+            CampaignReportData(outcome=outcome(), ftr_histories=heard, linear=compared), units="SI"
         )
     )
     for words in (
@@ -128,15 +128,15 @@ def test_in_gusts_both_methods_stand_in_the_report() -> None:
     assert "Maneuver M1 of A flew in gusts: equation error beside maximum likelihood" in said
     assert "Maneuver M2 of A flew in gusts" not in said
     (value,) = [one for one in compare_methods(run.result.results[0]) if one.name == "Cm_q"]
-    assert value.equations is not None
-    shown, bound = value.equations
-    assert f"{shown:.2f} {bound:.2f} {value.apart:+.1f}" in said
+    assert value.equation_error is not None
+    shown, bound = value.equation_error
+    assert f"{shown:.2f} {bound:.2f} {value.normalized_difference:+.1f}" in said
 
 
 def test_pictures_have_names_of_their_own(compared: LinearModelValidation) -> None:
     """A page finds each picture by its name: two of one name would show one of them twice."""
     document = estimate_document(CampaignReportData(outcome=outcome(), linear=compared))
-    names = [one.name for one in document.pictures]
+    names = [one.name for one in document.figures]
     assert len(names) == len(set(names)) > 8
 
 

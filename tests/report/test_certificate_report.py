@@ -148,10 +148,10 @@ def test_a_store_is_listed_with_age_quality_drift_and_what_was_skipped(
 ) -> None:
     store = CertificateStore(tmp_path, "B777 no. 1")
     now = datetime.now().replace(microsecond=0)  # noqa: DTZ005
-    store.put(rudder)
-    store.put(moved(rudder, 0.9, now - timedelta(hours=5)))
-    store.put(load_certificates("b777")["alpha"])
-    store.skip("beta", "vane broken", "B. Jones", now)
+    store.put_in_force(rudder)
+    store.put_in_force(moved(rudder, 0.9, now - timedelta(hours=5)))
+    store.put_in_force(load_certificates("b777")["alpha"])
+    store.mark_uncalibrated("beta", "vane broken", "B. Jones", now)
     folder = store.in_force_folder
     certificates_command.run(
         folder=str(folder), report=tmp_path / "pages", page="html", json=tmp_path / "list.json"
@@ -168,7 +168,7 @@ def test_a_store_is_listed_with_age_quality_drift_and_what_was_skipped(
     assert listed["former"]["zero"] == pytest.approx(np.deg2rad(0.9), abs=1e-3)
     assert listed["former"]["significant"]
     assert listed["quality"]["hysteresis"] == pytest.approx(
-        np.deg2rad(load_certificate_overview(folder).standing[1].quality.hysteresis)
+        np.deg2rad(load_certificate_overview(folder).in_force[1].quality.hysteresis)
     )
     assert [one["channel"] for one in told["uncalibrated"]] == ["beta"]
     assert sorted(path.name for path in (tmp_path / "pages").iterdir()) == [
@@ -183,8 +183,8 @@ def test_a_flight_folder_and_a_set_are_listed_too(tmp_path: Path) -> None:
     for path in certificate_paths("b777")[:2]:
         (kept / path.name).write_bytes(path.read_bytes())
     found = load_certificate_overview(tmp_path / "flight", former="b777")
-    assert [one.certificate.channel for one in found.standing] == ["aileron_left", "aileron_right"]
-    assert not any(one.drift.significant for one in found.standing)
+    assert [one.certificate.channel for one in found.in_force] == ["aileron_left", "aileron_right"]
+    assert not any(one.drift.significant for one in found.in_force)
     with pytest.raises(UnknownNameError):
         load_certificate_overview(tmp_path)
 

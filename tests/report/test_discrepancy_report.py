@@ -84,7 +84,7 @@ def small() -> Document:
 
 def page_of(document: Document) -> str:
     """Return a document as HTML without drawing its pictures."""
-    return render_html(document, {one.name: b"\x89PNG" for one in document.pictures})
+    return render_html(document, {one.name: b"\x89PNG" for one in document.figures})
 
 
 def test_a_folder_gets_html_pdf_and_every_picture(tmp_path: Path) -> None:
@@ -114,7 +114,7 @@ def test_same_answer_gives_the_same_page_but_for_its_date(small: Document) -> No
     ]
     assert len(differing) == 1
     assert "2026-05-12 12:00 UTC" in differing[0][0]
-    picture = small.pictures[0]
+    picture = small.figures[0]
     assert render_png(picture) == render_png(picture)
 
 
@@ -223,7 +223,7 @@ def test_the_map_of_channels_is_measured_less_computed_over_the_noise() -> None:
 def test_maneuvers_drawn_are_those_kept_out_that_were_worst() -> None:
     found = answer(maneuvers=12, samples=60)
     document = discrepancy_document(found)
-    drawn = [one.name for one in document.pictures if one.name.startswith("overlay")]
+    drawn = [one.name for one in document.figures if one.name.startswith("overlay")]
     assert drawn == ["overlay-6", "overlay-9", "overlay-12"]
 
 
@@ -231,7 +231,7 @@ def test_no_text_of_a_picture_overlaps_another_or_leaves_the_sheet() -> None:
     """Every word is inside its picture, and no two lie on one another: titles, ticks, numbers."""
     found = answer(maneuvers=4, samples=120)
     document = discrepancy_document(found, overlays=["3"])
-    for picture in document.pictures:
+    for picture in document.figures:
         assert 1.0 < picture.height <= MAX_FIGURE_HEIGHT
         assert clashes(picture) == [], picture.name
 
@@ -340,7 +340,7 @@ def test_missing_samples_and_runaway_models_leave_gaps_and_no_errors() -> None:
     measured[:, 0] = np.nan
     computed[:, 2] = np.exp(np.linspace(0.0, 700.0, 80))
     computed[-1, 2] = np.inf
-    odd = np.full_like(found.steps[0].map, np.nan)
+    odd = np.full_like(found.steps[0].coefficient_map, np.nan)
     odd[0, 1] = np.inf
     changed = discrepancy_document(
         replace(
@@ -349,14 +349,14 @@ def test_missing_samples_and_runaway_models_leave_gaps_and_no_errors() -> None:
                 replace(view, measured=measured, computed=(computed, *view.computed[1:])),
                 found.maneuvers[1],
             ),
-            steps=(replace(found.steps[0], map=odd), *found.steps[1:]),
+            steps=(replace(found.steps[0], coefficient_map=odd), *found.steps[1:]),
         ),
         overlays=["1"],
     )
     whole = discrepancy_document(found, overlays=["1"])
-    overlay = changed.pictures[-1]
-    assert overlay.height < whole.pictures[-1].height
-    assert clashes(changed.pictures[0]) == []
+    overlay = changed.figures[-1]
+    assert overlay.height < whole.figures[-1].height
+    assert clashes(changed.figures[0]) == []
     with style.context(list(MATPLOTLIB_STYLE)):
         figure = Figure(figsize=(FIGURE_WIDTH, overlay.height))
         overlay.draw(figure)

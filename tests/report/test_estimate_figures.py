@@ -33,8 +33,8 @@ from gsapp.report.value_figures import value_figure
 from tests.report.campaign_kit import WILD, outcome
 
 NIGHT = Palette(
-    background="#000000", ink="#ffffff", quiet="#dddddd", faint="#222222",
-    previous="#9a9a9a", band="#112233", left_out="#777777", weight=2.0,
+    background="#000000", ink="#ffffff", secondary_ink="#dddddd", faint="#222222",
+    previous="#9a9a9a", band="#112233", excluded="#777777", line_scale=2.0,
     traces=dict(zip(TRACE_COLORS, ("#8ac6ff", "#ffa3d6", "#ffa875", "#ffffff", "#a8e0ff",
                                    "#fff04d"), strict=True)),
 )  # fmt: skip
@@ -86,7 +86,7 @@ def test_each_point_is_named_and_stands_at_its_value_and_condition(over: str) ->
             {"number": point.number, "V": value, "alpha": np.degrees(value)}[over]
         )
         if point.maneuver == WILD:
-            assert color == PRINT_PALETTE.left_out
+            assert color == PRINT_PALETTE.excluded
         else:
             assert y == pytest.approx(point.value)
             assert color == PRINT_PALETTE.flight(0 if point.flight == "A" else 1)
@@ -123,7 +123,7 @@ def test_a_maneuver_left_out_by_hand_stays_in_sight_and_moves_the_mean() -> None
     assert points_in(figure, "Cm_de")["1:M2"] == (
         2.0,
         pytest.approx(point.value),
-        PRINT_PALETTE.left_out,
+        PRINT_PALETTE.excluded,
     )
     others = tuple(other for other in before.result.results if other.maneuver.id != "1:M2")
     alone = summarize_campaign(replace(before.result, results=others))
@@ -132,7 +132,7 @@ def test_a_maneuver_left_out_by_hand_stays_in_sight_and_moves_the_mean() -> None
         assert summary.value != before.summary.derivatives[name].value
     again = exclude_maneuvers(after, ())
     assert again.summary.derivatives["Cm_de"].value == before.summary.derivatives["Cm_de"].value
-    assert again.summary.without == frozenset()
+    assert again.summary.excluded_maneuvers == frozenset()
 
 
 def test_a_fit_that_did_not_converge_is_gray_and_counts_for_nothing() -> None:
@@ -149,7 +149,7 @@ def test_a_fit_that_did_not_converge_is_gray_and_counts_for_nothing() -> None:
     assert one.value == summarize_campaign(replace(before, results=rest)).derivatives["Cm_de"].value
     picture = value_figure(summary, ["Cm_de"], "number")
     x, y, color = points_in(drawn(picture), "Cm_de")["1:M3"]
-    assert (x, color) == (3.0, PRINT_PALETTE.left_out)
+    assert (x, color) == (3.0, PRINT_PALETTE.excluded)
     assert y == pytest.approx(estimate.derivatives["Cm_de"].value)
     assert picture.numbers is not None
     (row,) = [row for row in picture.numbers().rows if row[1] == "1:M3"]
@@ -282,7 +282,7 @@ def test_modes_stray_as_far_as_a_moved_derivative_moves_them() -> None:
     modes = propagate_mode_uncertainty(found.result, found.summary, "lon")
     assert {"short period"} <= {one.mode.name for one in modes}
     short = next(one for one in modes if one.mode.name == "short period")
-    assert 0.0 < short.frequency < 0.1 * short.mode.frequency
+    assert 0.0 < short.frequency_std < 0.1 * short.mode.frequency
     summaries = dict(found.summary.derivatives)
     for name in ("Cm_alpha", "Cm_q"):
         value = replace(summaries[name].value, std=10.0 * summaries[name].value.std)
@@ -292,12 +292,12 @@ def test_modes_stray_as_far_as_a_moved_derivative_moves_them() -> None:
     )
     other = next(one for one in wider if one.mode.name == "short period")
     assert other.mode == short.mode
-    assert other.frequency > 3.0 * short.frequency
+    assert other.frequency_std > 3.0 * short.frequency_std
     table = modes_table({"longitudinal": modes}, "SI")
     assert table.rows[0][2] == "short period"
     assert "±" in table.rows[0][3]
     # Frequencies go with speed: without it they say nothing.
-    about = found.models["lon"].about
+    about = found.models["lon"].operating_point
     assert about is not None
     assert table.columns[1] == "V [m/s]"
     assert table.rows[0][1] == f"{about.speed:.1f}"

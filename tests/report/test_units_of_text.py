@@ -154,7 +154,7 @@ def test_no_foreign_unit_stands_in_report_command_or_page(
 ) -> None:
     """The report, what the command prints, and the words of the page Model gap."""
     shown = discrepancy_document(found, units=units, overlays=[])
-    page = re.sub(r"<[^>]+>", " ", render_html(shown, {one.name: b"" for one in shown.pictures}))
+    page = re.sub(r"<[^>]+>", " ", render_html(shown, {one.name: b"" for one in shown.figures}))
     console = Console(file=io.StringIO(), width=160)
     shown_in = DISPLAY_UNITS.set("SI" if units == "SI" else "US")
     print_discrepancy(console, found)

@@ -37,10 +37,10 @@ def test_trouble_of_the_equipment_stands_once_in_every_window_and_after_reopenin
         window.board.raise_("link", Severity.WARNING, time, "silent")
         window.log.write_equipment(time)
     left.book.add(31.0)  # takes in events by itself
-    right.log.acknowledge(right.board.waiting[0], 32.0, "crew, key K")
+    right.log.acknowledge(right.board.unacknowledged[0], 32.0, "crew, key K")
     left.book.add(32.5)
     left.log.read()
-    assert left.board.waiting == ()
+    assert left.board.unacknowledged == ()
     clock[0] += 20_000_000
     for window, time in ((left, 50.0), (right, 50.1)):
         window.board.clear("link", time)
@@ -51,7 +51,7 @@ def test_trouble_of_the_equipment_stands_once_in_every_window_and_after_reopenin
         window.log.read()
         (one,) = window.log.episodes
         assert (one.onset, one.end, one.severity) == (10.0, 50.0, Severity.WARNING)
-        assert (one.words, one.over) == ("silent", True)
+        assert (one.message, one.is_over) == ("silent", True)
         assert one.acknowledgment is not None
         assert (one.acknowledgment.by, one.acknowledgment.time) == ("crew, key K", 32.0)
 
@@ -73,13 +73,13 @@ def test_a_replay_knows_all_alarms_of_the_flight_wherever_it_stands(tmp_path: Pa
     rows = "\n".join(f"{t:.2f},{a}" for t, a in zip(times, alpha, strict=True))
     flight.write_text(f"time [s],alpha [deg]\n{rows}\n")
     session = Session.replay(flight, playing=False, cues=False)
-    session.type_limits("alpha", LimitBands(caution_high=math.radians(10.0)))
+    session.set_user_limits("alpha", LimitBands(caution_high=math.radians(10.0)))
     for _ in range(60):
         session.update(0.02)
-    feed = session.replaying
+    feed = session.replay_feed
     assert feed is not None
     assert session.now == 0.0
-    assert session.board.episodes == ()
+    assert session.alarm_registry.episodes == ()
     found = session.alarm_log.episodes
     assert [one.onset for one in found] == pytest.approx([5.1, 15.1, 25.1], abs=0.02)
     assert [one.end for one in found] == pytest.approx([7.1, 17.1, 27.1], abs=0.02)
@@ -91,7 +91,7 @@ def test_a_replay_knows_all_alarms_of_the_flight_wherever_it_stands(tmp_path: Pa
     assert [one.acknowledged for one in session.alarm_log.episodes] == [True, False, False]
     session.close()
     again = Session.replay(flight, playing=False, cues=False)
-    again.type_limits("alpha", LimitBands(caution_high=math.radians(10.0)))
+    again.set_user_limits("alpha", LimitBands(caution_high=math.radians(10.0)))
     for _ in range(60):
         again.update(0.02)
     assert again.alarm_log.episodes[0].acknowledgment is not None

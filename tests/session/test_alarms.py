@@ -69,7 +69,7 @@ def plain_onsets(rule: LimitRule, values: np.ndarray) -> list[tuple[int, Severit
         if rule.armed_at is not None:
             if value < sign * rule.armed_at:
                 armed = True
-            elif value > sign * rule.asleep_at:
+            elif value > sign * rule.disarmed_at:
                 armed = False
                 for latch in latches:
                     latch.on, latch.count = False, 0
@@ -109,7 +109,7 @@ def test_limits_act_sample_by_sample_however_the_samples_arrive(
         hysteresis=1 * DEG,
         duration=duration,
         armed_at=sign * -2 * DEG if sleeping else None,
-        asleep_at=sign * 15 * DEG if sleeping else None,
+        disarmed_at=sign * 15 * DEG if sleeping else None,
     )
     boards = []
     for places in ([0, 600], [0, *sorted(set(cuts)), 600]):
@@ -119,9 +119,9 @@ def test_limits_act_sample_by_sample_however_the_samples_arrive(
             monitor.feed(block(first, {"alpha": values[first:last]}))
         boards.append(board)
     whole, cut = boards
-    assert whole.standing == cut.standing
-    assert whole.log == cut.log
-    told = [(round(one.time * RATE), one.severity) for one in whole.log if one.key == rule.key]
+    assert whole.current_alarms == cut.current_alarms
+    assert whole.onsets == cut.onsets
+    told = [(round(one.time * RATE), one.severity) for one in whole.onsets if one.key == rule.key]
     worst: dict[int, Severity] = {}
     for index, severity in told:
         worst[index] = max(severity, worst.get(index, Severity.NORMAL))
@@ -144,11 +144,11 @@ def test_an_alarm_stays_until_seen_and_over() -> None:
     passed = fly(100, 5.0)
     assert (passed.severity, passed.active) == (Severity.CAUTION, False)
     board.acknowledge("alpha:high", passed.time)
-    assert board.standing == ()
+    assert board.current_alarms == ()
     again = fly(150, 12.0)
     board.acknowledge("alpha:high", again.time)
     assert board.get("alpha:high").acknowledged
-    assert board.waiting == ()
+    assert board.unacknowledged == ()
     worse = fly(200, 15.0)
     assert (worse.severity, worse.acknowledged) == (Severity.WARNING, False)
     milder = fly(250, 12.0)
@@ -156,8 +156,8 @@ def test_an_alarm_stays_until_seen_and_over() -> None:
     board.acknowledge("alpha:high", milder.time)
     assert board.get("alpha:high").severity is Severity.CAUTION
     fly(300, 5.0)
-    assert board.standing == ()
-    assert [onset.severity for onset in board.log] == [1, 1, 2]
+    assert board.current_alarms == ()
+    assert [onset.severity for onset in board.onsets] == [1, 1, 2]
 
 
 @pytest.mark.parametrize("side", ["high", "low"])
@@ -179,7 +179,7 @@ def test_an_episode_holds_the_worst_of_an_alarm_that_grew(side: Literal["high", 
     )  # fmt: skip
     board.clear(rule.key, 3.0)
     (one,) = board.episodes
-    assert (one.severity, one.words, one.value) == (Severity.WARNING, "too far", 15 * unit)
+    assert (one.severity, one.message, one.value) == (Severity.WARNING, "too far", 15 * unit)
     assert (one.onset, one.raised, one.end) == (1.0, 2.0, 3.0)
 
 
@@ -194,7 +194,7 @@ def test_an_alarm_that_came_back_keeps_its_farthest_value() -> None:
             monitor.feed(block(first, {"alpha": values[first : first + step]}))
         alarm = board.get("alpha:high")
         assert (alarm.severity, alarm.count, alarm.time) == (Severity.WARNING, 2, 1.09)
-        assert alarm.sentence() == "Angle of attack 15.0 deg, above 14.0 deg"
+        assert alarm.message_text() == "Angle of attack 15.0 deg, above 14.0 deg"
 
 
 def test_alarms_speak_as_engineers_do() -> None:
@@ -203,7 +203,7 @@ def test_alarms_speak_as_engineers_do() -> None:
     aircraft = load_aircraft("b777")
     monitor = LimitMonitor(LimitSet(aircraft), board, RATE)
     monitor.feed(block(0, {"alpha": np.full(50, 15.2 * DEG), "an": np.full(50, 3.7 * 9.80665)}))
-    said = [alarm.sentence("US") for alarm in board.standing]
+    said = [alarm.message_text("US") for alarm in board.current_alarms]
     assert said == [
         "Angle of attack 15.2 deg, above 14.0 deg, stall",
         "Normal acceleration 3.70 g, above 3.60 g, near the g limit",
@@ -216,10 +216,10 @@ def test_newest_first() -> None:
     board.raise_("link", Severity.WARNING, 3.0, "link lost")
     board.raise_("disk", Severity.CAUTION, 9.0, "disk nearly full")
     board.raise_("recorder", Severity.WARNING, 9.0, "recorder stopped")
-    assert [alarm.key for alarm in board.standing] == ["recorder", "disk", "link"]
+    assert [alarm.key for alarm in board.current_alarms] == ["recorder", "disk", "link"]
     # What was raised before there was a flight time stands now, and is told first.
     board.raise_("clock", Severity.CAUTION, None, "clock set back")
-    assert [alarm.key for alarm in board.standing] == ["clock", "recorder", "disk", "link"]
+    assert [alarm.key for alarm in board.current_alarms] == ["clock", "recorder", "disk", "link"]
 
 
 def test_stall_speed_is_no_alarm_on_the_ground() -> None:
@@ -237,10 +237,10 @@ def test_stall_speed_is_no_alarm_on_the_ground() -> None:
         ]
     )
     monitor.feed(block(0, {"Vc": speeds[:600]}))
-    assert board.standing == ()
+    assert board.current_alarms == ()
     monitor.feed(block(600, {"Vc": speeds[600:]}))
     assert board.get("Vc:low").severity is Severity.WARNING
-    assert "below stall speed" in board.get("Vc:low").sentence()
+    assert "below stall speed" in board.get("Vc:low").message_text()
     monitor.feed(block(1100, {"Vc": np.linspace(0.95 * stall, 0.0, 300)}))
     assert not board.get("Vc:low").active
 
@@ -278,7 +278,7 @@ def _stall_alarms(
         if last > first:
             part = {name: values[first:last] for name, values in samples.items()}
             monitor.feed(block(first, part))
-    return [(one.time, one.severity) for one in board.log if one.key == "Vc:low"]
+    return [(one.time, one.severity) for one in board.onsets if one.key == "Vc:low"]
 
 
 @settings(deadline=None, max_examples=25)
@@ -316,9 +316,9 @@ def test_redundant_sensors_have_their_own_limits_of_plausibility() -> None:
     board = AlarmRegistry()
     monitor = LimitMonitor(LimitSet(load_aircraft("b777")), board, RATE)
     monitor.feed(block(0, {"alpha.2": np.full(100, 20 * DEG)}))
-    assert board.standing == ()
+    assert board.current_alarms == ()
     monitor.feed(block(100, {"alpha.2": np.full(100, 55 * DEG)}))
-    assert board.get("alpha.2:high").sentence() == (
+    assert board.get("alpha.2:high").message_text() == (
         "Angle of attack, sensor 2 55.0 deg, above 41.6 deg, not plausible: check the instrument"
     )
 
@@ -345,11 +345,11 @@ def test_a_silent_instrument_is_missed_the_same_live_and_replayed(
             monitor.feed(block(first, {"alpha": np.ones(last - first)}))
             if end > begin:
                 monitor.feed(block(begin, {"p": p[begin:end]}))
-            monitor.settle()
+            monitor.process_step()
         boards.append(board)
-    assert boards[0].log == boards[1].log
-    assert boards[0].standing == boards[1].standing
-    assert [(onset.key, onset.time) for onset in boards[0].log] == [
+    assert boards[0].onsets == boards[1].onsets
+    assert boards[0].current_alarms == boards[1].current_alarms
+    assert [(onset.key, onset.time) for onset in boards[0].onsets] == [
         ("q:silent", 5.0),
         ("r:silent", 5.0),
         ("p:silent", 18.0),
@@ -363,10 +363,10 @@ def test_when_everything_is_silent_no_instrument_is_blamed() -> None:
     board = AlarmRegistry()
     monitor = MessagePresenceMonitor(board, lambda name: name, 2.0)
     monitor.feed(block(0, {"q": np.ones(200)}))
-    monitor.settle()
+    monitor.process_step()
     monitor.feed(block(200, {"q": np.full(1000, np.nan)}))
-    monitor.settle()
-    assert board.standing == ()
+    monitor.process_step()
+    assert board.current_alarms == ()
 
 
 @pytest.mark.parametrize("pause", [2.5, 5.0, 60.0])
@@ -382,12 +382,12 @@ def test_a_link_that_drops_out_and_comes_again_is_no_messages_fault(
     for begin, battery in ((0, rare), (round((8.0 + pause) * RATE), rare[::-1])):
         both = {"q": np.ones(800), "alpha": np.ones(800)}
         monitor.feed(block(begin, {**both, "battery": battery}))
-        monitor.settle()
-    assert board.log == ()
+        monitor.process_step()
+    assert board.onsets == ()
     gone = round((16.0 + pause) * RATE)
     monitor.feed(block(gone, {"q": np.ones(800)}))
-    monitor.settle()
-    assert {alarm.key for alarm in board.standing} == {"alpha:silent", "battery:silent"}
+    monitor.process_step()
+    assert {alarm.key for alarm in board.current_alarms} == {"alpha:silent", "battery:silent"}
 
 
 @pytest.mark.parametrize("piece", [50, 370, 6000])
@@ -402,8 +402,8 @@ def test_one_lost_of_a_rare_message_is_not_one_that_stays_away(piece: int) -> No
     for first in range(0, 6000, piece):
         battery = rare[first : first + piece]
         monitor.feed(block(first, {"q": np.ones(battery.size), "battery": battery}))
-        monitor.settle()
-    assert [(onset.key, onset.time) for onset in board.log] == [("battery:silent", 46.25)]
+        monitor.process_step()
+    assert [(onset.key, onset.time) for onset in board.onsets] == [("battery:silent", 46.25)]
 
 
 def test_a_message_of_which_one_channel_is_dead_has_not_fallen_silent() -> None:
@@ -413,8 +413,8 @@ def test_a_message_of_which_one_channel_is_dead_has_not_fallen_silent() -> None:
     monitor = MessagePresenceMonitor(board, carriers.get)
     dead = np.concatenate([np.ones(300), np.full(1500, np.nan)])
     monitor.feed(block(0, {"q": np.ones(1800), "r": dead, "alpha": np.ones(1800)}))
-    monitor.settle()
-    assert board.standing == ()
+    monitor.process_step()
+    assert board.current_alarms == ()
 
 
 def test_a_box_that_falls_silent_is_one_alarm() -> None:
@@ -424,8 +424,8 @@ def test_a_box_that_falls_silent_is_one_alarm() -> None:
     monitor = MessagePresenceMonitor(board, carriers.get)
     gone = np.concatenate([np.ones(300), np.full(1500, np.nan)])
     monitor.feed(block(0, {"q": gone, "r": gone, "V": gone, "alpha": np.ones(1800)}))
-    monitor.settle()
-    assert [alarm.sentence() for alarm in board.standing] == [
+    monitor.process_step()
+    assert [alarm.message_text() for alarm in board.current_alarms] == [
         "daq stays away, while others come: check what sends it"
     ]
 
@@ -478,7 +478,7 @@ def test_a_limit_that_is_switched_off_raises_nothing(tmp_path: Path) -> None:
     assert limits.bands("alpha") == LimitBands()
     board = AlarmRegistry()
     LimitMonitor(limits, board, RATE).feed(block(0, {"alpha": np.full(100, 20 * DEG)}))
-    assert board.log == ()
+    assert board.onsets == ()
     path.write_text('[[limits]]\nchannel = "alpha"\noff = true\nhigh_caution = "5 deg"\n')
     with pytest.raises(FileProblemsError, match="switched off"):
         load_limits(path)
@@ -496,32 +496,32 @@ def test_typed_limits_count_from_the_next_sample_and_can_be_taken_back() -> None
 
     feed(0)
     assert board.get("alpha:high").severity is Severity.CAUTION
-    limits.set_typed("alpha", LimitBands(caution_high=12 * DEG))
-    watch.renew("alpha")
+    limits.set_user_limits("alpha", LimitBands(caution_high=12 * DEG))
+    watch.reload_limits("alpha")
     assert not board.get("alpha:high").active
     feed(100)
-    assert len(board.log) == 1
-    limits.set_typed("alpha", LimitBands(warning_high=9 * DEG))
-    watch.renew("alpha")
+    assert len(board.onsets) == 1
+    limits.set_user_limits("alpha", LimitBands(warning_high=9 * DEG))
+    watch.reload_limits("alpha")
     feed(200)
     assert board.get("alpha:high").severity is Severity.WARNING
-    assert board.get("alpha:high").sentence("US").endswith("above 9.0 deg, stall")
-    limits.set_typed("alpha", None)
-    watch.renew("alpha")
+    assert board.get("alpha:high").message_text("US").endswith("above 9.0 deg, stall")
+    limits.set_user_limits("alpha", None)
+    watch.reload_limits("alpha")
     assert limits.bands("alpha") == shipped
     feed(300)
     assert board.get("alpha:high").active
-    assert board.log[-1].severity is Severity.CAUTION
+    assert board.onsets[-1].severity is Severity.CAUTION
 
 
 def test_a_typed_stall_speed_still_sleeps_on_the_ground() -> None:
     limits = LimitSet(load_aircraft("b777"))
-    limits.set_typed("Vc", LimitBands(caution_low=25.0))
+    limits.set_user_limits("Vc", LimitBands(caution_low=25.0))
     (rule, _) = limits.rules("Vc")
     assert (rule.caution, rule.warning) == (25.0, None)
     assert rule.armed_at == pytest.approx(27.5)
-    assert rule.asleep_at is not None
-    assert rule.asleep_at < 25.0
+    assert rule.disarmed_at is not None
+    assert rule.disarmed_at < 25.0
     assert rule.airborne_only
 
 
@@ -538,7 +538,7 @@ def test_typed_limits_are_kept_in_a_file_with_units(tmp_path: Path) -> None:
     assert set(UserLimitStore(path).limits) == {"q"}
     path.write_text('[[limits]]\nchannel = "alfa"\n', encoding="utf-8")
     damaged = UserLimitStore(path)
-    assert "kept as limits.damaged.toml" in damaged.complaint
+    assert "kept as limits.damaged.toml" in damaged.error_text
     assert not damaged.limits
     assert (tmp_path / "settings" / "limits.damaged.toml").exists()
 
@@ -547,18 +547,18 @@ def test_two_windows_type_limits_into_one_file(tmp_path: Path) -> None:
     """Neither forgets what the other wrote, and each is told what there is to take in."""
     path = tmp_path / "limits.toml"
     one, other = UserLimitStore(path), UserLimitStore(path)
-    assert not other.look()
+    assert not other.refresh()
     one.write("alpha", LimitBands(caution_high=8 * DEG), "US")
     other.write("q", LimitBands(caution_high=40 * DEG), "US")
     assert set(UserLimitStore(path).limits) == {"alpha", "q"}
-    assert one.look()
+    assert one.refresh()
     assert set(one.limits) == {"alpha", "q"}
-    assert not one.look()
+    assert not one.refresh()
     path.write_text("no limits", encoding="utf-8")
-    assert not one.look()
+    assert not one.refresh()
     assert set(one.limits) == {"alpha", "q"}
     path.unlink()
-    assert one.look()
+    assert one.refresh()
     assert not one.limits
 
 
@@ -594,9 +594,9 @@ def test_a_limit_that_was_passed_is_kept_off_by_more_than_noise() -> None:
 def test_a_sensor_at_its_stop_is_clipped() -> None:
     """The end of an instrument's range is known from the aircraft file."""
     limits = LimitSet(load_aircraft("b777"))
-    assert limits.clips("q", 90 * DEG)
-    assert limits.clips("q.2", -90 * DEG)
-    assert not limits.clips("q", 80 * DEG)
-    assert not limits.clips("dynamic_pressure", 0.0)
-    assert not limits.clips("q", float("nan"))
-    assert not limits.clips("battery", 1e9)
+    assert limits.is_clipped("q", 90 * DEG)
+    assert limits.is_clipped("q.2", -90 * DEG)
+    assert not limits.is_clipped("q", 80 * DEG)
+    assert not limits.is_clipped("dynamic_pressure", 0.0)
+    assert not limits.is_clipped("q", float("nan"))
+    assert not limits.is_clipped("battery", 1e9)

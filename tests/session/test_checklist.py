@@ -81,11 +81,11 @@ def ground(tmp_path_factory: pytest.TempPathFactory) -> Path:
     settings = FlightSettings(plan=str(place / "plan.toml"), seed=3)
     folder = prepare_flight_folder(place / "flight", aircraft="b777", channel_map="b777")
     log = OnboardLog(folder.tlog_file)
-    box = settings.downlink(1_778_000_000_000_000)
+    box = settings.create_downlink(1_778_000_000_000_000)
     flown = 0.0
     while flown < STANDS:
         for packet in box.advance(100):
-            log.append(packet.stamp_us + 12_000, packet.live)
+            log.append(packet.stamp_us + 12_000, packet.live_frames)
             flown = packet.time
     log.close()
     return folder.path
@@ -108,7 +108,7 @@ def by_id(items: Sequence[EvaluatedItem]) -> dict[str, EvaluatedItem]:
 def facts_for(checklist: Checklist, **changes: Any) -> ChecklistContext:
     """Return facts in which telemetry brings every channel that is watched, fresh."""
     states = {
-        name: ChannelState(channel=name, freshness=Freshness.FRESH) for name in checklist.watched
+        name: ChannelState(channel=name, freshness=Freshness.FRESH) for name in checklist.required_channels
     }
     for name, change in changes.items():
         states[name] = replace(states[name], **change)
@@ -118,9 +118,9 @@ def facts_for(checklist: Checklist, **changes: Any) -> ChecklistContext:
 def judged(
     checklist: Checklist, block: Block, facts: ChecklistContext | None = None
 ) -> EvaluatedItem:
-    names = [name for name in checklist.watched if name in block]
+    names = [name for name in checklist.required_channels if name in block]
     checklist.feed(block.select(names))
-    (item,) = checklist.judge(facts or facts_for(checklist))
+    (item,) = checklist.evaluate(facts or facts_for(checklist))
     return item
 
 
@@ -140,7 +140,7 @@ def test_shipped_lists_load_and_what_they_watch_exists() -> None:
     assert "b777" in shipped_checklists()
     for name in shipped_checklists():
         found = load_checklist(name)
-        assert {item.by for item in found.items} == {"hand", "telemetry"}
+        assert {item.checked_by for item in found.items} == {"hand", "telemetry"}
 
 
 def test_all_mistakes_of_a_list_are_told_at_once(tmp_path: Path) -> None:
@@ -195,11 +195,11 @@ def test_a_sound_aircraft_is_green_after_its_run_up(ground: Path) -> None:
     """
     session = Session.replay(ground, speed=float("inf"))
     going = SessionChecklist(session, load_checklist("b777"))
-    before = by_id(going.look())
+    before = by_id(going.update())
     assert before["engines_full"].state == "open"
     run_replay(session)
     for _ in range(5):
-        items = going.look()
+        items = going.update()
     found = by_id(items)
     assert {name: found[name].state for name in TELEMETRY} == dict.fromkeys(TELEMETRY, "green"), {
         name: found[name].why for name in TELEMETRY
@@ -222,7 +222,7 @@ def test_it_does_not_matter_how_samples_are_cut(measured: Block) -> None:
     said = []
     for size in (29, 400, len(measured)):
         checklist = Checklist(load_checklist("b777"))
-        names = [name for name in checklist.watched if name in measured]
+        names = [name for name in checklist.required_channels if name in measured]
         chosen = measured.select(names)
         for first in range(0, len(chosen), size):
             checklist.feed(
@@ -232,7 +232,7 @@ def test_it_does_not_matter_how_samples_are_cut(measured: Block) -> None:
                     values=chosen.values[first : first + size],
                 )
             )
-        said.append([(item.id, item.state, item.why) for item in checklist.judge(
+        said.append([(item.id, item.state, item.why) for item in checklist.evaluate(
             facts_for(checklist))])  # fmt: skip
     assert said[0] == said[1] == said[2]
 
@@ -360,8 +360,8 @@ def test_batteries_and_sensors(measured: Block) -> None:
     absent = judged(checklist, measured, ChecklistContext(states=states))
     assert (absent.state, absent.can_tick) == ("amber", True)
     checklist.tick("i0", "J. Doe")
-    (ticked,) = checklist.judge(ChecklistContext(states=states))
-    assert (ticked.state, ticked.by) == ("green", "hand")
+    (ticked,) = checklist.evaluate(ChecklistContext(states=states))
+    assert (ticked.state, ticked.checked_by) == ("green", "hand")
     assert ticked.why.startswith("ticked by J. Doe; yaw rate not in the telemetry")
 
 
@@ -376,8 +376,8 @@ def test_certificates_in_force_and_their_age() -> None:
             name: replace(shipped[name], who="crew", stamp=noon - timedelta(hours=age))
             for name, age in hours.items()
         }
-        in_force = CalibrationInForce(certificates=certificates, on=noon, lacking=lacking)
-        (item,) = rules(row).judge(ChecklistContext(calibration=in_force))
+        in_force = CalibrationInForce(certificates=certificates, flight_date=noon, missing=lacking)
+        (item,) = rules(row).evaluate(ChecklistContext(calibration=in_force))
         return item
 
     assert item_of(alpha=2.5, rudder=0.2).state == "green"
@@ -388,21 +388,21 @@ def test_certificates_in_force_and_their_age() -> None:
     assert not item_of(rudder=1.0).can_tick
     assert item_of(["rudder"], alpha=1.0).state == "red"
     assert item_of().state == "amber"
-    assert rules(row).judge(ChecklistContext())[0].state == "open"
+    assert rules(row).evaluate(ChecklistContext())[0].state == "open"
 
 
 def test_the_flight_card_is_looked_at() -> None:
     """Empty fields are named; a slip is amber; a filled card is green."""
     checklist = rules({"kind": "card", "fields": ["takeoff_weight", "weather.temperature"]})
-    (none,) = checklist.judge(ChecklistContext())
-    (empty,) = checklist.judge(ChecklistContext(card=FlightInfo()))
+    (none,) = checklist.evaluate(ChecklistContext())
+    (empty,) = checklist.evaluate(ChecklistContext(card=FlightInfo()))
     assert none.state == empty.state == "open"
     assert empty.why == "not filled in: takeoff weight and weather: temperature"
     card = FlightInfo.model_validate(
         {"takeoff_weight": "46 lb", "weather": {"temperature": "15 degC"}}
     )
-    assert checklist.judge(ChecklistContext(card=card))[0].state == "green"
-    assert checklist.judge(ChecklistContext(card=card, doubts=("a slip",)))[0].state == "amber"
+    assert checklist.evaluate(ChecklistContext(card=card))[0].state == "green"
+    assert checklist.evaluate(ChecklistContext(card=card, card_issues=("a slip",)))[0].state == "amber"
 
 
 # Live
@@ -450,7 +450,7 @@ def test_a_live_flight_is_checked_and_started_all_the_same(
     field.record()
     session = Session.follow(field.folder, channel_map="b777", aircraft="b777")
     going = SessionChecklist(session, file)
-    assert by_id(going.look())["link"].state == "open"
+    assert by_id(going.update())["link"].state == "open"
     frames = (record.data for record in read_tlog(ground / FRAMES_FILE))
     out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     begun, sent = time.monotonic(), 0
@@ -468,7 +468,7 @@ def test_a_live_flight_is_checked_and_started_all_the_same(
             if sending:
                 send()
             session.update()
-            return by_id(going.look())[item].state == state
+            return by_id(going.update())[item].state == state
 
         return come
 
@@ -497,21 +497,21 @@ def test_a_live_flight_is_checked_and_started_all_the_same(
     later = SessionChecklist(
         Session.follow(field.folder, channel_map="b777", aircraft="b777"), file
     )
-    found = by_id(later.look())
+    found = by_id(later.update())
     assert (found["airframe"].why, found["vanes"].state) == ("ticked by J. Doe", "open")
-    assert later.started is not None
+    assert later.start_event is not None
 
     def seen() -> bool:
         send()
         later.session.update()
-        return by_id(later.look())["excitation"].state == "green"
+        return by_id(later.update())["excitation"].state == "green"
 
     # What was seen before the start it sees as well.
     patience(seen)
     later.restart()
-    assert by_id(later.look())["airframe"].state == "open"
-    assert by_id(going.look())["airframe"].state == "open"
-    assert going.started is None
+    assert by_id(later.update())["airframe"].state == "open"
+    assert by_id(going.update())["airframe"].state == "open"
+    assert going.start_event is None
     # Nothing comes any more.
     patience(state_of("link", "red", sending=False))
     out.close()

@@ -67,9 +67,9 @@ class Bench:
         self.values.update(values)
         write_status(self.folder / "recorder.json", self.status())
         self.now += 0.5
-        assert self.monitor.look(self.health, 12.0)
-        assert not self.monitor.look(self.health, 12.0)
-        return {alarm.key: alarm.current for alarm in self.board.standing if alarm.active}
+        assert self.monitor.update(self.health, 12.0)
+        assert not self.monitor.update(self.health, 12.0)
+        return {alarm.key: alarm.current for alarm in self.board.current_alarms if alarm.active}
 
 
 @pytest.fixture
@@ -84,8 +84,8 @@ def test_all_is_well(bench: Bench) -> None:
     assert bench.look(received_bytes=1000) == {}
     assert bench.look(received_bytes=2000, byte_rate=2000.0) == {}
     seen = bench.monitor
-    assert (seen.recorder.words, seen.recorder.growing, seen.recorder.pid) == ("recording", True, 7)
-    assert (seen.link.words, seen.link.age) == ("waiting", None)
+    assert (seen.recorder.state, seen.recorder.growing, seen.recorder.pid) == ("recording", True, 7)
+    assert (seen.link.state, seen.link.age) == ("waiting", None)
     assert seen.disk.free_bytes == 10**11
     assert bench.look() == {}
     assert not seen.recorder.growing
@@ -95,16 +95,16 @@ def test_a_record_that_is_being_read_again_says_nothing_of_the_link(bench: Bench
     """A window that attaches late sees old frames first; the aircraft is not silent for that."""
     bench.look()
     bench.now += 0.5
-    assert bench.monitor.look(bench.health, 12.0, caught_up=False)
-    assert (bench.monitor.link.words, bench.monitor.link.age) == ("catching up", None)
-    assert not bench.board.standing
+    assert bench.monitor.update(bench.health, 12.0, caught_up=False)
+    assert (bench.monitor.link.state, bench.monitor.link.age) == ("catching up", None)
+    assert not bench.board.current_alarms
 
 
 def test_the_disk_is_announced_long_before_it_is_full(bench: Bench) -> None:
     """Caution half an hour ahead or at 500 MB, warning ten minutes ahead or at 50 MB."""
     assert bench.look(seconds_until_full=1900.0) == {}
     assert bench.look(seconds_until_full=1500.0) == {"disk": Severity.CAUTION}
-    assert "enough for 25 min" in bench.board.get("disk").sentence()
+    assert "enough for 25 min" in bench.board.get("disk").message_text()
     assert bench.look(seconds_until_full=300.0) == {"disk": Severity.WARNING}
     assert bench.look(seconds_until_full=None, disk_free_bytes=4 * 10**8) == {
         "disk": Severity.CAUTION
@@ -116,20 +116,20 @@ def test_the_disk_is_announced_long_before_it_is_full(bench: Bench) -> None:
 def test_a_recorder_that_fails_hangs_dies_or_was_stopped(bench: Bench) -> None:
     """Each in its own words; a recorder that was stopped is none of the crew's worries."""
     assert bench.look(error="The disk is full.") == {"recorder": Severity.WARNING}
-    assert bench.monitor.recorder.words == "not writing"
-    assert bench.board.get("recorder").sentence() == "The disk is full."
+    assert bench.monitor.recorder.state == "not writing"
+    assert bench.board.get("recorder").message_text() == "The disk is full."
     assert bench.look(error="The disk fails.", unconfirmed=True) == {"recorder": Severity.WARNING}
-    assert bench.monitor.recorder.words == "on failing disk"
+    assert bench.monitor.recorder.state == "on failing disk"
     assert bench.look(error="", unconfirmed=False) == {}
     stamp = bench.status().updated_us
     assert bench.look(updated_us=stamp) == {}
     bench.now += 6.0
     assert bench.look() == {"recorder": Severity.WARNING}
-    assert bench.monitor.recorder.words == "hangs"
+    assert bench.monitor.recorder.state == "hangs"
     bench.running = False
     assert bench.look() == {"recorder": Severity.WARNING}
-    assert bench.monitor.recorder.words == "dead"
-    assert "start it again" in bench.board.get("recorder").sentence()
+    assert bench.monitor.recorder.state == "dead"
+    assert "start it again" in bench.board.get("recorder").message_text()
     assert not bench.monitor.ended
     assert bench.look(state="stopped") == {}
     assert bench.monitor.ended
@@ -141,7 +141,7 @@ def test_a_link_that_is_lost_silent_or_weak(bench: Bench, box: Any) -> None:
     assert bench.look(connected=False, source_state="/dev/ttyUSB0 is gone") == {
         "link": Severity.WARNING
     }
-    assert "ttyUSB0" in bench.board.get("link").sentence()
+    assert "ttyUSB0" in bench.board.get("link").message_text()
     assert bench.look(connected=True) == {}
     framer = Framer()
 
@@ -154,10 +154,10 @@ def test_a_link_that_is_lost_silent_or_weak(bench: Bench, box: Any) -> None:
 
     hear(range(100))
     assert bench.look() == {}
-    assert (bench.monitor.link.words, bench.monitor.link.loss) == ("ok", 0.0)
+    assert (bench.monitor.link.state, bench.monitor.link.loss) == ("ok", 0.0)
     hear(range(100, 200), every=4)
     assert bench.look() == {"link": Severity.CAUTION}
-    assert bench.monitor.link.words == "weak"
+    assert bench.monitor.link.state == "weak"
     assert 0.2 < bench.monitor.link.loss < 0.6
     for tick in range(200, 225):
         hear(range(tick, tick + 1))
@@ -166,15 +166,15 @@ def test_a_link_that_is_lost_silent_or_weak(bench: Bench, box: Any) -> None:
     assert bench.look() == {}
     bench.now += 4.0
     assert bench.look() == {"link": Severity.WARNING}
-    assert bench.monitor.link.words == "silent"
+    assert bench.monitor.link.state == "silent"
     garbage = []
     for _ in range(400):
         bench.now += 0.01
         garbage.append((bench.clock.now_us(), "residue", b"\xa5" * 50))
     bench.health.feed(garbage)
     assert bench.look() == {"link": Severity.WARNING}
-    assert (bench.monitor.link.words, bench.monitor.link.age) == ("unreadable", None)
-    assert "check the baud rate" in bench.board.get("link").sentence()
+    assert (bench.monitor.link.state, bench.monitor.link.age) == ("unreadable", None)
+    assert "check the baud rate" in bench.board.get("link").message_text()
 
 
 def test_loss_is_the_share_of_what_was_sent(bench: Bench, box: Any) -> None:
@@ -209,8 +209,8 @@ def test_where_the_record_cannot_be_read_the_recorder_tells_of_the_link(bench: B
         bench.values["last_data_us"] = last
         write_status(bench.folder / "recorder.json", bench.status())
         bench.now += 0.5
-        assert bench.monitor.look(bench.health, 12.0, unread=True)
-        return bench.monitor.link.words
+        assert bench.monitor.update(bench.health, 12.0, unread=True)
+        return bench.monitor.link.state
 
     assert [look(heard) for heard in (None, -1.0, 0.0, 2.4, 2.6)] == [
         "waiting", "not read", "not read", "not read", "silent",
@@ -224,7 +224,7 @@ def test_a_record_does_not_grow_that_nobody_writes(bench: Bench) -> None:
     bench.running = False
     bench.look(received_bytes=2000, byte_rate=2000.0)
     seen = bench.monitor.recorder
-    assert (seen.words, seen.growing, seen.byte_rate, seen.pid) == ("dead", False, 0.0, None)
+    assert (seen.state, seen.growing, seen.byte_rate, seen.pid) == ("dead", False, 0.0, None)
 
 
 @pytest.mark.parametrize("step", [-30.0, 30.0, -3600.0])
@@ -246,22 +246,22 @@ def test_a_clock_that_was_set_hides_no_silence_and_no_hanging_recorder(
     fly(range(100, 200))
     told = {"clock": Severity.CAUTION} if step < 0.0 else {}
     assert bench.look() == told
-    assert bench.monitor.link.words == "ok"
+    assert bench.monitor.link.state == "ok"
     assert bench.monitor.link.age == pytest.approx(0.5, abs=0.1)
-    assert bench.monitor.recorder.words == "recording"
+    assert bench.monitor.recorder.state == "recording"
     # Told once, and remembered by the recorder's words after that.
     alarm = bench.board.get("clock")
     assert bench.look() == {}
     if step < 0.0:
         assert alarm is not None
         much = "30 s" if step == -30.0 else "60 min"
-        assert f"{much} behind the record" in alarm.sentence()
+        assert f"{much} behind the record" in alarm.message_text()
         assert any("was set back" in remark for remark in bench.monitor.recorder.remarks)
     stamp = bench.status().updated_us
     assert bench.look(updated_us=stamp) == {}
     bench.now += 20.0
     assert bench.look() == {"link": Severity.WARNING, "recorder": Severity.WARNING}
-    assert (bench.monitor.link.words, bench.monitor.recorder.words) == ("silent", "hangs")
+    assert (bench.monitor.link.state, bench.monitor.recorder.state) == ("silent", "hangs")
     assert bench.monitor.link.age == pytest.approx(22.0, abs=0.1)
 
 
@@ -271,8 +271,8 @@ def test_a_clock_set_back_while_the_recorder_hangs_does_not_hide_that(bench: Ben
     assert bench.look(updated_us=stamp) == {}
     bench.set_us = -3_600_000_000
     bench.now += 6.0
-    bench.monitor.look(bench.health, 12.0)
-    assert bench.monitor.recorder.words == "hangs"
+    bench.monitor.update(bench.health, 12.0)
+    assert bench.monitor.recorder.state == "hangs"
 
 
 def test_a_flight_that_ends_in_the_future_is_continued_with_eyes_open(

@@ -363,7 +363,7 @@ def test_a_window_opened_late_shows_the_present_and_looks_through_the_past_after
         feed.advance(begin + 0.02)
         # A step, and once the newest seconds in one go.
         assert clock.time - begin < 0.02 + (100 + 700) * 0.0005 + 0.02
-        shares.append((feed.present, feed.watched(quick), feed.watched(slow)))
+        shares.append((feed.is_up_to_date, feed.monitored_fraction(quick), feed.monitored_fraction(slow)))
     assert history.end == 124.99
     assert not slow.seen or shares[0][2] < 1.0
     reading = [share for share in shares if not share[0]]
@@ -412,13 +412,13 @@ def test_after_a_jump_the_slow_watcher_holds_nobody_up() -> None:
     run(feed, clock, 4.0)
     assert feed.complete
     feed.seek(110.0)
-    assert feed.watched(slow) < 0.1
+    assert feed.monitored_fraction(slow) < 0.1
     for _ in range(4):
         feed.advance(clock.time + 0.02)
-    assert (feed.watched(quick), feed.caught_up) == (1.0, False)
-    assert 0.0 < feed.watched(slow) < 0.2
+    assert (feed.monitored_fraction(quick), feed.caught_up) == (1.0, False)
+    assert 0.0 < feed.monitored_fraction(slow) < 0.2
     while not feed.caught_up:
         feed.advance(clock.time + 0.02)
-    assert feed.watched(slow) == 1.0
+    assert feed.monitored_fraction(slow) == 1.0
     assert slow.seen == quick.seen
     assert slow.seen["q"] == np.arange(500.0, 11001.0).tolist()

@@ -107,7 +107,7 @@ def test_the_loss_of_the_aircraft_is_seen_whoever_else_is_heard(link: Link) -> N
     """System 1 is killed; system 7, a companion computer, the radio and a station go on."""
     aircraft = link.send(1, 1, "aircraft")
     session = Session.follow(link.folder, cues=False)
-    follow(session, lambda: session.snapshot().link.words == "ok")
+    follow(session, lambda: session.snapshot().link.state == "ok")
     link.send(7, 1, "aircraft")
     link.send(1, 191, "companion")
     link.send(51, 68, "radio")
@@ -116,13 +116,13 @@ def test_the_loss_of_the_aircraft_is_seen_whoever_else_is_heard(link: Link) -> N
     assert session.snapshot().link.system == 1
     aircraft.send_signal(signal.SIGKILL)
     killed = time.monotonic()
-    follow(session, lambda: session.snapshot().link.words == "silent")
+    follow(session, lambda: session.snapshot().link.state == "silent")
     assert 2.5 < time.monotonic() - killed < 6.0
     follow_for(session, 1.0)
     seen = session.snapshot().link
-    assert (seen.words, seen.severity, seen.system) == ("silent", Severity.WARNING, 1)
+    assert (seen.state, seen.severity, seen.system) == ("silent", Severity.WARNING, 1)
     assert (seen.age or 0.0) > 3.0
-    assert session.board.severity("link") is Severity.WARNING
+    assert session.alarm_registry.severity("link") is Severity.WARNING
     # Values do not stand as if they were new, and no value of the other aircraft takes their place.
     state = session.states(["phi"])["phi"]
     assert state.freshness is Freshness.STALE
@@ -140,16 +140,16 @@ def test_no_aircraft_is_heard_where_only_others_are(
 ) -> None:
     link.send(system, component, what)
     session = Session.follow(link.folder, cues=False)
-    follow(session, lambda: session.snapshot().link.words == "no aircraft")
+    follow(session, lambda: session.snapshot().link.state == "no aircraft")
     seen = session.snapshot().link
     assert (seen.age, seen.system, seen.severity) == (None, None, Severity.CAUTION)
     assert f"system {system}, component {component}" in seen.problem
-    assert session.board.severity("link") is Severity.CAUTION
+    assert session.alarm_registry.severity("link") is Severity.CAUTION
     # The aircraft comes: the alarm has gone, with nothing to acknowledge, and is in the log.
     link.send(1, 1, "aircraft")
-    follow(session, lambda: session.snapshot().link.words == "ok")
-    assert session.board.get("link") is None
-    assert [one.over for one in session.board.episodes if one.key == "link"] == [True]
+    follow(session, lambda: session.snapshot().link.state == "ok")
+    assert session.alarm_registry.get("link") is None
+    assert [one.is_over for one in session.alarm_registry.episodes if one.key == "link"] == [True]
     session.close()
 
 
@@ -157,28 +157,28 @@ def test_the_flown_system_that_is_chosen_counts_everywhere(link: Link) -> None:
     """In every window, in replays, in commands, and in the data of the whole flight."""
     link.send(1, 1, "aircraft")
     session = Session.follow(link.folder, cues=False)
-    follow(session, lambda: session.snapshot().link.words == "ok")
+    follow(session, lambda: session.snapshot().link.state == "ok")
     chosen = link.send(7, 1, "aircraft")
     follow(session, lambda: len(report_of(session).vehicles) == 2)
     other_window = Session.follow(link.folder, cues=False)
-    assert session.system_chosen is other_window.system_chosen is None
-    session.choose_system(1)  # as it is: nothing is read again, and nobody asks which any more
-    assert session.system_chosen is None
-    assert report_of(session).chosen
+    assert session.selected_system is other_window.selected_system is None
+    session.select_system(1)  # as it is: nothing is read again, and nobody asks which any more
+    assert session.selected_system is None
+    assert report_of(session).is_system_selected
     # Each counts flight time by its own clock, 6 s apart.
     now = session.now
     assert now is not None
     span = session.mark("first seen", at=now - 0.5, end=now)
-    session.choose_system(7)
-    assert session.system_chosen == 7
+    session.select_system(7)
+    assert session.selected_system == 7
     assert session.marks == (span,)
-    follow(other_window, lambda: other_window.system_chosen == 7)
+    follow(other_window, lambda: other_window.selected_system == 7)
     session.close()
     other_window.close()
 
     again = Session.follow(link.folder, cues=False)
-    follow(again, lambda: again.snapshot().link.words == "ok" and again.history.has("phi"))
-    assert (again.snapshot().link.system, again.system_chosen) == (7, None)
+    follow(again, lambda: again.snapshot().link.state == "ok" and again.history.has("phi"))
+    assert (again.snapshot().link.system, again.selected_system) == (7, None)
     last = again.history.last("phi")
     assert last is not None
     assert last[1] == pytest.approx(0.7)
@@ -189,7 +189,7 @@ def test_the_flown_system_that_is_chosen_counts_everywhere(link: Link) -> None:
     assert again.marks[0].end == pytest.approx(moved + 0.5, abs=0.2)
     new = again.mark("by the clock of system 7", at=now + 7.0)
     chosen.kill()
-    follow(again, lambda: again.snapshot().link.words == "silent")
+    follow(again, lambda: again.snapshot().link.state == "silent")
     again.close()
 
     link.close()

@@ -228,7 +228,7 @@ def test_an_hour_of_forty_channels_leaves_memory_flat() -> None:
     low, high = history.extremes("psi", 0, 100, 3600)
     assert np.all(low == values[:, -1].reshape(-1, 3600).min(axis=1)[[0, 1] * 50])
     assert np.all(high == values[:, -1].reshape(-1, 3600).max(axis=1)[[0, 1] * 50])
-    history.relax()
+    history.release_memory()
     np.testing.assert_array_equal(history.samples("psi", 7200, 14400), values[:, -1])
     history.close()
 
@@ -313,9 +313,9 @@ def test_a_channel_of_which_no_number_came_is_not_filled() -> None:
     missing = np.full(4, np.nan)
     history.append(block(0, {"alpha": missing, "q": np.array([np.nan, np.nan, 1.0, np.nan])}))
     assert history.channels == ("alpha", "q")
-    assert history.filled == ("q",)
+    assert history.channels_with_data == ("q",)
     history.horizon = 0.0
-    assert history.filled == ("q",)
+    assert history.channels_with_data == ("q",)
     history.append(block(0, {"q": missing}))
-    assert history.filled == ()
+    assert history.channels_with_data == ()
     history.close()

@@ -39,7 +39,7 @@ def landings(
         monitor.feed(
             Block(channels=block.channels, times=block.times[part], values=block.values[part])
         )
-        monitor.settle()
+        monitor.process_step()
         if monitor.landed_at != (said[-1] if said else None):
             said.append(monitor.landed_at)
     return said
@@ -88,7 +88,7 @@ def test_a_link_that_brings_channels_apart_lands_once() -> None:
             slow = slice(part.start, part.stop, 1 if "V" in names else 10)
             values = np.column_stack([whole[n] if n in whole else whole["p"] for n in names])
             monitor.feed(Block(channels=names, times=whole.times[slow], values=values[slow]))
-        monitor.settle()
+        monitor.process_step()
         if monitor.landed_at != (said[-1] if said else None):
             said.append(monitor.landed_at)
     assert said == [pytest.approx(30.0, abs=1.0)]

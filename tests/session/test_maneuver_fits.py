@@ -97,15 +97,15 @@ def test_fits_come_after_each_maneuver_and_are_the_same_anywhere(
 ) -> None:
     """Not before all samples came; in order; bit by bit the same from another process."""
     here, there = fits_of(session, InlineFitWorker()), fits_of(session, ProcessFitWorker())
-    assert here.look(verdicts[:1], verdicts[0].t_end + 2.0) == ()
-    (news,) = here.look(verdicts[:1], verdicts[0].t_end + 3.5)
+    assert here.update(verdicts[:1], verdicts[0].t_end + 2.0) == ()
+    (news,) = here.update(verdicts[:1], verdicts[0].t_end + 3.5)
     assert (news.maneuver, news.failure) == ("M1", "")
-    assert [one.maneuver for one in here.look(verdicts, None)] == ["M2"]
+    assert [one.maneuver for one in here.update(verdicts, None)] == ["M2"]
     found = here.result
     for name in ("Cm_de", "Cl_da", "Cn_dr"):
         value = found.values[name]
         assert value.mean == pytest.approx(TRUTH.derivative(name), rel=0.05)
-    assert there.look(verdicts, None) == ()
+    assert there.update(verdicts, None) == ()
     assert there.pending == 2
     assert {one.maneuver for one in there.wait()} == {"M1", "M2"}
     assert numbers(there.result) == numbers(found)
@@ -149,15 +149,15 @@ def test_a_worker_that_dies_costs_its_fit_alone(
 ) -> None:
     """Said in words; nothing hangs; the next maneuver finds a new process."""
     fits = fits_of(session, ProcessFitWorker(die_of_the_first))
-    fits.look(verdicts[:1], None)
+    fits.update(verdicts[:1], None)
     # The process yields to all others: on a busy machine it takes long even to begin.
     until = time.monotonic() + 120.0
     while fits.pending and time.monotonic() < until:
-        fits.look(verdicts[:1], None)
+        fits.update(verdicts[:1], None)
         time.sleep(0.02)
     assert "broke off" in fits.failures["M1"]
     assert fits.result.results == ()
-    fits.look(verdicts, None)
+    fits.update(verdicts, None)
     fits.wait()
     assert set(fits.failures) == {"M1"}
     assert [one.maneuver.id for one in fits.result.results] == ["M2"]
@@ -210,12 +210,12 @@ def test_a_fit_whose_worker_was_killed_is_made_anew(
     """All that were under way come after all, with the numbers that they have anywhere."""
     monkeypatch.setenv("GSAPP_TEST_DIED", str(tmp_path / "died"))
     fits = fits_of(session, ProcessFitWorker(die_once))
-    fits.look(verdicts, None)
+    fits.update(verdicts, None)
     fits.wait()
     assert (tmp_path / "died").exists()
     assert fits.failures == {}
     here = fits_of(session, InlineFitWorker())
-    here.look(verdicts, None)
+    here.update(verdicts, None)
     assert numbers(fits.result) == numbers(here.result)
     fits.close()
 
@@ -226,12 +226,12 @@ def test_what_was_spoiled_is_not_fitted_and_a_reset_forgets(
     """A replay that goes back begins anew; replies to old questions are dropped."""
     fits = fits_of(session, InlineFitWorker())
     first, second = verdicts
-    fits.look((replace(first, result="spoiled"), second), None)
+    fits.update((replace(first, result="spoiled"), second), None)
     assert [one.maneuver.id for one in fits.result.results] == ["M2"]
     fits.reset()
     assert fits.result.results == ()
-    fits.look((first,), None)
+    fits.update((first,), None)
     assert [one.maneuver.id for one in fits.result.results] == ["M1"]
     away = replace(second, t_start=9e3, t_input=9e3 + 1.0, t_end=9e3 + 5.0)
-    fits.look((first, away), None)
+    fits.update((first, away), None)
     assert "no response to fit" in fits.failures["M2"]

@@ -34,7 +34,7 @@ _TWO = CardSet(cards=(card("E1"), card("E2", speed=85.0)))
 def folder_with(tmp_path: Path, cards: CardSet | None = CARDS) -> FlightFolder:
     folder = FlightFolder.create(tmp_path / "flight")
     if cards is not None:
-        folder.keep_cards(cards)
+        folder.store_cards(cards)
     return folder
 
 
@@ -89,13 +89,13 @@ def test_two_live_windows_and_the_replay_tell_the_same_and_keep_it_once(tmp_path
         cues = steady.cues
         assert cues is not None
         assert cues.verdict is not None
-        assert (cues.verdict.card, cues.good, cues.wanted) == ("E1", 1, 2)
-        assert [one.words for one in steady.spoken] == [one.words for one in seldom.spoken]
+        assert (cues.verdict.card, cues.good_repeats, cues.requested_repeats) == ("E1", 1, 2)
+        assert [one.text for one in steady.spoken_cues] == [one.text for one in seldom.spoken_cues]
         with opened(replayed(folder)) as again:
             assert told(again) == told(steady)
-            assert again.spoken == steady.spoken
-            assert again.board.log == steady.board.log
-            assert again.board.log == seldom.board.log
+            assert again.spoken_cues == steady.spoken_cues
+            assert again.alarm_registry.onsets == steady.alarm_registry.onsets
+            assert again.alarm_registry.onsets == seldom.alarm_registry.onsets
     assert verdicts_kept(folder) == [("good", "M1")]
 
 
@@ -106,7 +106,7 @@ def test_a_card_chosen_in_flight_is_kept_and_counts_in_the_replay(tmp_path: Path
     with opened(follow(folder, _UNMODELED)) as live:
         record.write(700)
         live.update(5.0)
-        live.choose_card("E2")
+        live.select_card("E2")
         record.write()
         record.close()
         live.update(5.0)
@@ -114,7 +114,7 @@ def test_a_card_chosen_in_flight_is_kept_and_counts_in_the_replay(tmp_path: Path
         cues = live.cues
         assert cues is not None
         assert cues.card is not None
-        assert (cues.card.card.id, cues.card.why) == ("E2", "chosen")
+        assert (cues.card.card.id, cues.card.reason) == ("E2", "chosen")
         with opened(replayed(folder, _UNMODELED)) as again:
             assert told(again) == told(live)
     kept = read_events(folder.path / "events.jsonl").events
@@ -133,14 +133,14 @@ def test_a_danger_is_an_alarm_and_said_until_it_is_over(tmp_path: Path) -> None:
     with opened(replayed(folder, _UNMODELED)) as session:
         cues = session.cues
         assert cues is not None
-        stuck = [danger for danger in cues.dangers if "alpha" in danger.channels]
+        stuck = [danger for danger in cues.alerts if "alpha" in danger.channels]
         assert stuck
-        assert any(words.startswith("not believed: ") for words in cues.missing)
-        alarm = session.board.get(f"danger:{stuck[0].key}")
+        assert any(words.startswith("not believed: ") for words in cues.limitations)
+        alarm = session.alarm_registry.get(f"danger:{stuck[0].key}")
         assert alarm is not None
         assert alarm.active
-        assert alarm.words == stuck[0].words
-        assert stuck[0].spoken.split(" ")[0] in " ".join(one.words for one in session.spoken)
+        assert alarm.message == stuck[0].text
+        assert stuck[0].spoken_text.split(" ")[0] in " ".join(one.text for one in session.spoken_cues)
 
 
 def test_bad_cards_do_not_keep_a_flight_from_being_watched(tmp_path: Path) -> None:
@@ -163,12 +163,12 @@ def test_cards_of_a_live_flight_are_kept_if_it_had_none(tmp_path: Path) -> None:
     folder = folder_with(tmp_path, None)
     Record(folder.path, flown()).close()
     with opened(replayed(folder)) as session:
-        session.use_cards(CARDS)
+        session.set_cards(CARDS)
         assert session.cards == CARDS
         assert not folder.cards_file.exists()
     with opened(follow(folder)) as session:
-        session.use_cards(CARDS)
-        session.use_cards(_TWO)
+        session.set_cards(CARDS)
+        session.set_cards(_TWO)
         assert session.cards == _TWO
     assert folder.cards() == CARDS
 
@@ -182,10 +182,10 @@ def test_cues_can_be_switched_off(tmp_path: Path) -> None:
     with opened(replayed(folder, cues=False)) as session:
         assert session.cues is None
         assert session.debrief() is None
-        assert session.spoken == ()
+        assert session.spoken_cues == ()
         assert session.cards is None
-        session.choose_card("E1")
-        session.use_cards(CARDS)
+        session.select_card("E1")
+        session.set_cards(CARDS)
 
 
 def test_trouble_with_the_equipment_is_said_once_and_stands_among_the_dangers(
@@ -198,24 +198,24 @@ def test_trouble_with_the_equipment_is_said_once_and_stands_among_the_dangers(
     record.close()
     with opened(follow(folder)) as session:
         session.update(5.0)
-        watch = session.cue_watch
+        watch = session.cue_monitor
         assert watch is not None
-        session.board.raise_("link", Severity.WARNING, 2.5, "the aircraft is silent")
-        session.board.raise_("disk", Severity.CAUTION, 2.0, "the disk has 300 MB left")
+        session.alarm_registry.raise_("link", Severity.WARNING, 2.5, "the aircraft is silent")
+        session.alarm_registry.raise_("disk", Severity.CAUTION, 2.0, "the disk has 300 MB left")
         for _ in range(3):
-            watch.look_at_equipment()
+            watch.check_equipment()
         assert session.cues is not None
-        assert [danger.key for danger in session.cues.dangers] == ["link", "disk"]
-        said = [one for one in session.spoken if one.tone in ("warning", "caution")]
-        assert [(one.words, one.priority) for one in said] == [
+        assert [danger.key for danger in session.cues.alerts] == ["link", "disk"]
+        said = [one for one in session.spoken_cues if one.tone in ("warning", "caution")]
+        assert [(one.text, one.priority) for one in said] == [
             ("telemetry lost", "warning"), ("disk nearly full", "prompt"),
         ]  # fmt: skip
-        session.board.clear("link")
-        watch.look_at_equipment()
-        assert [danger.key for danger in session.cues.dangers] == ["disk"]
-        session.board.raise_("link", Severity.WARNING, 9.0, "the aircraft is silent")
-        watch.look_at_equipment()
-        assert session.spoken[-1].words == "telemetry lost"
+        session.alarm_registry.clear("link")
+        watch.check_equipment()
+        assert [danger.key for danger in session.cues.alerts] == ["disk"]
+        session.alarm_registry.raise_("link", Severity.WARNING, 9.0, "the aircraft is silent")
+        watch.check_equipment()
+        assert session.spoken_cues[-1].text == "telemetry lost"
 
 
 def test_what_the_page_asks_for_costs_no_work_on_files(tmp_path: Path) -> None:
@@ -245,17 +245,17 @@ def test_a_fault_in_a_cue_stops_neither_charts_nor_alarms(
         if rows.times[-1] > 3.0:
             raise ZeroDivisionError("a fault of the program")
 
-    monkeypatch.setattr(TrimMonitor, "take", fail)
+    monkeypatch.setattr(TrimMonitor, "process_rows", fail)
     with opened(replayed(folder)) as session:
         assert session.history.last("q")[0] == pytest.approx(6.99, abs=0.02)
         assert session.feed.caught_up
-        alarm = session.board.get("cues")
+        alarm = session.alarm_registry.get("cues")
         assert alarm is not None
-        assert "a fault of the program" in alarm.words
+        assert "a fault of the program" in alarm.message
         cues = session.cues
         assert cues is not None
         assert cues.trim is None
-        assert cues.missing[0] == alarm.words
+        assert cues.limitations[0] == alarm.message
 
 
 def test_the_replay_command_lists_cues_and_verdicts(
@@ -267,7 +267,7 @@ def test_the_replay_command_lists_cues_and_verdicts(
     record.write()
     record.close()
     target = tmp_path / "out.json"
-    folder.keep_aircraft(Path("gsapp/aircraft/files/b777.toml"))
+    folder.store_aircraft(Path("gsapp/aircraft/files/b777.toml"))
     replay.run(flight=folder.path, json=target, channel_map="b777")
     result = json.loads(target.read_text())
     (verdict,) = result["verdicts"]
@@ -295,13 +295,13 @@ def test_what_reads_beyond_its_calibration_is_said(
     with opened(replayed(folder, _UNMODELED)) as session:
         cues = session.cues
         assert cues is not None
-        assert not [words for words in cues.missing if "beyond calibration" in words]
+        assert not [words for words in cues.limitations if "beyond calibration" in words]
         used = dict(session.certificates)
         # Of the whole range only the two degrees next to its lower end were calibrated.
         low, _ = used["alpha"].range
         used["alpha"] = replace(used["alpha"], range=(low, low + 0.1))
-        monkeypatch.setattr(Session, "calibration", AppliedCertificates(used=used))
-        assert session.beyond_calibration == ("alpha",)
+        monkeypatch.setattr(Session, "calibration", AppliedCertificates(applied=used))
+        assert session.out_of_calibrated_range == ("alpha",)
         cues = session.cues
         assert cues is not None
-        assert cues.missing[0] == "beyond calibration, so less certain: Angle of attack"
+        assert cues.limitations[0] == "beyond calibration, so less certain: Angle of attack"

@@ -74,7 +74,7 @@ def test_a_replay_gives_the_same_numbers_wherever_fits_run(at_once: Watched, pat
             mean, std = rows[name].best or (np.nan, np.nan)
             true = TRUTH.derivative(name)
             assert abs(mean - true) < max(4.0 * std, 0.04 * abs(true))
-            assert rows[name].known == true
+            assert rows[name].prior == true
         assert len(rows["Cm_de"].points) == 1
         assert "Cm_0" not in rows
     assert found[0] == found[1]
@@ -89,10 +89,10 @@ def test_unknown_until_earned_and_what_changed_is_said(at_once: Watched) -> None
     assert at_once.early
     assert all(row.best is None or row.points for row in at_once.early.values())
     late = rows_of(session)
-    assert late["Cn_dr"].changed
+    assert late["Cn_dr"].change_text
     assert late["Cn_dr"].percent is not None
     assert late["Cn_dr"].percent < 10.0
-    feed = session.replaying
+    feed = session.replay_feed
     assert feed is not None
     feed.seek(feed.start or 0.0)
     session.update()

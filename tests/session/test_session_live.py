@@ -84,7 +84,7 @@ def test_live_two_windows_a_frozen_one_and_the_replay_hold_the_same_bits(
         patience(caught_up(session, field.aircraft.sent))
         assert session.feed.caught_up
         assert session.decoder.health.lost == 0
-        assert session.snapshot().recorder.words == "recording"
+        assert session.snapshot().recorder.state == "recording"
         assert session.recorder.pid == field.recorder.pid
     assert field.recorder.stop()
     for session in (steady, frozen, late):
@@ -97,7 +97,7 @@ def test_live_two_windows_a_frozen_one_and_the_replay_hold_the_same_bits(
     assert steady.history.last("phi")[0] == pytest.approx(1.0 + 4.98)
     for session in (frozen, late, replayed):
         same(steady.history, session.history)
-        assert session.board.log == steady.board.log
+        assert session.alarm_registry.onsets == steady.alarm_registry.onsets
     loaded = load_flight(field.folder, channel_map="b777", aircraft="b777")
     live = steady.flight()
     assert live.frames == loaded.frames
@@ -143,26 +143,26 @@ def test_a_recorder_that_dies_is_an_alarm_and_the_next_one_goes_on(
 
     field.aircraft.send(50)
     patience(lambda: (look(), frames_in(session) >= 76)[1])
-    assert session.board.standing == ()
+    assert session.alarm_registry.current_alarms == ()
     # Windows has no SIGKILL; there SIGTERM leaves a process no time either.
     os.kill(field.recorder.pid, getattr(signal, "SIGKILL", signal.SIGTERM))
-    patience(lambda: (look(), session.board.get("recorder") is not None)[1])
-    alarm = session.board.get("recorder")
+    patience(lambda: (look(), session.alarm_registry.get("recorder") is not None)[1])
+    alarm = session.alarm_registry.get("recorder")
     assert alarm.severity is Severity.WARNING
-    assert "died" in alarm.sentence()
-    assert session.snapshot().recorder.words == "dead"
+    assert "died" in alarm.message_text()
+    assert session.snapshot().recorder.state == "dead"
     look()
     written = (field.folder / "events.jsonl").read_text()
     assert written.count('"recorder"') == 1
     assert other.acknowledge()
     look()
-    assert session.board.get("recorder").acknowledged
+    assert session.alarm_registry.get("recorder").acknowledged
     field.record()
     field.aircraft.send(50)
     patience(lambda: (look(), frames_in(session) >= field.aircraft.sent)[1])
     look()
-    assert session.board.get("recorder") is None
-    assert session.snapshot().recorder.words == "recording"
+    assert session.alarm_registry.get("recorder") is None
+    assert session.snapshot().recorder.state == "recording"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows renames no folder with open files")
@@ -176,7 +176,7 @@ def test_a_flight_folder_that_disappears_is_an_alarm_and_its_recorder_can_be_sto
     field.aircraft.send(50)
     patience(caught_up(session, field.aircraft.sent))
     session.update()
-    assert session.board.standing == ()
+    assert session.alarm_registry.current_alarms == ()
     field.folder.rename(field.folder.with_name("elsewhere"))
     session.update()
     assert session.snapshot().recorder.severity is Severity.WARNING
@@ -184,7 +184,7 @@ def test_a_flight_folder_that_disappears_is_an_alarm_and_its_recorder_can_be_sto
     # The recorder goes on beside it, and whoever knows the former name is led there.
     beside = field.folder.with_name(f"{field.folder.name}-2")
     patience(lambda: session.update() or session.equipment.moved_to == beside)
-    patience(lambda: session.update() or session.board.get("folder") is not None)
+    patience(lambda: session.update() or session.alarm_registry.get("folder") is not None)
     assert handle.alive()
     assert [(one.folder, one.pid) for one in find_recorders()] == [(beside, handle.pid)]
     field.aircraft.send(50)
@@ -192,7 +192,7 @@ def test_a_flight_folder_that_disappears_is_an_alarm_and_its_recorder_can_be_sto
     assert session.recorder.stop()
     assert not handle.alive()
     session.update()
-    assert session.snapshot().recorder.words == "stopped"
+    assert session.snapshot().recorder.state == "stopped"
     assert session.equipment.ended
     assert find_recorders() == []
 
@@ -214,7 +214,7 @@ def test_a_recorder_that_dies_together_with_its_folder_is_an_alarm(
     assert find_recorders() == []
     session.update()
     view = session.snapshot().recorder
-    assert (view.words, view.severity) == ("dead", Severity.WARNING)
+    assert (view.state, view.severity) == ("dead", Severity.WARNING)
 
 
 @pytest.mark.usefixtures("impatient")
@@ -246,18 +246,18 @@ def test_silence_of_the_aircraft_is_said_and_no_value_is_left_standing(
     assert states["q"].kind == "measured"
     assert states["phi"].kind == "estimated"
     assert states["thrust"].freshness is Freshness.MISSING
-    assert session.snapshot().link.words == "ok"
+    assert session.snapshot().link.state == "ok"
     ahead[0] = 4_000_000
     look()
-    assert session.snapshot().link.words == "silent"
+    assert session.snapshot().link.state == "silent"
     assert session.snapshot().link.age > 3.9
     assert session.states(("q",))["q"].freshness is Freshness.STALE
-    assert "silent" in session.board.get("link").sentence()
+    assert "silent" in session.alarm_registry.get("link").message_text()
     ahead[0] = 0
     field.aircraft.send(50)
     patience(lambda: (look(), frames_in(session) >= field.aircraft.sent)[1])
     look()
-    assert not session.board.get("link").active
+    assert not session.alarm_registry.get("link").active
     assert session.states(("q",))["q"].freshness is Freshness.FRESH
 
 
@@ -314,14 +314,14 @@ def test_marks_and_acknowledgments_reach_the_other_window(field: Field) -> None:
         Session.follow(field.folder, channel_map="b777", clock=lambda: now[0]) for _ in range(2)
     )
     mark = left.mark("doublet", at=3.0)
-    left.board.raise_("disk", Severity.CAUTION, 3.0, "disk nearly full")
-    right.board.raise_("disk", Severity.CAUTION, 3.0, "disk nearly full")
+    left.alarm_registry.raise_("disk", Severity.CAUTION, 3.0, "disk nearly full")
+    right.alarm_registry.raise_("disk", Severity.CAUTION, 3.0, "disk nearly full")
     assert left.acknowledge()
     assert not left.acknowledge()
     now[0] += 1.0
     right.update()
     assert right.marks == (mark,)
-    assert right.board.waiting == ()
+    assert right.alarm_registry.unacknowledged == ()
     third = Session.follow(field.folder, channel_map="b777")
     third.update()
     assert third.marks == (mark,)
@@ -358,10 +358,10 @@ def test_a_record_that_cannot_be_read_is_said_once_and_hides_no_dead_recorder(
             now[0] += 0.1
             field.aircraft.send(5)
             session.update()
-            return session.snapshot().link.words == "not read"
+            return session.snapshot().link.state == "not read"
 
         patience(heard)
-        link = session.board.get("link")
+        link = session.alarm_registry.get("link")
         assert link is None or not link.active
         # What reached the recorder and no file is lost with it.
         patience(lambda: field.recorder.status().frames >= field.aircraft.sent)
@@ -370,10 +370,10 @@ def test_a_record_that_cannot_be_read_is_said_once_and_hides_no_dead_recorder(
         def told_dead() -> bool:
             now[0] += 0.1
             session.update()
-            return session.snapshot().recorder.words == "dead"
+            return session.snapshot().recorder.state == "dead"
 
         patience(told_dead)
-        alarm = session.board.get("recorder")
+        alarm = session.alarm_registry.get("recorder")
         assert alarm is not None
         assert alarm.active
     assert len(reads) <= 2 + (now[0] - 1000.0)  # once a second
@@ -408,7 +408,7 @@ def test_events_that_cannot_be_read_hide_no_alarm_of_the_equipment(
     patience(caught_up(session, field.aircraft.sent), 0.9)  # without waiting for the next try
     handle.stop()
     os.truncate(field.folder / "recorder.json", 0)
-    patience(lambda: (session.update(), session.board.get("recorder") is not None)[1])
+    patience(lambda: (session.update(), session.alarm_registry.get("recorder") is not None)[1])
 
 
 def test_who_fails_while_watching_holds_up_nobody_else(
@@ -441,8 +441,8 @@ def test_who_fails_while_watching_holds_up_nobody_else(
     patience(caught_up(session, field.aircraft.sent))
     assert sound.rows > 100
     assert broken.calls == 1
-    raised = {alarm.key: alarm for alarm in session.board.standing}
+    raised = {alarm.key: alarm for alarm in session.alarm_registry.current_alarms}
     assert raised["failed:AlarmMonitor"].severity is Severity.WARNING
-    assert "limits" in raised["failed:AlarmMonitor"].sentence()
+    assert "limits" in raised["failed:AlarmMonitor"].message_text()
     assert raised["failed:Watcher"].severity is Severity.CAUTION
     assert session.snapshot().problem == ""

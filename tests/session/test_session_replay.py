@@ -184,19 +184,19 @@ def test_jumps_show_the_past_as_it_was(tmp_path: Path, box: Any) -> None:
     end = session.snapshot()
     assert end.playhead.at_end
     assert end.playhead.time == pytest.approx(30.99)
-    log = session.board.log
+    log = session.alarm_registry.onsets
     assert log
     middle = [onset for onset in log if onset.time <= 12.0]
-    session.replaying.seek(12.0)
+    session.replay_feed.seek(12.0)
     session.update()
     assert session.now == 12.0
-    assert session.board.log == tuple(middle)
+    assert session.alarm_registry.onsets == tuple(middle)
     assert session.history.last("q")[0] == 12.0
     states = session.states(("q",))
     assert states["q"].age == pytest.approx(0.0, abs=0.011)
-    session.replaying.seek(1e9)
+    session.replay_feed.seek(1e9)
     session.update()
-    assert session.board.log == log
+    assert session.alarm_registry.onsets == log
     snapshot = session.snapshot()
     assert (snapshot.mode, snapshot.aircraft, snapshot.channel_map) == (
         "replay",
@@ -204,7 +204,7 @@ def test_jumps_show_the_past_as_it_was(tmp_path: Path, box: Any) -> None:
         "B777 box",
     )
     assert snapshot.link.good > 4000
-    assert snapshot.recorder.words == "none"
+    assert snapshot.recorder.state == "none"
 
 
 def test_patience_goes_by_how_often_a_message_comes(tmp_path: Path) -> None:
@@ -223,7 +223,7 @@ def test_patience_goes_by_how_often_a_message_comes(tmp_path: Path) -> None:
     writer.close()
     session = Session.replay(folder, channel_map="ardupilot-plane", speed=UNLIMITED_SPEED)
     run_replay(session)
-    assert session.patience(("phi", "battery", "alpha")) == {
+    assert session.stale_timeouts(("phi", "battery", "alpha")) == {
         "phi": 0.5, "battery": 10.0, "alpha": DEFAULT_STALE_SECONDS
     }  # fmt: skip
 
@@ -233,7 +233,7 @@ def test_a_replay_goes_at_its_speed(tmp_path: Path, box: Any) -> None:
     folder = recorded(tmp_path / "flight", box, 2000)
     now = [0.0]
     session = Session.replay(folder, channel_map="b777", speed=2.0, clock=lambda: now[0])
-    while not session.replaying.complete:
+    while not session.replay_feed.complete:
         session.update(math.inf)
     start = session.now
     for _ in range(100):
@@ -241,7 +241,7 @@ def test_a_replay_goes_at_its_speed(tmp_path: Path, box: Any) -> None:
         session.update()
     assert session.now == pytest.approx(start + 4.0, abs=0.011)
     assert session.history.end == pytest.approx(session.now, abs=0.011)
-    session.replaying.pause()
+    session.replay_feed.pause()
     now[0] += 1.0
     session.update()
     assert session.now == pytest.approx(start + 4.0, abs=0.011)
@@ -257,15 +257,15 @@ def test_limits_typed_under_way_count_from_then_on(tmp_path: Path) -> None:
         for _ in range(round(seconds / 0.1)):
             now[0] += 0.1
             session.update()
-        return [alarm.key for alarm in session.board.standing]
+        return [alarm.key for alarm in session.alarm_registry.current_alarms]
 
     assert play(4.0) == []
-    session.type_limits("alpha", LimitBands(warning_high=math.radians(4.0)))
-    assert session.board.standing == ()  # what was before does not count
+    session.set_user_limits("alpha", LimitBands(warning_high=math.radians(4.0)))
+    assert session.alarm_registry.current_alarms == ()  # what was before does not count
     assert play(3.9) == ["alpha:high"]
     assert session.acknowledge_all() == 1
     assert play(0.2) == ["alpha:high"]
-    session.type_limits("alpha", None)
+    session.set_user_limits("alpha", None)
     assert play(0.2) == []
 
 
@@ -274,21 +274,21 @@ def test_acknowledgments_of_the_flight_hold_in_its_replay(tmp_path: Path, box: A
     folder = recorded(tmp_path / "flight", box, 1000)
     first = Session.replay(folder, channel_map="b777", aircraft="b777", speed=UNLIMITED_SPEED)
     run_replay(first)
-    waiting = first.board.waiting
+    waiting = first.alarm_registry.unacknowledged
     assert waiting
     assert first.acknowledge_all() == len(waiting)
     again = Session.replay(folder, channel_map="b777", aircraft="b777", speed=UNLIMITED_SPEED)
     again.update(0.0)
     run_replay(again)
-    assert not {alarm.key for alarm in again.board.waiting} & {alarm.key for alarm in waiting}
+    assert not {alarm.key for alarm in again.alarm_registry.unacknowledged} & {alarm.key for alarm in waiting}
 
 
 def test_settings_come_from_the_folder(tmp_path: Path, box: Any) -> None:
     """Aircraft, map and limits that lie in the folder are those in force."""
     folder = recorded(tmp_path / "flight", box, 300)
     place = FlightFolder.open(folder)
-    place.keep_channel_map(load_channel_map("b777").path)
-    place.keep_aircraft(SHIPPED_AIRCRAFT.find("b777"))
+    place.store_channel_map(load_channel_map("b777").path)
+    place.store_aircraft(SHIPPED_AIRCRAFT.find("b777"))
     (folder / "limits.toml").write_text(
         '[[limits]]\nchannel = "q"\nhigh_caution = "5 deg/s"\nhysteresis = "1 deg/s"\n'
     )
@@ -323,7 +323,7 @@ def test_what_the_vehicle_said_is_told_at_its_time(tmp_path: Path, box: Any) -> 
     run_replay(session)
     assert [event.text for event in session.messages()] == ["engine 300", "engine 900"]
     assert session.messages()[0].time == pytest.approx(4.0, abs=0.02)
-    session.replaying.seek(6.0)
+    session.replay_feed.seek(6.0)
     assert [event.text for event in session.messages()] == ["engine 300"]
 
 

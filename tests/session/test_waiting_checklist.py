@@ -21,7 +21,7 @@ def begin(folder: Path, card: FlightInfo | None = None) -> PendingChecklist:
 
 
 def states(checklist: PendingChecklist) -> dict[str, str]:
-    return {item.id: item.state for item in checklist.look()}
+    return {item.id: item.state for item in checklist.update()}
 
 
 def test_ticks_are_kept_and_every_window_sees_them(tmp_path: Path) -> None:

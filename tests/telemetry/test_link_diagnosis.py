@@ -138,7 +138,7 @@ def test_a_refused_connection_is_told_with_its_cause() -> None:
 
 def test_a_port_that_cannot_be_opened_is_refused_at_once(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
-    test = listened(f"serial:{tmp_path / 'file'}:57600", lambda test: test.refusal, int)
+    test = listened(f"serial:{tmp_path / 'file'}:57600", lambda test: test.open_error, int)
     test.close()
     assert "not a serial port" in str(test.diagnosis())
 

@@ -46,14 +46,14 @@ def test_what_came_is_not_missing_any_more(pieces):
     for start, count in pieces:
         stop = min(start + count, 64)
         came = set(range(start, stop)) & left
-        assert missing.within(start, stop) == bool(came)
-        assert missing.take(start, stop) == len(came)
+        assert missing.is_missing_any(start, stop) == bool(came)
+        assert missing.mark_received(start, stop) == len(came)
         left -= came
-        found = {byte for a, b in missing.stretches for byte in range(a, b)}
-        assert (found, missing.count, bool(missing)) == (left, len(left), bool(left))
-        again = MissingRanges(64, missing.stretches)
-        assert again.stretches == missing.stretches
-        wanted = missing.next_from(start, 10, 0)
+        found = {byte for a, b in missing.ranges for byte in range(a, b)}
+        assert (found, missing.missing_bytes, bool(missing)) == (left, len(left), bool(left))
+        again = MissingRanges(64, missing.ranges)
+        assert again.ranges == missing.ranges
+        wanted = missing.next_range(start, 10, 0)
         if left:
             beyond = {byte for byte in left if byte >= start} or left
             assert wanted[0] == min(beyond)
@@ -130,10 +130,10 @@ def converse(
     talk, now, requests = LogDownloadProtocol(keep), 0.0, []
     while talk.phase not in ("done", "failed") and now < limit:
         for frame in air.step(requests, now):
-            talk.hear(frame, now)
+            talk.receive_frame(frame, now)
         if talk.phase == "listed":
             talk.fetch(talk.entries[5], missing or MissingRanges(talk.entries[5].size))
-        requests = talk.ask(now)
+        requests = talk.pending_requests(now)
         now += 0.02
     return talk
 
@@ -188,16 +188,16 @@ def test_a_link_that_dies_and_an_armed_aircraft_are_told():
     assert "answers the request" in silent.state(0.0).why
     air = Air(b"x" * 50_000, 0.0, 1)
     talk = LogDownloadProtocol(lambda _, __: None)
-    talk.fetch(LogEntry(number=5, size=50_000, begun=0), MissingRanges(50_000))
-    now, requests = 0.0, talk.ask(0.0)
+    talk.fetch(LogEntry(id=5, size=50_000, time_utc=0), MissingRanges(50_000))
+    now, requests = 0.0, talk.pending_requests(0.0)
     while talk.phase == "fetching" and now < 60.0:
         if now < 1.0:
             for frame in air.step(requests, now):
-                talk.hear(frame, now)
-        requests = talk.ask(now)
+                talk.receive_frame(frame, now)
+        requests = talk.pending_requests(now)
         now += 0.02
     assert "what came is kept" in talk.state(now).why
-    assert 0 < talk.state(now).got < 50_000
+    assert 0 < talk.state(now).received_bytes < 50_000
     armed = Air(b"x" * 500, 0.0, 1)
     armed.armed = True
     assert "disarm" in converse(armed, bytearray(500)).state(0.0).why
@@ -267,8 +267,8 @@ def test_a_log_is_fetched_while_the_recorder_owns_the_link(autopilot, tmp_path, 
                 stop.set()
 
         with LogFetcher(folder.path, stop=stop, tell=tell) as fetcher:
-            assert [entry.number for entry in fetcher.list()] == [7, NUMBER]
-            entry = fetcher.choose(NUMBER)
+            assert [entry.id for entry in fetcher.list_logs()] == [7, NUMBER]
+            entry = fetcher.select(NUMBER)
             assert fetcher.fetch(entry) is None
         got = seen[-1].got
         assert 50_000 < got < 200_000
@@ -277,13 +277,13 @@ def test_a_log_is_fetched_while_the_recorder_owns_the_link(autopilot, tmp_path, 
 
         later = []
         with LogFetcher(folder.path, tell=later.append) as fetcher:
-            fetched = fetcher.fetch(fetcher.choose())  # the one begun nearest the flight
+            fetched = fetcher.fetch(fetcher.select())  # the one begun nearest the flight
         assert next(state.got for state in later if state.size) >= got
-        assert fetched.entry.number == NUMBER
-        assert fetched.begun.timestamp() == BEGUN
+        assert fetched.entry.id == NUMBER
+        assert fetched.start_time.timestamp() == BEGUN
         assert fetched.path.suffix == ".bin"
         assert fetched.path.read_bytes() == autopilot.log.read_bytes()
-        assert recorder.alive()
+        assert recorder.is_alive()
         assert autopilot.heard() == {
             "LOG_REQUEST_LIST", "LOG_REQUEST_DATA", "LOG_REQUEST_END",
         }  # fmt: skip
@@ -318,7 +318,7 @@ def test_a_killed_fetch_goes_on_and_leaves_no_recorder(autopilot, tmp_path, pati
     with LogFetcher(folder.path, autopilot.link, tell=told.append) as fetcher:
         with pytest.raises(LinkError, match="being fetched"):
             LogFetcher(folder.path, autopilot.link)
-        fetched = fetcher.fetch(fetcher.choose(NUMBER))
+        fetched = fetcher.fetch(fetcher.select(NUMBER))
     assert next(state.got for state in told if state.size) > 0
     assert fetched.path.read_bytes() == autopilot.log.read_bytes()
     assert patience(lambda: not find_recorders())
@@ -335,8 +335,8 @@ def test_a_recorder_made_for_a_fetch_ends_with_it(port, tmp_path, patience):
     link = f"udpin:127.0.0.1:{number}"
     recorder = start_recorder(link, tmp_path / "line", while_held=lock.path)
     time.sleep(2.5)
-    assert recorder.alive()
+    assert recorder.is_alive()
     lock.release()
-    assert patience(lambda: not recorder.alive())
+    assert patience(lambda: not recorder.is_alive())
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", number))

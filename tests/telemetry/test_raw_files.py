@@ -133,7 +133,7 @@ def test_a_tail_waits_for_files_and_for_the_rest_of_a_record(tmp_path: Path, fra
             file.write(record[count : count + 1])
             assert len(tail.poll()) == (count == len(record) - 1)
     assert tail.position.frames == len(record)
-    assert tail.lost == ()
+    assert tail.damage == ()
 
 
 @pytest.mark.parametrize("name", [FRAMES_FILE, LINES_FILE, RESIDUE_FILE])
@@ -166,7 +166,7 @@ def test_a_torn_end_costs_only_the_torn_record(tmp_path: Path, frames, name: str
         again = [record for record in after.poll() if record.kind == kind]
         assert again[:-1] == good
         assert again[-1].stamp_us == STAMP * 2
-        assert after.lost == ()
+        assert after.damage == ()
 
 
 @pytest.mark.parametrize("name", [FRAMES_FILE, LINES_FILE, RESIDUE_FILE])
@@ -240,7 +240,7 @@ def test_damage_costs_the_same_whenever_a_tail_looks(tmp_path: Path, name: str) 
             for end in ends:
                 (folder / name).write_bytes(data[:end])
                 records += tail.poll()
-            read.append((records, tail.lost))
+            read.append((records, tail.damage))
         assert read[0] == read[1]
 
 
@@ -258,8 +258,8 @@ def test_damage_in_the_middle_costs_only_what_it_hit(tmp_path: Path, frames) -> 
     read = [record.data for record in read_tlog(path, damage)]
     assert len(set(sent) - set(read)) <= 5
     assert set(read) <= set(sent)
-    assert damage.places == 2
-    assert "damaged bytes in 2 places" in damage.sentence()
+    assert damage.location_count == 2
+    assert "damaged bytes in 2 places" in damage.describe()
 
 
 def test_damage_in_residue_and_lines_is_stepped_over(tmp_path: Path) -> None:
@@ -279,11 +279,11 @@ def test_damage_in_residue_and_lines_is_stepped_over(tmp_path: Path) -> None:
     assert sum(record.kind == "residue" for record in records) == 19
     assert sum(record.kind == "line" for record in records) == 19
     line = len(f"{STAMP + 100}\t1,2,3\n")
-    assert {damage.sentence() for damage in tail.lost} == {
+    assert {damage.describe() for damage in tail.damage} == {
         f"{LINES_FILE}: {line} damaged bytes in 1 place were stepped over.",
         f"{RESIDUE_FILE}: {20 + len(b'piece')} damaged bytes in 1 place were stepped over.",
     }
-    assert all(damage.sentence() for damage in tail.lost)
+    assert all(damage.describe() for damage in tail.damage)
 
 
 @given(st.binary(max_size=500))
@@ -309,7 +309,7 @@ def test_a_damaged_stamp_does_not_send_a_record_to_another_century(tmp_path, fra
     records = list(read_tlog(tmp_path / FRAMES_FILE, damage))
     assert [record.stamp_us for record in records] == [STAMP, STAMP]
     assert damage.stamps == 1
-    assert "1 impossible stamp was replaced" in damage.sentence()
+    assert "1 impossible stamp was replaced" in damage.describe()
 
 
 def test_a_real_log_is_read_whole(real_log: Path) -> None:
@@ -376,14 +376,14 @@ def test_a_full_disk_is_survived(tmp_path: Path, frames, room: int) -> None:
     writer.close()
     tail = RawTail(tmp_path)
     assert [record.data for record in tail.poll() if record.kind == "frame"] == sent
-    assert tail.lost == ()
+    assert tail.damage == ()
 
 
 def test_what_waits_in_the_end_is_told_apart_from_what_was_dropped(tmp_path: Path, frames) -> None:
     writer = RawWriter(tmp_path, write=FullDisk(50).write, memory_bytes=2000)
     framer = Framer()
     for number, frame in enumerate(frames(300)):
-        writer.append(STAMP + number, framer.feed(frame) + framer.settle())
+        writer.append(STAMP + number, framer.feed(frame) + framer.flush_complete())
     dropped, waiting = writer.state.dropped_records, writer.state.waiting_bytes
     writer.close()
     state = writer.state
@@ -397,7 +397,7 @@ def test_a_full_memory_keeps_the_newest_and_tells(tmp_path: Path, frames) -> Non
     writer = RawWriter(tmp_path, write=disk.write, memory_bytes=2000)
     sent, framer = frames(300), Framer()
     for number, frame in enumerate(sent):
-        writer.append(STAMP + number, framer.feed(frame) + framer.settle())
+        writer.append(STAMP + number, framer.feed(frame) + framer.flush_complete())
     assert writer.state.waiting_bytes <= 2000
     assert writer.state.dropped_records > 200
     disk.room = 10**9
@@ -408,7 +408,7 @@ def test_a_full_memory_keeps_the_newest_and_tells(tmp_path: Path, frames) -> Non
     assert len(read) == kept
     assert read[-10:] == sent[-10:]
     assert read[0] == sent[0]
-    assert tail.lost == ()
+    assert tail.damage == ()
 
 
 def test_a_disk_that_does_not_keep_what_it_took_is_told_until_it_does(
@@ -426,7 +426,7 @@ def test_a_disk_that_does_not_keep_what_it_took_is_told_until_it_does(
     sent = frames(4)
 
     def take(number: int) -> None:
-        writer.append(STAMP + number, framer.feed(sent[number]) + framer.settle())
+        writer.append(STAMP + number, framer.feed(sent[number]) + framer.flush_complete())
 
     take(0)
     writer.sync()
@@ -459,7 +459,7 @@ def test_the_drive_empties_its_memory_as_a_record_ends(
         raw_writer, "flush_to_disk", lambda file: emptied.append(os.fstat(file).st_ino)
     )
     writer, framer = RawWriter(tmp_path), Framer()
-    writer.append(STAMP, framer.feed(b"no" + frames(1)[0]) + framer.settle())
+    writer.append(STAMP, framer.feed(b"no" + frames(1)[0]) + framer.flush_complete())
     writer.sync()
     assert emptied == []
     writer.close()
@@ -484,7 +484,7 @@ def test_a_disk_that_was_pulled_out_is_written_to_again_when_it_is_back(
 
     def take(numbers: range) -> None:
         for number in numbers:
-            writer.append(STAMP + number, framer.feed(sent[number]) + framer.settle())
+            writer.append(STAMP + number, framer.feed(sent[number]) + framer.flush_complete())
 
     take(range(3))
     dead.add((folder / FRAMES_FILE).stat().st_ino)

@@ -454,7 +454,7 @@ def test_a_recorder_is_started_found_and_stopped(tmp_path, frames, port, patienc
     link, sender, target = udp_link(port)
     folder = tmp_path / "flight"
     handle = start_recorder(link, folder)
-    assert handle.alive()
+    assert handle.is_alive()
     assert handle.pid != os.getpid()
     assert find_recorder(folder) == handle
     assert find_recorders() == [handle]
@@ -482,7 +482,7 @@ def test_a_recorder_is_started_found_and_stopped(tmp_path, frames, port, patienc
     assert status.disk_free_bytes > 0
     assert "receiving from 127.0.0.1" in status.source_state
     assert handle.stop()
-    assert not handle.alive()
+    assert not handle.is_alive()
     assert find_recorder(folder) is None
     assert find_recorders() == []
     assert read_status(folder / STATUS_FILE).state == "stopped"
@@ -519,7 +519,7 @@ def test_a_second_recorder_is_refused(tmp_path, port) -> None:
         start_recorder(other, tmp_path)
     with pytest.raises(FlightError, match="recorded into already"):
         record_link(other, tmp_path)
-    assert handle.alive()
+    assert handle.is_alive()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="stands for the launchers there elsewhere")
@@ -573,7 +573,7 @@ def test_a_port_that_is_recorded_already_names_the_flight(tmp_path, port) -> Non
     with pytest.raises(LinkError) as refused:
         start_recorder(link, tmp_path / "flight 2")
     assert f"recorded into {tmp_path / 'flight 1'} already" in str(refused.value)
-    assert former.alive()
+    assert former.is_alive()
 
 
 @pytest.mark.usefixtures("recorders")
@@ -645,7 +645,7 @@ def test_killing_the_recorder_loses_only_what_came_afterwards(
     send(sent[:200])
     patience(lambda: seen.extend(item.data for item in tail.poll()) or len(seen) == 200)
     os.kill(handle.pid, KILL)
-    patience(lambda: not handle.alive())
+    patience(lambda: not handle.is_alive())
     assert find_recorder(tmp_path) is None
     assert find_recorders() == []
     with (tmp_path / FRAMES_FILE).open("ab") as file:  # as if killed in the middle of a record
@@ -656,7 +656,7 @@ def test_killing_the_recorder_loses_only_what_came_afterwards(
     send(sent[200:])
     patience(lambda: seen.extend(item.data for item in tail.poll()) or len(seen) == 400)
     assert seen == sent  # the same tail, across the change of recorders
-    assert tail.lost == ()
+    assert tail.damage == ()
     stamps = [item.stamp_us for item in RawTail(tmp_path).poll()]
     assert stamps == sorted(stamps)
 
@@ -716,7 +716,7 @@ def test_a_flight_is_recorded_again_from_its_record(tmp_path, frames) -> None:
     first = tmp_path / "first"
     writer, framer, sent = RawWriter(first), Framer(), frames(50)
     for number, frame in enumerate(sent):
-        writer.append(1_000_000 + number * 1000, framer.feed(frame) + framer.settle())
+        writer.append(1_000_000 + number * 1000, framer.feed(frame) + framer.flush_complete())
     writer.close()
     status = record_link(str(first), tmp_path / "second", speed=float("inf"))
     assert status.state == "stopped"
@@ -730,7 +730,7 @@ def test_the_record_command_tells_what_it_did(tmp_path, frames, capsys, port) ->
     first = tmp_path / "first"
     writer, framer = RawWriter(first), Framer()
     for number, frame in enumerate(frames(20)):
-        writer.append(1_000_000 + number * 1000, framer.feed(frame) + framer.settle())
+        writer.append(1_000_000 + number * 1000, framer.feed(frame) + framer.flush_complete())
     writer.close()
     run(str(first), tmp_path / "out", speed=1000.0, json=tmp_path / "state.json")
     printed = capsys.readouterr().out

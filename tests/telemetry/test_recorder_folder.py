@@ -143,7 +143,7 @@ def test_what_is_in_removed_files_alone_is_counted_as_lost(tmp_path: Path, frame
     framer, writer = Framer(), RawWriter(tmp_path / "flight")
     writer.append(1, framer.feed(b"".join(frames(5))))
     shutil.rmtree(tmp_path / "flight")
-    assert not writer.in_place()
+    assert not writer.is_folder_writable()
     writer.close()
     assert writer.state.unwritten[FRAMES_FILE] == writer.state.frames == 5
     assert writer.state.lost_bytes > 0
@@ -225,7 +225,7 @@ def test_a_folder_tells_whether_its_flight_is_finished(
     assert record_state(imported) == "none"
     log = tmp_path / "00000012.BIN"
     log.write_bytes(b"log")
-    FlightFolder(path=imported).keep_onboard_log(log)
+    FlightFolder(path=imported).store_onboard_log(log)
     assert record_state(imported) == "finished"
 
 
@@ -237,7 +237,7 @@ def test_the_command_appends_to_a_finished_flight_only_when_asked(
     source, out = tmp_path / "source", tmp_path / "out"
     writer, framer = RawWriter(source), Framer()
     for number, frame in enumerate(frames(20)):
-        writer.append(1_000_000 + number * 1000, framer.feed(frame) + framer.settle())
+        writer.append(1_000_000 + number * 1000, framer.feed(frame) + framer.flush_complete())
     writer.close()
     run(str(source), out, speed=1000.0)
     with pytest.raises(FlightError, match="--continue"):

@@ -807,7 +807,7 @@ def test_pymavlink_is_a_peer_both_ways(port) -> None:
 def recorded(folder: Path, frames: list[bytes], period_us: int) -> str:
     writer, framer = RawWriter(folder), Framer()
     for number, frame in enumerate(frames):
-        writer.append(STAMP + number * period_us, framer.feed(frame) + framer.settle())
+        writer.append(STAMP + number * period_us, framer.feed(frame) + framer.flush_complete())
     writer.close()
     return str(folder)
 
@@ -907,7 +907,7 @@ def test_the_virtual_aircraft_is_a_source_like_any_other() -> None:
     # On a busy machine its process takes long to begin.
     chunks = collect(source, 5000, 120.0)
     framer = Framer()
-    items = [item for chunk in chunks for item in framer.feed(chunk.data)] + framer.settle()
+    items = [item for chunk in chunks for item in framer.feed(chunk.data)] + framer.flush_complete()
     assert all(isinstance(item, MavlinkFrame) and item.known for item in items)
     assert {0, 350} <= {item.message_id for item in items}
     assert all(first.stamp_us < second.stamp_us for first, second in itertools.pairwise(chunks))

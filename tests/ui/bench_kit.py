@@ -41,7 +41,7 @@ class BenchDesk(QObject):
         self.faults = ErrorReporter()
         self.complaints: list[str] = []
         self.opened: list[Path] = []
-        self.faults.raised.connect(lambda fault: self.complaints.append(fault.sentence))
+        self.faults.error_reported.connect(lambda fault: self.complaints.append(fault.sentence))
         self.history = SampleHistory((), 100.0)
         # It notes which flight is to be read anew.
         self.starter = SimpleNamespace(open_flight=self.opened.append)
@@ -185,7 +185,7 @@ def work_through(window: BenchWindow, stop: str = "", most: int = 400) -> None:
         taken, target = len(view.points), view.target
         assert target is not None
         again = "wrong side" in view.message
-        if view.direction != "single" and (view.remaining[0].turns or again):
+        if view.direction != "single" and (view.remaining[0].is_turning_point or again):
             window.set_surface(name, target + (-_PAST if view.direction == "up" else _PAST))
         window.set_surface(name, target)
         for _ in range(8):
@@ -207,7 +207,7 @@ def try_out(window: BenchWindow, channel: str) -> list[tuple[str, str, str]]:
 
     def note() -> None:
         for fault in window.view.faults:
-            told = (fault.kind, fault.channel, fault.other)
+            told = (fault.kind, fault.channel, fault.swapped_with)
             if told not in named:
                 named.append(told)
 

@@ -34,7 +34,7 @@ def window(qtbot: QtBot, tmp_path: Path, alone: None) -> Iterator[MainWindow]:
     qtbot.addWidget(made)
     activate(qtbot, made)
     yield made
-    made.desk.close()
+    made.flight_controller.close()
 
 
 @pytest.fixture(scope="module")

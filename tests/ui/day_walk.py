@@ -122,7 +122,7 @@ class Day:
         person.keys("p")
         rows = page.start.instruments
         person.until(
-            lambda: window.desk.history is not None and window.desk.history.has("rudder"), "volts"
+            lambda: window.flight_controller.history is not None and window.flight_controller.history.has("rudder"), "volts"
         )
         person.picture("04-calibration")
         channels = person.ask(lambda: [one.channel for one in page.start.standings or ()])
@@ -148,13 +148,13 @@ class Day:
             if time.monotonic() > deadline:
                 raise TimeoutError(f"the calibration stays at {view.phase}")
             person.keys("h")
-            person.changes(lambda: (page.run.view.phase, page.run.view.can), 0.5)
-            if "confirm_sign" in person.ask(lambda: page.run.view.can):
+            person.changes(lambda: (page.run.view.phase, page.run.view.available_actions), 0.5)
+            if "confirm_sign" in person.ask(lambda: page.run.view.available_actions):
                 person.keys("space")
 
     def fly(self, person: XDriver) -> None:
         """Fly: an alarm is acknowledged, a second transmitter comes, and the aircraft is lost."""
-        desk = self.window.desk
+        desk = self.window.flight_controller
         plan = self.folder / "day.toml"
         plan.write_text(PLAN)
         person.keys("F2")
@@ -162,18 +162,18 @@ class Day:
             "-m", "gsapp", "fly", "--to", f"udpout:127.0.0.1:{self.port}", "--plan", str(plan),
             "--speed", str(SPEED),
         )  # fmt: skip
-        person.until(lambda: desk.session.snapshot().link.words == "ok", "the link carries", 60.0)
-        person.note(alarm_before=person.ask(lambda: desk.session.board.get("link") is not None))
+        person.until(lambda: desk.session.snapshot().link.state == "ok", "the link carries", 60.0)
+        person.note(alarm_before=person.ask(lambda: desk.session.alarm_registry.get("link") is not None))
         person.picture("06-flying")
         self.start("-P", "-c", OTHER, str(self.port))
         person.until(lambda: len(desk.session.link_report().vehicles) == 2, "two are heard")
         aircraft.send_signal(signal.SIGSTOP)
         stopped = time.monotonic()
-        person.until(lambda: desk.session.snapshot().link.words == "silent", "the loss is seen")
+        person.until(lambda: desk.session.snapshot().link.state == "silent", "the loss is seen")
         person.note(seen_after=time.monotonic() - stopped)
         person.picture("07-lost")
         aircraft.send_signal(signal.SIGCONT)
-        person.until(lambda: desk.session.snapshot().link.words == "ok", "the aircraft is back")
+        person.until(lambda: desk.session.snapshot().link.state == "ok", "the aircraft is back")
         self.acknowledge(person)
         person.picture("08-alarms")
         person.until(
@@ -185,12 +185,12 @@ class Day:
 
     def quick_flight(self, person: XDriver) -> None:
         """Hear an aircraft, lose it, acknowledge the alarm, and stop the recording."""
-        desk = self.window.desk
+        desk = self.window.flight_controller
         with Aircraft(self.port) as aircraft:
             person.until(lambda: desk.history is not None and desk.history.has("alpha"), "samples")
             person.picture("06-flying")
         person.note(sent=aircraft.sent + aircraft.texts)
-        person.until(lambda: desk.session.snapshot().link.words == "silent", "the loss is seen")
+        person.until(lambda: desk.session.snapshot().link.state == "silent", "the loss is seen")
         self.acknowledge(person)
         person.press("Stop")
         person.press("Stop recording", person.dialog(QMessageBox))
@@ -199,29 +199,29 @@ class Day:
 
     def acknowledge(self, person: XDriver) -> None:
         """Acknowledge the alarms by the key, and see them in their tab."""
-        window, board = self.window, self.window.desk.session.board
-        person.note(alarms=person.ask(lambda: [one.words for one in board.waiting]))
+        window, board = self.window, self.window.flight_controller.session.alarm_registry
+        person.note(alarms=person.ask(lambda: [one.message for one in board.unacknowledged]))
         person.click(window.view.charts)
         person.keys("k")
-        person.until(lambda: not board.waiting, "the alarm is acknowledged")
+        person.until(lambda: not board.unacknowledged, "the alarm is acknowledged")
         person.keys("ctrl+4")
         person.until(window.view.alarms.isVisible, "the tab of the alarms")
 
     def review(self, person: XDriver) -> None:
         """See the flight that has ended under review."""
         window = self.window
-        person.until(lambda: window.review.shown, "the review", 60.0)
-        person.until(lambda: not window.desk.records_here, "the recording has ended")
-        person.until(lambda: bool(window.review.review.flights), "the flight", 60.0)
+        person.until(lambda: window.review_page.shown, "the review", 60.0)
+        person.until(lambda: not window.flight_controller.is_recording, "the recording has ended")
+        person.until(lambda: bool(window.review_page.review.flights), "the flight", 60.0)
         person.picture("10-review")
         person.note(
-            recording=person.ask(lambda: window.desk.records_here),
-            waiting=person.ask(lambda: [one.words for one in window.desk.session.board.waiting]),
+            recording=person.ask(lambda: window.flight_controller.is_recording),
+            waiting=person.ask(lambda: [one.message for one in window.flight_controller.session.alarm_registry.unacknowledged]),
         )
 
     def report(self, person: XDriver) -> None:
         """Estimate derivatives, and write the report for a browser and for print."""
-        review = self.window.review
+        review = self.window.review_page
         person.keys("alt+2")
         page = person.find(EstimatePage, lambda _it: True, "the page Estimate")
         person.until(lambda: page.can_run, "the settings")
@@ -270,7 +270,7 @@ def again(person: XDriver, day: Day) -> None:
     person.note(listed=person.ask(one.accessibleName))
     person.picture("13-again")
     person.click(one)
-    person.until(lambda: window.desk.is_loaded and window.desk.name == name, "it is open")
+    person.until(lambda: window.flight_controller.is_loaded and window.flight_controller.name == name, "it is open")
 
 
 WALKS = {"whole": whole, "quick": quick, "again": again}

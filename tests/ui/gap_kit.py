@@ -75,7 +75,7 @@ def _view(place: int, count: int, steps: int) -> ManeuverHistories:
         held_out=place in (1, 5), times=times, channels=CHANNELS, measured=measured,
         computed=tuple(truth - share * off for share in left),
         coefficients=COEFFICIENTS, missing=tuple(share * missing + noise_c for share in left),
-        floor=FLOOR, coefficient_floor=dict.fromkeys(COEFFICIENTS, 0.0024),
+        noise_floor=FLOOR, coefficient_noise_floor=dict.fromkeys(COEFFICIENTS, 0.0024),
         conditions={
             "alpha": 0.06 + 0.05 * swing, "beta": 0.04 * np.roll(swing, 9),
             "V": 28.0 + 2.0 * np.cos(0.4 * (times - start)),
@@ -124,7 +124,7 @@ def make_discrepancy(
                 model=model,
                 added=effects[place - 1] if place else "",
                 ranking=tuple(c for c in ranked if c.effect not in effects[:place]),
-                map=ratio,
+                coefficient_map=ratio,
                 gap={name: 1.0 + left * (6.0 - index) for index, name in enumerate(CHANNELS)},
                 misfit=1.0 + 4.2 * left,
             )
@@ -189,7 +189,7 @@ NOTES = {
     name: EffectInfo(
         effect=name, title=title, equation="ΔCm = …",
         mistaken_for=("aero.Cm.speed",) if name != "aero.Cm.speed" else (THROTTLE,),
-        told_apart="throttle steps at constant speed", units={"gap": "rad"},
+        distinguished_by="throttle steps at constant speed", units={"gap": "rad"},
     )
     for name, title in TITLES.items()
 }  # fmt: skip
@@ -249,7 +249,7 @@ def make_answer(
             forced=decisions.forced,
             verdict="effects-found" if proven or decisions.forced else "model-adequate",
         ),
-        notes=NOTES,
+        effect_infos=NOTES,
         kinds={str(place + 1): kind for place, kind in enumerate(_KINDS)},
         remarks=("maneuver 9 is left out: too little excitation",),
     )

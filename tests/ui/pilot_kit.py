@@ -34,25 +34,25 @@ WANTED = TargetInput(
     width=ToleranceBand(low=0.4, best=0.5, high=0.7), hands_off=2.4, mode="dutch roll", source="model",
 )  # fmt: skip
 NEXT = NextCard(
-    card=CARD, good=2, point=POINT, wanted=WANTED,
-    stick={"da": "third of stick, high rate", "dr": "half stick, high rate"},
-    words="aileron and rudder doublet: third of stick, half rudder, high rate",
-    why="most to gain",
+    card=CARD, good_repeats=2, point=POINT, target_input=WANTED,
+    stick_text={"da": "third of stick, high rate", "dr": "half stick, high rate"},
+    text="aileron and rudder doublet: third of stick, half rudder, high rate",
+    reason="most to gain",
 )  # fmt: skip
 OUTLOOK = Outlook(
     time=180.0,
-    prospects=(
+    forecasts=(
         CardForecast(
             card="C1", repeats=2,
-            gains=(BoundReduction(name="Cn_r", before=0.12, after=0.05, low=0.04, high=0.07),), score=0.4,
-            seconds=60.0, words="two more rudder-aileron doublets at 100 ft/s: Cn_r from 35 % to "
+            reductions=(BoundReduction(name="Cn_r", bound_before=0.12, bound_after=0.05, low=0.04, high=0.07),), score=0.4,
+            seconds=60.0, text="two more rudder-aileron doublets at 100 ft/s: Cn_r from 35 % to "
             "15 %",
         ),
     ),
     time_left=250.0, maneuvers_left=6,
 )  # fmt: skip
-SLOW = TrimDeviation(quantity="speed", amount=-3 * FOOT, share=1.8, channel="V")
-LOW_WING = TrimDeviation(quantity="bank", amount=-6 * DEGREE, share=1.2, channel="phi")
+SLOW = TrimDeviation(quantity="speed", amount=-3 * FOOT, tolerance_ratio=1.8, channel="V")
+LOW_WING = TrimDeviation(quantity="bank", amount=-6 * DEGREE, tolerance_ratio=1.2, channel="phi")
 VERDICT = InputVerdict(
     id="M7", given_at=180.0, t_start=174.0, t_input=175.0, t_input_end=179.0, t_end=179.4,
     surfaces=("da", "dr"), kind="doublet", amplitudes={"da": 6.2 * DEGREE, "dr": 4.9 * DEGREE},
@@ -67,13 +67,13 @@ MISSING = ("bank angle is not measured: wings by rates and lateral acceleration"
 
 def cue(state: str, **more: object) -> TrimCue:
     """Return a trim cue in a state."""
-    return TrimCue(time=180.0, state=state, since=178.0, leg_left=7.4, **more)  # type: ignore[arg-type]
+    return TrimCue(time=180.0, state=state, since=178.0, leg_time_left=7.4, **more)  # type: ignore[arg-type]
 
 
 BASE = CueSnapshot(
     time=180.0, trim=cue("fly", off=(SLOW, LOW_WING)), card=NEXT, outlook=OUTLOOK,
-    speed=97 * FOOT, alpha=4.2 * DEGREE, judged=("wings: rates and lateral acceleration",),
-    missing=MISSING, good=5, wanted=12,
+    speed=97 * FOOT, alpha=4.2 * DEGREE, judged_by=("wings: rates and lateral acceleration",),
+    limitations=MISSING, good_repeats=5, requested_repeats=12,
 )  # fmt: skip
 
 
@@ -94,7 +94,7 @@ def verdict(result: str, advice: str) -> InputVerdict:
 def danger(words: str, *, warning: bool = True) -> Alert:
     """Return a danger that stands."""
     urgency = AlertLevel.WARNING if warning else AlertLevel.CAUTION
-    return Alert(key="nose", urgency=urgency, since=178.0, words=words, spoken=words)
+    return Alert(key="nose", level=urgency, since=178.0, text=words, spoken_text=words)
 
 
 STATES: dict[str, CueSnapshot] = {
@@ -104,11 +104,11 @@ STATES: dict[str, CueSnapshot] = {
     "gusty": replace(BASE, trim=cue("gusty", gusts=0.9)),
     "turn": replace(
         BASE,
-        trim=cue("turn", off=(TrimDeviation(quantity="turn", amount=0.3, share=3.0, channel="r"),)),
+        trim=cue("turn", off=(TrimDeviation(quantity="turn", amount=0.3, tolerance_ratio=3.0, channel="r"),)),
     ),
     "blind": replace(BASE, trim=cue("blind", missing=("no rates come in",)), speed=None),
-    "input": replace(BASE, under_way=moving("moving")),
-    "hands-off": replace(BASE, under_way=moving("hands-off")),
+    "input": replace(BASE, input_in_progress=moving("moving")),
+    "hands-off": replace(BASE, input_in_progress=moving("hands-off")),
     "too-small": replace(BASE, verdict=VERDICT),
     "too-large": replace(
         BASE, verdict=verdict("too-large", "rudder too large, yaw rate clipped: a third less")
@@ -121,8 +121,8 @@ STATES: dict[str, CueSnapshot] = {
     "spoiled": replace(BASE, verdict=verdict("spoiled", "spoiled: elevator moved with it")),
     "unclear": replace(BASE, verdict=verdict("unclear", "unclear: yaw rate is missing")),
     "good": replace(BASE, verdict=verdict("good", "good")),
-    "danger": replace(BASE, dangers=(danger("nose sensors lost: land"),)),
-    "caution": replace(BASE, dangers=(danger("yaw gyro clips", warning=False),)),
+    "danger": replace(BASE, alerts=(danger("nose sensors lost: land"),)),
+    "caution": replace(BASE, alerts=(danger("yaw gyro clips", warning=False),)),
 }
 """Cues by what the page shows of them."""
 
@@ -139,8 +139,8 @@ def judged(name: str = "M7", made: InputVerdict = VERDICT, *, go: bool = True) -
         "p": 0.5 * swing, "r": 0.2 * np.roll(swing, 6),
     }  # fmt: skip
     return EvaluatedManeuver(
-        verdict=replace(made, id=name), wanted=WANTED, point=POINT,
-        go_at=made.t_input - 1.2 if go else None, off={"speed": -0.4, "bank": 0.3},
+        verdict=replace(made, id=name), target_input=WANTED, point=POINT,
+        go_at=made.t_input - 1.2 if go else None, trim_deviations={"speed": -0.4, "bank": 0.3},
         curves=ManeuverCurves(times=times, series=series),
     )  # fmt: skip
 
@@ -163,8 +163,8 @@ def debrief() -> Debrief:
     )  # fmt: skip
     cards = tuple(
         CardScore(
-            card=card.id, heading=card.heading, good=min(place + 1, card.repeats), flown=place + 2,
-            wanted=card.repeats,
+            card=card.id, title=card.display_title, good=min(place + 1, card.repeats), flown=place + 2,
+            requested=card.repeats,
         )
         for place, card in enumerate(CARDS.cards)
     )  # fmt: skip

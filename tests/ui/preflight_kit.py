@@ -20,22 +20,22 @@ SHIFT = Qt.KeyboardModifier.ShiftModifier
 def as_opened(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
     """Bring the window back to how it was when it was opened, with nothing prepared."""
     dress(made, "daylight", 100)
-    made.look.set_units("US")
+    made.display_style.set_units("US")
     made.resize(1280, 800)
     for banner in list(made.banners.banners):
         made.banners.remove(banner)
-    made.show_place("flight")
+    made.show_page("flight")
     shutil.rmtree(waiting(made), ignore_errors=True)
     (made.store.path.parent / "checklist.toml").unlink(missing_ok=True)
-    made.desk.changed.emit()
+    made.flight_controller.changed.emit()
     activate(qtbot, made)
     yield made
-    made.desk.close_flight()
+    made.flight_controller.close_flight()
 
 
 def dress(window: MainWindow, theme: str, scale: int) -> None:
     """Change theme and scale at once: each change styles every widget anew."""
-    look = window.look
+    look = window.display_style
     if (look.theme.name, look.scale) != (theme, scale):
         look.blockSignals(True)
         look.set_theme(theme)
@@ -54,4 +54,4 @@ def go(window: MainWindow, qtbot: QtBot, step: int) -> QWidget:
     qtbot.keyClick(window, Qt.Key.Key_F1)
     press(qtbot, Qt.Key(Qt.Key.Key_0 + step), ALT)
     QApplication.processEvents()
-    return window.preflight.pages[window.preflight.step]
+    return window.preflight_page.pages[window.preflight_page.step]

@@ -66,7 +66,7 @@ class Watcher:
             monkeypatch.setattr(owner, name, asks(answer))
 
     def state(self) -> tuple[object, ...]:
-        window, desk = self.window, self.window.desk
+        window, desk = self.window, self.window.flight_controller
         image = window.grab().toImage()
         tops = [one for one in QApplication.topLevelWidgets() if one.isVisible()]
         focus = QApplication.focusWidget()
@@ -100,7 +100,7 @@ def window(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
     made.activateWindow()
     until(qtbot, lambda: QApplication.activeWindow() is made)
     yield made
-    made.desk.close()
+    made.flight_controller.close()
 
 
 def parts(window: MainWindow) -> Iterator[tuple[str, str]]:
@@ -161,16 +161,16 @@ def test_no_button_is_dead_and_gray_ones_say_why(
     """Without a flight, then with a replay, on every page and its parts."""
     watcher = Watcher(window, monkeypatch)
     assert walk(window, watcher) == ([], [])
-    window.desk.starter.open_flight(write_flight(tmp_path, 90.0), playing=False)
-    until(qtbot, lambda: window.desk.is_loaded)
+    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path, 90.0), playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded)
     assert walk(window, watcher) == ([], [])
 
 
 def test_keys_about_marks_and_alarms_wait_for_them(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
-    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.desk.is_loaded)
+    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded)
     actions = window.commands.actions
     until(qtbot, actions["mark"].isEnabled)
     for name in ("previous_mark", "next_mark", "acknowledge"):

@@ -20,56 +20,56 @@ def test_what_was_true_a_while_ago_is_neither_shown_nor_said(
 ) -> None:
     """Not "ALARMS none" in green, no cue, no voice; all of it when the flight is caught up with."""
     watched = 0.349
-    monkeypatch.setattr(Session, "watched", property(lambda _self: watched))
+    monkeypatch.setattr(Session, "monitored_fraction", property(lambda _self: watched))
     window = open_window(tmp_path, flight_speech="always")
     qtbot.addWidget(window)
     loud, mouth = Loudspeaker(), Mouth()
     window.voice._player = loud
     window.voice._take(mouth)
-    window.voice.mute(False)
-    window.desk.starter.open_flight(write_flight(tmp_path / "flights"), playing=False)
-    until(qtbot, lambda: window.desk.is_loaded)
-    session = window.desk.session
+    window.voice.set_muted(False)
+    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path / "flights"), playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded)
+    session = window.flight_controller.session
     assert session is not None
     alarm = Alarm(
         key="limit:alpha", severity=Severity.WARNING, current=Severity.WARNING, time=3.0,
-        words="alpha high",
+        message="alpha high",
     )  # fmt: skip
-    monkeypatch.setattr(window.desk, "waiting", lambda: (alarm,))
+    monkeypatch.setattr(window.flight_controller, "unacknowledged_alarms", lambda: (alarm,))
 
     def tell() -> None:
-        watch = session.cue_watch
+        watch = session.cue_monitor
         assert isinstance(watch, CueMonitor)
         time = watch.cueing.snapshot().time
         assert time is not None
-        watch.spoken.append(Announcement(time=time, words="hands off", priority="prompt", tone=""))
-        window.desk._tell(session)
+        watch.spoken.append(Announcement(time=time, text="hands off", priority="prompt", tone=""))
+        window.flight_controller._tell(session)
         # An aircraft that stands still gives alarms of its own.
-        window.desk._snapshot = replace(session.snapshot(), alarms=())
-        window.pilot.refresh()
-        window.pilot.state.look()
+        window.flight_controller._snapshot = replace(session.snapshot(), alarms=())
+        window.pilot_page.refresh()
+        window.pilot_page.state.update()
 
-    window.desk.seek(15.0)
+    window.flight_controller.seek(15.0)
     until(qtbot, lambda: session.feed.caught_up)
     tell()
-    *_, alarms = window.desk.bar_parts("US", muted=False)
+    *_, alarms = window.flight_controller.create_status_items("US", muted=False)
     assert (alarms.value, alarms.note, alarms.state) == ("catching up", "34 %", "unknown")
     assert "34 %" in window.view.alarms._empty.text()
-    sheet = window.pilot.state.sheet("US")
-    assert (sheet.word, sheet.leg, sheet.card.time) == ("NO CUE", "–", "")
-    assert "catching up with the flight: 34 %" in [hint.words for hint in sheet.hints]
+    sheet = window.pilot_page.state.build_display("US")
+    assert (sheet.status_text, sheet.leg_time_text, sheet.card.time_left_text) == ("NO CUE", "–", "")
+    assert "catching up with the flight: 34 %" in [hint.text for hint in sheet.hints]
     assert (loud.tones, mouth.spoken) == ([], [])
 
     watched = 1.0
-    monkeypatch.setattr(Session, "watched", property(lambda _self: watched))
+    monkeypatch.setattr(Session, "monitored_fraction", property(lambda _self: watched))
     tell()
-    *_, alarms = window.desk.bar_parts("US", muted=False)
+    *_, alarms = window.flight_controller.create_status_items("US", muted=False)
     assert alarms.value == "none"
     assert window.view.alarms._empty.text() == "No alarms."
-    assert "catching up" not in str(window.pilot.state.sheet("US"))
+    assert "catching up" not in str(window.pilot_page.state.build_display("US"))
     assert loud.tones == ["warning"]
     assert "alpha high" in mouth.spoken
-    window.desk.close_flight()
+    window.flight_controller.close_flight()
 
 
 def test_a_held_replay_that_jumped_catches_up_without_a_rest(
@@ -78,22 +78,22 @@ def test_a_held_replay_that_jumped_catches_up_without_a_rest(
     """Frames leave the keys their turn; between them alarms and cues are gone on with."""
     window = open_window(tmp_path)
     qtbot.addWidget(window)
-    window.desk.starter.open_flight(write_flight(tmp_path / "flights"), playing=False)
-    until(qtbot, lambda: window.desk.is_loaded and window.desk.is_settled)
-    session = window.desk.session
+    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path / "flights"), playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded and window.flight_controller.is_up_to_date)
+    session = window.flight_controller.session
     assert session is not None
     behind = True
     monkeypatch.setattr(type(session.feed), "caught_up", property(lambda _feed: not behind))
-    monkeypatch.setattr(window.desk._pace, "allows", lambda _now: False)
+    monkeypatch.setattr(window.flight_controller._pace, "may_begin_frame", lambda _now: False)
     taken_in: list[float] = []
     monkeypatch.setattr(session, "update", taken_in.append)
-    window.desk._told_at = math.inf
-    window.desk.tick()
+    window.flight_controller._told_at = math.inf
+    window.flight_controller.tick()
     assert len(taken_in) == 1
     behind = False
-    window.desk.tick()
+    window.flight_controller.tick()
     assert len(taken_in) == 1
-    window.desk.close_flight()
+    window.flight_controller.close_flight()
 
 
 def test_a_paused_display_says_that_recording_goes_on(qtbot: QtBot, tmp_path: Path) -> None:
@@ -101,9 +101,9 @@ def test_a_paused_display_says_that_recording_goes_on(qtbot: QtBot, tmp_path: Pa
     window = open_window(tmp_path)
     qtbot.addWidget(window)
     picture = window.view._picture
-    window.view.show_picture(replace(picture, recording=True, present_shown=False))
+    window.view.show_state(replace(picture, recording=True, present_shown=False))
     assert (window.view.charts._recording, window.view.charts._newest) == (True, "read up to")
-    window.view.show_picture(replace(picture, recording=False))
+    window.view.show_state(replace(picture, recording=False))
     assert (window.view.charts._recording, window.view.charts._newest) == (False, "now")
 
 
@@ -111,11 +111,11 @@ def test_values_are_stale_when_the_flight_says_so(qtbot: QtBot, tmp_path: Path) 
     """The charts wait for a message that comes seldom as long as the session does."""
     window = open_window(tmp_path)
     qtbot.addWidget(window)
-    window.desk.starter.open_flight(write_flight(tmp_path / "flights"), playing=False)
+    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path / "flights"), playing=False)
     until(qtbot, lambda: bool(window.view._picture.available))
-    session, picture = window.desk.session, window.view._picture
+    session, picture = window.flight_controller.session, window.view._picture
     assert session is not None
-    assert picture.patience == session.patience(picture.available)
-    window.view.show_picture(replace(picture, patience={"battery": 10.0}))
+    assert picture.stale_ages == session.stale_timeouts(picture.available)
+    window.view.show_state(replace(picture, stale_ages={"battery": 10.0}))
     assert window.view.charts._patience == {"battery": 10.0}
-    window.desk.close_flight()
+    window.flight_controller.close_flight()

@@ -68,7 +68,7 @@ def pixel(chart: AnalysisPlot, x: float, y: float) -> QPointF:
 
 
 def test_the_cursor_reads_all_curves_and_the_time(history: AnalysisPlot) -> None:
-    words = history.plot.words_at(pixel(history, 105.0, 3.0)).splitlines()
+    words = history.plot.text_at(pixel(history, 105.0, 3.0)).splitlines()
     assert words[0] in ("01:44.99", "01:45.00", "01:45.01")
     found = {line.split()[1]: float(line.split()[2].replace(MINUS, "-")) for line in words[1:]}
     assert found["measured"] == pytest.approx(10.0 * np.sin(105.0), abs=0.2)
@@ -127,17 +127,17 @@ def test_the_menu_saves_the_chart_and_its_numbers(
     assert [one.text() for one in (copy_picture, copy_numbers, save_as, reset)] == FIGURE_MENU
     for ending, begin in (("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF"), ("csv", b"")):
         path = tmp_path / f"chart.{ending}"
-        with qtbot.waitSignal(history.menu.reported):
+        with qtbot.waitSignal(history.menu.message_posted):
             history.menu.save(path)
         assert path.read_bytes().startswith(begin)
         assert path.stat().st_size > 2000
     rows = list(csv.reader((tmp_path / "chart.csv").open(encoding="utf-8")))
     assert rows[0] == ["curve", FLIGHT_TIME_LABEL, "q, °/s"]
     assert [float(cell) for cell in rows[1][1:]] == [100.0, 10.0 * np.sin(100.0)]
-    with qtbot.waitSignal(history.menu.reported):
+    with qtbot.waitSignal(history.menu.message_posted):
         copy_picture.trigger()
     assert QApplication.clipboard().mimeData().hasImage()
-    with qtbot.waitSignal(history.menu.reported):
+    with qtbot.waitSignal(history.menu.message_posted):
         copy_numbers.trigger()
     lines = QApplication.clipboard().text().splitlines()
     assert lines[0].split("\t") == rows[0]

@@ -21,8 +21,8 @@ KEYS = {"Enter": Qt.Key.Key_Return, "keypad Enter": Qt.Key.Key_Enter, "Space": Q
 
 @pytest.fixture
 def flight(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> MainWindow:
-    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.desk.is_loaded and window.view.replay.isVisible())
+    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded and window.view.replay.isVisible())
     return window
 
 
@@ -79,9 +79,9 @@ def test_a_key_chooses_in_a_dialog_and_leaves_it_open(window: MainWindow, key: Q
 
 @pytest.mark.parametrize("key", KEYS.values(), ids=KEYS)
 def test_a_key_chooses_on_the_flight_page(flight: MainWindow, key: Qt.Key) -> None:
-    before = flight.desk.speed
+    before = flight.flight_controller.speed
     choose_next(flight.view.replay.speed, key)
-    assert flight.desk.speed != before
+    assert flight.flight_controller.speed != before
 
 
 def test_esc_leaves_the_choice_as_it_was(flight: MainWindow) -> None:
@@ -97,7 +97,7 @@ def test_esc_leaves_the_choice_as_it_was(flight: MainWindow) -> None:
 
 @pytest.mark.parametrize("scale", [100, 200])
 def test_every_list_of_a_place_shows_its_rows(flight: MainWindow, scale: int) -> None:
-    flight.look.set_scale(scale)
+    flight.display_style.set_scale(scale)
     seen = 0
     for command in ("place_preflight", "preflight_card", "preflight_cards", "place_flight",
                     "panel_channels", "place_pilot", "place_review", "review_estimate",

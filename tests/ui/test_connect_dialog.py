@@ -30,12 +30,12 @@ def test_a_failed_connection_leaves_all_that_was_typed_and_no_recent_link(
 
         def fill(dialog: ConnectDialog) -> None:
             dialog.link.text.setEditText(f"udpin:127.0.0.1:{taken}")
-            dialog.place.name.setText("typed by hand")
-            dialog.place.parent_folder.edit.setText(str(tmp_path / "elsewhere"))
+            dialog.folder_field.name.setText("typed by hand")
+            dialog.folder_field.parent_folder.edit.setText(str(tmp_path / "elsewhere"))
             qtbot.mouseClick(dialog.button, Qt.MouseButton.LeftButton)
             until(qtbot, lambda: "in use" in dialog.link.sentence.text())
             seen.append((
-                dialog.isVisible(), dialog.link.value, dialog.place.name.text(),
+                dialog.isVisible(), dialog.link.value, dialog.folder_field.name.text(),
                 window.store.current.flights,
             ))  # fmt: skip
             dialog.link.text.setEditText(f"udpin:127.0.0.1:{good}")
@@ -44,15 +44,15 @@ def test_a_failed_connection_leaves_all_that_was_typed_and_no_recent_link(
 
         former = window.store.current.flights
         answer_dialog(ConnectDialog, fill)
-        window.opening.connect_aircraft()
+        window.file_menu.connect_aircraft()
     assert seen == [(True, f"udpin:127.0.0.1:{taken}", "typed by hand", former)]
-    assert window.desk.name == "typed by hand"
+    assert window.flight_controller.name == "typed by hand"
     assert window.store.current.flights == str(tmp_path / "elsewhere")
     # Over it nothing has come yet.
     assert window.store.current.links == ()
     with Aircraft(good):
         until(qtbot, lambda: window.store.current.links == (f"udpin:127.0.0.1:{good}",))
-    window.desk.stop_now()
+    window.flight_controller.stop_recording_and_wait()
 
 
 def test_a_recent_link_that_fails_opens_the_dialog_with_its_reason(
@@ -62,7 +62,7 @@ def test_a_recent_link_that_fails_opens_the_dialog_with_its_reason(
         other.bind(("127.0.0.1", 0))
         link = f"udpin:127.0.0.1:{other.getsockname()[1]}"
         window.store.change(links=(link,))
-        window.flight_place.start.show_links((link,))
+        window.flight_page.start.show_links((link,))
         seen: list[tuple[str, bool, bool]] = []
 
         def read(dialog: ConnectDialog) -> None:
@@ -72,7 +72,7 @@ def test_a_recent_link_that_fails_opens_the_dialog_with_its_reason(
         answer_dialog(ConnectDialog, read)
         (button,) = [
             one
-            for one in window.flight_place.start.findChildren(QAbstractButton)
+            for one in window.flight_page.start.findChildren(QAbstractButton)
             if link in one.text()
         ]
         qtbot.mouseClick(button, Qt.MouseButton.LeftButton)

@@ -42,10 +42,10 @@ def test_a_flight_dropped_on_the_window_opens_and_stays_where_it_lies(
 ) -> None:
     flight = write_flight(tmp_path / "a flight, dropped")
     assert drop(window.view.charts, files(flight)) is Qt.DropAction.CopyAction
-    assert not window.desk.is_open  # the file manager is answered first
-    until(qtbot, lambda: window.desk.is_loaded)
-    assert window.desk.session is not None
-    assert window.desk.session.path == flight
+    assert not window.flight_controller.is_open  # the file manager is answered first
+    until(qtbot, lambda: window.flight_controller.is_loaded)
+    assert window.flight_controller.session is not None
+    assert window.flight_controller.session.path == flight
 
 
 def test_several_are_offered_to_the_review(
@@ -55,7 +55,7 @@ def test_several_are_offered_to_the_review(
     until(qtbot, lambda: bool(window.banners.texts()))
     (said,) = window.banners.texts()
     assert "One flight opens at a time, and 2 were dropped; Review (F4)" in said
-    assert not window.desk.is_open
+    assert not window.flight_controller.is_open
 
 
 def test_what_is_no_file_is_refused(window: MainWindow) -> None:
@@ -70,14 +70,14 @@ def test_the_review_and_the_search_take_what_is_dropped_on_them(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     flights = [write_flight(tmp_path / name) for name in ("one", "two")]
-    window.show_place("gap")
-    drop(window.gap.pages.currentWidget(), files(*flights))
-    setup = window.gap.setup
+    window.show_page("gap")
+    drop(window.gap_page.pages.currentWidget(), files(*flights))
+    setup = window.gap_page.setup
     assert setup is not None
     until(qtbot, lambda: setup.paths == tuple(flights))
-    window.show_place("review")
-    window.review.go("summary")
-    drop(window.review.stack.currentWidget(), files(*flights))
-    until(qtbot, lambda: [*window.review.review.paths] == flights)
-    assert window.review.chapter == "maneuvers"
-    assert not window.desk.is_open
+    window.show_page("review")
+    window.review_page.go_to_step("summary")
+    drop(window.review_page.stack.currentWidget(), files(*flights))
+    until(qtbot, lambda: [*window.review_page.review.paths] == flights)
+    assert window.review_page.chapter == "maneuvers"
+    assert not window.flight_controller.is_open

@@ -35,12 +35,12 @@ from ui.main_window import MainWindow
 TIMES = np.arange(0.0, 100.0, 0.1)
 KNOWN = EstimateRow(
     name="Cm_alpha", value=-0.33, std=0.0066, progress=1.0, why="", times=TIMES,
-    values=np.where(TIMES > 40.0, -0.33, np.nan), known=-0.34, changed="9 % to 2.0 %",
+    values=np.where(TIMES > 40.0, -0.33, np.nan), prior=-0.34, change_text="9 % to 2.0 %",
     points=(FittedPoint(maneuver="M1", time=45.0, value=-0.335, std=0.004),),
     mean=CampaignValue(mean=-0.335, std=0.004, scatter=None, n=1),
 )  # fmt: skip
 UNKNOWN = replace(
-    KNOWN, name="Cl_da", value=None, std=None, progress=0.4, points=(), mean=None, changed="",
+    KNOWN, name="Cl_da", value=None, std=None, progress=0.4, points=(), mean=None, change_text="",
     values=np.full(TIMES.size, np.nan), why="the aileron hardly moved",
 )  # fmt: skip
 
@@ -57,7 +57,7 @@ def test_rows_in_words() -> None:
     assert describe_value(KNOWN) == (
         "ML −0.3350 ± 0.0040", "FTR −0.3300  9→2.0 %",
     )  # fmt: skip
-    assert describe_value(replace(KNOWN, mean=None, changed="")) == (
+    assert describe_value(replace(KNOWN, mean=None, change_text="")) == (
         "FTR −0.3300 ± 0.0066", "",
     )  # fmt: skip
     assert describe_value(UNKNOWN) == ("unknown", "")
@@ -110,20 +110,20 @@ def test_derivatives_form_while_a_flight_is_watched(
     """From the samples through another process onto the panel; Enter goes to the maneuver."""
     path = tmp_path / "flight"
     import_flight(write_block(tmp_path / "flight.csv", flown_short(6).measured, "csv"), path)
-    FlightFolder.open(path).keep_aircraft(SHIPPED_AIRCRAFT.find("b777"))
-    window.desk.starter.open_flight(path, speed=UNLIMITED_SPEED)
-    until(qtbot, lambda: window.desk.is_replay, 60_000)
+    FlightFolder.open(path).store_aircraft(SHIPPED_AIRCRAFT.find("b777"))
+    window.flight_controller.flight_opener.open_flight(path, speed=UNLIMITED_SPEED)
+    until(qtbot, lambda: window.flight_controller.is_replay, 60_000)
     window.commands.actions["panel_estimates"].trigger()
     panel = window.view.estimates
-    workers = window.desk.session.estimates.fits._workers
+    workers = window.flight_controller.session.estimates.fits._workers
     until(qtbot, lambda: bool(getattr(workers._pool, "_processes", None)), 60_000)
     # The system kills the process of the fits: the window goes on, and so do the fits.
     os.kill(next(iter(workers._pool._processes)), KILL)
     until(qtbot, lambda: any(row.points for row in panel.list.rows.rows), 120_000)
-    assert not window.desk.session.estimates.fits.failures
+    assert not window.flight_controller.session.estimates.fits.failures
     names = [row.name for row in panel.list.rows.rows]
     assert "Cm_de" in names
     given = next(row for row in panel.list.rows.rows if row.points)
     panel.list.setCurrentIndex(panel.list.rows.index(names.index(given.name)))
     QTest.keyClick(panel.list, Qt.Key.Key_Return)
-    until(qtbot, lambda: (window.desk.time or 0.0) <= given.points[-1].time + 1.0, 30_000)
+    until(qtbot, lambda: (window.flight_controller.time or 0.0) <= given.points[-1].time + 1.0, 30_000)

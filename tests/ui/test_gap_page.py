@@ -60,44 +60,44 @@ def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterat
 @pytest.fixture
 def window(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
     """Return the window as it was when it was opened."""
-    gap = made.gap
+    gap = made.gap_page
     gap.search._engine = FakeEngine()
     gap.search.answer, gap.search._past, gap.search._future = None, [], []
-    gap.show_open(None)
+    gap.set_open_flight(None)
     if gap.setup is not None:
         gap.setup.flights.clear()
         gap.setup._judge()
         gap.pages.setCurrentWidget(gap.setup)
     if gap.story is not None:
         gap.story.answer = None
-    made.look.set_theme("daylight")
-    made.look.set_scale(100)
-    made.look.set_units("US")
+    made.display_style.set_theme("daylight")
+    made.display_style.set_scale(100)
+    made.display_style.set_units("US")
     made.store.change(gap_variable="alpha", gap_channel="q", gap_flights=())
     made.resize(1280, 800)
     for banner in list(made.banners.banners):
         made.banners.remove(banner)
-    made.show_place("flight")
+    made.show_page("flight")
     activate(qtbot, made)
     yield made
     gap.search._engine.hold.set()
     gap.cancel()
     until(qtbot, lambda: not gap.busy)
-    made.desk.close_flight()
+    made.flight_controller.close_flight()
 
 
 @pytest.fixture
 def engine(window: MainWindow) -> FakeEngine:
-    return window.gap.search._engine
+    return window.gap_page.search._engine
 
 
 @pytest.fixture
 def story(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> MainWindow:
     """Return the window with an answer on screen, found by keys alone."""
-    window.gap.show_open(write_flight(tmp_path))
+    window.gap_page.set_open_flight(write_flight(tmp_path))
     qtbot.keyClick(window, Qt.Key.Key_F5)
     qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Return)
-    until(qtbot, lambda: window.gap.shown and len(window.gap.story.chapters) == 4)
+    until(qtbot, lambda: window.gap_page.is_result_shown and len(window.gap_page.story.chapters) == 4)
     QApplication.processEvents()
     return window
 
@@ -122,15 +122,15 @@ def in_page(widget: QWidget, page: QWidget) -> QRect:
 
 def test_the_empty_page_says_what_to_do_and_offers_it(window: MainWindow, qtbot: QtBot) -> None:
     qtbot.keyClick(window, Qt.Key.Key_F5)
-    setup = window.gap.setup
+    setup = window.gap_page.setup
     assert setup is not None
     assert not setup.search.isEnabled()
     assert "No flight yet" in setup.sentence.text()
     # The keyboard stands where one goes on.
     assert setup.trial.hasFocus()
     asked = []
-    setup.command.disconnect()
-    setup.command.connect(asked.append)
+    setup.command_requested.disconnect()
+    setup.command_requested.connect(asked.append)
     for button in (setup.open, setup.virtual):
         button.setFocus()
         press(qtbot, Qt.Key.Key_Space)
@@ -141,13 +141,13 @@ def test_flights_are_listed_taken_out_and_remembered(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     qtbot.keyClick(window, Qt.Key.Key_F5)
-    setup = window.gap.setup
+    setup = window.gap_page.setup
     assert setup is not None
     one, other = write_flight(tmp_path / "a"), write_flight(tmp_path / "b")
-    window.gap.show_open(one)
+    window.gap_page.set_open_flight(one)
     assert setup.paths == (one,)
     # Another flight that is opened is offered, not mixed in unasked.
-    window.gap.show_open(other)
+    window.gap_page.set_open_flight(other)
     assert setup.paths == (one,)
     setup.add_open.setFocus()
     press(qtbot, Qt.Key.Key_Return)
@@ -155,8 +155,8 @@ def test_flights_are_listed_taken_out_and_remembered(
     setup.flights.setFocus()
     press(qtbot, Qt.Key.Key_Delete)
     assert setup.paths == (other,)
-    setup.ask()
-    until(qtbot, lambda: window.gap.shown)
+    setup.request_search()
+    until(qtbot, lambda: window.gap_page.is_result_shown)
     assert window.store.current.gap_flights == (str(other),)
     other.unlink()
     setup._judge()
@@ -168,27 +168,27 @@ def test_a_search_runs_behind_and_the_open_flight_is_searched(
 ) -> None:
     """F5, Enter: progress with words, and the window goes on meanwhile."""
     flight = write_flight(tmp_path)
-    window.desk.starter.open_flight(flight, playing=False)
-    until(qtbot, lambda: window.desk.is_loaded)
+    window.flight_controller.flight_opener.open_flight(flight, playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded)
     engine.hold.clear()
     qtbot.keyClick(window, Qt.Key.Key_F5)
     press(qtbot, Qt.Key.Key_Return)
-    strip = window.gap.strip
+    strip = window.gap_page.strip
     # A second Enter does nothing.
-    assert window.gap.setup.flights.hasFocus()
+    assert window.gap_page.setup.flights.hasFocus()
     press(qtbot, Qt.Key.Key_Return)
-    until(qtbot, lambda: strip.isVisible() and "weighing" in strip.words.text())
-    until(qtbot, lambda: strip.meter.value() == 500)
-    until(qtbot, lambda: "left" in strip.words.text())
+    until(qtbot, lambda: strip.isVisible() and "weighing" in strip.text_label.text())
+    until(qtbot, lambda: strip.progress_bar.value() == 500)
+    until(qtbot, lambda: "left" in strip.text_label.text())
     # Other commands act while it runs.
     qtbot.keyClick(window, Qt.Key.Key_U, CONTROL)
-    assert window.look.units == "SI"
+    assert window.display_style.units == "SI"
     # What is listed meanwhile is not in what runs, and is not called so.
-    window.gap.setup.add(write_flight(tmp_path / "another"))
-    assert window.gap.setup.sentence.text() == "What is changed here counts for the next search."
+    window.gap_page.setup.add_flight(write_flight(tmp_path / "another"))
+    assert window.gap_page.setup.sentence.text() == "What is changed here counts for the next search."
     engine.hold.set()
-    until(qtbot, lambda: window.gap.shown)
-    assert "2 flights, searched together" in window.gap.setup.sentence.text()
+    until(qtbot, lambda: window.gap_page.is_result_shown)
+    assert "2 flights, searched together" in window.gap_page.setup.sentence.text()
     assert not strip.isVisible()
     job = engine.jobs[0]
     assert isinstance(job, SearchJob)
@@ -198,42 +198,42 @@ def test_a_search_runs_behind_and_the_open_flight_is_searched(
 def test_stop_stops_and_what_was_known_stays(
     story: MainWindow, qtbot: QtBot, engine: FakeEngine
 ) -> None:
-    before = story.gap.search.answer
+    before = story.gap_page.search.answer
     engine.hold.clear()
     press(qtbot, Qt.Key.Key_3, ALT)
     press(qtbot, Qt.Key.Key_Backspace, CONTROL)
-    until(qtbot, story.gap.strip.isVisible)
+    until(qtbot, story.gap_page.strip.isVisible)
     press(qtbot, Qt.Key.Key_Period, CONTROL)
-    until(qtbot, lambda: not story.gap.search.running)
-    assert story.gap.search.answer is before
-    assert story.gap.shown
+    until(qtbot, lambda: not story.gap_page.search.running)
+    assert story.gap_page.search.answer is before
+    assert story.gap_page.is_result_shown
     assert any("stopped" in text for text in story.banners.texts())
     # The button beside the progress does the same.
     press(qtbot, Qt.Key.Key_Backspace, CONTROL)
-    until(qtbot, story.gap.strip.isVisible)
-    story.gap.strip.stop.click()
-    until(qtbot, lambda: not story.gap.search.running)
+    until(qtbot, story.gap_page.strip.isVisible)
+    story.gap_page.strip.stop_button.click()
+    until(qtbot, lambda: not story.gap_page.search.running)
 
 
 def test_a_search_goes_on_behind_other_places_and_its_result_is_kept(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, engine: FakeEngine
 ) -> None:
     engine.hold.clear()
-    window.gap.show_open(write_flight(tmp_path))
+    window.gap_page.set_open_flight(write_flight(tmp_path))
     qtbot.keyClick(window, Qt.Key.Key_F5)
     press(qtbot, Qt.Key.Key_Return)
-    until(qtbot, lambda: window.gap.search.running)
+    until(qtbot, lambda: window.gap_page.search.running)
     qtbot.keyClick(window, Qt.Key.Key_F2)
     until(qtbot, lambda: any("weighing" in text for text in window.banners.texts()))
     engine.hold.set()
-    until(qtbot, lambda: window.gap.search.answer is not None)
-    assert window.places.currentWidget() is not window.gap
+    until(qtbot, lambda: window.gap_page.search.answer is not None)
+    assert window.pages.currentWidget() is not window.gap_page
     until(qtbot, lambda: any("grows with throttle" in text for text in window.banners.texts()))
     window.banners.banners[0].buttons[0].click()
-    assert window.gap.shown
+    assert window.gap_page.is_result_shown
     qtbot.keyClick(window, Qt.Key.Key_F2)
     qtbot.keyClick(window, Qt.Key.Key_F5)
-    assert window.gap.shown
+    assert window.gap_page.is_result_shown
 
 
 @pytest.mark.parametrize(
@@ -252,25 +252,25 @@ def test_what_fails_is_told_in_a_sentence(
     words: str,
 ) -> None:
     engine.fails = error
-    window.gap.show_open(write_flight(tmp_path))
+    window.gap_page.set_open_flight(write_flight(tmp_path))
     qtbot.keyClick(window, Qt.Key.Key_F5)
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, lambda: any(words in text for text in window.banners.texts()))
-    assert window.gap.setup is not None
-    assert window.gap.setup.search.isEnabled()
+    assert window.gap_page.setup is not None
+    assert window.gap_page.setup.search.isEnabled()
 
 
 def test_a_new_search_can_be_left_for_the_answer_that_is_there(
     story: MainWindow, qtbot: QtBot
 ) -> None:
     press(qtbot, Qt.Key.Key_F, CONTROL)
-    setup = story.gap.setup
-    assert story.gap.pages.currentWidget() is setup
+    setup = story.gap_page.setup
+    assert story.gap_page.pages.currentWidget() is setup
     assert setup is not None
     assert setup.back.isVisible()
     setup.back.setFocus()
     press(qtbot, Qt.Key.Key_Return)
-    assert story.gap.shown
+    assert story.gap_page.is_result_shown
 
 
 # Find
@@ -278,7 +278,7 @@ def test_a_new_search_can_be_left_for_the_answer_that_is_there(
 
 def check_map(window: MainWindow) -> None:
     """Look at the cells in sight: filled with the color of their level, the number readable."""
-    table, theme = window.gap.story.chapters["find"].map, window.look.theme
+    table, theme = window.gap_page.story.chapters["find"].map, window.display_style.theme
     seen = pixels(table.viewport())
     checked = 0
     for row, cells in enumerate(table.map.picture.cells):
@@ -298,7 +298,7 @@ def test_the_map_shows_number_and_color_and_arrows_choose_a_cell(
     story: MainWindow, qtbot: QtBot
 ) -> None:
     """Begins where model and flight disagree most; pixels of a cell have the color of its level."""
-    view = story.gap.story.chapters["find"]
+    view = story.gap_page.story.chapters["find"]
     assert view.map.hasFocus()
     index = view.map.currentIndex()
     picture = view.map.map.picture
@@ -308,7 +308,7 @@ def test_the_map_shows_number_and_color_and_arrows_choose_a_cell(
     press(qtbot, Qt.Key.Key_Up)
     assert "maneuver 7" in view.trace.title.text()
     press(qtbot, Qt.Key.Key_Left, times=2)
-    assert story.gap.story.selection.coefficient == "CZ"
+    assert story.gap_page.story.selection.coefficient == "CZ"
     assert "CZ" in view.trace.title.text()
     assert "CZ" in view.cloud.title.text()
 
@@ -325,24 +325,24 @@ def test_levels_differ_and_their_numbers_are_readable() -> None:
 
 def test_the_history_is_drawn_with_floor_and_region(story: MainWindow, qtbot: QtBot) -> None:
     """The trace in its color; the floor as a band; points right of 70 % throttle lie in a span."""
-    view = story.gap.story.chapters["find"]
-    theme = story.look.theme
+    view = story.gap_page.story.chapters["find"]
+    theme = story.display_style.theme
     assert count(view.trace.plot, theme.traces["blue"]) > 100
-    floor = story.look.color("chosen").name()
+    floor = story.display_style.color("chosen").name()
     assert count(view.trace.plot, floor) > 1000
     assert view.variable.value == "throttle"
     assert count(view.cloud.plot, theme.event) > 500
     assert count(view.cloud.plot, theme.previous) > 100
     view.variable.box.setFocus()
     press(qtbot, Qt.Key.Key_Up)
-    assert story.gap.story.selection.variable == "V"
+    assert story.gap_page.story.selection.variable == "V"
     assert "ft/s" in view.cloud.plot.getPlotItem().getAxis("bottom").labelText
     qtbot.keyClick(story, Qt.Key.Key_U, CONTROL)
     assert "m/s" in view.cloud.plot.getPlotItem().getAxis("bottom").labelText
 
 
 def test_charts_move_and_zoom_by_keys(story: MainWindow, qtbot: QtBot) -> None:
-    plot = story.gap.story.chapters["find"].trace.plot
+    plot = story.gap_page.story.chapters["find"].trace.plot
     plot.setFocus()
     whole = plot.getPlotItem().getViewBox().viewRange()[0]
     press(qtbot, Qt.Key.Key_Up)
@@ -355,7 +355,7 @@ def test_charts_move_and_zoom_by_keys(story: MainWindow, qtbot: QtBot) -> None:
 
 
 def test_a_disagreement_in_words_leads_to_its_cell(story: MainWindow, qtbot: QtBot) -> None:
-    view = story.gap.story.chapters["find"]
+    view = story.gap_page.story.chapters["find"]
     lines = view.lines.lines.lines
     assert lines[0].cells[1] == (
         "Cm, pitching moment: 10 times the noise, most with throttle above 70 %"
@@ -363,8 +363,8 @@ def test_a_disagreement_in_words_leads_to_its_cell(story: MainWindow, qtbot: QtB
     view.lines.setFocus()
     press(qtbot, Qt.Key.Key_Down, times=3)
     key = view.lines.current_key()
-    one = story.gap.search.answer.discrepancy.disagreements[key]
-    assert story.gap.story.selection.maneuver == one.maneuver
+    one = story.gap_page.search.answer.discrepancy.disagreements[key]
+    assert story.gap_page.story.selection.maneuver == one.maneuver
     assert "below 1 in a million" in view.detail.text()
 
 
@@ -373,22 +373,22 @@ def test_a_disagreement_in_words_leads_to_its_cell(story: MainWindow, qtbot: QtB
 
 def test_going_through_the_models_shrinks_the_map(story: MainWindow, qtbot: QtBot) -> None:
     """Alt+Right: the cell that was full of color becomes noise; the former trace stays, gray."""
-    view = story.gap.story.chapters["find"]
+    view = story.gap_page.story.chapters["find"]
     table = view.map
     texts = [table.map.picture.cells[7][4].text]
     for _ in range(2):
         press(qtbot, Qt.Key.Key_Right, ALT)
         texts.append(table.map.picture.cells[7][4].text)
     assert [float(text) for text in texts] == pytest.approx([17, 5.2, 1.4], abs=0.2)
-    assert story.gap.story.track.value() == 2
-    assert "Slop" in story.gap.story.track.accessibleDescription()
-    assert count(view.trace.plot, story.look.theme.previous) > 50
-    track = story.gap.story.track
+    assert story.gap_page.story.track.value() == 2
+    assert "Slop" in story.gap_page.story.track.accessibleDescription()
+    assert count(view.trace.plot, story.display_style.theme.previous) > 50
+    track = story.gap_page.story.track
     track.setFocus()
     press(qtbot, Qt.Key.Key_Left)
-    assert story.gap.story.selection.step == 1
+    assert story.gap_page.story.selection.step == 1
     qtbot.mouseClick(track, Qt.MouseButton.LeftButton, pos=QPoint(4, 10))
-    assert story.gap.story.selection.step == 0
+    assert story.gap_page.story.selection.step == 0
 
 
 # Name
@@ -398,14 +398,14 @@ def test_the_ranking_shows_evidence_and_what_is_known_of_each(
     story: MainWindow, qtbot: QtBot
 ) -> None:
     press(qtbot, Qt.Key.Key_2, ALT)
-    view = story.gap.story.chapters["name"]
+    view = story.gap_page.story.chapters["name"]
     assert view.ranking.hasFocus()
     assert "right in 97 of 100" in view.winner.text()
     assert "24.5" in view.margin.text()
     assert TITLES["aero.Cm.speed"] in view.margin.text()
     # The bar is as long as the evidence.
     seen = pixels(view.ranking.viewport())
-    ink = int(story.look.theme.text[1:], 16)
+    ink = int(story.display_style.theme.text[1:], 16)
 
     def bar(row: int) -> int:
         box = view.ranking.visualRect(view.ranking.ranks.index(row, 1))
@@ -424,24 +424,24 @@ def test_the_ranking_shows_evidence_and_what_is_known_of_each(
 
 def test_what_stands_for_a_set_names_the_others(story: MainWindow, qtbot: QtBot) -> None:
     """An effect that these flights cannot tell from another: both steps say so, with no odds."""
-    answer = story.gap.story.answer
+    answer = story.gap_page.story.answer
     first, *rest = answer.discrepancy.effects
     first = replace(first, one_of=(THROTTLE, "aero.Cm.speed"))
     found = replace(answer.discrepancy, effects=(first, *rest))
-    story.gap.story.show_answer(replace(answer, discrepancy=found))
+    story.gap_page.story.show_result(replace(answer, discrepancy=found))
     press(qtbot, Qt.Key.Key_2, ALT)
-    names = story.gap.story.chapters["name"]
+    names = story.gap_page.story.chapters["name"]
     said = f"cannot tell it from “{TITLES['aero.Cm.speed']}”"
     assert said in names.winner.text()
     assert "of 100" not in names.winner.text()
     press(qtbot, Qt.Key.Key_3, ALT)
-    adds = story.gap.story.chapters["add"]
+    adds = story.gap_page.story.chapters["add"]
     assert said in adds.sentences.text()
 
 
 def test_what_the_flights_could_not_show_stands_there(story: MainWindow, qtbot: QtBot) -> None:
     press(qtbot, Qt.Key.Key_2, ALT)
-    view = story.gap.story.chapters["name"]
+    view = story.gap_page.story.chapters["name"]
     cells = [line.cells for line in view.observability.lines.lines]
     assert cells[0] == (
         TITLES["aero.Cm.alphadot"], "1.4 σ, too little", "elevator doublets twice as fast"
@@ -457,7 +457,7 @@ def test_what_the_flights_could_not_show_stands_there(story: MainWindow, qtbot: 
 def test_after_the_last_effect_nothing_more_is_proven(story: MainWindow, qtbot: QtBot) -> None:
     press(qtbot, Qt.Key.Key_2, ALT)
     press(qtbot, Qt.Key.Key_Right, ALT, times=2)
-    view = story.gap.story.chapters["name"]
+    view = story.gap_page.story.chapters["name"]
     assert "Nothing more is proven" in view.winner.text()
     assert not story.commands.actions["gap_accept"].isEnabled()
 
@@ -467,7 +467,7 @@ def test_after_the_last_effect_nothing_more_is_proven(story: MainWindow, qtbot: 
 
 def test_effects_are_accepted_one_after_the_other(story: MainWindow, qtbot: QtBot) -> None:
     press(qtbot, Qt.Key.Key_3, ALT)
-    view = story.gap.story.chapters["add"]
+    view = story.gap_page.story.chapters["add"]
     assert [line.cells[2] for line in view.effects.lines.lines] == ["next", "later"]
     assert view.parameters.rows == (("Cm_throttle", "−0.0412 ± 0.0013"),)
     assert [line.cells for line in view.values.lines.lines] == [
@@ -485,10 +485,10 @@ def test_an_effect_is_refused_and_that_is_taken_back(
     story: MainWindow, qtbot: QtBot, engine: FakeEngine
 ) -> None:
     press(qtbot, Qt.Key.Key_3, ALT)
-    view = story.gap.story.chapters["add"]
+    view = story.gap_page.story.chapters["add"]
     assert view.chosen == THROTTLE
     press(qtbot, Qt.Key.Key_Backspace, CONTROL)
-    until(qtbot, lambda: len(engine.jobs) == 2 and not story.gap.busy)
+    until(qtbot, lambda: len(engine.jobs) == 2 and not story.gap_page.busy)
     assert engine.jobs[1].decisions.refused == (THROTTLE,)
     rows = [line.cells for line in view.effects.lines.lines]
     assert rows == [("1", TITLES[BACKLASH], "next"), ("–", TITLES[THROTTLE], "refused")]
@@ -521,9 +521,9 @@ def test_another_effect_is_forced_from_a_list_that_can_be_searched(
     press(qtbot, Qt.Key.Key_3, ALT)
     answer_dialog(ForceEffectDialog, fill)
     press(qtbot, Qt.Key.Key_F, CONTROL | SHIFT)
-    until(qtbot, lambda: len(engine.jobs) == 2 and not story.gap.busy)
+    until(qtbot, lambda: len(engine.jobs) == 2 and not story.gap_page.busy)
     assert engine.jobs[1].decisions.forced == (ALPHA2,)
-    view = story.gap.story.chapters["add"]
+    view = story.gap_page.story.chapters["add"]
     assert view.effects.lines.lines[0].cells[2] == "next, forced"
 
 
@@ -549,14 +549,14 @@ def test_a_name_is_proposed_for_the_model_that_every_disk_takes(
         asked.append(Path(start).name)
         return "", ""
 
-    answer = story.gap.search.answer
+    answer = story.gap_page.search.answer
     steps = tuple(
         replace(one, model=one.model.model_copy(update={"name": "B777: day 3/4"}))
         for one in answer.discrepancy.steps
     )
     named = replace(answer, discrepancy=replace(answer.discrepancy, steps=steps))
     monkeypatch.setattr(QFileDialog, "getSaveFileName", ask)
-    monkeypatch.setattr(story.gap.search, "answer", named)
+    monkeypatch.setattr(story.gap_page.search, "answer", named)
     press(qtbot, Qt.Key.Key_3, ALT)
     press(qtbot, Qt.Key.Key_S, CONTROL)
     assert asked == ["B777- day 3-4.toml"]
@@ -570,11 +570,11 @@ def test_the_end_shows_before_and_after_on_a_maneuver_kept_out(
 ) -> None:
     """Measured solid, computed dashed, the baseline gray; the last model, unless chosen."""
     press(qtbot, Qt.Key.Key_4, ALT)
-    view, theme = story.gap.story.chapters["show"], story.look.theme
-    assert story.gap.story.selection.step == 2
+    view, theme = story.gap_page.story.chapters["show"], story.display_style.theme
+    assert story.gap_page.story.selection.step == 2
     assert "Maneuver 6, kept out" in view.overlay.title.text()
     # Of all channels the one whose gap shrank most.
-    assert story.gap.story.selection.channel == "alpha"
+    assert story.gap_page.story.selection.channel == "alpha"
     view.channel.box.setFocus()
     press(qtbot, Qt.Key.Key_Down)
     assert story.store.current.gap_channel == "q"
@@ -601,12 +601,12 @@ def test_the_end_shows_before_and_after_on_a_maneuver_kept_out(
     assert 0.4 < share["previous"] < 0.9
     press(qtbot, Qt.Key.Key_PageDown, ALT)
     assert "Maneuver 7, used" in view.overlay.title.text()
-    assert story.gap.story.selection.channel == "q"
+    assert story.gap_page.story.selection.channel == "q"
 
 
 def test_bars_and_waterfall_are_as_long_as_the_numbers(story: MainWindow, qtbot: QtBot) -> None:
     press(qtbot, Qt.Key.Key_4, ALT)
-    view, theme = story.gap.story.chapters["show"], story.look.theme
+    view, theme = story.gap_page.story.chapters["show"], story.display_style.theme
     shown = pixels(view.bars)
     gray, blue = (int(color[1:], 16) for color in (theme.previous, theme.traces["blue"]))
     # alpha: from 7 to 1 floors; r: from 2 to 1.
@@ -636,7 +636,7 @@ def test_the_report_is_written_behind_the_window(
     until(qtbot, lambda: any("gap.html" in text for text in story.banners.texts()))
     assert isinstance(engine.jobs[-1], GapReportJob)
     assert target.read_text(encoding="utf-8") == "report"
-    assert story.gap.shown
+    assert story.gap_page.is_result_shown
 
 
 # An adequate model
@@ -646,10 +646,10 @@ def test_a_model_without_a_gap_is_told_so(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, engine: FakeEngine
 ) -> None:
     engine.effects = ()
-    window.gap.search.search(GapRequest(flights=(tmp_path,)))
+    window.gap_page.search.search(GapRequest(flights=(tmp_path,)))
     qtbot.keyClick(window, Qt.Key.Key_F5)
-    until(qtbot, lambda: window.gap.shown)
-    story = window.gap.story
+    until(qtbot, lambda: window.gap_page.is_result_shown)
+    story = window.gap_page.story
     assert "Nothing is missing" in story.verdict.text()
     assert "None: what remains is noise" in story.chapters["find"].none.text()
     for number, chapter in enumerate(("find", "name", "add", "show"), start=1):
@@ -663,7 +663,7 @@ def test_a_model_without_a_gap_is_told_so(
 
 
 def test_tab_reaches_every_control_and_each_has_a_name(story: MainWindow, qtbot: QtBot) -> None:
-    page = story.gap.story
+    page = story.gap_page.story
     for chapter in range(1, 5):
         press(qtbot, getattr(Qt.Key, f"Key_{chapter}"), ALT)
         view = page.chapters[page.chapter]
@@ -684,11 +684,11 @@ def test_tab_reaches_every_control_and_each_has_a_name(story: MainWindow, qtbot:
             press(qtbot, Qt.Key.Key_Tab)
         assert wanted <= reached, [widget.accessibleName() for widget in wanted - reached]
         # What only scrolls shows no keyboard, and follows to what has it.
-        assert story.gap.story not in reached
+        assert story.gap_page.story not in reached
         for widget in wanted:
             assert widget.accessibleName(), widget
     for kind in (QAbstractButton, QComboBox, QAbstractItemView, QSlider):
-        for widget in story.gap.setup.findChildren(kind):
+        for widget in story.gap_page.setup.findChildren(kind):
             helper = isinstance(widget.parent(), (QComboBox, QAbstractItemView))
             inner = widget.objectName().startswith("qt_") or widget.window() is not story
             if not helper and not inner:
@@ -705,11 +705,11 @@ LOOKS = (
 def test_nothing_on_the_page_is_cut_and_nothing_overlaps(story: MainWindow, qtbot: QtBot) -> None:
     """At several sizes, scales and themes, in one test: each change of theme takes a while."""
     for size, scale, theme in LOOKS:
-        story.look.set_theme(theme)
-        story.look.set_scale(scale)
+        story.display_style.set_theme(theme)
+        story.display_style.set_scale(scale)
         story.resize(*size)
-        check_layout(story.gap.story, qtbot)
-        story.gap.story.go("find")
+        check_layout(story.gap_page.story, qtbot)
+        story.gap_page.story.go_to_stage("find")
         QApplication.processEvents()
         check_map(story)
 

@@ -61,7 +61,7 @@ class FakeSearch:
         assert progress is not None
         step = 0
         while step < 3 or self.endless:
-            if progress(SearchProgress(share=min(step / 3, 0.9), doing=f"step {step}")) is False:
+            if progress(SearchProgress(share=min(step / 3, 0.9), activity=f"step {step}")) is False:
                 raise SearchStoppedError("stopped")
             step += 1
             time.sleep(0.002)
@@ -143,11 +143,11 @@ def test_flights_are_read_once_and_decisions_reach_the_search(bench: Bench) -> N
     assert isinstance(answer, SearchResult)
     assert answer.kinds == {"1": "de doublet"}
     assert (answer.remarks, answer.aircraft) == (("p clipped",), "B777")
-    assert answer.notes[THROTTLE].mistaken_for
+    assert answer.effect_infos[THROTTLE].mistaken_for
     shares = [one.share for one in told if one.kind == "doing"]
     assert shares == sorted(shares)
     assert 0.0 <= shares[0] < shares[-1] <= 1.0
-    assert "reading flight 3" in [one.words for one in told]
+    assert "reading flight 3" in [one.text for one in told]
     bench.do(job(decisions=EffectDecisions().refuse(THROTTLE).force(ALPHA2)))
     assert len(bench.read) == len(bench.prepared) == 1
     assert (bench.search.settings[1].refused, bench.search.settings[1].forced) == (
@@ -175,16 +175,16 @@ def test_a_stop_is_obeyed_and_what_was_prepared_is_kept(bench: Bench) -> None:
 
 def test_what_fails_is_told_with_its_reason(bench: Bench) -> None:
     told = bench.do(job(flight="missing"))[-1]
-    assert (told.kind, told.expected, told.words) == (
+    assert (told.kind, told.is_expected, told.text) == (
         "failed", True, "there is no flight 'missing'"
     )  # fmt: skip
     bench.maneuvers.clear()
     told = bench.do(job(flight="flight 5"))[-1]
-    assert told.expected
-    assert "fly doublets of elevator" in told.words
+    assert told.is_expected
+    assert "fly doublets of elevator" in told.text
     bench.maneuvers.append(None)
     told = bench.do(job(flight="flight 6"))[-1]
-    assert not told.expected
+    assert not told.is_expected
     assert "Traceback" in told.details
 
 
@@ -193,7 +193,7 @@ def test_the_report_is_written_with_the_files_it_came_from(bench: Bench, tmp_pat
     flight.write_text("time [s],alpha [deg]\n0,1\n", encoding="utf-8")
     answer = make_answer(GapRequest(flights=(flight,), model="b777"))
     told = bench.do(GapReportJob(answer=answer, path=tmp_path / "gap.html", units="SI"))
-    assert told[-1].result == tmp_path / "gap.html", told[-1].words
+    assert told[-1].result == tmp_path / "gap.html", told[-1].text
     text = (tmp_path / "gap.html").read_text(encoding="utf-8")
     assert "flight.csv" in text
     assert "Throttle pitches" in text

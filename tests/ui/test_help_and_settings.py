@@ -40,7 +40,7 @@ def test_settings_are_put_in_force_and_kept(window: MainWindow, tmp_path: Path) 
 
     answer_dialog(SettingsDialog, answer)
     window.commands.actions["settings"].trigger()
-    assert (window.look.theme.name, window.look.scale, window.look.units) == ("dark", 125, "SI")
+    assert (window.display_style.theme.name, window.display_style.scale, window.display_style.units) == ("dark", 125, "SI")
     kept = SettingsStore(window.store.path).current
     assert (kept.theme, kept.scale, kept.units, kept.muted) == ("dark", 125, "SI", False)
     assert kept.flights == str(tmp_path / "other")
@@ -51,11 +51,11 @@ def test_settings_are_put_in_force_and_kept(window: MainWindow, tmp_path: Path) 
 
 def test_defaults_come_back_once_saved(window: MainWindow) -> None:
     window.store.change(links=("udpin:127.0.0.1:14550",))
-    window.look.set_theme("dark")
+    window.display_style.set_theme("dark")
 
     def answer(dialog: SettingsDialog) -> None:
         next(one for one in dialog.buttons.buttons() if "Restore" in one.text()).click()
-        assert window.look.theme.name == "dark"
+        assert window.display_style.theme.name == "dark"
         dialog.accept()
 
     answer_dialog(SettingsDialog, answer)
@@ -73,8 +73,8 @@ def test_the_layout_is_reset_once_asked_for(
     """Also the width of the side panel, and that it is open."""
     window.resize(1440, 900)
     window.appearance.layout_reset.emit()  # without a flight, too
-    window.desk.starter.open_flight(write_flight(tmp_path / "flights"), playing=False)
-    until(qtbot, lambda: window.desk.is_loaded and window.desk.is_settled)
+    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path / "flights"), playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded and window.flight_controller.is_up_to_date)
     view = window.view
     view.show_panel(0)
     before = view.tabs.width()
@@ -104,7 +104,7 @@ def test_a_theme_is_named_and_checked(window: MainWindow) -> None:
     actions = window.commands.actions
     for name in (*list(THEMES)[1:], "daylight"):
         actions["next_theme"].trigger()
-        assert window.look.theme.name == name
+        assert window.display_style.theme.name == name
         assert [one for one in THEMES if actions[f"theme_{one}"].isChecked()] == [name]
         texts = [banner.label.text().lower().replace(" ", "-") for banner in window.banners.banners]
         assert len(texts) == 1
@@ -112,7 +112,7 @@ def test_a_theme_is_named_and_checked(window: MainWindow) -> None:
     actions["theme_daylight"].trigger()
     assert actions["theme_daylight"].isChecked()
     actions["theme_high-contrast"].trigger()
-    assert window.look.theme.name == "high-contrast"
+    assert window.display_style.theme.name == "high-contrast"
 
 
 def test_about_is_copied_whole(window: MainWindow) -> None:
@@ -182,14 +182,14 @@ def test_flights_opened_last_are_offered_and_those_gone_can_be_removed(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     path = write_flight(tmp_path)
-    window.desk.starter.open_flight(path, playing=False)
-    until(qtbot, lambda: window.desk.is_loaded)
+    window.flight_controller.flight_opener.open_flight(path, playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded)
     until(qtbot, lambda: window.store.current.recent_flights[0].date != "")
-    window.desk.close_flight()
+    window.flight_controller.close_flight()
     (kept,) = SettingsStore(window.store.path).current.recent_flights
     assert kept.path == str(path)
     assert kept.duration == pytest.approx(19.98)
-    start = window.flight_place.start
+    start = window.flight_page.start
 
     def is_listed() -> bool:
         return start.findChildren(QPushButton)[-1].isVisible()
@@ -202,9 +202,9 @@ def test_flights_opened_last_are_offered_and_those_gone_can_be_removed(
     until(qtbot, is_listed)
     assert "00:19" in button("Open small").text()
     button("Open small").click()
-    until(qtbot, lambda: window.desk.is_open)
+    until(qtbot, lambda: window.flight_controller.is_open)
     path.unlink()
-    window.desk.close_flight()
+    window.flight_controller.close_flight()
     until(qtbot, is_listed)
     assert not button("Open small").isEnabled()
     assert str(path) in button("Open small").toolTip()
@@ -244,7 +244,7 @@ def text_contrast(image: QImage) -> float:
 def test_a_gray_button_looks_other_than_one_that_can_be_pressed(
     window: MainWindow, qtbot: QtBot, theme: str
 ) -> None:
-    window.look.set_theme(theme)
+    window.display_style.set_theme(theme)
     for role in ("", "primary", "quiet"):
         holder = QPushButton("Open", window)
         holder.setProperty("role", role)
@@ -254,7 +254,7 @@ def test_a_gray_button_looks_other_than_one_that_can_be_pressed(
             holder.setEnabled(is_enabled)
             qtbot.wait(1)
             image = QImage(holder.size(), QImage.Format.Format_RGB32)
-            image.fill(window.look.color("panel"))
+            image.fill(window.display_style.color("panel"))
             holder.render(image)
             pixels.append(image)
         strongest = [text_contrast(image) for image in pixels]

@@ -22,12 +22,12 @@ def connect(window: MainWindow, qtbot: QtBot, title: str = "", parent: Path | No
 
     def answer(dialog: ConnectDialog) -> None:
         dialog.link.text.setEditText(f"udpin:127.0.0.1:{free_port()}")
-        dialog.place.title.setText(title)
+        dialog.folder_field.title.setText(title)
         if parent is not None:
-            dialog.place.parent_folder.edit.setText(str(parent))
-        folders.append(dialog.place.folder)
+            dialog.folder_field.parent_folder.edit.setText(str(parent))
+        folders.append(dialog.folder_field.folder)
         dialog.button.click()
-        until(qtbot, lambda: not dialog.isVisible() or not dialog.connecting)
+        until(qtbot, lambda: not dialog.isVisible() or not dialog.is_connecting)
 
     answer_dialog(ConnectDialog, answer)
     window.commands.actions["connect"].trigger()
@@ -36,15 +36,15 @@ def connect(window: MainWindow, qtbot: QtBot, title: str = "", parent: Path | No
 
 def test_a_title_names_one_flight_and_no_folder(window: MainWindow, qtbot: QtBot) -> None:
     first = connect(window, qtbot, "Maiden flight")
-    until(qtbot, lambda: window.desk.records_here)
+    until(qtbot, lambda: window.flight_controller.is_recording)
     assert first.name.endswith("-a")
-    assert FlightFolder(path=first).name == window.desk.name == "Maiden flight"
-    window.desk.stop_now()
+    assert FlightFolder(path=first).name == window.flight_controller.name == "Maiden flight"
+    window.flight_controller.stop_recording_and_wait()
     second = connect(window, qtbot)
-    until(qtbot, lambda: window.desk.is_open and window.desk.session.path == second)
-    until(qtbot, lambda: window.desk.records_here)
+    until(qtbot, lambda: window.flight_controller.is_open and window.flight_controller.session.path == second)
+    until(qtbot, lambda: window.flight_controller.is_recording)
     assert second.name.endswith("-b")
-    assert window.desk.name == second.name
+    assert window.flight_controller.name == second.name
 
 
 def test_a_folder_is_remembered_once_a_recording_began_in_it(
@@ -55,7 +55,7 @@ def test_a_folder_is_remembered_once_a_recording_began_in_it(
     assert not blocked.is_dir()
     assert window.store.current.flights == before
     folder = connect(window, qtbot, parent=tmp_path / "mine")
-    until(qtbot, lambda: window.desk.records_here)
+    until(qtbot, lambda: window.flight_controller.is_recording)
     assert folder.is_dir()
     assert window.store.current.flights == str(tmp_path / "mine")
 
@@ -66,11 +66,11 @@ def connect_and_block(window: MainWindow, qtbot: QtBot, parent: Path) -> Path:
 
     def answer(dialog: ConnectDialog) -> None:
         dialog.link.text.setEditText(f"udpin:127.0.0.1:{free_port()}")
-        dialog.place.parent_folder.edit.setText(str(parent))
-        folders.append(dialog.place.folder)
+        dialog.folder_field.parent_folder.edit.setText(str(parent))
+        folders.append(dialog.folder_field.folder)
         parent.touch()
         dialog.button.click()
-        until(qtbot, lambda: not dialog.connecting)
+        until(qtbot, lambda: not dialog.is_connecting)
         assert dialog.isVisible()
 
     answer_dialog(ConnectDialog, answer)
@@ -96,26 +96,26 @@ def test_a_folder_without_permission_is_refused_beside_its_field(
     before = window.store.current.flights
 
     def answer(dialog: ConnectDialog | VirtualFlightDialog) -> None:
-        place = dialog.place
+        place = dialog.folder_field
         if isinstance(dialog, ConnectDialog):
             dialog.link.text.setEditText(f"udpin:127.0.0.1:{free_port()}")
         for parent, name in ((locked / "below", "new"), (tmp_path / "flights", "old")):
             place.parent_folder.edit.selectAll()
             qtbot.keyClicks(place.parent_folder.edit, str(parent))
             place.name.setText(name)
-            assert (place.verdict.state, dialog.button.isEnabled()) == ("warning", False)
+            assert (place.input_check.state, dialog.button.isEnabled()) == ("warning", False)
         place.parent_folder.edit.setText(str(late))
         place.title.setText("Maiden flight")
         late.chmod(0o555)
-        assert place.verdict.usable
+        assert place.input_check.is_valid
         qtbot.mouseClick(dialog.button, Qt.MouseButton.LeftButton)
-        until(qtbot, lambda: not dialog.connecting)
+        until(qtbot, lambda: not dialog.is_connecting)
         assert dialog.isVisible()
-        assert str(late) in place.sentence.text()
-        assert place.sentence.property("state") == "warning"
+        assert str(late) in place.message.text()
+        assert place.message.property("state") == "warning"
         assert (place.folder, place.title.text()) == (late / "old", "Maiden flight")
 
     answer_dialog(kind, answer)
     window.commands.actions[command].trigger()
     assert window.store.current.flights == before
-    assert (window.desk.is_open, window.banners.texts()) == (False, ())
+    assert (window.flight_controller.is_open, window.banners.texts()) == (False, ())

@@ -36,9 +36,9 @@ def flight(tmp_path: Path) -> Path:
     """Return a flight that keeps the certificates of its day."""
     folder = FlightFolder.create(tmp_path / "old flight")
     folder.tlog_file.write_bytes(box_tlog())
-    folder.keep_channel_map(MAPS.find("b777"))
-    folder.keep_aircraft(SHIPPED_AIRCRAFT.find("b777"))
-    folder.keep_certificates(certificate_paths("b777"))
+    folder.store_channel_map(MAPS.find("b777"))
+    folder.store_aircraft(SHIPPED_AIRCRAFT.find("b777"))
+    folder.store_certificates(certificate_paths("b777"))
     return folder.path
 
 
@@ -62,8 +62,8 @@ def other(tmp_path: Path) -> Path:
 def window(qtbot: QtBot, tmp_path: Path, flight: Path, alone: None) -> Iterator[MainWindow]:
     made = open_window(tmp_path)
     qtbot.addWidget(made)
-    made.desk.starter.open_flight(flight, playing=False)
-    until(qtbot, lambda: made.desk.is_loaded, _PATIENCE)
+    made.flight_controller.flight_opener.open_flight(flight, playing=False)
+    until(qtbot, lambda: made.flight_controller.is_loaded, _PATIENCE)
     yield made
     made.close()
 
@@ -86,40 +86,40 @@ def choose(monkeypatch: pytest.MonkeyPatch, value: str) -> list[str]:
 
 
 def bar_part(window: MainWindow) -> tuple[str, str, str, str]:
-    (part,) = (part for part in window.desk.bar_parts("US", muted=True) if part.id == "calibration")
-    return part.word, part.value, part.note, part.state
+    (part,) = (part for part in window.flight_controller.create_status_items("US", muted=True) if part.id == "calibration")
+    return part.title, part.value, part.note, part.state
 
 
 def test_read_anew_with_other_certificates_and_back(
     qtbot: QtBot, window: MainWindow, other: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """The numbers, the bar, the banner and an export are those of the set; the time stays."""
-    window.desk.seek(12.0)
-    own = window.desk.history.samples("alpha", 1020, 1180)
-    before = window.desk.session
+    window.flight_controller.seek(12.0)
+    own = window.flight_controller.history.samples("alpha", 1020, 1180)
+    before = window.flight_controller.session
     assert bar_part(window) == ("CALIBRATION", "18", "example values", "caution")
     said = choose(monkeypatch, str(other))
     window.commands.actions["certificates"].trigger()
     assert "they differ for alpha and they lack elevator_left, flap" in said[0]
-    until(qtbot, lambda: window.desk.session is not before and window.desk.is_loaded, _PATIENCE)
-    until(qtbot, lambda: window.desk.time == pytest.approx(12.0), _PATIENCE)
-    read = window.desk.history.samples("alpha", 1020, 1180)
+    until(qtbot, lambda: window.flight_controller.session is not before and window.flight_controller.is_loaded, _PATIENCE)
+    until(qtbot, lambda: window.flight_controller.time == pytest.approx(12.0), _PATIENCE)
+    read = window.flight_controller.history.samples("alpha", 1020, 1180)
     np.testing.assert_allclose(read - own, np.deg2rad(1.0))
     assert bar_part(window) == ("CALIBRATION  OTHER", "16", "2 uncalibrated", "warning")
     until(
         qtbot, lambda: any("instead of those kept" in text for text in banners(window)), _PATIENCE
     )
-    written = window.desk.export("csv", tmp_path / "out.csv", JobProgress(lambda *_: None))
+    written = window.flight_controller.export("csv", tmp_path / "out.csv", JobProgress(lambda *_: None))
     exported = load_flight(written).block["alpha"]
     np.testing.assert_allclose(exported[20:180], read, atol=1e-12)
 
     choose(monkeypatch, "")
-    before = window.desk.session
+    before = window.flight_controller.session
     window.commands.actions["certificates"].trigger()
-    until(qtbot, lambda: window.desk.session is not before and window.desk.is_loaded, _PATIENCE)
-    until(qtbot, lambda: window.desk.time == pytest.approx(12.0), _PATIENCE)
+    until(qtbot, lambda: window.flight_controller.session is not before and window.flight_controller.is_loaded, _PATIENCE)
+    until(qtbot, lambda: window.flight_controller.time == pytest.approx(12.0), _PATIENCE)
     assert bar_part(window)[0] == "CALIBRATION"
-    assert np.array_equal(window.desk.history.samples("alpha", 1020, 1180), own)
+    assert np.array_equal(window.flight_controller.history.samples("alpha", 1020, 1180), own)
 
 
 def banners(window: MainWindow) -> list[str]:
@@ -130,10 +130,10 @@ def test_what_has_no_certificate_is_charted_hatched_and_called_uncalibrated(
     qtbot: QtBot, window: MainWindow, other: Path
 ) -> None:
     """The instrument, its volts, and what would be derived from it: chart, panels, tree."""
-    window.desk.read_with(str(other))
+    window.flight_controller.reload_with_certificates(str(other))
     until(
         qtbot,
-        lambda: window.desk.calibration.given == str(other) and window.desk.is_loaded,
+        lambda: window.flight_controller.calibration.override_source == str(other) and window.flight_controller.is_loaded,
         _PATIENCE,
     )
     until(qtbot, lambda: "flap" in window.view._picture.uncalibrated, _PATIENCE)
@@ -143,14 +143,14 @@ def test_what_has_no_certificate_is_charted_hatched_and_called_uncalibrated(
     }  # fmt: skip
     window.view.show_layout("Overview")
     charts = window.view.charts
-    window.view.advance(window.desk.time)
+    window.view.advance(window.flight_controller.time)
     order = [strip.traces[0].channel for strip in charts.strip_layout.strips]
     assert "de" in order  # not simply gone
-    reading = charts.readings(order.index("de"))[0]
+    reading = charts.displayed_values(order.index("de"))[0]
     assert (reading.uncalibrated, reading.stale) == (True, True)
-    assert not charts.readings(order.index("alpha"))[0].uncalibrated
+    assert not charts.displayed_values(order.index("alpha"))[0].uncalibrated
     assert "uncalibrated" in window.view.channels._notes["flap"]
-    history = window.desk.history
+    history = window.flight_controller.history
     at = {"cursor": history.last("alpha")[0]}
     lines = build_cursor_value_rows(history, ["de", "alpha"], at, "US", picture.sources)
     assert [line.cells[0].endswith("uncal") for line in lines] == [True, False]
@@ -164,7 +164,7 @@ def test_what_has_no_certificate_is_charted_hatched_and_called_uncalibrated(
 def test_the_dialog_refuses_a_folder_without_certificates(qtbot: QtBot, tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     dialog = CertificatesDialog(
-        DisplayStyle(), AppliedCertificates(given=str(tmp_path / "empty")), ["b777"]
+        DisplayStyle(), AppliedCertificates(override_source=str(tmp_path / "empty")), ["b777"]
     )
     qtbot.addWidget(dialog)
     assert not dialog.button.isEnabled()

@@ -29,7 +29,7 @@ ALT, CONTROL = Qt.KeyboardModifier.AltModifier, Qt.KeyboardModifier.ControlModif
 @pytest.fixture
 def window(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
     yield from as_opened(made, qtbot)
-    made.pilot.go(debrief=False)
+    made.pilot_page.show_page(debrief=False)
 
 
 @pytest.fixture
@@ -41,9 +41,9 @@ def page(window: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> D
     qtbot.keyClick(window, Qt.Key.Key_F3)
     press(qtbot, Qt.Key.Key_2, ALT)
     QApplication.processEvents()
-    found = window.pilot.debrief.page
+    found = window.pilot_page.debrief.page
     assert found is not None
-    found.list.choose_row(0)
+    found.list.select_row(0)
     return found
 
 
@@ -52,9 +52,9 @@ def page(window: MainWindow, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> D
 
 def test_a_maneuver_is_told_with_verdict_reason_and_what_was_wanted() -> None:
     line = build_maneuver_item(judged(), "US")
-    assert line.words == "M7  aileron and rudder doublet"
-    assert (line.state, line.state_words, line.note) == ("caution", "too small", "C1")
-    assert line.more.startswith("02:55.0, 100.0 ft/s: rudder doublet too small")
+    assert line.text == "M7  aileron and rudder doublet"
+    assert (line.state, line.state_text, line.note) == ("caution", "too small", "C1")
+    assert line.detail.startswith("02:55.0, 100.0 ft/s: rudder doublet too small")
     said = list_verdict_reasons(judged(), "US")
     assert said[0] == "rudder doublet too small: half again"
     assert "rudder 4.9 ° (wanted 7.0 ° to 14.0 °), steps of 0.50, 0.50 s" in said[2]
@@ -88,7 +88,7 @@ def test_keys_go_through_the_maneuvers(page: DebriefPage, qtbot: QtBot) -> None:
     press(qtbot, Qt.Key.Key_1, ALT)
     window = page.window()
     assert isinstance(window, MainWindow)
-    assert window.pilot.canvas.hasFocus()
+    assert window.pilot_page.canvas.hasFocus()
     # The place comes back to where it was left.
     press(qtbot, Qt.Key.Key_2, ALT)
     qtbot.keyClick(window, Qt.Key.Key_F2)
@@ -100,16 +100,16 @@ def test_the_chart_shows_the_input_within_the_wanted_band(
     page: DebriefPage, window: MainWindow
 ) -> None:
     """The aileron of M2 reaches into its band, the rudder stays below it; both in pixels."""
-    page.list.choose("M2")
+    page.list.select_item("M2")
     QApplication.processEvents()
     reached = []
     # Each surface in its color: aileron purple, rudder rust.
     for chart, low, name in zip(page.charts.surfaces, (4.0, 7.0), ("purple", "rust"), strict=True):
-        ink = int(window.look.theme.trace(name)[1:], 16)
+        ink = int(window.display_style.theme.trace(name)[1:], 16)
         assert chart.isVisible()
         bottom_axis = chart.plot.getPlotItem().getAxis("bottom")
         assert bottom_axis.clock  # of the flight, as on all pages
-        assert bottom_axis.range[0] <= page.maneuver.verdict.t_input <= bottom_axis.range[1]
+        assert bottom_axis.range[0] <= page.current_maneuver.verdict.t_input <= bottom_axis.range[1]
         box = chart.plot.getPlotItem().getViewBox()
         inner = box.mapRectToScene(box.boundingRect()).toRect().adjusted(4, 4, -4, -4)
         rows = np.flatnonzero((pixels(chart.plot, inner) == ink).any(axis=1)) + inner.top()
@@ -126,7 +126,7 @@ def test_a_maneuver_is_shown_in_the_charts(
 ) -> None:
     press(qtbot, Qt.Key.Key_Down)
     press(qtbot, Qt.Key.Key_Return, Qt.KeyboardModifier.ShiftModifier)
-    assert window.places.currentWidget() is window.flight_place
+    assert window.pages.currentWidget() is window.flight_page
 
 
 def test_what_is_judged_while_it_is_looked_at_is_added(
@@ -135,15 +135,15 @@ def test_what_is_judged_while_it_is_looked_at_is_added(
     """The page looks for it when something happened, and not all the time."""
     whole = debrief()
     shown, events = [replace(whole, maneuvers=whole.maneuvers[:7])], [1]
-    monkeypatch.setattr(FlightCues, "snapshot", lambda _self: replace(BASE, events=events[0]))
+    monkeypatch.setattr(FlightCues, "snapshot", lambda _self: replace(BASE, event_count=events[0]))
     monkeypatch.setattr(FlightCues, "debrief", lambda _self: shown[0])
-    window.pilot.refresh()
+    window.pilot_page.refresh()
     assert len(page.list.listed.lines) == 7
     shown[0] = whole
-    window.pilot.refresh()
+    window.pilot_page.refresh()
     assert len(page.list.listed.lines) == 7
     events[0] = 2
-    window.pilot.refresh()
+    window.pilot_page.refresh()
     assert len(page.list.listed.lines) == 8
 
 
@@ -151,7 +151,7 @@ def test_a_flight_without_inputs_says_so(
     page: DebriefPage, window: MainWindow, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(FlightCues, "debrief", lambda _self: Debrief(flight="x", maneuvers=()))
-    window.pilot.refresh()
+    window.pilot_page.refresh()
     assert "once it is flown" in page.title.text()
     assert not page.charts.isVisible()
     assert "No test cards" in page.cards.none.text()
@@ -166,8 +166,8 @@ def test_nothing_is_cut_and_nothing_overlaps(page: DebriefPage, window: MainWind
         dress(window, theme, scale)
         window.resize(*size)
         page.show_trends(flights())
-        page.list.choose("M2")
-        page.read()
+        page.list.select_item("M2")
+        page.focus_maneuver()
         for _ in range(3):
             QApplication.processEvents()
         body = page.scroll.widget()
@@ -208,9 +208,9 @@ def test_a_debrief_is_kept_and_flights_are_compared(tmp_path: Path) -> None:
 def test_ctrl_s_keeps_the_open_flight(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.desk.is_loaded)
-    shown = replace(debrief(), flight=window.desk.name)
+    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded)
+    shown = replace(debrief(), flight=window.flight_controller.name)
     monkeypatch.setattr(FlightCues, "debrief", lambda _self: shown)
     qtbot.keyClick(window, Qt.Key.Key_F3)
     press(qtbot, Qt.Key.Key_2, ALT)
@@ -218,7 +218,7 @@ def test_ctrl_s_keeps_the_open_flight(
     catalog = catalog_path(window.store.current)
     until(qtbot, lambda: any("is kept in" in text for text in window.banners.texts()))
     assert catalog.is_file()
-    page = window.pilot.debrief.page
+    page = window.pilot_page.debrief.page
     rows = [widget.text() for widget in page.trends.findChildren(QLabel) if _stands(widget, page)]
     assert "4 of 8" in rows
 

@@ -40,8 +40,8 @@ LAPTOP_MM = 286.5
 @pytest.fixture
 def window(made: MainWindow, qtbot: QtBot) -> Iterator[MainWindow]:
     yield from as_opened(made, qtbot)
-    made.pilot.own_window.close_with_main()
-    made.pilot.go(debrief=False)
+    made.pilot_page.own_window.close_with_main()
+    made.pilot_page.show_page(debrief=False)
 
 
 class Flown:
@@ -61,22 +61,22 @@ def flown(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> Flown:
     monkeypatch.setattr(FlightCues, "is_open", True)
     monkeypatch.setattr(FlightCues, "cards", CARDS)
     monkeypatch.setattr(FlightCues, "snapshot", lambda _self: made.snapshot)
-    monkeypatch.setattr(FlightCues, "silent", lambda _self: made.silent)
-    monkeypatch.setattr(FlightCues, "choose", lambda _self, card: made.chosen.append(card))
-    monkeypatch.setattr(FlightCues, "use_units", lambda _self, units: made.units.append(units))
-    window.show_place("pilot")
-    window.pilot.state.restart()
-    window.pilot.refresh()
+    monkeypatch.setattr(FlightCues, "seconds_without_data", lambda _self: made.silent)
+    monkeypatch.setattr(FlightCues, "select_card", lambda _self, card: made.chosen.append(card))
+    monkeypatch.setattr(FlightCues, "set_units", lambda _self, units: made.units.append(units))
+    window.show_page("pilot")
+    window.pilot_page.state.restart()
+    window.pilot_page.refresh()
     return made
 
 
 def show(window: MainWindow, flown: Flown, cues: CueSnapshot | None) -> PilotCanvas:
     """Let the cues be others, and return the page that shows them."""
     flown.snapshot = cues
-    window.pilot.state.restart()
-    window.pilot.refresh()
+    window.pilot_page.state.restart()
+    window.pilot_page.refresh()
     QApplication.processEvents()
-    return window.pilot.canvas
+    return window.pilot_page.canvas
 
 
 def inner(box: QRectF) -> QRect:
@@ -88,9 +88,9 @@ def inner(box: QRectF) -> QRect:
 
 def test_f3_shows_the_page_and_the_keyboard_is_on_it(window: MainWindow, qtbot: QtBot) -> None:
     qtbot.keyClick(window, Qt.Key.Key_F3)
-    assert window.pilot.canvas.hasFocus()
-    assert window.pilot.canvas.sheet.word == "NO FLIGHT"
-    assert "Ctrl+Shift+T" in window.pilot.canvas.accessibleDescription()
+    assert window.pilot_page.canvas.hasFocus()
+    assert window.pilot_page.canvas.display.status_text == "NO FLIGHT"
+    assert "Ctrl+Shift+T" in window.pilot_page.canvas.accessibleDescription()
 
 
 FILLS = {"go": "good_fill", "gusty": "caution_fill", "too-small": "caution_fill",
@@ -102,16 +102,16 @@ def test_states_are_shown_in_their_color_and_letters_in_ink(
     window: MainWindow, flown: Flown, theme: str
 ) -> None:
     """The large box is filled where it is a matter of state, and empty where it is not."""
-    window.look.set_theme(theme)
+    window.display_style.set_theme(theme)
     colors = THEMES[theme]
     for name, fill in FILLS.items():
         page = show(window, flown, STATES[name])
-        box = inner(page.regions().state)
+        box = inner(page.compute_regions().state)
         area = box.width() * box.height()
         assert count(page, getattr(colors, fill), box) > 0.4 * area, name
     for name in ("fly", "hold", "turn", "blind"):
         page = show(window, flown, STATES[name])
-        box = inner(page.regions().state)
+        box = inner(page.compute_regions().state)
         assert count(page, colors.plot, box) > 0.6 * box.width() * box.height(), name
         assert count(page, colors.muted if name == "blind" else colors.text, box) > 2000, name
 
@@ -124,7 +124,7 @@ def test_every_state_has_a_shape_of_its_own_in_black_and_white(
     for name in ("hold", "go", "gusty", "turn", "blind", "too-small", "too-large", "too-fast",
                  "too-slow", "not-trimmed", "spoiled", "good", "danger"):  # fmt: skip
         page = show(window, flown, STATES[name])
-        shown = pixels(page, inner(page.regions().sign))
+        shown = pixels(page, inner(page.compute_regions().sign))
         ink = shown != np.bincount(shown.ravel() & 0xFFFFFF).argmax()
         for other, before in seen.items():
             assert (ink != before).mean() > 0.02, (name, other)
@@ -135,11 +135,11 @@ def test_the_marker_stands_where_the_speed_is_and_the_band_is_cyan(
     window: MainWindow, flown: Flown
 ) -> None:
     """At the middle at the wanted speed, on the band's edge at its tolerance."""
-    theme = window.look.theme
+    theme = window.display_style.theme
 
     def marker(speed: float) -> float:
         page = show(window, flown, replace(BASE, speed=speed * FOOT))
-        box = inner(page.regions().gauges)
+        box = inner(page.compute_regions().gauges)
         # Right of the number, below the words.
         shown = pixels(page, box)[int(0.5 * box.height()) : int(0.85 * box.height())]
         dark = (shown == int(theme.text[1:], 16)).mean(axis=0) > 0.9
@@ -150,7 +150,7 @@ def test_the_marker_stands_where_the_speed_is_and_the_band_is_cyan(
     slow, right, fast = marker(95.0), marker(100.0), marker(105.0)
     assert right - slow == pytest.approx(fast - right, abs=3)
     page = show(window, flown, BASE)
-    box = inner(page.regions().gauges)
+    box = inner(page.compute_regions().gauges)
     shown = pixels(page, box)[int(0.6 * box.height())]
     cyan = np.flatnonzero(shown == int(theme.target[1:], 16))
     assert cyan.min() == pytest.approx(slow, abs=6)
@@ -163,10 +163,10 @@ def test_a_speed_beyond_the_bar_is_an_arrow_at_its_end(
 ) -> None:
     """It points outward: on the last pixels its tip, farther in its base."""
     page = show(window, flown, replace(BASE, speed=speed * FOOT))
-    box = inner(page.regions().gauges)
+    box = inner(page.compute_regions().gauges)
     shown = pixels(page, box)[int(0.42 * box.height()) : int(0.95 * box.height())]
     shown = shown[:, int(0.37 * box.width()) :]
-    ink = (shown == int(window.look.theme.text[1:], 16)).sum(axis=0)
+    ink = (shown == int(window.display_style.theme.text[1:], 16)).sum(axis=0)
     columns = np.flatnonzero(ink)
     tip, base = (columns[0], columns[-1]) if side == "left" else (columns[-1], columns[0])
     assert abs(tip - base) > 10
@@ -174,7 +174,7 @@ def test_a_speed_beyond_the_bar_is_an_arrow_at_its_end(
     assert (np.diff(inward) >= -1).all()
     assert inward[0] < 0.2 * inward[-1]
     # The band of what is wanted lies in the middle fifths of the bar.
-    cyan = np.flatnonzero((shown == int(window.look.theme.target[1:], 16)).any(axis=0))
+    cyan = np.flatnonzero((shown == int(window.display_style.theme.target[1:], 16)).any(axis=0))
     middle = (cyan.min() + cyan.max()) / 2
     half = 2.5 * (middle - cyan.min())
     assert tip == pytest.approx(middle + (half if side == "right" else -half), abs=8)
@@ -184,12 +184,12 @@ def test_nothing_flickers_while_the_cues_stand(window: MainWindow, flown: Flown)
     """The same cues are the same pixels, and a speed that shivers moves the marker alone."""
     page = show(window, flown, STATES["go"])
     before = pixels(page)
-    window.pilot.refresh()
+    window.pilot_page.refresh()
     assert (pixels(page) == before).all()
     flown.snapshot = replace(STATES["go"], speed=101.2 * FOOT)
-    window.pilot.refresh()
+    window.pilot_page.refresh()
     changed = np.argwhere(pixels(page) != before)
-    box = inner(page.regions().gauges)
+    box = inner(page.compute_regions().gauges)
     assert changed.size
     assert changed[:, 0].min() >= box.top()
     assert changed[:, 0].max() <= box.bottom()
@@ -198,9 +198,9 @@ def test_nothing_flickers_while_the_cues_stand(window: MainWindow, flown: Flown)
 def test_a_dead_link_leaves_no_go_standing(window: MainWindow, flown: Flown) -> None:
     page = show(window, flown, STATES["go"])
     flown.silent = 1.7
-    window.pilot.refresh()
-    assert page.sheet.word == "NO DATA"
-    assert count(page, window.look.theme.good_fill) == 0
+    window.pilot_page.refresh()
+    assert page.display.status_text == "NO DATA"
+    assert count(page, window.display_style.theme.good_fill) == 0
 
 
 # Sizes
@@ -228,7 +228,7 @@ def test_words_fit_their_boxes_and_boxes_lie_apart(
     monkeypatch.setattr(ui.pilot.gauge_painter, "fit_font", watched)
     panel = int(page._look.theme.plot[1:], 16)
     for name, cues in STATES.items():
-        page.show_sheet(build_cue_display(CueDisplayInput(cues=cues, open=True)))
+        page.show_display(build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True)))
         shown = pixels(page)
         for text, box, font, wrap in drawn:
             flags = Qt.TextFlag.TextWordWrap if wrap else Qt.TextFlag.TextSingleLine
@@ -237,8 +237,8 @@ def test_words_fit_their_boxes_and_boxes_lie_apart(
             assert taken.width() <= box.width() + 1, (name, text)
             assert taken.height() <= box.height() + 1, (name, text)
         drawn.clear()
-        places = page.regions()
-        rows = (places.state, places.hints, places.gauges, places.card, places.foot)
+        places = page.compute_regions()
+        rows = (places.state, places.hints, places.gauges, places.card, places.footer)
         for above, below in pairwise(rows):
             top, bottom = int(above.bottom()) + 2, int(below.top()) - 1
             assert (shown[top:bottom] == panel).all(), (name, top)
@@ -278,15 +278,15 @@ def test_the_small_line_leaves_whole_statements_out(qtbot: QtBot) -> None:
     look = DisplayStyle()
     page = PilotCanvas(look)
     qtbot.addWidget(page)
-    page.show_sheet(build_cue_display(CueDisplayInput(cues=BASE, open=True)))
-    first, second = page.sheet.foot.split(STATEMENT_SEPARATOR)
-    box = QRectF(0, 0, QFontMetricsF(create_font(11)).horizontalAdvance(page.sheet.foot) - 5, 14)
-    assert footer_text(page.sheet.foot, box, 11) == first
-    assert footer_text(page.sheet.foot, box.adjusted(0, 0, 20, 0), 11).endswith(second)
+    page.show_display(build_cue_display(CueDisplayInput(cues=BASE, is_flight_open=True)))
+    first, second = page.display.footer.split(STATEMENT_SEPARATOR)
+    box = QRectF(0, 0, QFontMetricsF(create_font(11)).horizontalAdvance(page.display.footer) - 5, 14)
+    assert footer_text(page.display.footer, box, 11) == first
+    assert footer_text(page.display.footer, box.adjusted(0, 0, 20, 0), 11).endswith(second)
     page.resize(1160, 480)
-    assert page.regions().foot is not None
+    assert page.compute_regions().footer is not None
     look.set_scale(200)
-    assert page.regions().foot is None
+    assert page.compute_regions().footer is None
 
 
 def test_a_long_small_line_ends_in_an_ellipsis_and_is_whole_for_those_who_hear_it(
@@ -296,14 +296,14 @@ def test_a_long_small_line_ends_in_an_ellipsis_and_is_whole_for_those_who_hear_i
     page = PilotCanvas(DisplayStyle())
     qtbot.addWidget(page)
     page.resize(1280, 600)
-    page.show_sheet(
-        build_cue_display(CueDisplayInput(cues=replace(BASE, missing=missing), open=True))
+    page.show_display(
+        build_cue_display(CueDisplayInput(cues=replace(BASE, limitations=missing), is_flight_open=True))
     )
-    box = page.regions().foot
-    words = elide_text(page.sheet.foot, box, 11)
+    box = page.compute_regions().footer
+    words = elide_text(page.display.footer, box, 11)
     assert words.startswith("Not judged: channel number 0")
     assert words.endswith("…")
-    assert len(words) < len(page.sheet.foot)
+    assert len(words) < len(page.display.footer)
     assert missing[-1] in page.accessibleDescription()
     metrics = QFontMetricsF(create_font(11))
     room = QRectF(0, 0, box.width(), 10_000)
@@ -316,10 +316,10 @@ def test_the_state_is_25_mm_high_on_a_small_laptop(window: MainWindow, flown: Fl
     millimeters = LAPTOP_MM / 1280
     for name, cues in STATES.items():
         page = show(window, flown, cues)
-        box = inner(page.regions().word).adjusted(0, 6, 0, -6)
+        box = inner(page.compute_regions().word).adjusted(0, 6, 0, -6)
         shown = pixels(page, box)
         rows = np.flatnonzero((shown != shown[0, -1]).any(axis=1))
-        assert (rows[-1] - rows[0]) * millimeters >= 25.0, (name, page.sheet.word)
+        assert (rows[-1] - rows[0]) * millimeters >= 25.0, (name, page.display.status_text)
 
 
 def test_what_is_read_has_enough_contrast() -> None:
@@ -345,17 +345,17 @@ def test_controls_are_high_enough_for_gloves_and_have_names(
         show(window, flown, STATES["too-small"])
         buttons = [
             button
-            for button in window.pilot.buttons.findChildren(QAbstractButton)
+            for button in window.pilot_page.buttons.findChildren(QAbstractButton)
             if button.isVisible()
         ]
         assert buttons
         for button in buttons:
-            assert button.height() >= window.look.px(44), button.text()
+            assert button.height() >= window.display_style.px(44), button.text()
             words = button.fontMetrics().horizontalAdvance(button.text())
-            assert button.width() >= words + window.look.px(8), button.text()
+            assert button.width() >= words + window.display_style.px(8), button.text()
             assert button.accessibleName(), button.text()
         # The page has the rest of the room, and the buttons lie below it.
-        assert window.pilot.canvas.height() > 0.4 * window.height()
+        assert window.pilot_page.canvas.height() > 0.4 * window.height()
 
 
 # Keys
@@ -367,16 +367,16 @@ def test_cards_are_chosen_by_keys(window: MainWindow, flown: Flown, qtbot: QtBot
     ids = [card.id for card in CARDS.cards]
     after = ids[(ids.index("C1") + 1) % len(ids)]
     press(qtbot, Qt.Key.Key_PageDown)
-    assert page.sheet.card.lead.startswith(f"LOOKING AT {after}")
+    assert page.display.card.heading.startswith(f"LOOKING AT {after}")
     assert not flown.chosen
     press(qtbot, Qt.Key.Key_PageUp)
-    assert page.sheet.card.lead.startswith("NEXT C1")
+    assert page.display.card.heading.startswith("NEXT C1")
     press(qtbot, Qt.Key.Key_PageDown)
     press(qtbot, Qt.Key.Key_Return)
     press(qtbot, Qt.Key.Key_R)
     press(qtbot, Qt.Key.Key_Backspace)
     assert flown.chosen == [after, "C1", ""]
-    assert not page.sheet.card.lead.startswith("LOOKING")
+    assert not page.display.card.heading.startswith("LOOKING")
 
 
 def test_space_puts_the_verdict_away_and_acts_only_then(
@@ -387,34 +387,34 @@ def test_space_puts_the_verdict_away_and_acts_only_then(
     action = window.commands.actions["pilot_dismiss"]
     assert action.isEnabled()
     press(qtbot, Qt.Key.Key_Space)
-    assert page.sheet.word == "FLY"
+    assert page.display.status_text == "FLY"
     assert not action.isEnabled()
     flown.snapshot = replace(STATES["good"], verdict=replace(VERDICT, id="M8", result="good"))
-    window.pilot.refresh()
-    assert page.sheet.word == "GOOD"
+    window.pilot_page.refresh()
+    assert page.display.status_text == "GOOD"
 
 
 def test_buttons_do_what_keys_do(window: MainWindow, flown: Flown) -> None:
     """By their order: the first puts the verdict away, whether there is one or not."""
     show(window, flown, STATES["too-small"])
-    names = [offer.id for offer in window.pilot.buttons.offers]
-    window.pilot.buttons.pressed.emit("pilot_dismiss")
-    assert window.pilot.canvas.sheet.word == "FLY"
-    assert [offer.id for offer in window.pilot.buttons.offers] == names
-    window.pilot.buttons.pressed.emit("pilot_dismiss")
-    assert window.pilot.canvas.sheet.word == "FLY"
+    names = [offer.id for offer in window.pilot_page.buttons.offers]
+    window.pilot_page.buttons.triggered.emit("pilot_dismiss")
+    assert window.pilot_page.canvas.display.status_text == "FLY"
+    assert [offer.id for offer in window.pilot_page.buttons.offers] == names
+    window.pilot_page.buttons.triggered.emit("pilot_dismiss")
+    assert window.pilot_page.canvas.display.status_text == "FLY"
 
 
 def test_no_two_commands_of_the_place_share_a_key(window: MainWindow, flown: Flown) -> None:
     """With all of them enabled, on the page and in the debrief."""
     show(window, flown, STATES["too-small"])
     for debrief in (False, True):
-        window.pilot.go(debrief=debrief)
+        window.pilot_page.show_page(debrief=debrief)
         keys = [
             key
             for command in window.commands.commands
             if window.commands.actions[command.id].isEnabled()
-            for key in command.keys
+            for key in command.shortcuts
         ]
         assert len(keys) == len(set(keys))
 
@@ -424,9 +424,9 @@ def test_units_of_the_screen_are_those_of_the_page(
 ) -> None:
     page = show(window, flown, BASE)
     press(qtbot, Qt.Key.Key_U, Qt.KeyboardModifier.ControlModifier)
-    window.pilot.state.restart()
-    window.pilot.refresh()
-    assert page.sheet.gauges[0].unit == "m/s"
+    window.pilot_page.state.restart()
+    window.pilot_page.refresh()
+    assert page.display.gauges[0].unit == "m/s"
     assert flown.units == ["SI"]
 
 
@@ -438,7 +438,7 @@ def test_the_page_has_a_window_of_its_own_that_obeys_its_keys(
 ) -> None:
     show(window, flown, STATES["too-small"])
     press(qtbot, Qt.Key.Key_F3, SHIFT)
-    own = window.pilot.own_window.window
+    own = window.pilot_page.own_window.window
     assert own is not None
     assert own.isVisible()
     # There is one screen here: it does not cover it unasked.
@@ -447,13 +447,13 @@ def test_the_page_has_a_window_of_its_own_that_obeys_its_keys(
     around = own.screen().availableGeometry()
     assert around.adjusted(8, 32, -8, -8).contains(own.geometry())
     assert window.store.current.pilot_window
-    assert own.canvas.sheet.word == "TOO SMALL"
+    assert own.canvas.display.status_text == "TOO SMALL"
     # Also while the main window shows another place.
-    window.show_place("flight")
+    window.show_page("flight")
     qtbot.keyClick(own, Qt.Key.Key_Space)
-    assert own.canvas.sheet.word == "FLY"
+    assert own.canvas.display.status_text == "FLY"
     qtbot.keyClick(own, Qt.Key.Key_PageDown, Qt.KeyboardModifier.KeypadModifier)
-    assert own.canvas.sheet.card.lead.startswith("LOOKING")
+    assert own.canvas.display.card.heading.startswith("LOOKING")
     qtbot.keyClick(own, Qt.Key.Key_F11)
     assert own.isFullScreen()
     assert not window.isFullScreen()
@@ -463,7 +463,7 @@ def test_the_page_has_a_window_of_its_own_that_obeys_its_keys(
     assert window.store.current.muted is not muted
     qtbot.keyClick(own, Qt.Key.Key_S)
     qtbot.keyClick(own, Qt.Key.Key_Escape)
-    assert window.pilot.own_window.window is None
+    assert window.pilot_page.own_window.window is None
     assert not window.store.current.pilot_window
 
 
@@ -472,8 +472,8 @@ def test_the_second_window_closes_with_the_first_and_comes_back(
 ) -> None:
     first = open_window(tmp_path, pilot_window=True)
     try:
-        qtbot.waitUntil(lambda: first.pilot.own_window.window is not None)
-        own = first.pilot.own_window.window
+        qtbot.waitUntil(lambda: first.pilot_page.own_window.window is not None)
+        own = first.pilot_page.own_window.window
     finally:
         first.close()
         first.deleteLater()
@@ -491,11 +491,11 @@ def test_a_page_that_nobody_sees_is_not_made(
     window: MainWindow, flown: Flown, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     show(window, flown, BASE)
-    window.show_place("flight")
+    window.show_page("flight")
     painted = []
-    monkeypatch.setattr(PilotCanvas, "show_sheet", lambda *_: painted.append(1))
+    monkeypatch.setattr(PilotCanvas, "show_display", lambda *_: painted.append(1))
     flown.snapshot = replace(BASE, trim=cue("go"))
-    window.pilot.refresh()
+    window.pilot_page.refresh()
     assert not painted
 
 
@@ -509,24 +509,24 @@ def test_cues_are_spoken_once_the_page_was_opened(
     said: list[Announcement] = []
     heard: list[str] = []
     monkeypatch.setattr(FlightCues, "snapshot", lambda _self: replace(BASE, time=100.0))
-    monkeypatch.setattr(FlightCues, "spoken", lambda _self: said)
-    monkeypatch.setattr(window.pilot, "_was_opened", False)
-    window.pilot.speech.restart()
-    window.voice.said.connect(heard.append)
-    window.crew.mute()  # the windows of the tests begin muted
+    monkeypatch.setattr(FlightCues, "spoken_cues", lambda _self: said)
+    monkeypatch.setattr(window.pilot_page, "_was_opened", False)
+    window.pilot_page.speech.restart()
+    window.voice.spoken.connect(heard.append)
+    window.crew.toggle_mute()  # the windows of the tests begin muted
     speak = window.commands.actions["pilot_speak"]
 
     def tell(words: str) -> None:
-        said.append(Announcement(time=100.0, words=words, priority="warning"))
-        window.desk.told.emit()
+        said.append(Announcement(time=100.0, text=words, priority="warning"))
+        window.flight_controller.refreshed.emit()
 
     try:
         tell("one")
         assert not heard
         assert not speak.isChecked()
-        window.show_place("pilot")
+        window.show_page("pilot")
         tell("two")
-        window.show_place("flight")
+        window.show_page("flight")
         tell("three")
         assert heard[0] == "two"
         assert speak.isChecked()
@@ -538,6 +538,6 @@ def test_cues_are_spoken_once_the_page_was_opened(
         speak.trigger()
         assert window.store.current.flight_speech == "always"
     finally:
-        window.voice.said.disconnect(heard.append)
+        window.voice.spoken.disconnect(heard.append)
         window.store.change(flight_speech="page")
-        window.crew.mute()
+        window.crew.toggle_mute()

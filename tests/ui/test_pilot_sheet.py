@@ -36,7 +36,7 @@ from ui.pilot.pilot_text import TRIM_STATE_SIGNS as STATE_WORDS
 
 def sheet(name: str, **more: object) -> CueDisplay:
     """Return the page of one of the states made by hand."""
-    return build_cue_display(CueDisplayInput(cues=STATES[name], open=True, **more))  # type: ignore[arg-type]
+    return build_cue_display(CueDisplayInput(cues=STATES[name], is_flight_open=True, **more))  # type: ignore[arg-type]
 
 
 WORDS = {
@@ -50,8 +50,8 @@ WORDS = {
 def test_each_state_has_its_word(name: str, word: str) -> None:
     """One big state, and what it says is said to those who hear it."""
     shown = sheet(name)
-    assert shown.word == word
-    assert shown.said.startswith(word)
+    assert shown.status_text == word
+    assert shown.accessible_text.startswith(word)
 
 
 def test_no_two_states_look_alike_without_color() -> None:
@@ -66,8 +66,8 @@ def test_no_two_states_look_alike_without_color() -> None:
 
 def test_what_is_off_comes_largest_first_with_its_way() -> None:
     shown = sheet("fly")
-    assert shown.hints[0].words.endswith("slow")
-    assert "left wing low" in shown.hints[1].words
+    assert shown.hints[0].text.endswith("slow")
+    assert "left wing low" in shown.hints[1].text
     assert [hint.sign for hint in shown.hints] == ["up", "wing-left"]
     # The large shape is that of the largest.
     assert shown.sign == "up"
@@ -76,52 +76,52 @@ def test_what_is_off_comes_largest_first_with_its_way() -> None:
 def test_a_turn_points_to_a_side_only_where_it_is_known() -> None:
     assert sheet("turn").sign == "turn-right"
     unknown = replace(BASE, trim=cue("turn"))
-    assert build_cue_display(CueDisplayInput(cues=unknown, open=True)).sign == "turn"
+    assert build_cue_display(CueDisplayInput(cues=unknown, is_flight_open=True)).sign == "turn"
 
 
 def test_guidance_takes_the_place_of_the_words_it_begins_with() -> None:
-    slow = sheet("fly").hints[0].words
+    slow = sheet("fly").hints[0].text
     cues = replace(BASE, guidance=f"{slow}: a little power")
-    first, second = build_cue_display(CueDisplayInput(cues=cues, open=True)).hints
-    assert (first.words, first.sign) == (f"{slow}: a little power", "up")
+    first, second = build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True)).hints
+    assert (first.text, first.sign) == (f"{slow}: a little power", "up")
     assert second == sheet("fly").hints[1]
 
 
 def test_the_test_point_is_a_number_and_a_bar_with_the_wanted_band() -> None:
     (gauge,) = sheet("fly").gauges
     assert (gauge.title, gauge.number, gauge.unit) == ("SPEED", "97", "ft/s")
-    assert gauge.wanted == "want 100 ± 5"
-    assert gauge.low < gauge.at < 0.5 < gauge.high
+    assert gauge.target_text == "want 100 ± 5"
+    assert gauge.low < gauge.marker < 0.5 < gauge.high
     (metric,) = sheet("fly", units="SI").gauges
-    assert (metric.number, metric.unit, metric.wanted) == ("30", "m/s", "want 30 ± 2")
+    assert (metric.number, metric.unit, metric.target_text) == ("30", "m/s", "want 30 ± 2")
 
 
 def test_without_airspeed_the_angle_of_attack_is_the_test_point() -> None:
     point = replace(NEXT.point, speed=None, alpha=0.08)
     cues = replace(BASE, speed=None, card=replace(NEXT, point=point))
-    (gauge,) = build_cue_display(CueDisplayInput(cues=cues, open=True)).gauges
+    (gauge,) = build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True)).gauges
     assert (gauge.title, gauge.number) == ("ALPHA", "4.2")
 
 
 def test_a_missing_value_is_a_dash_without_a_marker() -> None:
     (gauge,) = sheet("blind").gauges
-    assert (gauge.number, gauge.at) == ("–", None)
-    assert gauge.wanted == "want 100 ± 5"
+    assert (gauge.number, gauge.marker) == ("–", None)
+    assert gauge.target_text == "want 100 ± 5"
 
 
 def test_hands_off_counts_down_and_shows_how_large_it_was() -> None:
     counts = []
     for left in (2.4, 1.6, 0.9, 0.1):
-        cues = replace(BASE, under_way=moving("hands-off", left))
-        shown = build_cue_display(CueDisplayInput(cues=cues, open=True))
+        cues = replace(BASE, input_in_progress=moving("hands-off", left))
+        shown = build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True))
         counts.append((shown.count, round(shown.ring, 2)))
     assert counts == [("3", 1.0), ("2", 0.67), ("1", 0.38), ("1", 0.04)]
     aileron, rudder = shown.gauges
     assert (aileron.title, rudder.title) == ("AILERON", "RUDDER")
     # The bar ends at one and a half times the largest that is wanted.
     places = [4 / 13.5, 6.2 / 13.5, 9 / 13.5]
-    assert [aileron.low, aileron.at, aileron.high] == pytest.approx(places)
-    assert [rudder.low, rudder.at, rudder.high] == pytest.approx([7 / 21, 4.9 / 21, 14 / 21])
+    assert [aileron.low, aileron.marker, aileron.high] == pytest.approx(places)
+    assert [rudder.low, rudder.marker, rudder.high] == pytest.approx([7 / 21, 4.9 / 21, 14 / 21])
 
 
 def test_steering_is_not_shown_as_an_input() -> None:
@@ -129,31 +129,31 @@ def test_steering_is_not_shown_as_an_input() -> None:
     small = replace(moving("moving"), amplitudes={"da": 1.0 * DEGREE, "dr": 0.5 * DEGREE})
     go = STATES["go"]
     for cues, word in (
-        (replace(go, under_way=moving("moving")), "INPUT"),
-        (replace(go, under_way=small), "GO"),
-        (replace(STATES["turn"], under_way=moving("moving")), "TURN"),
-        (replace(STATES["turn"], under_way=moving("hands-off")), "HANDS OFF"),
-        (replace(go, under_way=replace(small, surfaces=("de",))), "INPUT"),
+        (replace(go, input_in_progress=moving("moving")), "INPUT"),
+        (replace(go, input_in_progress=small), "GO"),
+        (replace(STATES["turn"], input_in_progress=moving("moving")), "TURN"),
+        (replace(STATES["turn"], input_in_progress=moving("hands-off")), "HANDS OFF"),
+        (replace(go, input_in_progress=replace(small, surfaces=("de",))), "INPUT"),
     ):
-        assert build_cue_display(CueDisplayInput(cues=cues, open=True)).word == word
+        assert build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True)).status_text == word
 
 
 def test_a_verdict_says_what_to_do_next_time_and_is_put_away() -> None:
     shown = sheet("too-small")
-    assert shown.hints[0].words == "rudder: half again, two thirds stick"
+    assert shown.hints[0].text == "rudder: half again, two thirds stick"
     # The band is that of the input, not of the card that comes next.
     assert shown.gauges[1].low is None
     aileron, rudder = sheet("too-small", wanted=WANTED).gauges
-    assert aileron.low < aileron.at < aileron.high
-    assert rudder.at < rudder.low
-    assert rudder.wanted == "want 7–14"
-    assert sheet("too-small", dismissed=VERDICT.id).word == "FLY"
+    assert aileron.low < aileron.marker < aileron.high
+    assert rudder.marker < rudder.low
+    assert rudder.target_text == "want 7–14"
+    assert sheet("too-small", dismissed=VERDICT.id).status_text == "FLY"
     old = replace(STATES["too-small"], time=VERDICT.given_at + VERDICT_DISPLAY_TIME + 0.1)
-    assert build_cue_display(CueDisplayInput(cues=old, open=True)).word == "FLY"
+    assert build_cue_display(CueDisplayInput(cues=old, is_flight_open=True)).status_text == "FLY"
 
 
 def test_a_good_one_says_how_many_there_are() -> None:
-    assert sheet("good").hints[0].words == "C1: 2 of 4"
+    assert sheet("good").hints[0].text == "C1: 2 of 4"
 
 
 def test_a_good_one_of_another_card_is_not_counted_for_the_next() -> None:
@@ -161,75 +161,75 @@ def test_a_good_one_of_another_card_is_not_counted_for_the_next() -> None:
     other = replace(NEXT, card=next(card for card in CARDS.cards if card.id != VERDICT.card))
     for card in (other, None):
         (hint,) = build_cue_display(
-            CueDisplayInput(cues=replace(STATES["good"], card=card), open=True)
+            CueDisplayInput(cues=replace(STATES["good"], card=card), is_flight_open=True)
         ).hints
-        assert hint.words == "aileron and rudder doublet"
+        assert hint.text == "aileron and rudder doublet"
 
 
 def test_before_the_first_samples_there_is_no_cue() -> None:
-    shown = build_cue_display(CueDisplayInput(cues=replace(BASE, trim=None), open=True))
-    assert (shown.word, shown.hints[0].words) == ("NO CUE", "waiting for the first samples")
+    shown = build_cue_display(CueDisplayInput(cues=replace(BASE, trim=None), is_flight_open=True))
+    assert (shown.status_text, shown.hints[0].text) == ("NO CUE", "waiting for the first samples")
 
 
 def test_a_danger_stands_in_place_of_all() -> None:
     """Even of an input under way; a caution stands beside the state."""
-    assert (sheet("danger").word, sheet("danger").hints[0].words) == ("LAND", "nose sensors lost")
-    cues = replace(STATES["hands-off"], dangers=(danger("stall: nose down"),))
-    assert build_cue_display(CueDisplayInput(cues=cues, open=True)).word == "NOSE DOWN"
-    assert sheet("caution").hints[-1].words == "yaw gyro clips"
-    short = replace(BASE, dangers=(danger("too high"),))
-    assert build_cue_display(CueDisplayInput(cues=short, open=True)).word == "TOO HIGH"
+    assert (sheet("danger").status_text, sheet("danger").hints[0].text) == ("LAND", "nose sensors lost")
+    cues = replace(STATES["hands-off"], alerts=(danger("stall: nose down"),))
+    assert build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True)).status_text == "NOSE DOWN"
+    assert sheet("caution").hints[-1].text == "yaw gyro clips"
+    short = replace(BASE, alerts=(danger("too high"),))
+    assert build_cue_display(CueDisplayInput(cues=short, is_flight_open=True)).status_text == "TOO HIGH"
 
 
 def test_on_the_ground_nothing_is_said_of_flying() -> None:
     ground = replace(BASE, trim=cue("ground"), speed=2.0, guidance="97 ft/s slow: power")
-    shown = build_cue_display(CueDisplayInput(cues=ground, open=True))
-    assert (shown.word, shown.hints) == ("ON THE GROUND", ())
+    shown = build_cue_display(CueDisplayInput(cues=ground, is_flight_open=True))
+    assert (shown.status_text, shown.hints) == ("ON THE GROUND", ())
 
 
 def test_nothing_old_stands_once_no_samples_come() -> None:
     """GO is not left standing over a dead link, nor a speed, nor a leg."""
     shown = sheet("go", silent=2.4)
-    assert shown.word == "NO DATA"
-    assert "2.4 s" in shown.hints[0].words
+    assert shown.status_text == "NO DATA"
+    assert "2.4 s" in shown.hints[0].text
     assert shown.gauges[0].number == "–"
-    assert shown.leg == "–"
+    assert shown.leg_time_text == "–"
 
 
 def test_seconds_of_leg_are_rounded_down_and_marked_when_short() -> None:
-    assert (sheet("fly").leg, sheet("fly").leg_short) == ("7", False)
-    cues = replace(BASE, trim=replace(cue("go"), leg_left=3.9))
-    shown = build_cue_display(CueDisplayInput(cues=cues, open=True))
-    assert (shown.leg, shown.leg_short) == ("3", True)
-    unknown = replace(BASE, trim=replace(cue("go"), leg_left=None))
-    assert build_cue_display(CueDisplayInput(cues=unknown, open=True)).leg == "–"
+    assert (sheet("fly").leg_time_text, sheet("fly").leg_short) == ("7", False)
+    cues = replace(BASE, trim=replace(cue("go"), leg_time_left=3.9))
+    shown = build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True))
+    assert (shown.leg_time_text, shown.leg_short) == ("3", True)
+    unknown = replace(BASE, trim=replace(cue("go"), leg_time_left=None))
+    assert build_cue_display(CueDisplayInput(cues=unknown, is_flight_open=True)).leg_time_text == "–"
 
 
 def test_the_next_card_says_what_it_brings_and_what_time_there_is() -> None:
     card = sheet("fly").card
-    assert card.lead == "NEXT C1 · 2 of 4 good · most to gain"
-    assert card.words == NEXT.words
-    assert card.gain.endswith("Cn_r from 35 % to 15 %")
-    assert (card.time, card.room) == ("04:10 left", "6 maneuvers")
+    assert card.heading == "NEXT C1 · 2 of 4 good · most to gain"
+    assert card.text == NEXT.text
+    assert card.benefit_text.endswith("Cn_r from 35 % to 15 %")
+    assert (card.time_left_text, card.maneuvers_left_text) == ("04:10 left", "6 maneuvers")
     refused = replace(BASE, card=replace(NEXT, point=None, problem="flies level at 4.2 deg"))
-    shown = build_cue_display(CueDisplayInput(cues=refused, open=True)).card
-    assert (shown.gain, shown.problem) == ("flies level at 4.2 deg", True)
+    shown = build_cue_display(CueDisplayInput(cues=refused, is_flight_open=True)).card
+    assert (shown.benefit_text, shown.problem) == ("flies level at 4.2 deg", True)
     done = replace(BASE, card=None, outlook=replace(OUTLOOK, time_left=None))
     assert (
-        build_cue_display(CueDisplayInput(cues=done, open=True)).card.words
+        build_cue_display(CueDisplayInput(cues=done, is_flight_open=True)).card.text
         == "all cards flown: land"
     )
-    none = replace(BASE, card=None, wanted=0)
-    assert "no test cards" in build_cue_display(CueDisplayInput(cues=none, open=True)).card.words
+    none = replace(BASE, card=None, requested_repeats=0)
+    assert "no test cards" in build_cue_display(CueDisplayInput(cues=none, is_flight_open=True)).card.text
 
 
 def test_the_small_line_says_what_cannot_be_judged() -> None:
-    assert sheet("fly").foot.startswith("Not judged: bank angle")
+    assert sheet("fly").footer.startswith("Not judged: bank angle")
 
 
 def test_without_a_flight_or_cues_the_page_says_so() -> None:
-    assert build_cue_display(CueDisplayInput()).word == "NO FLIGHT"
-    assert build_cue_display(CueDisplayInput(open=True)).word == "NO CUE"
+    assert build_cue_display(CueDisplayInput()).status_text == "NO FLIGHT"
+    assert build_cue_display(CueDisplayInput(is_flight_open=True)).status_text == "NO CUE"
 
 
 # Calm
@@ -264,16 +264,16 @@ def test_words_change_at_most_twice_a_second_and_states_at_once(
     for wait, speed, state in steps:
         clock.now += wait
         cues = replace(STATES[state], speed=speed * FOOT)
-        made = build_cue_display(CueDisplayInput(cues=cues, open=True))
-        before, shown = shown, calm.calmed(made)
-        assert shown.word == made.word
+        made = build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True))
+        before, shown = shown, calm.limit(made)
+        assert shown.status_text == made.status_text
         # The marker is never held back.
-        assert shown.gauges[0].at == made.gauges[0].at
+        assert shown.gauges[0].marker == made.gauges[0].marker
         if before is not None and shown.gauges[0].number != before.gauges[0].number:
-            assert clock.now - changed >= MIN_HOLD_SECONDS or shown.word != before.word
-        if before is None or (shown.gauges[0].number, shown.word) != (
+            assert clock.now - changed >= MIN_HOLD_SECONDS or shown.status_text != before.status_text
+        if before is None or (shown.gauges[0].number, shown.status_text) != (
             before.gauges[0].number,
-            before.word,
+            before.status_text,
         ):
             changed = clock.now
 
@@ -285,14 +285,14 @@ def test_what_is_held_back_comes_as_soon_as_it_may() -> None:
 
     def number(wait: float, speed: float) -> str:
         clock.now += wait
-        made = build_cue_display(CueDisplayInput(cues=replace(BASE, speed=speed * FOOT), open=True))
-        return calm.calmed(made).gauges[0].number
+        made = build_cue_display(CueDisplayInput(cues=replace(BASE, speed=speed * FOOT), is_flight_open=True))
+        return calm.limit(made).gauges[0].number
 
     told = [number(wait, speed) for wait, speed in (
         (0.0, 97.0), (0.3, 98.0), (0.2, 98.0), (0.4, 99.0), (0.1, 99.0), (0.6, 99.0), (0.1, 100.0),
     )]  # fmt: skip
     assert told == ["97", "97", "98", "98", "99", "99", "100"]
-    calm.release()
+    calm.reset()
     assert number(0.01, 80.0) == "80"
 
 
@@ -303,26 +303,26 @@ def test_cards_are_gone_through_around_the_end_and_one_is_taken() -> None:
     choosing = CardBrowser()
     ids = [card.id for card in CARDS.cards]
     here = ids.index(CARD.id)
-    assert choosing.chosen(BASE) == CARD.id
+    assert choosing.selected_card_id(BASE) == CARD.id
     seen = []
     for _ in ids:
         choosing.step(CARDS, BASE, 1)
-        card = choosing.browsed(CARDS)
+        card = choosing.browsed_card(CARDS)
         seen.append(card.id if card is not None else CARD.id)
     assert seen == [*ids[here + 1 :], *ids[: here + 1]]
     choosing.step(CARDS, BASE, -1)
-    assert choosing.chosen(BASE) == ids[here - 1]
-    choosing.forget()
-    assert choosing.browsed(CARDS) is None
+    assert choosing.selected_card_id(BASE) == ids[here - 1]
+    choosing.reset()
+    assert choosing.browsed_card(CARDS) is None
     assert find_last_flown_card(STATES["too-small"], CARDS) == "C1"
     assert find_last_flown_card(BASE, CARDS) == ""
 
 
 def test_a_card_that_is_looked_at_is_told_from_that_to_be_flown() -> None:
     browsed = next(card for card in CARDS.cards if card.id != "C1")
-    card = build_cue_display(CueDisplayInput(cues=BASE, open=True, browsed=browsed)).card
-    assert card.lead == f"LOOKING AT {browsed.id} · Enter flies it"
-    assert card.words == browsed.heading
+    card = build_cue_display(CueDisplayInput(cues=BASE, is_flight_open=True, browsed_card=browsed)).card
+    assert card.heading == f"LOOKING AT {browsed.id} · Enter flies it"
+    assert card.text == browsed.display_title
 
 
 def test_the_page_is_made_without_qt() -> None:
@@ -334,20 +334,20 @@ def test_the_page_is_made_without_qt() -> None:
 def test_go_without_air_data_leaves_the_speed_to_the_eye() -> None:
     """The program cannot hold a speed that it does not see, and says so below the word."""
     blind = replace(STATES["go"], speed=None, alpha=None)
-    told = build_cue_display(CueDisplayInput(cues=blind, open=True))
-    assert told.word == "GO"
-    assert told.hints[-1].words == "speed by eye: nothing measures it"
-    seen = build_cue_display(CueDisplayInput(cues=STATES["go"], open=True))
+    told = build_cue_display(CueDisplayInput(cues=blind, is_flight_open=True))
+    assert told.status_text == "GO"
+    assert told.hints[-1].text == "speed by eye: nothing measures it"
+    seen = build_cue_display(CueDisplayInput(cues=STATES["go"], is_flight_open=True))
     assert len(seen.hints) == 1
 
 
 def test_go_for_a_surface_that_nobody_sees_says_that_no_verdict_follows() -> None:
     """The aileron of the next card gives no signal: told beside GO; an elevator does not matter."""
     go = STATES["go"]
-    told = build_cue_display(CueDisplayInput(cues=replace(go, unseen=("da",)), open=True))
-    assert told.word == "GO"
-    assert told.hints[1].words == "no verdict: aileron not measured"
+    told = build_cue_display(CueDisplayInput(cues=replace(go, unmeasured_surfaces=("da",)), is_flight_open=True))
+    assert told.status_text == "GO"
+    assert told.hints[1].text == "no verdict: aileron not measured"
     assert (
-        len(build_cue_display(CueDisplayInput(cues=replace(go, unseen=("de",)), open=True)).hints)
+        len(build_cue_display(CueDisplayInput(cues=replace(go, unmeasured_surfaces=("de",)), is_flight_open=True)).hints)
         == 1
     )

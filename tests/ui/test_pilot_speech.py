@@ -29,12 +29,12 @@ class Flight:
 
     def hear(self, *, hands_off: bool = False, aloud: bool = True) -> None:
         under_way = moving("hands-off") if hands_off else None
-        cues = replace(BASE, time=self.time, under_way=under_way)
-        self.speech.hear(cues, self.said, aloud=aloud)
+        cues = replace(BASE, time=self.time, input_in_progress=under_way)
+        self.speech.speak_new_cues(cues, self.said, aloud=aloud)
 
     def say(self, words: str, priority: str = "prompt", tone: str = "", ago: float = 0.0) -> None:
         self.said.append(
-            Announcement(time=self.time - ago, words=words, priority=priority, tone=tone)  # type: ignore[arg-type]
+            Announcement(time=self.time - ago, text=words, priority=priority, tone=tone)  # type: ignore[arg-type]
         )
 
 
@@ -70,7 +70,7 @@ def test_nothing_is_spoken_into_the_hands_off_interval(flight: Flight) -> None:
     flight.say("hands off", tone="steady")
     flight.hear(hands_off=True)
     assert flight.mouth.now is not None
-    assert flight.mouth.now.words == "hands off"
+    assert flight.mouth.now.text == "hands off"
     flight.mouth.end()
     flight.voice.say("battery low", UtterancePriority.WARNING)
     flight.voice.say("point taken")
@@ -84,8 +84,8 @@ def test_what_was_begun_goes_on_while_the_input_is_made(flight: Flight) -> None:
     """A quick correction is no reason to fall silent; the answer of the aircraft is."""
     flight.say("three feet a second slow")
     flight.hear()
-    cues = replace(BASE, time=flight.time, under_way=moving("moving"))
-    flight.speech.hear(cues, flight.said, aloud=True)
+    cues = replace(BASE, time=flight.time, input_in_progress=moving("moving"))
+    flight.speech.speak_new_cues(cues, flight.said, aloud=True)
     assert flight.mouth.now is not None
     flight.hear(hands_off=True)
     assert flight.mouth.now is None
@@ -112,11 +112,11 @@ def test_what_was_true_a_while_ago_is_not_said(flight: Flight) -> None:
 def test_mute_is_one_for_words_and_tones(flight: Flight) -> None:
     flight.say("three feet a second slow", tone="note")
     flight.hear()
-    flight.voice.mute(True)
+    flight.voice.set_muted(True)
     assert flight.mouth.now is None
     flight.say("go", tone="taken")
     flight.hear()
-    flight.voice.mute(False)
+    flight.voice.set_muted(False)
     flight.hear()
     assert flight.mouth.spoken == ["three feet a second slow"]
     assert flight.loudspeaker.tones == ["note", "stop"]

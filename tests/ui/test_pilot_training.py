@@ -36,24 +36,24 @@ def test_down_pulls_and_the_later_key_of_a_stick_wins() -> None:
     keys = StickKeys()
     keys.press(Qt.Key.Key_Down, trim=False, again=False)
     keys.press(Qt.Key.Key_Right, trim=False, again=False)
-    assert keys.push == StickPosition(pitch=1.0, roll=1.0)
+    assert keys.position == StickPosition(pitch=1.0, roll=1.0)
     keys.press(Qt.Key.Key_Up, trim=False, again=False)
-    assert keys.push == StickPosition(pitch=-1.0, roll=1.0)
+    assert keys.position == StickPosition(pitch=-1.0, roll=1.0)
     keys.release(Qt.Key.Key_Up)
-    assert keys.push == StickPosition(pitch=1.0, roll=1.0)
-    keys.let_go()
-    assert keys.push == StickPosition()
+    assert keys.position == StickPosition(pitch=1.0, roll=1.0)
+    keys.release_all()
+    assert keys.position == StickPosition()
 
 
 def test_levers_sizes_and_rates_act_once() -> None:
     keys = StickKeys()
-    assert keys.press(Qt.Key.Key_W, trim=False, again=True) == LeverStep(axis="throttle", by=0.04)
+    assert keys.press(Qt.Key.Key_W, trim=False, again=True) == LeverStep(axis="throttle", step=0.04)
     assert keys.press(Qt.Key.Key_3, trim=False, again=False) == StickTravel(share=0.5)
     assert keys.press(Qt.Key.Key_3, trim=False, again=True) is None
     assert keys.press(Qt.Key.Key_9, trim=False, again=False) == RateSwitch(high=False)
-    assert keys.press(Qt.Key.Key_Up, trim=True, again=False) == LeverStep(axis="pitch", by=-0.02)
-    assert keys.push == StickPosition()
-    assert not StickKeys.flies(Qt.Key.Key_Space)
+    assert keys.press(Qt.Key.Key_Up, trim=True, again=False) == LeverStep(axis="pitch", step=-0.02)
+    assert keys.position == StickPosition()
+    assert not StickKeys.is_stick_key(Qt.Key.Key_Space)
 
 
 @given(st.lists(st.tuples(st.sampled_from(KEYS), st.booleans())))
@@ -67,10 +67,10 @@ def test_released_sticks_are_centered_whatever_was_pressed(
             keys.press(key, trim=False, again=False)
         else:
             keys.release(key)
-        assert max(abs(keys.push.pitch), abs(keys.push.roll), abs(keys.push.yaw)) <= 1.0
+        assert max(abs(keys.position.pitch), abs(keys.position.roll), abs(keys.position.yaw)) <= 1.0
     for key in KEYS:
         keys.release(key)
-    assert keys.push == StickPosition()
+    assert keys.position == StickPosition()
 
 
 # The aircraft
@@ -105,12 +105,12 @@ def test_a_trainee_takes_the_aircraft_flies_a_doublet_and_gives_it_back(
         Qt.Key.Key_T,
         Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier,
     )
-    pilot, desk = window.pilot, window.desk
+    pilot, desk = window.pilot_page, window.flight_controller
     until(qtbot, lambda: pilot.training.running and desk.time is not None, _PATIENCE_MS)
     assert pilot.isVisible()
     until(qtbot, lambda: desk.time > 1.0, _PATIENCE_MS)
     # It begins in the air, with the cards of the aircraft, and the page judges it.
-    until(qtbot, lambda: pilot.canvas.sheet.card.lead.startswith("NEXT"), _PATIENCE_MS)
+    until(qtbot, lambda: pilot.canvas.display.card.heading.startswith("NEXT"), _PATIENCE_MS)
     assert "built-in pilot" in pilot.help.text()
     # Letters are commands until the trainee has it; the keyboard is on the page.
     assert pilot.canvas.hasFocus()
@@ -118,7 +118,7 @@ def test_a_trainee_takes_the_aircraft_flies_a_doublet_and_gives_it_back(
     qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_S)
     assert window.store.current.muted is not muted
     qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_H)
-    until(qtbot, lambda: pilot.training.flies, _PATIENCE_MS)
+    until(qtbot, lambda: pilot.training.trainee_has_control, _PATIENCE_MS)
     assert pilot.help.text().startswith("You have it")
     qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_S)
     assert window.store.current.muted is not muted
@@ -138,7 +138,7 @@ def test_a_trainee_takes_the_aircraft_flies_a_doublet_and_gives_it_back(
     assert np.nanmax(moved()) < 1.5 * DEGREE
     hold(qtbot, Qt.Key.Key_Up, lambda: bool(np.nanmax(moved()) > 3.0 * DEGREE))
     qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_H)
-    until(qtbot, lambda: not pilot.training.flies, _PATIENCE_MS)
+    until(qtbot, lambda: not pilot.training.trainee_has_control, _PATIENCE_MS)
     # Another flight ends it.
     aircraft = pilot.training._flight.process
     desk.close_flight()
@@ -155,19 +155,19 @@ def test_training_does_not_take_the_place_of_a_flight_that_is_recorded(
     window: MainWindow, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A slip of the hand in flight must not cost the cues."""
-    before = window.pilot.training.folder
+    before = window.pilot_page.training.folder
     with monkeypatch.context() as patch:
-        patch.setattr(FlightController, "records_here", True)
+        patch.setattr(FlightController, "is_recording", True)
         window.commands.actions["pilot_train"].trigger()
-    assert window.pilot.training.folder == before
+    assert window.pilot_page.training.folder == before
     assert any("being recorded" in text for text in window.banners.texts())
 
 
 def test_the_start_page_offers_training(window: MainWindow, qtbot: QtBot) -> None:
     """By a button with a name, reached by Tab."""
-    button = window.flight_place.start.train
+    button = window.flight_page.start.training_button
     assert "Train" in button.accessibleName()
-    focus = window.flight_place.start
+    focus = window.flight_page.start
     focus.setFocus()
     for _ in range(8):
         qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Tab)

@@ -82,17 +82,17 @@ def test_alt_and_a_number_go_to_the_step_of_the_place_on_screen(
     """The same keys belong to Model gap when that is on screen; the step is remembered."""
     for number, step in enumerate(PREFLIGHT_STEPS, start=1):
         go(window, qtbot, number)
-        assert window.preflight.step == step.id
-        assert window.preflight.steps.buttons[step.id].isChecked()
+        assert window.preflight_page.step == step.id
+        assert window.preflight_page.steps.buttons[step.id].isChecked()
         assert window.store.current.preflight_step == step.id
     go(window, qtbot, 3)
     qtbot.keyClick(window, Qt.Key.Key_F5)
     assert not window.commands.actions["preflight_card"].isEnabled()
     press(qtbot, Qt.Key.Key_1, ALT)
-    assert window.preflight.step == "checklist"
+    assert window.preflight_page.step == "checklist"
     qtbot.keyClick(window, Qt.Key.Key_F1)
-    assert window.preflight.step == "checklist"
-    assert window.preflight.pages["checklist"].list.hasFocus()
+    assert window.preflight_page.step == "checklist"
+    assert window.preflight_page.pages["checklist"].list.hasFocus()
 
 
 def test_no_two_commands_of_one_place_share_a_key(window: MainWindow, qtbot: QtBot) -> None:
@@ -103,7 +103,7 @@ def test_no_two_commands_of_one_place_share_a_key(window: MainWindow, qtbot: QtB
             key
             for command in window.commands.commands
             if window.commands.actions[command.id].isEnabled()
-            for key in command.keys
+            for key in command.shortcuts
         ]
         assert len(keys) == len(set(keys)), PREFLIGHT_STEPS[number - 1].id
 
@@ -113,10 +113,10 @@ def test_a_check_that_failed_stands_at_its_step(tmp_path: Path) -> None:
     store = SettingsStore(tmp_path / "window.toml")
     rudder = load_certificates(store.current.calibration)["rudder"]
     calibrations = CertificateStore(calibrations_path(store.path), "B777")
-    calibrations.put(rudder)
+    calibrations.put_in_force(rudder)
     books = PreflightModel(store)
     books.read_calibration()
-    assert "moved" not in books.states()["calibration"].words
+    assert "moved" not in books.step_states()["calibration"].text
     result = CheckResult(
         zero=1.5, zero_uncertainty=0.1, slope=0.0, slope_uncertainty=0.01, largest=1.6,
         off=(1.4, 1.5, 1.6), passed=False, sentence="the zero moved",
@@ -127,13 +127,13 @@ def test_a_check_that_failed_stands_at_its_step(tmp_path: Path) -> None:
     )  # fmt: skip
     calibrations.record_check(checked)
     books.read_calibration()
-    state = books.states()["calibration"]
-    assert (state.state, state.words) == ("warning", "1 moved")
+    state = books.step_states()["calibration"]
+    assert (state.state, state.text) == ("warning", "1 moved")
     assert "Rudder" in state.detail
     # Somebody wrote into the file: then nothing is known, and nothing breaks.
     calibrations.checks("rudder")[-1].write_text("passed = maybe", encoding="utf-8")
     books.read_calibration()
-    assert "moved" not in books.states()["calibration"].words
+    assert "moved" not in books.step_states()["calibration"].text
 
 
 @pytest.mark.parametrize(
@@ -151,7 +151,7 @@ def test_a_check_names_what_moved(
     """A lever at another hole changes the slope alone: a zero that moved by nothing is no news."""
     rudder = load_certificates("b777")["rudder"]
     shelf = CalibrationFolder(calibrations_path(tmp_path / "window.toml"), "B777")
-    shelf.store.put(rudder)
+    shelf.store.put_in_force(rudder)
     result = CheckResult(
         zero=zero, zero_uncertainty=0.1, slope=slope, slope_uncertainty=0.01, largest=1.6,
         off=(0.0, 0.0), passed=passed, sentence="",
@@ -161,15 +161,15 @@ def test_a_check_names_what_moved(
         result=result,
     )  # fmt: skip
     shelf.store.record_check(checked)
-    plan = shelf.plan().only(("surface",))
+    plan = shelf.load_plan_in_use().select_kinds(("surface",))
     (standing,) = [one for one in list_instrument_statuses(plan, shelf) if one.title == "Rudder"]
-    assert standing.words.endswith(f"{'holds' if passed else 'has moved'}: {what} {size}")
+    assert standing.text.endswith(f"{'holds' if passed else 'has moved'}: {what} {size}")
     (instrument,) = [one for one in plan.instruments if one.channel == "rudder"]
     view = WizardView(
-        instrument=instrument, index=0, count=1, phase="fit", prompt="", mode="check", check=result
+        instrument=instrument, index=0, count=1, phase="fit", prompt="", mode="check", check_result=result
     )
     cue = build_prompt(view)
-    assert (cue.lead, cue.big) == (f"The {what} has moved by", size)
+    assert (cue.caption, cue.main_text) == (f"The {what} has moved by", size)
 
 
 @pytest.mark.parametrize(
@@ -182,7 +182,7 @@ def test_certificates_go_only_into_the_flight_that_goes_on(
     """Not into the record of another day, nor into that of another aircraft."""
     store = SettingsStore(tmp_path / "window.toml")
     shelf = CalibrationFolder(calibrations_path(store.path), aircraft, "b777")
-    shelf.store.put(load_certificates("b777")["rudder"])
+    shelf.store.put_in_force(load_certificates("b777")["rudder"])
     flight = FlightFolder.create(tmp_path / "flight")
     session = SimpleNamespace(
         aircraft=load_aircraft("b777"), path=flight.path, replaying=flight if replaying else None
@@ -190,7 +190,7 @@ def test_certificates_go_only_into_the_flight_that_goes_on(
     at_hand = CalibrationController(
         SimpleNamespace(session=session), store, SimpleNamespace(running=False)
     )
-    at_hand.put(at_hand.shelf if aircraft == at_hand.shelf.aircraft else shelf)
+    at_hand.apply(at_hand.folder if aircraft == at_hand.folder.aircraft else shelf)
     assert [path.stem for path in flight.certificate_files()] == (["rudder"] if kept else [])
     assert load_certificates(store.current.calibration)["rudder"].channel == "rudder"
 
@@ -216,7 +216,7 @@ def test_no_fuel_is_a_value_too() -> None:
 def test_the_step_of_the_cards_counts_what_is_wrong() -> None:
     cards = load_cards("b777")
     for problems, words in ((("no number",), "1 value wrong"), (("a", "b"), "2 values wrong")):
-        assert find_cards_state(cards, None, problems, own=True, flies=False).words == words
+        assert find_cards_state(cards, None, problems, own=True, flies=False).text == words
 
 
 def test_an_aircraft_has_the_same_calibrations_with_and_without_a_flight(tmp_path: Path) -> None:
@@ -234,31 +234,31 @@ def test_an_aircraft_has_the_same_calibrations_with_and_without_a_flight(tmp_pat
     plans.mkdir(parents=True)
     plan = (CALIBRATION_PLANS.folder / "b777.toml").read_text(encoding="utf-8")
     (plans / "Skywalker X8.toml").write_text(plan.replace('"Rudder"', '"Tail"'), encoding="utf-8")
-    in_force = CalibrationInForce(certificates=known, on=None, lacking=["rudder"])
+    in_force = CalibrationInForce(certificates=known, flight_date=None, missing=["rudder"])
     flight = SimpleNamespace(aircraft=load_aircraft(file), calibration_in_force=in_force)
     practice = SimpleNamespace(running=False)
     for session in (None, flight):
         desk = SimpleNamespace(session=session)
-        assert CalibrationController(desk, store, practice).shelf.aircraft == "Skywalker X8"
+        assert CalibrationController(desk, store, practice).folder.aircraft == "Skywalker X8"
         books = PreflightModel(store)
         books.session = session
         books.read_calibration()
-        assert books.states()["calibration"].detail == "Not calibrated: Rudder surface"
+        assert books.step_states()["calibration"].detail == "Not calibrated: Rudder surface"
 
 
 def check_states(window: MainWindow) -> None:
     """Look for the state of two steps: words, and their color in pixels."""
-    shown = window.preflight.steps.buttons
-    assert shown["card"].shown.words == "5 missing"
-    assert "not green" in shown["checklist"].shown.words
+    shown = window.preflight_page.steps.buttons
+    assert shown["card"].state.text == "5 missing"
+    assert "not green" in shown["checklist"].state.text
     for name, color in (("card", "caution"), ("checklist", "warning")):
-        assert count(shown[name], getattr(window.look.theme, color)) > 40, name
+        assert count(shown[name], getattr(window.display_style.theme, color)) > 40, name
 
 
 def test_each_step_shows_its_state_in_color_and_words(window: MainWindow, qtbot: QtBot) -> None:
     go(window, qtbot, 1)
     check_states(window)
-    card = window.preflight.steps.buttons["card"]
+    card = window.preflight_page.steps.buttons["card"]
     assert "Missing: pilot" in card.toolTip()
     assert "5 missing" in card.accessibleName()
 
@@ -306,8 +306,8 @@ def test_what_will_not_do_is_told_in_words_and_is_not_on_the_card(
     field = page.fields["fuel"][1]
     type_into(qtbot, field, "2.7 ft")
     assert "not a unit of mass" in field.sentence.text()
-    assert window.preflight.steps.buttons["card"].shown.words == "1 value wrong"
-    assert count(field.sentence, window.look.theme.warning) > 20
+    assert window.preflight_page.steps.buttons["card"].state.text == "1 value wrong"
+    assert count(field.sentence, window.display_style.theme.warning) > 20
     press(qtbot, Qt.Key.Key_Tab)
     assert (field.text, info(window).fuel) == ("2.7 ft", None)
     assert "marked" in page.saved.text()
@@ -322,7 +322,7 @@ def test_a_slip_is_doubted_beside_the_value(window: MainWindow, qtbot: QtBot) ->
     type_into(qtbot, field, "21.1")
     assert field.sentence.isVisible()
     assert "kg" in field.sentence.text()
-    assert count(field.sentence, window.look.theme.caution) > 20
+    assert count(field.sentence, window.display_style.theme.caution) > 20
 
 
 def test_undo_takes_back_field_by_field_and_redo_makes_it_again(
@@ -411,14 +411,14 @@ def test_a_flight_folder_has_its_own_card_also_after_landing(
     page = go(window, qtbot, 1)
     type_into(qtbot, page.fields["crew.pilot"][1], "Ann")
     csv = write_flight(tmp_path)
-    window.desk.starter.open_flight(csv, playing=False)
-    until(qtbot, lambda: window.desk.is_loaded)
+    window.flight_controller.flight_opener.open_flight(csv, playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded)
     assert page.home.text().startswith("small.csv has no card")
     assert page.fields["crew.pilot"][1].text == "Ann"
     folder = FlightFolder.create(tmp_path / "landed", FlightInfo(name="Landed"))
-    folder.keep_onboard_log(csv)
-    window.desk.starter.open_flight(folder.path, playing=False)
-    until(qtbot, lambda: window.desk.name == "Landed")
+    folder.store_onboard_log(csv)
+    window.flight_controller.flight_opener.open_flight(folder.path, playing=False)
+    until(qtbot, lambda: window.flight_controller.name == "Landed")
     assert page.home.text().startswith("Card of Landed, ")
     assert page.fields["crew.pilot"][1].text == ""
     type_into(qtbot, page.fields["pilot_comments"][1], "heavy on rudder")
@@ -427,7 +427,7 @@ def test_a_flight_folder_has_its_own_card_also_after_landing(
     # What another program writes is seen.
     qtbot.keyClick(window, Qt.Key.Key_F1)
     folder.update_info(pilot_comments="light on rudder")
-    window.preflight.refresh()
+    window.preflight_page.refresh()
     assert page.fields["pilot_comments"][1].text == "light on rudder"
 
 
@@ -442,7 +442,7 @@ def test_a_card_with_more_loading_than_rows_grow_loses_none(
     waiting(window).mkdir(parents=True, exist_ok=True)
     (waiting(window) / "flight.toml").write_text(listed, encoding="utf-8")
     page = go(window, qtbot, 1)
-    window.desk.changed.emit()
+    window.flight_controller.changed.emit()
     cells = page.loading.rows.cells
     until(qtbot, lambda: len(cells) == 8)
     type_into(qtbot, cells[0][1], "9")
@@ -455,17 +455,17 @@ def test_a_card_that_cannot_be_read_is_left_alone(window: MainWindow, qtbot: QtB
     page = go(window, qtbot, 1)
     waiting(window).mkdir(parents=True, exist_ok=True)
     (waiting(window) / "flight.toml").write_text("notes = ", encoding="utf-8")
-    window.desk.changed.emit()
+    window.flight_controller.changed.emit()
     until(qtbot, lambda: any("not valid TOML" in text for text in window.banners.texts()))
     assert not page.area.isEnabled()
     assert "cannot be read" in page.home.text()
-    assert window.preflight.steps.buttons["card"].shown.state == "warning"
+    assert window.preflight_page.steps.buttons["card"].state.state == "warning"
     assert (waiting(window) / "flight.toml").read_text(encoding="utf-8") == "notes = "
 
 
 def check_controls(window: MainWindow) -> None:
     """Look that every control of the card is high enough, named, inside, and overlaps no other."""
-    page, high = window.preflight.pages["card"], window.look.px(44)
+    page, high = window.preflight_page.pages["card"], window.display_style.px(44)
     inside = page.area.widget()
     controls = [
         control
@@ -487,9 +487,9 @@ def check_controls(window: MainWindow) -> None:
             if box.intersects(other)
         ]
         assert not crossing, (control.accessibleName(), crossing, box)
-    for button in window.preflight.steps.buttons.values():
+    for button in window.preflight_page.steps.buttons.values():
         assert button.height() >= high
-    assert window.rect().contains(in_window(window.preflight.steps, window))
+    assert window.rect().contains(in_window(window.preflight_page.steps, window))
 
 
 def test_nothing_is_cut_and_all_is_high_enough_for_gloves(window: MainWindow, qtbot: QtBot) -> None:
@@ -509,16 +509,16 @@ def check_lines(window: MainWindow, qtbot: QtBot, step: int) -> None:
     """Look that the lines of a list are within it, and that their words are drawn."""
     lines = go(window, qtbot, step).list
     shown = lines.viewport()
-    assert lines.height() >= window.look.px(120)
+    assert lines.height() >= window.display_style.px(120)
     assert window.rect().contains(in_window(lines, window))
     for row in range(2):
         box = lines.visualRect(lines.listed.index(row))
         assert 0 <= box.left() < box.right() <= shown.width()
-        assert count(shown, window.look.theme.text, box & shown.rect()) > 400
+        assert count(shown, window.display_style.theme.text, box & shown.rect()) > 400
 
 
 def state_of(window: MainWindow, item_id: str) -> str:
-    items = window.preflight.books.checklist.items
+    items = window.preflight_page.model.checklist.items
     return next(item.state for item in items if item.id == item_id)
 
 
@@ -560,8 +560,8 @@ def test_nothing_is_ticked_begun_anew_or_started_in_a_replay(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     """What the crew saw before that flight stays as it was."""
-    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.desk.is_loaded, _PATIENCE_MS)
+    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded, _PATIENCE_MS)
     page = go(window, qtbot, 3)
     before, items = page.book.ticks, page.book.items
     item = next(item for item in items if item.can_tick)
@@ -579,7 +579,7 @@ def test_without_a_flight_there_is_nothing_to_start(window: MainWindow, qtbot: Q
     go(window, qtbot, 3)
     press(qtbot, Qt.Key.Key_Return, CONTROL)
     assert any("connect the aircraft first" in text for text in window.banners.texts())
-    assert window.preflight.isVisible()
+    assert window.preflight_page.isVisible()
 
 
 def test_the_crews_own_list_is_opened_and_counts_as_soon_as_it_is_saved(
@@ -624,8 +624,8 @@ def test_telemetry_turns_items_green_and_starting_all_the_same_is_recorded(
     )  # fmt: skip
     try:
         with Aircraft(port):
-            window.desk.starter.connect_aircraft(request)
-            until(qtbot, lambda: window.desk.is_open, _PATIENCE_MS)
+            window.flight_controller.flight_opener.connect_aircraft(request)
+            until(qtbot, lambda: window.flight_controller.is_open, _PATIENCE_MS)
             assert FlightFolder(path=folder).info().crew == {"pilot": "Ann"}
             assert state_of(window, "airframe") == "green"
             until(qtbot, lambda: state_of(window, "link") == "green", _PATIENCE_MS)
@@ -635,14 +635,14 @@ def test_telemetry_turns_items_green_and_starting_all_the_same_is_recorded(
             until(qtbot, lambda: page.list.listed.lines[0].state == "warning", _PATIENCE_MS)
             shown = page.list.viewport()
             top = page.list.visualRect(page.list.listed.index(0))
-            theme = window.look.theme
+            theme = window.display_style.theme
             assert count(shown, theme.warning_band, top) > 0.5 * top.width() * top.height()
             last = page.list.visualRect(page.list.listed.index(5))
             assert count(shown, theme.warning_band, last) == 0
             assert count(page.red, theme.warning) > 100
             page.list.setFocus()
             press(qtbot, Qt.Key.Key_Return, CONTROL)
-            assert window.places.currentWidget() is window.flight_place
+            assert window.pages.currentWidget() is window.flight_page
             assert any("all the same" in text for text in window.banners.texts())
     finally:
         for recorder in find_recorders():
@@ -730,10 +730,10 @@ def test_a_card_says_what_will_not_do(window: MainWindow, qtbot: QtBot) -> None:
     ):
         type_into(qtbot, fields[name], text)
         assert words in fields[name].sentence.text()
-        assert count(fields[name].sentence, window.look.theme.warning) > 20
+        assert count(fields[name].sentence, window.display_style.theme.warning) > 20
         press(qtbot, Qt.Key.Key_Z, CONTROL)
         assert not fields[name].sentence.isVisible()
-    assert window.preflight.steps.buttons["cards"].shown.state != "warning"
+    assert window.preflight_page.steps.buttons["cards"].state.state != "warning"
 
 
 def test_other_surfaces_ask_for_their_own_amplitudes(window: MainWindow, qtbot: QtBot) -> None:
@@ -790,19 +790,19 @@ def test_a_flight_without_cards_has_none_at_every_place(
 ) -> None:
     """Those of the program stand ready to be chosen, and count when they are."""
     folder = FlightFolder.create(tmp_path / "landed", FlightInfo(name="Landed"))
-    folder.keep_onboard_log(write_flight(tmp_path))
-    window.desk.starter.open_flight(folder.path, playing=False)
-    until(qtbot, lambda: window.desk.is_loaded)
+    folder.store_onboard_log(write_flight(tmp_path))
+    window.flight_controller.flight_opener.open_flight(folder.path, playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded)
     page = go(window, qtbot, 4)
-    shown = window.preflight.steps.buttons["cards"]
+    shown = window.preflight_page.steps.buttons["cards"]
     good = flown(("de",), page.book.cards.cards[0].speed, 4.5 * DEGREE)
     for found in (False, True):
         if found:
             page.book.found((good,))
-        window.preflight.refresh()
-        assert window.pilot.cues.cards is None
-        assert shown.shown.words == "none in this flight"
-    folder.keep_cards(page.book.cards)
+        window.preflight_page.refresh()
+        assert window.pilot_page.cues.cards is None
+        assert shown.state.text == "none in this flight"
+    folder.store_cards(page.book.cards)
     assert "of 5 cards done" in page.book.state.words
 
 
@@ -818,7 +818,7 @@ def test_the_list_says_which_cards_are_done(window: MainWindow, qtbot: QtBot) ->
     assert lines[1].state_words.startswith("0 of")
     assert "done" in page.book.state.words
     box = page.list.visualRect(page.list.listed.index(0))
-    assert count(page.list.viewport(), window.look.theme.good, box) > 60
+    assert count(page.list.viewport(), window.display_style.theme.good, box) > 60
     window.resize(860, 800)
     qtbot.wait(30)
     assert not page.form.isVisible()

@@ -184,7 +184,7 @@ def test_a_plan_with_a_mistake_is_told_on_the_page(at_bench: Open) -> None:
     """Without it the page is blank; mended, everything is there again."""
     window = at_bench("rudder")
     page, offers = window.page, [one.id for one in window.page.actions_bar.offers]
-    own = page.shelf.folder / "plans" / f"{page.shelf.aircraft}.toml"
+    own = page.folder.folder / "plans" / f"{page.folder.aircraft}.toml"
     plan = own.read_bytes()
     own.write_bytes(plan.replace(b"channel", b"chanel", 1))
     page.hide()
@@ -202,14 +202,14 @@ def test_a_plan_with_a_mistake_is_told_on_the_page(at_bench: Open) -> None:
 def test_a_certificate_goes_into_the_flight_that_is_open(tmp_path: Path, at_bench: Open) -> None:
     """As it is fitted, byte for byte, beside those that were there; and the flight is read anew."""
     flight = FlightFolder.create(tmp_path / "flight")
-    flight.keep_certificates(certificate_paths("b777"))
+    flight.store_certificates(certificate_paths("b777"))
     window = at_bench("rudder")
     window.desk.session.path = flight.path
     begin(window)
     work_through(window)
     kept = {path.stem: path for path in flight.certificate_files()}
     assert set(kept) == set(load_certificates("b777"))
-    made = window.page.shelf.store.in_force_folder / "rudder.toml"
+    made = window.page.folder.store.in_force_folder / "rudder.toml"
     assert kept["rudder"].read_bytes() == made.read_bytes()
     assert kept["alpha"].read_bytes() == next(
         path.read_bytes() for path in certificate_paths("b777") if path.stem == "alpha"
@@ -224,7 +224,7 @@ def test_the_large_number_and_the_aircraft_follow_the_hand(at_bench: Open) -> No
     work, look = window.page.work, window.look
     assert count(work.cue, look.theme.target) > 300  # what is wanted
     assert count(work.cue, look.theme.good_fill) > 2000
-    assert work.cue.cue.state_words == "Steady"
+    assert work.cue.cue.state_text == "Steady"
 
     def ink_row() -> float:
         """Return the mean row of the ink of the close-up's right half: the moving part."""
@@ -234,7 +234,7 @@ def test_the_large_number_and_the_aircraft_follow_the_hand(at_bench: Open) -> No
 
     neutral = ink_row()
     window.desk.pass_time(0.6 * window.bench.set_angle("elevator_left", 20.0))
-    assert work.cue.cue.state_words == "Moving"
+    assert work.cue.cue.state_text == "Moving"
     assert count(work.cue, look.theme.caution_fill) > 2000
     window.desk.pass_time(2.0)
     assert ink_row() > neutral + 5.0, "trailing edge down is down on the screen"
@@ -247,9 +247,9 @@ def test_one_instrument_is_calibrated_again_by_itself(at_bench: Open, way: str) 
     window = at_bench("elevator_left", "rudder")
     rows = window.page.start.instruments
     window.press(KEY.Key_Down)
-    assert rows.chosen == "elevator_left"
+    assert rows.selected_channel == "elevator_left"
     window.press(KEY.Key_Down)
-    assert rows.chosen == "rudder"
+    assert rows.selected_channel == "rudder"
     box = rows.visualItemRect(rows.currentItem())
     if way in ("space", "enter"):
         QTest.keyClick(rows, KEY.Key_Space if way == "space" else KEY.Key_Return)
@@ -264,7 +264,7 @@ def test_one_instrument_is_calibrated_again_by_itself(at_bench: Open, way: str) 
         action.trigger()
     else:
         assert window.page.actions_bar.offers[0].id == "again"
-        window.page.actions_bar.pressed.emit("again")
+        window.page.actions_bar.triggered.emit("again")
     assert window.page.run is not None
     window.desk.pass_time(4.0)
     assert (window.view.instrument.channel, window.view.count) == ("rudder", 1)
@@ -274,19 +274,19 @@ def test_the_others_keep_their_certificates(at_bench: Open) -> None:
     window = at_bench("elevator_left", "rudder")
     begin(window)
     work_through(window, "done")
-    before = window.page.shelf.store.in_force()
+    before = window.page.folder.store.in_force()
     window.press(KEY.Key_Space)
-    window.page.calibrate_again("rudder")
+    window.page.calibrate_instrument("rudder")
     work_through(window, "done")
-    after = window.page.shelf.store.in_force()
+    after = window.page.folder.store.in_force()
     assert after["elevator_left"].stamp == before["elevator_left"].stamp
-    assert len(window.page.shelf.store.history("rudder")) == 2
-    assert len(window.page.shelf.store.history("elevator_left")) == 1
+    assert len(window.page.folder.store.history("rudder")) == 2
+    assert len(window.page.folder.store.history("elevator_left")) == 1
     window.press(KEY.Key_Space)
     # Accelerometers share their positions, and come together.
-    names = load_calibration_plan("b777").together_with("ax").channels
+    names = load_calibration_plan("b777").select_with_dependencies("ax").channels
     assert names == ("ax", "ay", "an")
-    assert load_calibration_plan("b777").together_with("q").channels == ("q",)
+    assert load_calibration_plan("b777").select_with_dependencies("q").channels == ("q",)
 
 
 def test_the_ground_temperature_is_asked_for_in_the_units_of_the_screen(at_bench: Open) -> None:
@@ -294,11 +294,11 @@ def test_the_ground_temperature_is_asked_for_in_the_units_of_the_screen(at_bench
     start = window.page.start
     start.temperature.setText("68")
     assert "°F" in start.temperature.accessibleName()
-    assert start.kelvin == pytest.approx(293.15)
+    assert start.temperature_kelvin == pytest.approx(293.15)
     window.look.set_units("SI")
     assert "°C" in start.temperature.accessibleName()
     assert start.temperature.text() == "20.0"
-    assert start.kelvin == pytest.approx(293.15)
+    assert start.temperature_kelvin == pytest.approx(293.15)
 
 
 def test_points_are_repeated_deleted_added_and_taken_back_by_keys(
@@ -313,7 +313,7 @@ def test_points_are_repeated_deleted_added_and_taken_back_by_keys(
     assert [row.index for row in rows[:5]] == [0, 1, 2, 3, None]
     assert rows[4].current
     assert rows[0].direction == "up"
-    assert "increasing" in rows[0].words
+    assert "increasing" in rows[0].accessible_text
     legend = window.page.work.charts.curve.legend
     assert "increasing" in [one.text() for one in legend.findChildren(QLabel)]
 
@@ -426,19 +426,19 @@ def test_volts_that_stop_are_not_left_standing(
 ) -> None:
     window = at_bench("elevator_left")
     begin(window)
-    assert window.page.work.cue.cue.volts != "– V"
+    assert window.page.work.cue.cue.volts_text != "– V"
     monkeypatch.setattr("ui.preflight.wizard_controller._NO_DATA_SECONDS", -1.0)
     window.desk.told.emit()
     cue = window.page.work.cue.cue
-    assert (cue.state, cue.state_words) == ("warning", "No signal")
-    assert not cue.now
-    assert not cue.volts
+    assert (cue.state, cue.state_text) == ("warning", "No signal")
+    assert not cue.value_text
+    assert not cue.volts_text
     assert window.page.work.picture.figure.angle is None
     # Where the flight is only being read anew nothing is wrong with the signal.
     window.desk.session.feed.present = False
     window.desk.told.emit()
     cue = window.page.work.cue.cue
-    assert (cue.state, cue.state_words) == ("unknown", "Catching up")
+    assert (cue.state, cue.state_text) == ("unknown", "Catching up")
 
 
 def test_no_heading_stands_over_deflections_that_are_not_there(window: BenchWindow) -> None:
@@ -542,7 +542,7 @@ def test_the_surfaces_at_the_end_are_those_of_now(
     window.desk.pass_time(1.0)
     assert window.page.summary.isVisible()
     shown: list[int] = []
-    monkeypatch.setattr(window.page.summary, "show_together", lambda rows: shown.append(len(rows)))
+    monkeypatch.setattr(window.page.summary, "show_deflections", lambda rows: shown.append(len(rows)))
     monkeypatch.setattr(
         "ui.preflight.wizard_page.together_of", lambda history, _units: [history] if history else []
     )
@@ -588,10 +588,10 @@ def until_phase(window: BenchWindow, phase: str) -> None:
     for _ in range(20):
         if window.view.phase == phase:
             return
-        if window.view.phase == "fit" and window.view.sentences:
+        if window.view.phase == "fit" and window.view.problems:
             window.press(KEY.Key_Space)
         window.desk.pass_time(1.0)
-    raise AssertionError(f"{window.view.phase}: {window.view.prompt} {window.view.sentences}")
+    raise AssertionError(f"{window.view.phase}: {window.view.prompt} {window.view.problems}")
 
 
 # For gloves, and at every size
@@ -639,7 +639,7 @@ def test_practice_runs_over_a_real_link_and_comes_in_force_live(
     )
     window = open_window(tmp_path)
     activate(qtbot, window)
-    desk = window.desk
+    desk = window.flight_controller
 
     def press(key: Qt.Key, modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier) -> None:
         qtbot.keyClick(QApplication.focusWidget() or window, key, modifier)
@@ -696,10 +696,10 @@ def test_practice_does_not_take_the_place_of_a_flight_that_is_recorded(
         page = window.findChild(WizardPage)
         begun: list[object] = []
         monkeypatch.setattr(
-            window.desk.starter, "connect_aircraft", lambda *_, **__: begun.append(1)
+            window.flight_controller.flight_opener, "connect_aircraft", lambda *_, **__: begun.append(1)
         )
         with monkeypatch.context() as patch:
-            patch.setattr(FlightController, "records_here", True)
+            patch.setattr(FlightController, "is_recording", True)
             qtbot.keyClick(page, KEY.Key_P)
         assert any("being recorded" in text for text in window.banners.texts())
         assert not begun

@@ -33,7 +33,7 @@ def _own_recorders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[
 @pytest.fixture
 def window(tmp_path: Path, qtbot: QtBot) -> Iterator[MainWindow]:
     made = open_window(tmp_path)
-    made.ask_nothing()
+    made.disable_close_questions()
     qtbot.addWidget(made)
     yield made
     made.close()
@@ -44,7 +44,7 @@ def records_in(folder: Path) -> int:
 
 
 def connect(window: MainWindow, port: int, folder: Path, *, append: bool = False) -> None:
-    window.desk.starter.connect_aircraft(
+    window.flight_controller.flight_opener.connect_aircraft(
         ConnectRequest(
             link=f"udpin:127.0.0.1:{port}", folder=folder, channel_map="b777", aircraft="b777",
             calibration="b777", append=append,
@@ -56,10 +56,10 @@ def fly(window: MainWindow, qtbot: QtBot, port: int, folder: Path, *, append: bo
     """Record half a second of flight and end it; return how many records the folder holds."""
     before = records_in(folder)
     connect(window, port, folder, append=append)
-    until(qtbot, lambda: window.desk.is_open and window.desk.session.path == folder)
+    until(qtbot, lambda: window.flight_controller.is_open and window.flight_controller.session.path == folder)
     with Aircraft(port):
         until(qtbot, lambda: records_in(folder) > before + 50)
-    window.desk.stop_now()
+    window.flight_controller.stop_recording_and_wait()
     return records_in(folder)
 
 
@@ -68,7 +68,7 @@ def test_a_finished_flight_is_not_appended_to_without_asking(
 ) -> None:
     port, folder = free_port(), tmp_path / "flights" / "first"
     count = fly(window, qtbot, port, folder)
-    window.desk.close_flight()
+    window.flight_controller.close_flight()
     connect(window, port, folder)
     until(qtbot, lambda: any("finished flight" in text for text in window.banners.texts()))
     assert find_recorder(folder) is None
@@ -103,18 +103,18 @@ def test_a_name_of_a_finished_flight_asks_for_a_new_flight_or_appends(
 
     def fill(dialog: ConnectDialog) -> None:
         dialog.link.text.setEditText(f"udpin:127.0.0.1:{free_port()}")
-        dialog.place.name.setText("first")
+        dialog.folder_field.name.setText("first")
         answer_dialog(QMessageBox, reply)
         qtbot.mouseClick(dialog.button, Qt.MouseButton.LeftButton)
-        until(qtbot, lambda: not dialog.connecting or not dialog.isVisible())
-        stays = (dialog.isVisible(), dialog.button.isEnabled(), dialog.place.name.text())
+        until(qtbot, lambda: not dialog.is_connecting or not dialog.isVisible())
+        stays = (dialog.isVisible(), dialog.button.isEnabled(), dialog.folder_field.name.text())
         assert stays == (recorded is None, recorded is None, "first")
 
     answer_dialog(ConnectDialog, fill)
     window.commands.actions["connect"].trigger()
     running = [found.folder for found in find_recorders()]
     assert running == ([] if recorded is None else [folder.with_name(recorded)])
-    assert window.desk.is_open == (recorded is not None)
+    assert window.flight_controller.is_open == (recorded is not None)
 
 
 @pytest.mark.parametrize("by_key", [False, True])
@@ -122,12 +122,12 @@ def test_several_recorders_are_chosen_from_a_menu_on_the_record_tile(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, by_key: bool
 ) -> None:
     """Esc attaches to none; a line attaches to its recorder, and is not listed beside it."""
-    rec = window.bar.views["record"]
+    rec = window.status_bar.item_widgets["record"]
     links = {
         start_recorder(f"udpin:127.0.0.1:{free_port()}", tmp_path / name).folder: name
         for name in ("one", "two", "three")
     }
-    until(qtbot, lambda: len(window.desk.others) == 3)
+    until(qtbot, lambda: len(window.flight_controller.other_recorders) == 3)
 
     def menu() -> QMenu:
         qtbot.mouseClick(rec, Qt.MouseButton.LeftButton)
@@ -137,12 +137,12 @@ def test_several_recorders_are_chosen_from_a_menu_on_the_record_tile(
     opened = menu()
     assert len(opened.actions()) == 3
     qtbot.keyClick(opened, Qt.Key.Key_Escape)
-    assert (opened.isVisible(), window.desk.is_open) == (False, False)
+    assert (opened.isVisible(), window.flight_controller.is_open) == (False, False)
     for others in (3, 2):
         opened = menu()
         assert len(opened.actions()) == others
         row = others - 2
-        wanted = window.desk.others[row].handle.folder
+        wanted = window.flight_controller.other_recorders[row].handle.folder
         assert links[wanted] in opened.actions()[row].text()
         if by_key:
             for _ in range(row + 1):
@@ -151,8 +151,8 @@ def test_several_recorders_are_chosen_from_a_menu_on_the_record_tile(
         else:
             place = opened.actionGeometry(opened.actions()[row]).center()
             qtbot.mouseClick(opened, Qt.MouseButton.LeftButton, pos=place)
-        until(qtbot, lambda wanted=wanted: window.desk.is_open
-              and window.desk.session.path == wanted)  # fmt: skip
+        until(qtbot, lambda wanted=wanted: window.flight_controller.is_open
+              and window.flight_controller.session.path == wanted)  # fmt: skip
     assert len(find_recorders()) == 3
 
 
@@ -160,25 +160,25 @@ def test_the_bar_shows_a_recorder_of_a_closed_flight_and_attaches_with_a_click(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     port, folder = free_port(), tmp_path / "flights" / "first"
-    rec = window.bar.views["record"]
-    stop = window.bar._buttons["record"]
-    assert rec.part.value == "off"
+    rec = window.status_bar.item_widgets["record"]
+    stop = window.status_bar._buttons["record"]
+    assert rec.item.value == "off"
     assert not stop.isVisible()
     with Aircraft(port):
         connect(window, port, folder)
-        until(qtbot, lambda: window.desk.is_open and rec.part.note.startswith("growing"))
+        until(qtbot, lambda: window.flight_controller.is_open and rec.item.note.startswith("growing"))
         assert stop.isVisible()
-        window.desk.close_flight()
-        until(qtbot, lambda: rec.part.value == "first")
+        window.flight_controller.close_flight()
+        until(qtbot, lambda: rec.item.value == "first")
         assert not stop.isVisible()
         qtbot.mouseClick(rec, Qt.MouseButton.LeftButton)
-        until(qtbot, lambda: window.desk.is_open and window.desk.session.path == folder)
+        until(qtbot, lambda: window.flight_controller.is_open and window.flight_controller.session.path == folder)
         # Another that runs beside the open flight is counted.
         other = start_recorder(f"udpin:127.0.0.1:{free_port()}", tmp_path / "flights" / "second")
-        until(qtbot, lambda: "+1" in rec.part.word)
-        assert "second" in rec.part.detail
+        until(qtbot, lambda: "+1" in rec.item.title)
+        assert "second" in rec.item.detail
         other.stop()
-        until(qtbot, lambda: "+1" not in rec.part.word)
+        until(qtbot, lambda: "+1" not in rec.item.title)
 
 
 def test_a_flight_ends_with_its_alarms_and_goes_to_review(
@@ -187,31 +187,31 @@ def test_a_flight_ends_with_its_alarms_and_goes_to_review(
     port, folder = free_port(), tmp_path / "flights" / "first"
     with Aircraft(port):
         connect(window, port, folder)
-        until(qtbot, lambda: window.desk.is_open and (window.desk.time or 0.0) > 1.5)
+        until(qtbot, lambda: window.flight_controller.is_open and (window.flight_controller.time or 0.0) > 1.5)
     # Switched off: silent, with an alarm.
-    until(qtbot, lambda: window.desk.session.board.get("link") is not None)
-    assert window.bar.views["link"].part.state == "warning"
+    until(qtbot, lambda: window.flight_controller.session.alarm_registry.get("link") is not None)
+    assert window.status_bar.item_widgets["link"].item.state == "warning"
     # Words that the tile cuts off are in its tool tip, also under a pointer that rests on it.
-    alarms = window.bar.views["alarms"]
-    until(qtbot, lambda: alarms.part.state == "warning")
-    assert alarms.part.value in alarms.toolTip()
+    alarms = window.status_bar.item_widgets["alarms"]
+    until(qtbot, lambda: alarms.item.state == "warning")
+    assert alarms.item.value in alarms.toolTip()
     # The most urgent of all alarms is whole on two lines of the tile.
-    metrics = QFontMetricsF(window.look.font("label", strong=True))
-    wide = alarms.width() - 2 * window.look.px(8)
-    _, rest = _break_text(alarms.part.value, metrics, wide)
+    metrics = QFontMetricsF(window.display_style.font("label", strong=True))
+    wide = alarms.width() - 2 * window.display_style.px(8)
+    _, rest = _break_text(alarms.item.value, metrics, wide)
     assert rest
     assert metrics.horizontalAdvance(rest) <= wide
     # Were it known to have landed, the silence would be none.
-    window.desk.session.landing.landed_at = 1.2
-    until(qtbot, lambda: window.bar.views["link"].part.state != "warning")
+    window.flight_controller.session.landing.landed_at = 1.2
+    until(qtbot, lambda: window.status_bar.item_widgets["link"].item.state != "warning")
     until(qtbot, lambda: any("landed" in text for text in window.banners.texts()))
     (banner,) = [one for one in window.banners.banners if "landed" in one.label.text()]
     qtbot.mouseClick(banner.buttons[0], Qt.MouseButton.LeftButton)
-    until(qtbot, window.review.isVisible)
+    until(qtbot, window.review_page.isVisible)
     until(qtbot, lambda: find_recorder(folder) is None)
-    session = window.desk.session
-    assert session.board.standing == ()
-    assert any(one.key == "link" for one in session.board.episodes)
-    assert window.bar.views["alarms"].part.state == "good"
-    assert window.bar.views["record"].part.value == "stopped"
-    until(qtbot, lambda: [one.flight.path for one in window.review.review.flights] == [folder])
+    session = window.flight_controller.session
+    assert session.alarm_registry.current_alarms == ()
+    assert any(one.key == "link" for one in session.alarm_registry.episodes)
+    assert window.status_bar.item_widgets["alarms"].item.state == "good"
+    assert window.status_bar.item_widgets["record"].item.value == "stopped"
+    until(qtbot, lambda: [one.flight.path for one in window.review_page.review.flights] == [folder])

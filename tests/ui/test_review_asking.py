@@ -110,7 +110,7 @@ def test_what_cannot_be_asked_of_a_derivative_is_said(
 def test_each_field_says_what_is_wrong_with_it(
     changes: dict[str, object], field: str, words: str
 ) -> None:
-    problem = find_form_error(EstimateForm().changed(**changes))
+    problem = find_form_error(EstimateForm().with_changes(**changes))
     assert problem is not None
     assert (problem.field, words in str(problem)) == (field, True), str(problem)
 
@@ -122,11 +122,11 @@ def test_what_a_method_does_not_heed_is_neither_asked_for_nor_judged() -> None:
         derivatives={"Cm_q": DerivativeEntry(treated="held", value="-20")},
     )  # fmt: skip
     assert find_form_error(panel) is not None
-    assert find_form_error(panel.changed(method="ftr")) is None
-    asked = build_run_request(panel.changed(method="ftr"), (Path("a"),), ())
+    assert find_form_error(panel.with_changes(method="ftr")) is None
+    asked = build_run_request(panel.with_changes(method="ftr"), (Path("a"),), ())
     assert (asked.weights, dict(asked.settings.held)) == ("", {})
     with pytest.raises(FormFieldError):
-        build_run_request(panel.changed(method="ee"), (Path("a"),), ())
+        build_run_request(panel.with_changes(method="ee"), (Path("a"),), ())
 
 
 def test_settings_that_the_panel_cannot_hold_are_named() -> None:
@@ -140,8 +140,8 @@ def test_settings_that_the_panel_cannot_hold_are_named() -> None:
 
 def test_every_choice_says_what_it_does_and_maneuvers_are_counted() -> None:
     for words in FIELD_HELP.values():
-        assert words.does.endswith(".")
-        assert len(words.does) < 250
+        assert words.help_text.endswith(".")
+        assert len(words.help_text) < 250
     assert format_maneuver_count([("de",), ("de",), ("da", "dr")], 2) == (
         "3 maneuvers of 2 flights: 2 de, 1 da+dr"
     )

@@ -57,18 +57,18 @@ def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterat
 def page(made: MainWindow, qtbot: QtBot) -> Iterator[EstimatePage]:
     """Return the page as it is when the place is opened by its key."""
     activate(qtbot, made)
-    made.show_place("flight")
+    made.show_page("flight")
     press(qtbot, Qt.Key.Key_F4)
     press(qtbot, Qt.Key.Key_2, ALT)
-    page = made.review.pages["estimate"]
+    page = made.review_page.pages["estimate"]
     assert isinstance(page, EstimatePage)
     page._show(QUICK)
-    until(qtbot, lambda: page.can_run and len(made.review.review.flights) == 2)
+    until(qtbot, lambda: page.can_run and len(made.review_page.review.flights) == 2)
     page.begin()
     yield page
-    made.review.work._engine.hold.set()
-    made.review.work.cancel()
-    until(qtbot, lambda: not made.review.work.running)
+    made.review_page.work._engine.hold.set()
+    made.review_page.work.cancel()
+    until(qtbot, lambda: not made.review_page.work.running)
 
 
 def run(page: EstimatePage, qtbot: QtBot) -> None:
@@ -86,11 +86,11 @@ def test_enter_alone_runs_and_the_run_is_kept(
     The catalog holds the run, as `gsapp runs` shows it.
     """
     assert page.button.hasFocus()
-    count = len(page.taken)
+    count = len(page.selected_maneuvers)
     assert f"{count} maneuvers of 2 flights" in page.sentence.text()
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, lambda: bool(page.book.runs), 30000)
-    outcome = made.review.outcome
+    outcome = made.review_page.outcome
     assert outcome is not None
     assert outcome.number == 1
     assert "Run 1:" in page.sentence.text()
@@ -110,21 +110,21 @@ def test_what_stands_beside_is_the_run_that_ended_last(
 ) -> None:
     """Also where another had the keyboard's line, and though the list is read anew after it."""
     run(page, qtbot)
-    first = page.runs.current
+    first = page.runs.current_run
     run(page, qtbot)
-    outcome = made.review.outcome
+    outcome = made.review_page.outcome
     assert outcome is not None
     assert first is not None
     assert outcome.number != first.number
-    until(qtbot, lambda: page.runs.current is not None)
-    assert page.runs.current.number == outcome.number  # type: ignore[union-attr]
+    until(qtbot, lambda: page.runs.current_run is not None)
+    assert page.runs.current_run.number == outcome.number  # type: ignore[union-attr]
     # Lines that come later leave it where the user put it.
-    page.runs.list.choose(first.number)
+    page.runs.list.select_row(first.number)
     page.runs.refresh()
-    assert page.runs.current.number == first.number  # type: ignore[union-attr]
+    assert page.runs.current_run.number == first.number  # type: ignore[union-attr]
     # As after a start of the program: none is looked at, and these are there.
     page.show_outcome(None)
-    assert page.state.words == f"{len(page.book.runs)} runs kept"
+    assert page.state.text == f"{len(page.book.runs)} runs kept"
     page.show_outcome(outcome)
 
 
@@ -158,7 +158,7 @@ def test_a_derivative_is_held_by_keys_taken_back_and_explained(
     until(qtbot, lambda: page.can_run)
     assert made.store.current.review_estimate == page._wishes
     run(page, qtbot)
-    outcome = made.review.outcome
+    outcome = made.review_page.outcome
     assert outcome is not None
     held = outcome.result.results[0].estimate.derivatives["Cm_q"]
     assert (held.status, held.value) == ("held", -22.5)
@@ -178,7 +178,7 @@ def test_parameters_of_the_effects_of_a_model_can_be_freed(
 ) -> None:
     """They stand below the derivatives with the model's values, and go with the model."""
     curved = load_model("b777").with_effect("aero.Cm.alpha2", {"Cm_alpha2": -1.5}, name="curved")
-    page._show(QUICK.changed(model=str(save_model(curved, tmp_path / "curved.toml"))))
+    page._show(QUICK.with_changes(model=str(save_model(curved, tmp_path / "curved.toml"))))
     table = page.panel.derivatives
     name = "aero.Cm.alpha2.Cm_alpha2"
     row = table.model_of.names.index(name)
@@ -189,7 +189,7 @@ def test_parameters_of_the_effects_of_a_model_can_be_freed(
     assert page._wishes.derivative(name).treated == "free"
     asked = build_run_request(page._wishes, (), ()).settings
     assert (asked.free, asked.likelihood.free_effects) == (None, (name,))
-    page._show(page._wishes.changed(model=""))
+    page._show(page._wishes.with_changes(model=""))
     assert name not in table.model_of.names
     assert page._wishes.derivatives == {}
 
@@ -206,12 +206,12 @@ def test_runs_are_compared_named_repeated_forgotten_and_their_settings_used_agai
     newest, before = page.book.runs[0].number, page.book.runs[1].number
     runs = page.runs.list
     runs.setFocus()
-    runs.choose(before)
+    runs.select_row(before)
     press(qtbot, Qt.Key.Key_Space)
-    runs.choose(newest)
+    runs.select_row(newest)
     differing = [line.cells for line in page.runs.settings.lines.lines]
     assert differing == [("bounds", "Cramer-Rao times 10", "corrected for colored residuals")]
-    one, other = (page.book.run(number) for number in (newest, before))
+    one, other = (page.book.find_run(number) for number in (newest, before))
     assert one is not None
     assert other is not None
     name = page.runs.values.lines.lines[0].key
@@ -225,7 +225,7 @@ def test_runs_are_compared_named_repeated_forgotten_and_their_settings_used_agai
     editor.setText("as in the source")
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, lambda: page.book.runs[0].label == "as in the source")
-    runs.choose(before)
+    runs.select_row(before)
     press(qtbot, Qt.Key.Key_U, CONTROL | SHIFT)
     assert page._wishes == QUICK
     assert f"those of run {before}" in page.sentence.text()
@@ -233,22 +233,22 @@ def test_runs_are_compared_named_repeated_forgotten_and_their_settings_used_agai
     press(qtbot, Qt.Key.Key_Return)
     until(qtbot, lambda: "same to the last bit" in page.sentence.text(), 30000)
     count = len(page.book.runs)
-    runs.choose(newest)
+    runs.select_row(newest)
     press(qtbot, Qt.Key.Key_Delete)
     until(qtbot, lambda: len(page.book.runs) == count - 1)
     press(qtbot, Qt.Key.Key_Z, CONTROL)
-    until(qtbot, lambda: page.book.run(newest) is not None)
+    until(qtbot, lambda: page.book.find_run(newest) is not None)
 
 
 def test_a_copy_of_a_flight_is_told_beside_the_button(
     made: MainWindow, page: EstimatePage, qtbot: QtBot, tmp_path: Path
 ) -> None:
     """The same flight from another folder narrows the bounds of the means: that is said at once."""
-    maneuvers = made.review.pages["maneuvers"]
+    maneuvers = made.review_page.pages["maneuvers"]
     opening = maneuvers.opening
-    copy = Path(shutil.copy(made.review.review.flights[0].path, tmp_path / "copy.csv"))
+    copy = Path(shutil.copy(made.review_page.review.flights[0].path, tmp_path / "copy.csv"))
     opening.open([copy])
-    until(qtbot, lambda: len(made.review.review.flights) == 3 and not opening.doing)
+    until(qtbot, lambda: len(made.review_page.review.flights) == 3 and not opening.doing)
     try:
         until(qtbot, lambda: page.can_run)
         page.begin()
@@ -256,7 +256,7 @@ def test_a_copy_of_a_flight_is_told_beside_the_button(
         assert "The same samples stand in flights 1 and 3:" in page.sentence.text()
     finally:
         flights = maneuvers.flights
-        flights.look_at(made.review.review.flights[2])
+        flights.look_at(made.review_page.review.flights[2])
         flights.take_out()
 
 
@@ -269,14 +269,14 @@ def test_runs_that_cannot_be_read_are_not_called_none(
     kept = path.read_bytes() if path.is_file() else None
     path.write_bytes(b"no catalog" * 500)
     try:
-        page.book.read()
+        page.book.reload()
         until(qtbot, lambda: "They cannot be read" in page.runs.empty.text())
         assert "is damaged or no catalog" in page.runs.empty.text()
     finally:
         path.unlink()
         if kept is not None:
             path.write_bytes(kept)
-    page.book.read()
+    page.book.reload()
     until(qtbot, lambda: page.runs.empty.text().startswith("None yet"))
 
 
@@ -286,19 +286,19 @@ def test_what_is_typed_while_a_run_ends_stays(
     """The name of a kept run and a value to hold are typed on while new values arrive."""
     run(page, qtbot)
     count, named = len(page.book.runs), page.book.runs[0].number
-    engine = made.review.work._engine
+    engine = made.review_page.work._engine
     engine.hold.clear()
     page.panel.label.setText("first")
     press(qtbot, Qt.Key.Key_Return, CONTROL)
     page.panel.label.setText("second")
-    page.runs.list.choose(named)
+    page.runs.list.select_row(named)
     press(qtbot, Qt.Key.Key_N, CONTROL | SHIFT)
     qtbot.keyClicks(QApplication.focusWidget(), "calm")
     engine.hold.set()
     until(qtbot, lambda: len(page.book.runs) == count + 1 and not page._runner.running, 30000)
     qtbot.keyClicks(QApplication.focusWidget(), " air")
     press(qtbot, Qt.Key.Key_Return)
-    until(qtbot, lambda: page.book.run(named).label == "calm air")
+    until(qtbot, lambda: page.book.find_run(named).label == "calm air")
     assert (page.book.runs[0].label, page.panel.label.text()) == ("first", "second")
     page.panel.label.clear()
     table = page.panel.derivatives
@@ -317,7 +317,7 @@ def test_a_value_is_shown_with_all_of_its_bound(qtbot: QtBot) -> None:
     table = DerivativeTable(DisplayStyle())
     qtbot.addWidget(table)
     table.resize(500, 300)
-    table.model_of.show_wishes(EstimateForm(axis="lat"))
+    table.model_of.set_form(EstimateForm(axis="lat"))
     table.show()
     for last in (
         {"Cn_0": "−0.5 ± 0.1"},
@@ -337,17 +337,17 @@ def test_a_run_that_is_stopped_leaves_nothing(
 ) -> None:
     """Stopped by its key in the midst: nothing kept, the outcome before stays, the next works."""
     until(qtbot, lambda: bool(page.book.runs) or not page.book.catalog.is_file())
-    before, count = made.review.outcome, len(page.book.runs)
-    engine = made.review.work._engine
+    before, count = made.review_page.outcome, len(page.book.runs)
+    engine = made.review_page.work._engine
     engine.hold.clear()
     press(qtbot, Qt.Key.Key_Return, CONTROL)
-    until(qtbot, lambda: made.review.strip.isVisible() and "left" not in page.sentence.text())
+    until(qtbot, lambda: made.review_page.strip.isVisible() and "left" not in page.sentence.text())
     assert not made.commands.actions["review_run"].isEnabled()
     press(qtbot, Qt.Key.Key_Period, CONTROL)
-    until(qtbot, lambda: not made.review.work.running)
-    assert not made.review.strip.isVisible()
+    until(qtbot, lambda: not made.review_page.work.running)
+    assert not made.review_page.strip.isVisible()
     until(qtbot, lambda: "Stopped; nothing was kept." in page.sentence.text())
-    assert made.review.outcome is before
+    assert made.review_page.outcome is before
     assert len(page.book.runs) == count
     engine.hold.set()
     run(page, qtbot)
@@ -361,18 +361,18 @@ def test_a_run_that_cannot_be_kept_is_shown_and_says_so(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Where the disk refuses the catalog the numbers are there all the same, and why it did."""
-    before = made.review.outcome
+    before = made.review_page.outcome
     (tmp_path / "file").touch()
     monkeypatch.setattr(page.book, "_catalog", lambda: tmp_path / "file" / "campaign.sqlite")
     press(qtbot, Qt.Key.Key_Return, CONTROL)
-    until(qtbot, lambda: made.review.outcome is not before, 30000)
-    outcome = made.review.outcome
+    until(qtbot, lambda: made.review_page.outcome is not before, 30000)
+    outcome = made.review_page.outcome
     assert outcome is not None
     assert outcome.number is None
     assert "The run is not kept" in page.sentence.text()
-    assert page.state.words.startswith("not kept")
+    assert page.state.text.startswith("not kept")
     monkeypatch.undo()
-    page.book.read()
+    page.book.reload()
     until(qtbot, lambda: page.book._work is None)
 
 
@@ -380,7 +380,7 @@ def test_a_run_that_cannot_be_kept_is_shown_and_says_so(
 def test_a_run_tells_of_itself_while_another_place_is_on_screen(
     made: MainWindow, page: EstimatePage, qtbot: QtBot, way: str
 ) -> None:
-    engine = made.review.work._engine
+    engine = made.review_page.work._engine
     engine.hold.clear()
     press(qtbot, Qt.Key.Key_Return, CONTROL)
     press(qtbot, Qt.Key.Key_F2)
@@ -392,7 +392,7 @@ def test_a_run_tells_of_itself_while_another_place_is_on_screen(
         banner.buttons[0].click()
     else:
         press(qtbot, Qt.Key.Key_F4)
-    assert made.review.isVisible()
+    assert made.review_page.isVisible()
     # Nobody offers to show what is on screen.
     assert "Estimating: done." not in made.banners.texts()
 

@@ -79,7 +79,7 @@ class Bench:
 
     def settle(self) -> None:
         """Wait until what is drawn is what is wanted."""
-        until(self.qtbot, lambda: self.page.view.settled, 20_000)
+        until(self.qtbot, lambda: self.page.view.is_up_to_date, 20_000)
 
     def key(self, key: Qt.Key, modifiers: Qt.KeyboardModifier | None = None) -> None:
         """Press a key where the keyboard is."""
@@ -94,9 +94,9 @@ class Bench:
 
     def pane(self, name: str) -> Subplot:
         """Return the chart of a derivative."""
-        drawing = self.page.view.drawing
+        drawing = self.page.view.rendered_figure
         assert drawing is not None
-        return next(one for one in drawing.panes if one.name == f"derivative:{name}")
+        return next(one for one in drawing.subplots if one.name == f"derivative:{name}")
 
     def place(self, name: str, x: float, y: float) -> QPoint:
         """Return the pixel at which a chart shows x and y, by its axes alone."""
@@ -110,7 +110,7 @@ class Bench:
 
     def color(self, at: QPoint) -> QColor:
         """Return the color of the finished picture there, without what is painted over it."""
-        drawing = self.page.view.drawing
+        drawing = self.page.view.rendered_figure
         assert drawing is not None
         assert drawing.image is not None
         ratio = drawing.image.devicePixelRatio()
@@ -127,14 +127,14 @@ def made(tmp_path_factory: pytest.TempPathFactory, qapp: QApplication) -> Iterat
     page = FiguresPage(commands.actions, look, store, selection, asked)
     for name, act in page.handlers.items():
         commands.actions[name].triggered.connect(lambda _checked=False, act=act: act())
-    page.changed.connect(lambda: commands.enable(["review", *page.present]))
+    page.changed.connect(lambda: commands.update_enabled(["review", *page.present]))
     keeper = ShortcutOverrideFilter(window)
-    keeper.begin()
+    keeper.install()
     window.setCentralWidget(page)
     window.resize(900, 540)
     window.show()
     yield window, page, look, selection, asked, commands
-    keeper.end()
+    keeper.remove()
     window.close()
     window.deleteLater()
 
@@ -147,8 +147,8 @@ def bench(made: tuple[Any, ...], qtbot: QtBot) -> Bench:
     bench.look.set_scale(100)
     bench.look.set_units("US")
     bench.asked.jobs.clear()
-    bench.selection.choose_maneuver("")
-    bench.selection.choose_derivative("")
+    bench.selection.select_maneuver("")
+    bench.selection.select_derivative("")
     material = bench.page._material
     if material is None or material.outcome is not outcome():
         bench.page.show_outcome(None)
@@ -189,18 +189,18 @@ def test_equation_error_shows_coefficients_and_says_why_it_has_no_residuals() ->
     changed = replace(done, result=replace(done.result, results=(fitted,)))
     material = FigureData(outcome=changed, others=(done,), maneuver=first.maneuver.id)
     kinds, room = {one.id: one for one in FIGURE_KINDS}, FigureSize(width=7.0, height=4.0)
-    picture = kinds["fit"].make(material, PRINT_PALETTE, room)
+    picture = kinds["fit"].build(material, PRINT_PALETTE, room)
     assert not isinstance(picture, str)
     assert "coefficients" in picture.caption
     assert comparison_run_option(material).choices == (("", "no other run"),)
     assert len(comparison_run_option(replace(material, outcome=done)).choices) == 2
-    said = kinds["residuals"].make(material, PRINT_PALETTE, room)
+    said = kinds["residuals"].build(material, PRINT_PALETTE, room)
     assert isinstance(said, str)
     assert said.startswith("Equation error compares smoothed coefficients")
     still = equation_error.estimate([first.maneuver], "lon", free=())
     nothing = replace(first, estimate=replace(still, histories=(), free=()))
     empty = replace(done, result=replace(done.result, results=(nothing,)))
-    said = kinds["fit"].make(replace(material, outcome=empty), PRINT_PALETTE, room)
+    said = kinds["fit"].build(replace(material, outcome=empty), PRINT_PALETTE, room)
     assert said == (
         f"Equation error earned no derivative in maneuver {first.maneuver.id}: it was not set free."
     )
@@ -218,19 +218,19 @@ def test_a_point_lies_at_its_value_and_a_click_on_it_chooses_its_maneuver(bench:
         assert bench.selection.maneuver == maneuver
         assert bench.selection.derivative == "Cm_q"
         assert maneuver in bench.page.frame.detail.text()
-        words = canvas.words_at(QPointF(at))
+        words = canvas.text_at(QPointF(at))
         assert f"Maneuver {maneuver}" in words
         assert "ft/s" in words
     empty = bench.place("Cm_q", 2.5, point("Cm_q", "1:M3").value)
-    assert "Maneuver" not in bench.page.view.canvas.words_at(QPointF(empty))
+    assert "Maneuver" not in bench.page.view.canvas.text_at(QPointF(empty))
 
 
 def test_a_choice_made_elsewhere_is_ringed_without_drawing_anew(bench: Bench) -> None:
     """The picture is the same object; on screen a ring of ink lies around the point."""
     canvas = bench.page.view.canvas
-    before = canvas.drawing
-    bench.selection.choose_maneuver("1:M1")
-    assert canvas.drawing is before
+    before = canvas.rendered_figure
+    bench.selection.select_maneuver("1:M1")
+    assert canvas.rendered_figure is before
     one = point("Cm_de", "1:M1")
     at = bench.place("Cm_de", one.number, one.value)
     shown = canvas.grab().toImage()
@@ -246,15 +246,15 @@ def test_a_maneuver_is_left_out_by_a_key_grayed_and_taken_back(bench: Bench) -> 
     """X: gray where it was, mean without it, told to the place; undo and redo."""
     told: list[Any] = []
     bench.page.exclusion_changed.connect(told.append)
-    bench.selection.choose_maneuver("1:M2")
+    bench.selection.select_maneuver("1:M2")
     bench.commands.actions["review_exclude"].trigger()
     bench.settle()
     assert told[-1].summary.without == {"1:M2"}
-    assert bench.page.state.words == "trial, 1 left out"
+    assert bench.page.state.text == "trial, 1 left out"
     one = point("Cm_alpha", "1:M2")
     at = bench.place("Cm_alpha", one.number, one.value)
     assert near(bench.color(at), THEMES["daylight"].previous)
-    assert "by hand" in bench.page.view.canvas.words_at(QPointF(at))
+    assert "by hand" in bench.page.view.canvas.text_at(QPointF(at))
     assert bench.page.can_undo
     # The place hands the outcome back to all pages; that is no new run.
     bench.page.show_outcome(told[-1])
@@ -273,14 +273,14 @@ def test_a_maneuver_is_left_out_by_a_key_grayed_and_taken_back(bench: Bench) -> 
 
 def test_the_wild_maneuver_is_gray_in_sight_and_says_why(bench: Bench) -> None:
     """An outlier is drawn at the edge of its chart, as a point that can be pointed at."""
-    drawing = bench.page.view.drawing
+    drawing = bench.page.view.rendered_figure
     assert drawing is not None
     pane = bench.pane("Cm_de")
-    spot = next(one for one in drawing.spots if (one.pane, one.maneuver) == (pane.place, WILD))
+    spot = next(one for one in drawing.points if (one.subplot_index, one.maneuver) == (pane.index, WILD))
     at = QPoint(round(spot.x), round(spot.y))
     around = [bench.color(at + QPoint(x, y)) for x in (-2, -1, 0, 1, 2) for y in (-2, -1, 0, 1, 2)]
     assert any(near(one, THEMES["daylight"].previous) for one in around)
-    words = bench.page.view.canvas.words_at(QPointF(spot.x, spot.y))
+    words = bench.page.view.canvas.text_at(QPointF(spot.x, spot.y))
     assert "Left out of the mean" in words
     assert "sigma" in words
 
@@ -316,9 +316,9 @@ def test_in_gusts_equation_error_stands_below_the_fit(bench: Bench) -> None:
     assert table.lines is not None
     rows = {one.cells[0]: one.cells for one in table.lines.lines.lines}
     (value,) = [one for one in compare_methods(gusty().result.results[0]) if one.name == "Cm_q"]
-    assert value.equations is not None
-    assert float(rows["Cm_q"][3]) == pytest.approx(value.equations[0], abs=0.01)
-    bench.selection.choose_maneuver("M2")
+    assert value.equation_error is not None
+    assert float(rows["Cm_q"][3]) == pytest.approx(value.equation_error[0], abs=0.01)
+    bench.selection.select_maneuver("M2")
     bench.settle()
     assert table.lines is None
     assert not table.isVisible()
@@ -330,12 +330,12 @@ def test_space_shows_a_chart_large_and_the_kind_again(bench: Bench) -> None:
     name = bench.selection.derivative
     bench.key(Qt.Key.Key_Space)
     bench.settle()
-    drawing = bench.page.view.drawing
+    drawing = bench.page.view.rendered_figure
     assert drawing is not None
-    assert [one.name for one in drawing.panes] == [f"derivative:{name}"]
+    assert [one.name for one in drawing.subplots] == [f"derivative:{name}"]
     bench.key(Qt.Key.Key_Space)
     bench.settle()
-    assert len(bench.page.view.canvas.panes) == 3
+    assert len(bench.page.view.canvas.subplots) == 3
 
 
 def test_zoom_keeps_the_chosen_point_in_place_and_home_shows_all(bench: Bench) -> None:
@@ -343,23 +343,23 @@ def test_zoom_keeps_the_chosen_point_in_place_and_home_shows_all(bench: Bench) -
     canvas = bench.page.view.canvas
     bench.key(Qt.Key.Key_Right)
     bench.key(Qt.Key.Key_Right)
-    pane = canvas.pane(canvas.place)
+    pane = canvas.subplot_at(canvas.subplot_index)
     assert pane is not None
     spot = canvas.current
     assert spot is not None
     bench.key(Qt.Key.Key_Plus)
     (standing,) = [
-        one for one in canvas.shown_spots() if (one.pane, one.maneuver) == (spot.pane, "1:M2")
+        one for one in canvas.visible_points() if (one.subplot_index, one.maneuver) == (spot.subplot_index, "1:M2")
     ]
     assert (standing.x, standing.y) == pytest.approx((spot.x, spot.y))
     bench.settle()
-    zoomed_pane = canvas.pane(pane.place)
+    zoomed_pane = canvas.subplot_at(pane.index)
     assert zoomed_pane is not None
     for drawn, before in ((zoomed_pane.view.x, pane.view.x), (zoomed_pane.view.y, pane.view.y)):
         assert drawn[1] - drawn[0] == pytest.approx(0.8 * (before[1] - before[0]))
     bench.key(Qt.Key.Key_Home)
     bench.settle()
-    after = canvas.pane(pane.place)
+    after = canvas.subplot_at(pane.index)
     assert after is not None
     assert after.view.x == pytest.approx(pane.view.x)
 
@@ -378,13 +378,13 @@ def test_a_drag_with_shift_moves_the_times_of_all_responses_together(bench: Benc
     bench.page.open_fit("1:M1")
     bench.settle()
     canvas = bench.page.view.canvas
-    pane = canvas.panes[0]
+    pane = canvas.subplots[0]
     drag(canvas, QPoint(round(pane.left + 200), round(pane.top + 20)), QPoint(-100, 8), shift=True)
     bench.settle()
     step = 100 / (pane.right - pane.left) * (pane.view.x[1] - pane.view.x[0])
-    for former, now in zip([pane] * len(canvas.panes), canvas.panes, strict=True):
+    for former, now in zip([pane] * len(canvas.subplots), canvas.subplots, strict=True):
         assert now.view.x[0] == pytest.approx(former.view.x[0] + step)
-    assert canvas.panes[0].view.y == pytest.approx(pane.view.y)
+    assert canvas.subplots[0].view.y == pytest.approx(pane.view.y)
 
 
 def test_a_drag_zooms_to_its_rectangle_and_a_double_click_shows_everything(bench: Bench) -> None:
@@ -392,28 +392,28 @@ def test_a_drag_zooms_to_its_rectangle_and_a_double_click_shows_everything(bench
     bench.page.open_fit("1:M1")
     bench.settle()
     canvas = bench.page.view.canvas
-    whole = [pane.view for pane in canvas.panes]
-    pane = canvas.panes[1]
+    whole = [pane.view for pane in canvas.subplots]
+    pane = canvas.subplots[1]
     wide, high = pane.right - pane.left, pane.bottom - pane.top
     start = QPoint(round(pane.left + 0.25 * wide), round(pane.top + 0.2 * high))
     drag(canvas, start, QPoint(round(0.5 * wide), round(0.4 * high)))
     bench.settle()
     (low, high_x), (bottom, top) = pane.view.x, pane.view.y
     span, tall = high_x - low, top - bottom
-    for now in canvas.panes:
+    for now in canvas.subplots:
         assert now.view.x == pytest.approx((low + 0.25 * span, low + 0.75 * span), abs=0.01 * span)
     expected = (bottom + 0.4 * tall, bottom + 0.8 * tall)
-    assert canvas.panes[1].view.y == pytest.approx(expected, abs=0.05 * tall)
-    assert canvas.panes[0].view.y == pytest.approx(whole[0].y)
+    assert canvas.subplots[1].view.y == pytest.approx(expected, abs=0.05 * tall)
+    assert canvas.subplots[0].view.y == pytest.approx(whole[0].y)
     QTest.mouseDClick(canvas, Qt.MouseButton.LeftButton, pos=start)
     bench.settle()
-    for now, former in zip(canvas.panes, whole, strict=True):
+    for now, former in zip(canvas.subplots, whole, strict=True):
         assert now.view.x == pytest.approx(former.x)
         assert now.view.y == pytest.approx(former.y)
     drag(canvas, start, QPoint(round(0.5 * wide), 3))
     bench.settle()
-    assert canvas.panes[1].view.y == pytest.approx(pane.view.y)
-    assert canvas.panes[0].view.x[0] > low
+    assert canvas.subplots[1].view.y == pytest.approx(pane.view.y)
+    assert canvas.subplots[0].view.x[0] > low
 
 
 def test_the_cursor_reads_the_curves_at_its_time_in_the_units_chosen(bench: Bench) -> None:
@@ -422,9 +422,9 @@ def test_the_cursor_reads_the_curves_at_its_time_in_the_units_chosen(bench: Benc
     bench.settle()
     canvas = bench.page.view.canvas
     (history,) = find_result(outcome(), "1:M1").estimate.histories
-    pane = next(one for one in canvas.panes if one.y_title.startswith("q"))
+    pane = next(one for one in canvas.subplots if one.y_title.startswith("q"))
     x = (pane.left + pane.right) / 2
-    words = canvas.words_at(QPointF(x, pane.top + 5)).splitlines()
+    words = canvas.text_at(QPointF(x, pane.top + 5)).splitlines()
     time = (pane.view.x[0] + pane.view.x[1]) / 2
     assert words[0] == clock_text(time, decimals=2)
     near_sample = int(np.abs(history.times - time).argmin())
@@ -443,7 +443,7 @@ def test_the_wheel_zooms_and_with_shift_the_page_scrolls(bench: Bench) -> None:
     bench.page.open_fit("1:M1")
     bench.settle()
     canvas = bench.page.view.canvas
-    pane = canvas.panes[0]
+    pane = canvas.subplots[0]
     at = QPointF(pane.left + 0.3 * (pane.right - pane.left), pane.top + 10)
     for held in (Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.NoModifier):
         event = QWheelEvent(
@@ -453,19 +453,19 @@ def test_the_wheel_zooms_and_with_shift_the_page_scrolls(bench: Bench) -> None:
         QApplication.sendEvent(canvas, event)
         bench.settle()
         zooms = held == Qt.KeyboardModifier.NoModifier
-        span, former = (one.view.x[1] - one.view.x[0] for one in (canvas.panes[0], pane))
+        span, former = (one.view.x[1] - one.view.x[0] for one in (canvas.subplots[0], pane))
         assert span == pytest.approx(former * (0.8 if zooms else 1.0))
     still = pane.view.x[0] + 0.3 * (pane.view.x[1] - pane.view.x[0])
-    now = canvas.panes[0].view.x
+    now = canvas.subplots[0].view.x
     assert now[0] + 0.3 * (now[1] - now[0]) == pytest.approx(still)
     next(one for one in canvas.actions() if one.text() == "Reset zoom").trigger()
     bench.settle()
-    assert canvas.panes[0].view.x == pytest.approx(pane.view.x)
+    assert canvas.subplots[0].view.x == pytest.approx(pane.view.x)
 
 
 def test_words_below_a_figure_are_about_a_point_that_it_draws(bench: Bench) -> None:
     """A maneuver without a point in the derivatives shown has no words below them."""
-    bench.selection.choose_maneuver("1:M1")
+    bench.selection.select_maneuver("1:M1")
     bench.show("lon")
     assert "Maneuver 1:M1" in bench.page.frame.detail.text()
     without = replace(
@@ -482,25 +482,25 @@ def test_words_below_a_figure_are_about_a_point_that_it_draws(bench: Bench) -> N
     )  # fmt: skip
     bench.page.show_outcome(without)
     bench.settle()
-    assert all(spot.maneuver != "1:M1" for spot in bench.page.view.canvas.spots)
+    assert all(spot.maneuver != "1:M1" for spot in bench.page.view.canvas.points)
     assert bench.page.frame.detail.text() == ""
 
 
 @pytest.mark.parametrize(("theme", "scale"), [("dark", 200), ("high-contrast", 100)])
 def test_figures_take_theme_and_scale_of_the_window(bench: Bench, theme: str, scale: int) -> None:
     """Background and ink are the theme's; at 200 % margins, and so letters, are twice as large."""
-    left = bench.page.view.canvas.panes[0].left
+    left = bench.page.view.canvas.subplots[0].left
     bench.look.set_theme(theme)
     bench.look.set_scale(scale)
     bench.settle()
-    drawing = bench.page.view.drawing
+    drawing = bench.page.view.rendered_figure
     assert drawing is not None
     assert drawing.image is not None
-    assert drawing.panes[0].left == pytest.approx(scale / 100 * left, abs=2)
+    assert drawing.subplots[0].left == pytest.approx(scale / 100 * left, abs=2)
     assert drawing.image.pixelColor(2, drawing.image.height() - 3) == QColor(THEMES[theme].plot)
     image = drawing.image
     ink = QColor(THEMES[theme].text).rgb()
-    titles = round(drawing.panes[0].top)
+    titles = round(drawing.subplots[0].top)
     assert any(image.pixel(x, y) == ink for y in range(titles) for x in range(40, 400))
 
 
@@ -508,7 +508,7 @@ def test_figures_take_theme_and_scale_of_the_window(bench: Bench, theme: str, sc
 def test_words_in_figures_stand_out_seven_to_one(theme: str) -> None:
     """Ink and quiet words on the figure's background; traces and markers three to one."""
     palette = window_palette(THEMES[theme])
-    for color in (palette.ink, palette.quiet):
+    for color in (palette.ink, palette.secondary_ink):
         assert contrast(color, palette.background) >= 7.0
     for color in palette.traces.values():
         assert contrast(color, palette.background) >= 3.0
@@ -583,12 +583,12 @@ def test_histories_are_heard_once_and_a_late_answer_is_dropped(bench: Bench) -> 
     bench.settle()
     (asked,) = bench.asked.jobs
     assert isinstance(asked[0], FtrHistoryJob)
-    drawing = page.view.drawing
+    drawing = page.view.rendered_figure
     assert drawing is not None
-    assert "FTR" in drawing.words
+    assert "FTR" in drawing.message
     asked[2](JobCanceledError())
     bench.settle()
-    assert "stopped" in page.view.canvas.drawing.words  # type: ignore[union-attr]
+    assert "stopped" in page.view.canvas.rendered_figure.message  # type: ignore[union-attr]
     page.show_kind("online")
     late, (_, done, _) = bench.asked.jobs
     late[1]((FlightEstimateHistory(flight="nowhere"),))
@@ -599,11 +599,11 @@ def test_histories_are_heard_once_and_a_late_answer_is_dropped(bench: Bench) -> 
     )  # fmt: skip
     done((FlightEstimateHistory(flight="A", histories={"Cm_alpha": history}),))
     bench.settle()
-    assert {spot.maneuver for spot in page.view.canvas.spots} == {f"1:M{k}" for k in (1, 2, 3, 4)}
+    assert {spot.maneuver for spot in page.view.canvas.points} == {f"1:M{k}" for k in (1, 2, 3, 4)}
     page.show_outcome(outcome())
     count = len(bench.asked.jobs)
     done((FlightEstimateHistory(flight="nowhere"),))
-    assert page._needs.heard is None
+    assert page._needs.ftr_histories is None
     assert len(bench.asked.jobs) >= count
 
 
@@ -617,7 +617,7 @@ def test_histories_are_those_of_the_flight_that_was_looked_at_before_the_run(ben
     last = done.result.results[-1].maneuver
     assert last.flight != done.result.results[0].maneuver.flight
     bench.page.show_outcome(None)
-    bench.selection.choose_maneuver(last.id)
+    bench.selection.select_maneuver(last.id)
     bench.page.show_outcome(done)
     bench.page.show_kind("online")
     bench.asked.jobs[-1][1](
@@ -626,7 +626,7 @@ def test_histories_are_those_of_the_flight_that_was_looked_at_before_the_run(ben
             for name in {one.maneuver.flight: 0 for one in done.result.results}
         )
     )
-    assert bench.page.frame.choices["flight"].value == last.flight
+    assert bench.page.frame.choices["flight"].current_key == last.flight
     bench.settle()
 
 
@@ -634,13 +634,13 @@ def test_copy_and_save_give_the_figure_and_its_numbers(bench: Bench, tmp_path: P
     """The menu of all figures; the CSV has a row for each point."""
     assert [one.text() for one in bench.page.view.canvas.actions()][:4] == FIGURE_MENU
     clipboard = QGuiApplication.clipboard()
-    with bench.qtbot.waitSignal(bench.page.menu.reported):
+    with bench.qtbot.waitSignal(bench.page.menu.message_posted):
         bench.commands.actions["review_figure_copy"].trigger()
     assert clipboard.mimeData().hasImage()
-    with bench.qtbot.waitSignal(bench.page.menu.reported):
+    with bench.qtbot.waitSignal(bench.page.menu.message_posted):
         bench.commands.actions["review_figure_copy_numbers"].trigger()
     assert clipboard.text().splitlines()[0].startswith("derivative\tmaneuver")
-    with bench.qtbot.waitSignal(bench.page.menu.reported):
+    with bench.qtbot.waitSignal(bench.page.menu.message_posted):
         bench.page.menu.save(tmp_path / "figure.csv")
     rows = (tmp_path / "figure.csv").read_text(encoding="utf-8").splitlines()
     names = ("Cm_alpha", "Cm_q", "Cm_de")
@@ -656,7 +656,7 @@ SPOTS = st.lists(
         y=st.floats(0, 300),
     ),
     min_size=1,
-    unique_by=lambda one: (one.pane, one.maneuver),
+    unique_by=lambda one: (one.subplot_index, one.maneuver),
 )
 
 
@@ -690,7 +690,7 @@ def test_a_walk_to_the_right_meets_every_point_of_a_chart_once(spots: list[Maneu
     """From the leftmost on, in order of x, and it ends at the last."""
     here = next_point(spots, None, "right")
     assert here is not None
-    row = [one for one in spots if one.pane == here.pane]
+    row = [one for one in spots if one.subplot_index == here.subplot_index]
     while (before := next_point(spots, here, "left")) != here:
         assert before is not None
         here = before

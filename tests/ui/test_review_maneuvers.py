@@ -51,26 +51,26 @@ def record(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def window(made: MainWindow, qtbot: QtBot, record: Path, tmp_path: Path) -> Iterator[MainWindow]:
     """Return the window at the review of one flight of its own, as it was opened by keys."""
-    made.look.set_theme("daylight")
-    made.look.set_scale(100)
+    made.display_style.set_theme("daylight")
+    made.display_style.set_scale(100)
     made.resize(1280, 800)
     activate(qtbot, made)
-    made.show_place("flight")
+    made.show_page("flight")
     qtbot.keyClick(made, Qt.Key.Key_F4)
     qtbot.keyClick(made, Qt.Key.Key_1, ALT)
     page = page_of(made)
     page.opening.open([Path(shutil.copy(record, tmp_path / "a.csv"))])
-    until(qtbot, lambda: bool(page.review.flights) and not page.opening.doing)
+    until(qtbot, lambda: bool(page.review.flights) and not page.opening.status_text)
     page.begin()
     yield made
     until(qtbot, lambda: not page.keeping.busy)
     while page.flights.flight is not None:
-        page.flights.take_out()
+        page.flights.remove_flight()
     catalog_path(made.store.current).unlink(missing_ok=True)
 
 
 def page_of(window: MainWindow) -> ManeuversPage:
-    page = window.review.page
+    page = window.review_page.step_page
     assert isinstance(page, ManeuversPage)
     return page
 
@@ -78,7 +78,7 @@ def page_of(window: MainWindow) -> ManeuversPage:
 def chosen_columns(page: ManeuversPage) -> tuple[float, float]:
     """Return from which to which time (s) the charts are shaded as the chosen maneuver."""
     timeline = page.timeline
-    plot, look = timeline.places.plot, page.look
+    plot, look = timeline.regions.plot, page.display_style
     shown = pixels(timeline)
     from ui.display_style import mix_colors
 
@@ -94,7 +94,7 @@ def drag(
 ) -> None:
     """Drag on the charts from one time to another, s."""
     timeline = page.timeline
-    height = round(timeline.places.plot.top()) + 12
+    height = round(timeline.regions.plot.top()) + 12
     places = [QPoint(round(timeline.scale.x(time)), height) for time in (start, stop)]
     qtbot.mousePress(timeline, Qt.MouseButton.LeftButton, pos=places[0])
     for share in (0.3, 0.7, 1.0):
@@ -194,7 +194,7 @@ def test_values_are_read_at_a_line_that_keys_move(window, qtbot):
     sample = np.degrees(block["de"][np.argmin(np.abs(block.times - time))])
     said = page.timeline.accessibleDescription()
     assert f"at {clock_text(time, decimals=2)} δe {sample:.1f}".replace("-", MINUS) in said
-    muted = int(page.look.color("muted").name()[1:], 16)
+    muted = int(page.display_style.color("muted").name()[1:], 16)
     lines = np.flatnonzero((pixels(page.timeline) == muted).sum(axis=0) > 100)
     assert lines == pytest.approx([page.timeline.scale.x(time)], abs=1.0)
     press(qtbot, Qt.Key.Key_Escape)
@@ -206,9 +206,9 @@ def test_a_stretch_is_added_merged_named_and_noted(window, qtbot, tmp_path):
     page = page_of(window)
     page.timeline.zoom_to(58.0, 80.0)
     drag(qtbot, page, 65.0, 69.0)
-    assert page.timeline.stretch is not None
+    assert page.timeline.marked_segment is not None
     press(qtbot, Qt.Key.Key_N, CONTROL)
-    assert page.timeline.stretch is None
+    assert page.timeline.marked_segment is None
     added = page.flights.flight["6"]
     assert (added.t_start, added.t_end) == (
         pytest.approx(65.0, abs=0.1),
@@ -264,14 +264,14 @@ def test_what_the_estimate_takes_is_chosen_in_the_table(window, qtbot):
     page.table.setFocus()
     press(qtbot, Qt.Key.Key_Down)
     press(qtbot, Qt.Key.Key_Space)
-    until(qtbot, lambda: [one.id for one in page.review.chosen()] == ["1", "3", "4", "5"])
+    until(qtbot, lambda: [one.id for one in page.review.select_maneuvers()] == ["1", "3", "4", "5"])
     assert not page.bar.use.isChecked()
     press(qtbot, Qt.Key.Key_Z, CONTROL)
-    assert len(page.review.chosen()) == 5
+    assert len(page.review.select_maneuvers()) == 5
     press(qtbot, Qt.Key.Key_U)
-    until(qtbot, lambda: len(page.review.chosen()) == 4)
+    until(qtbot, lambda: len(page.review.select_maneuvers()) == 4)
     press(qtbot, Qt.Key.Key_U)
-    until(qtbot, lambda: len(page.review.chosen()) == 5)
+    until(qtbot, lambda: len(page.review.select_maneuvers()) == 5)
 
     def grade(dialog: GradeDialog) -> None:
         dialog.choice.setCurrentIndex(3)
@@ -282,7 +282,7 @@ def test_what_the_estimate_takes_is_chosen_in_the_table(window, qtbot):
     press(qtbot, Qt.Key.Key_G, CONTROL | SHIFT)
     graded = page.flights.flight["2"]
     assert (graded.grade, graded.reasons) == ("D", ("a gust",))
-    assert [one.id for one in page.review.chosen()] == ["1", "3", "4", "5"]
+    assert [one.id for one in page.review.select_maneuvers()] == ["1", "3", "4", "5"]
     assert "by hand" in page.details.grade.text()
     cell = page.table.currentIndex().siblingAtColumn(COLUMN_INDEXES["grade"])
     assert cell.data() == "D by hand"
@@ -291,11 +291,11 @@ def test_what_the_estimate_takes_is_chosen_in_the_table(window, qtbot):
     page.table.setFocus()
     until(qtbot, lambda: QApplication.focusWidget() is page.table)
     press(qtbot, Qt.Key.Key_Down, SHIFT)
-    assert page.table.ids == ("2", "3")
+    assert page.table.selected_ids == ("2", "3")
     press(qtbot, Qt.Key.Key_Delete)
     assert [one.id for one in page.flights.flight.maneuvers] == ["1", "4", "5"]
     press(qtbot, Qt.Key.Key_Z, CONTROL, times=2)
-    assert len(page.review.chosen()) == 5
+    assert len(page.review.select_maneuvers()) == 5
     # Sorted by what it says, not by its letters: 96 s before 107 s.
     page.table.sortByColumn(3, Qt.SortOrder.AscendingOrder)
     order = [page.table.model().index(row, 1).data() for row in range(5)]
@@ -330,7 +330,7 @@ def test_a_note_is_typed_on_while_another_flight_opens(window, qtbot, record, tm
     until(qtbot, lambda: page.flights.flight["2"].t_start == pytest.approx(35.0, abs=0.05))
     qtbot.keyClicks(QApplication.focusWidget(), "s")
     page.opening.open([Path(shutil.copy(record, tmp_path / "b.csv"))])
-    until(qtbot, lambda: len(page.review.flights) == 2 and not page.opening.doing)
+    until(qtbot, lambda: len(page.review.flights) == 2 and not page.opening.status_text)
     assert window.review.selection.maneuver == "1:2"
     qtbot.keyClicks(QApplication.focusWidget(), "t, not ca")
     press(qtbot, Qt.Key.Key_Return)
@@ -343,7 +343,7 @@ def test_two_flights_and_another_window(window, qtbot, record, tmp_path, monkeyp
     monkeypatch.setattr(QFileDialog, "getOpenFileNames", lambda *_: ([str(tmp_path / "b.csv")], ""))
     shutil.copy(record, tmp_path / "b.csv")
     press(qtbot, Qt.Key.Key_F, CONTROL | ALT)
-    until(qtbot, lambda: len(page.review.flights) == 2 and not page.opening.doing)
+    until(qtbot, lambda: len(page.review.flights) == 2 and not page.opening.status_text)
     # The one that was looked at is called otherwise now.
     assert window.review.selection.maneuver == "1:1"
     window.review.selection.choose_maneuver("2:4")
@@ -387,7 +387,7 @@ def test_the_time_line_in_another_theme_and_size(window, qtbot):
     assert contrast(colors.selection, shade) > 3.0
     shown = pixels(page.timeline)
     x = round(page.timeline.scale.x(one.t_start))
-    plot = page.timeline.places.plot
+    plot = page.timeline.regions.plot
     edge = shown[round(plot.top()) + 4 : round(plot.bottom()) - 4, x]
     assert (edge == int(colors.selection[1:], 16)).mean() > 0.8
 
@@ -410,7 +410,7 @@ def test_the_view_never_leaves_the_flight(deeds):
             view.show(size, size + 7.0)
         else:
             low = min(max(size, 10.0), 104.0)
-            view.bring(low, low + 6.0)
+            view.scroll_to(low, low + 6.0)
             assert view.start <= low + 1e-9
             assert view.stop >= low + 6.0 - 1e-9
         assert view.start >= 10.0 - 1e-9
@@ -425,8 +425,8 @@ def test_names_hide_no_more_of_the_lines_than_their_letters_need(qapp: QApplicat
     times = np.arange(3.0)
     lines = tuple(
         TimelineCurve(
-            channel=name, title=name, color="blue", times=times, values=times, dense=False,
-            display=DisplayFormat.of(CHANNELS[name], "US"),
+            channel=name, title=name, color="blue", times=times, values=times, is_min_max=False,
+            display=DisplayFormat.for_channel(CHANNELS[name], "US"),
         )
         for name in ("alpha", "beta")
     )  # fmt: skip

@@ -47,10 +47,10 @@ def reviewed(flown, tmp_path, qtbot, monkeypatch):
     shutil.copy(flown / "box.tlog", log)
     window = open_window(tmp_path, review_flights=(str(tmp_path / "f"),))
     qtbot.addWidget(window)
-    window.show_place("review")
-    qtbot.waitUntil(lambda: bool(window.review.review.flights), timeout=60_000)
+    window.show_page("review")
+    qtbot.waitUntil(lambda: bool(window.review_page.review.flights), timeout=60_000)
     yield window, FlightFolder.open(tmp_path / "f"), log
-    window.review.close_work()
+    window.review_page.close_work()
 
 
 def press(window, sequence, answer):
@@ -73,7 +73,7 @@ def test_the_dialog_asks_for_what_is_there(flown, qtbot):
     folder = FlightFolder.open(flown / "f")
     state = OnboardLogState(file="now.bin", in_place=False, why="it moves otherwise")
     logs = FlightLogs(
-        path=folder.path, name="f", in_force="now.bin", state=state, kept=("now.bin", "old.bin"),
+        path=folder.path, name="f", in_force="now.bin", state=state, stored_logs=("now.bin", "old.bin"),
         link="udpin:127.0.0.1:15000",
     )  # fmt: skip
     dialog = OnboardLogDialog(DisplayStyle(), (logs,), (), parse_log_link, tuple)

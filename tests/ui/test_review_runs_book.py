@@ -24,16 +24,16 @@ def test_a_maneuver_left_out_is_kept_with_the_run(qtbot, tmp_path: Path) -> None
     errors: list[BaseException] = []
     book = RunStore(lambda: path, errors.append, UndoStack())
     with qtbot.waitSignal(book.changed, timeout=20_000):
-        book.renew(exclude_maneuvers(outcome, ["1:1"]))
+        book.update_means(exclude_maneuvers(outcome, ["1:1"]))
     (shown,) = book.runs
     assert shown.settings["left out of the means"] == "1:1"
     assert shown.values["Cm_q"].n == 1
     with qtbot.waitSignal(book.changed, timeout=20_000):
-        book.renew(exclude_maneuvers(outcome, []))
+        book.update_means(exclude_maneuvers(outcome, []))
     assert book.runs[0].values["Cm_q"].n == 2
     # A run that was not kept changes nothing.
-    book.renew(replace(exclude_maneuvers(outcome, ["2:1"]), number=None))
+    book.update_means(replace(exclude_maneuvers(outcome, ["2:1"]), number=None))
     with qtbot.waitSignal(book.changed, timeout=20_000):
-        book.read()
+        book.reload()
     assert book.runs[0].values["Cm_q"].n == 2
     assert errors == []

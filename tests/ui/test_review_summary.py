@@ -58,11 +58,11 @@ class Room:
         self.errors: list[BaseException] = []
         self.work = JobQueue(Here(), self.errors.append)
         self.page = SummaryPage(
-            self.commands.actions, self.look, self.store, self.selection, self.work.begin
+            self.commands.actions, self.look, self.store, self.selection, self.work.submit
         )
         for name, act in self.page.handlers.items():
             self.commands.actions[name].triggered.connect(lambda _on=False, act=act: act())
-        self.page.changed.connect(lambda: self.commands.enable(self.page.present))
+        self.page.changed.connect(lambda: self.commands.update_enabled(self.page.present))
         self.window.setCentralWidget(self.page)
         self.window.resize(1280, 800)
         self.window.show()
@@ -102,7 +102,7 @@ def test_the_page_tells_what_came_out_and_how_far_to_believe_it(room: Room) -> N
     assert (cells["n"], cells["Out"]) == ("5", "1")
     assert float(cells["Std. error"]) == pytest.approx(one.value.std, rel=0.1)
     assert float(cells["Scatter"]) == pytest.approx(one.value.scatter, abs=1e-3)
-    assert cells["/ bound"] == f"{one.honesty.ratio:.1f} ×"  # type: ignore[union-attr]
+    assert cells["/ bound"] == f"{one.bound_consistency.ratio:.1f} ×"  # type: ignore[union-attr]
     # Said by a sign as well as by its color, and in words beside the table.
     assert room.cells("Cm_alpha")["/ bound"] == "▲ 1.4 ×"
     assert page.attention.lines.lines[0].cells[0] == WILD
@@ -113,7 +113,7 @@ def test_the_page_tells_what_came_out_and_how_far_to_believe_it(room: Room) -> N
 
 def page_state(room: Room) -> str:
     """Return what the row of chapters says of the page."""
-    return room.page.state.words
+    return room.page.state.text
 
 
 def test_what_was_not_earned_has_no_number_but_a_reason(room: Room) -> None:
@@ -128,7 +128,7 @@ def test_what_was_not_earned_has_no_number_but_a_reason(room: Room) -> None:
     assert line.italic
     assert line.cells[-1].startswith("not told apart from C")
     assert page_state(room) == "no derivatives"
-    room.selection.choose_derivative("Cm_q")
+    room.selection.select_derivative("Cm_q")
     assert "fly an input that parts them, or hold one of them" in room.page.detail.text()
     assert not room.page.linear.modes.isVisible()
     assert room.page.linear.no_modes.text().startswith("No linear longitudinal model: ")
@@ -165,7 +165,7 @@ def test_a_row_chosen_by_keys_is_chosen_everywhere(room: Room, qtbot: QtBot) -> 
     qtbot.keyClick(page.attention, Qt.Key.Key_Down)
     qtbot.keyClick(page.attention, Qt.Key.Key_Up)
     assert room.selection.maneuver == WILD
-    room.selection.choose_derivative("Cm_q")
+    room.selection.select_derivative("Cm_q")
     assert page.table.current_key() == "Cm_q"
     assert f"Maneuver {WILD} is left out" in page.detail.text()
 

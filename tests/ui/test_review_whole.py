@@ -46,50 +46,50 @@ def test_a_whole_review_by_keys(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     flight = tmp_path / "flights" / "a.csv"
-    window.desk.starter.open_flight(flight, playing=False)
-    until(qtbot, lambda: window.desk.is_loaded)
+    window.flight_controller.flight_opener.open_flight(flight, playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded)
     press(qtbot, Qt.Key.Key_F4)
-    review = window.review.review
+    review = window.review_page.review
     until(qtbot, lambda: len(review.flights) == 1)
     # Correct the first maneuver: its end, a tenth of a second at a time.
     first = review.flights[0].maneuvers[0]
-    until(qtbot, lambda: window.review.selection.maneuver == first.id)
+    until(qtbot, lambda: window.review_page.selection.maneuver == first.id)
     press(qtbot, Qt.Key.Key_Left, CONTROL | SHIFT, times=3)
     corrected = review.flights[0][first.id]
     assert corrected.t_end == pytest.approx(first.t_end - 0.3, abs=0.02)
     press(qtbot, Qt.Key.Key_2, ALT)
-    page = window.review.pages["estimate"]
+    page = window.review_page.pages["estimate"]
     assert isinstance(page, EstimatePage)
     until(qtbot, lambda: page.can_run)
     # Killed in the midst: it is told, and the next run begins another process.
     press(qtbot, Qt.Key.Key_Return)
-    engine = window.review.work._engine
+    engine = window.review_page.work._engine
     until(qtbot, lambda: engine.pid is not None)
     os.kill(engine.pid, KILL)
-    until(qtbot, lambda: not window.review.work.running, 20000)
+    until(qtbot, lambda: not window.review_page.work.running, 20000)
     until(qtbot, lambda: any("without a word" in text for text in window.banners.texts()))
     assert kept(page) == []
     window.banners.dismiss()
     # Stopped in the midst: nothing is kept, and nothing stands half done.
     press(qtbot, Qt.Key.Key_Return)
-    until(qtbot, window.review.strip.isVisible)
+    until(qtbot, window.review_page.strip.isVisible)
     press(qtbot, Qt.Key.Key_Period, CONTROL)
-    until(qtbot, lambda: not window.review.work.running)
+    until(qtbot, lambda: not window.review_page.work.running)
     until(qtbot, lambda: "Stopped; nothing was kept." in page.sentence.text())
     assert kept(page) == []
     press(qtbot, Qt.Key.Key_Return)
-    until(qtbot, lambda: window.review.outcome is not None, 120000)
-    outcome = window.review.outcome
+    until(qtbot, lambda: window.review_page.outcome is not None, 120000)
+    outcome = window.review_page.outcome
     assert outcome is not None
     assert kept(page) == [outcome.number]
     used = {one.id: one for one in outcome.request.maneuvers}
     assert used[first.id].t_end == corrected.t_end
     # A figure: what was estimated is drawn, and another point is chosen there.
     press(qtbot, Qt.Key.Key_3, ALT)
-    figures = window.review.pages["figures"]
+    figures = window.review_page.pages["figures"]
     until(qtbot, lambda: drawn(figures.view.canvas), 20000)
     press(qtbot, Qt.Key.Key_Right, times=2)
-    until(qtbot, lambda: window.review.selection.maneuver in {*used} - {first.id})
+    until(qtbot, lambda: window.review_page.selection.maneuver in {*used} - {first.id})
     # Export and report.
     table, report = tmp_path / "derivatives.csv", tmp_path / "report.html"
     press(qtbot, Qt.Key.Key_4, ALT)
@@ -99,7 +99,7 @@ def test_a_whole_review_by_keys(
     assert "Cm_de" in table.read_text(encoding="utf-8")
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(report), ""))
     press(qtbot, Qt.Key.Key_P, CONTROL)
-    until(qtbot, lambda: report.is_file() and not window.review.work.running, 60000)
+    until(qtbot, lambda: report.is_file() and not window.review_page.work.running, 60000)
     assert "Cm" in report.read_text(encoding="utf-8")
     # The correction stands beside the flight, for every command.
     events = [

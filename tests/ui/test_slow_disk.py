@@ -99,7 +99,7 @@ def make(qtbot: QtBot, tmp_path: Path, alone: None) -> Iterator[Callable[..., Ma
 
     yield window
     for one in made:
-        one.desk.close()
+        one.flight_controller.close()
 
 
 def longest_gap(qtbot: QtBot, act: Callable[[], object], milliseconds: int = 700) -> float:
@@ -143,10 +143,10 @@ def test_a_pipe_in_a_flight_folder_is_refused(
     (folder / name).unlink(missing_ok=True)
     os.mkfifo(folder / name)
     window = make()
-    assert longest_gap(qtbot, lambda: window.desk.starter.open_flight(folder)) < _LONGEST
-    until(qtbot, lambda: window.faults.last is not None)
-    assert name in window.faults.last.sentence
-    assert not window.desk.is_open
+    assert longest_gap(qtbot, lambda: window.flight_controller.flight_opener.open_flight(folder)) < _LONGEST
+    until(qtbot, lambda: window.error_reporter.last_report is not None)
+    assert name in window.error_reporter.last_report.message
+    assert not window.flight_controller.is_open
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes")
@@ -155,9 +155,9 @@ def test_opening_what_never_answers_can_be_cancelled(
 ) -> None:
     os.mkfifo(tmp_path / "endless.csv")
     window = make()
-    starter = window.desk.starter
+    starter = window.flight_controller.flight_opener
     cancelled: list[bool] = []
-    starter.working.connect(
+    starter.job_started.connect(
         lambda work, _done: work.cancelled.connect(lambda: cancelled.append(True))
     )
     gap = longest_gap(qtbot, lambda: starter.open_flight(tmp_path / "endless.csv"))
@@ -167,15 +167,15 @@ def test_opening_what_never_answers_can_be_cancelled(
     # Another flight opens meanwhile.
     block = Block(channels=("alpha",), times=np.arange(100) / 50.0, values=np.zeros((100, 1)))
     starter.open_flight(write_flight_csv(tmp_path / "good.csv", block, "us"))
-    until(qtbot, lambda: window.desk.is_open)
-    assert window.desk.name == "good"
+    until(qtbot, lambda: window.flight_controller.is_open)
+    assert window.flight_controller.name == "good"
 
 
 def test_a_flight_on_a_stuck_disk_leaves_the_window_alive(
     make: Callable[..., MainWindow], qtbot: QtBot, stuck: Path
 ) -> None:
     window = make()
-    assert longest_gap(qtbot, lambda: window.desk.starter.open_flight(stuck / "f")) < _LONGEST
+    assert longest_gap(qtbot, lambda: window.flight_controller.flight_opener.open_flight(stuck / "f")) < _LONGEST
 
 
 @pytest.mark.parametrize(
@@ -208,8 +208,8 @@ def test_a_flight_begins_in_the_usual_folder_where_the_other_is_stuck(
     monkeypatch.setattr("ui.settings.default_flights_folder", lambda: tmp_path / "usual")
     window = make(flights=str(stuck / "flights"))
     said: list[tuple[str, str]] = []
-    window.desk.said.connect(lambda *words: said.append(words))
-    assert window.desk.starter.next_folder().parent == tmp_path / "usual"
+    window.flight_controller.message_posted.connect(lambda *words: said.append(words))
+    assert window.flight_controller.flight_opener.next_flight_folder().parent == tmp_path / "usual"
     assert said[0][0] == "caution"
     assert window.store.current.flights == str(stuck / "flights")
 
@@ -222,9 +222,9 @@ def test_a_folder_of_many_files_and_a_long_table_leave_the_window_alive(
     for number in range(20_000):
         (crowded / f"{number}.csv").touch()
     window = make()
-    gap = longest_gap(qtbot, lambda: window.desk.starter.open_flight(crowded))
-    until(qtbot, lambda: window.faults.last is not None)
-    assert isinstance(window.faults.last.details, str)
+    gap = longest_gap(qtbot, lambda: window.flight_controller.flight_opener.open_flight(crowded))
+    until(qtbot, lambda: window.error_reporter.last_report is not None)
+    assert isinstance(window.error_reporter.last_report.details, str)
     assert gap < _LONGEST
 
 
@@ -238,8 +238,8 @@ def test_a_pipe_among_the_certificates_is_refused(
     make().commands.actions["place_preflight"].trigger()  # loads what is imported
     window = make(calibration=str(folder))
     assert longest_gap(qtbot, window.commands.actions["place_preflight"].trigger) < _LONGEST
-    state = window.preflight.books.states()["calibration"]
-    assert (state.words, "alpha.toml" in state.detail) == ("cannot be read", True)
+    state = window.preflight_page.model.step_states()["calibration"]
+    assert (state.text, "alpha.toml" in state.detail) == ("cannot be read", True)
 
 
 @pytest.mark.parametrize("kind", ["save", "folder", "file"])
@@ -248,7 +248,7 @@ def test_a_file_dialog_does_not_begin_on_a_disk_that_stops(
 ) -> None:
     window, there = make(), disk.place / "flights"
     there.mkdir()
-    field = PathField("Flights", window.look, folder=kind == "folder")
+    field = PathField("Flights", window.display_style, folder=kind == "folder")
     field.edit.setText(str(there / "new.csv"))
     acts: dict[str, Callable[[], object]] = {
         "save": lambda: ask_save_file(window, "Export", there / "new.csv", "Table (*.csv)"),
@@ -267,7 +267,7 @@ def test_the_card_of_a_flight_on_a_disk_that_stops_does_not_hold_up_preflight(
     folder = FlightFolder.create(disk.place / "flight", FlightInfo(name="x"))
     editor = FormEditor(FlightInfoFile(folder))
     disk.stop()
-    assert longest_gap(qtbot, editor.look_again) < _LONGEST
+    assert longest_gap(qtbot, editor.reload_if_changed) < _LONGEST
     with pytest.raises(FlightError, match="respond"):
         editor.save()
 
@@ -294,7 +294,7 @@ def disk(tmp_path: Path) -> Iterator[FuseDisk]:
 
 
 def _record_on(window: MainWindow, folder: Path, port: int) -> None:
-    window.desk.starter.connect_aircraft(
+    window.flight_controller.flight_opener.connect_aircraft(
         ConnectRequest(
             link=f"udpin:127.0.0.1:{port}", folder=folder, channel_map="b777", aircraft="b777",
             calibration="b777", append=False,
@@ -307,14 +307,14 @@ def test_an_open_flight_survives_a_disk_that_stops_and_goes_on(
     make: Callable[..., MainWindow], qtbot: QtBot, disk: FuseDisk, mode: str
 ) -> None:
     window, folder, port = make(), disk.place / "flight", free_port()
-    desk = window.desk
+    desk = window.flight_controller
     with Aircraft(port):
         _record_on(window, folder, port)
         until(qtbot, lambda: (desk.time or 0.0) > 3.0, 20_000)
         if mode == "replay":
-            desk.stop_now()
+            desk.stop_recording_and_wait()
             desk.close_flight()
-            desk.starter.open_flight(folder)
+            desk.flight_opener.open_flight(folder)
             until(qtbot, lambda: desk.is_loaded)
         qtbot.wait(1000)
         disk.stop()
@@ -326,18 +326,18 @@ def test_an_open_flight_survives_a_disk_that_stops_and_goes_on(
         before = desk.time
         if mode == "live":
             assert desk.session.equipment.disk.severity is Severity.WARNING
-            assert desk.session.equipment.link.words == "not read"
+            assert desk.session.equipment.link.state == "not read"
         disk.go_on()
         until(qtbot, lambda: not any("does not respond" in t for t in window.banners.texts()))
         if mode == "live":
             until(qtbot, lambda: desk.time > before + 3.0 and desk.session.feed.caught_up)
             until(qtbot, lambda: desk.session.equipment.disk.severity is Severity.NORMAL)
-            assert desk.session.equipment.link.words == "ok"
+            assert desk.session.equipment.link.state == "ok"
         qtbot.wait(300)
         assert [mark.text for mark in desk.session.marks] == ["stuck"]
         written = [one for one in read_events(folder / "events.jsonl").events if one.kind == "mark"]
         assert [one.text for one in written] == ["stuck"]
-        desk.stop_now()
+        desk.stop_recording_and_wait()
 
 
 def test_looking_for_recorders_does_not_wait_for_the_disk_of_one(
@@ -345,16 +345,16 @@ def test_looking_for_recorders_does_not_wait_for_the_disk_of_one(
 ) -> None:
     window, port = make(), free_port()
     _record_on(window, disk.place / "flight", port)
-    until(qtbot, lambda: window.desk.records_here, 20_000)
-    window.desk.close_flight()
-    until(qtbot, lambda: len(window.desk.others) == 1)
+    until(qtbot, lambda: window.flight_controller.is_recording, 20_000)
+    window.flight_controller.close_flight()
+    until(qtbot, lambda: len(window.flight_controller.other_recorders) == 1)
     disk.stop()
-    assert longest_gap(qtbot, window.opening.look_for_recorders) < _LONGEST
+    assert longest_gap(qtbot, window.file_menu.offer_recorders) < _LONGEST
     # Known from the last look.
-    assert [found.name for found in window.desk.recording_elsewhere and window.desk.others] == [
+    assert [found.name for found in window.flight_controller.other_recordings and window.flight_controller.other_recorders] == [
         "flight"
     ]
     assert longest_gap(qtbot, window.close) < _LONGEST
     disk.go_on()
-    for found in window.desk.others:
+    for found in window.flight_controller.other_recorders:
         found.handle.stop()

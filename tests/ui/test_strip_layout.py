@@ -59,7 +59,7 @@ def test_a_layout_survives_its_file(tmp_path):
     text = path.read_text(encoding="utf-8")
     assert 'low = "-5 deg"' in text
     read = load_layout(path)
-    again = StripLayout.model_validate(json.loads(json.dumps(LAYOUT.content())))
+    again = StripLayout.model_validate(json.loads(json.dumps(LAYOUT.to_dict())))
     for found in (read, again):
         assert found.channels == LAYOUT.channels
         for one, other in zip(found.strips, LAYOUT.strips, strict=True):
@@ -98,14 +98,14 @@ def test_a_mistake_in_a_file_is_named(tmp_path, text, words):
 
 def test_charts_move_within_groups_and_across_them():
     """Proves ordering: nothing is lost, groups are crossed at their ends."""
-    moved = LAYOUT.moved(0, 1)
+    moved = LAYOUT.with_strip_moved(0, 1)
     assert [strip.channel for strip in moved.groups[0].strips] == ["alpha", "elevator_left"]
-    crossed = LAYOUT.moved(1, 1)
+    crossed = LAYOUT.with_strip_moved(1, 1)
     assert [strip.channel for strip in crossed.groups[1].strips] == ["alpha", "V", "temperature"]
-    back = crossed.moved(1, -1)
+    back = crossed.with_strip_moved(1, -1)
     assert back == LAYOUT
-    assert LAYOUT.moved(0, -1) == LAYOUT
-    assert LAYOUT.moved(3, 1) == LAYOUT
+    assert LAYOUT.with_strip_moved(0, -1) == LAYOUT
+    assert LAYOUT.with_strip_moved(3, 1) == LAYOUT
 
 
 def test_lines_of_one_chart_differ_and_previous_ones_can_still_be_read():
@@ -120,7 +120,7 @@ def test_lines_of_one_chart_differ_and_previous_ones_can_still_be_read():
         assert len(set(chart.colors)) == 3
         assert chart.dashed == (False, True, False)
         assert chart.colors[2] == theme.previous
-        assert all(contrast(ink, theme.background) >= 7.0 for ink in chart.inks[2:])
+        assert all(contrast(ink, theme.background) >= 7.0 for ink in chart.text_colors[2:])
         dashes = [
             [one.dash for one in create_chart_paint(chart, 0, 9, theme, x).traces] for x in (1, 2)
         ]

@@ -32,11 +32,11 @@ def test_every_sample_of_a_hundred_hertz_has_its_frame_and_no_more():
         seen, begun = -1, []
         for now in looks:
             newest = int((now - shift) / 0.01 + 1e-9)
-            if newest > seen and pace.allows(now):
+            if newest > seen and pace.may_begin_frame(now):
                 assert newest == seen + 1 or seen < 0
                 seen = newest
                 begun.append(now)
-                pace.took(now, now + 0.002)
+                pace.record_frame(now, now + 0.002)
         assert len(begun) == pytest.approx(1200, abs=2)
     always = frames(FrameRateLimiter(MIN_LIVE_FRAME_SECONDS), looks, 0.001)
     assert len(always) / 12.0 < 1.01 / MIN_LIVE_FRAME_SECONDS
@@ -46,13 +46,13 @@ def test_a_late_frame_does_not_put_off_the_next_one():
     """Proves that after a wait for the processor the samples that follow are in time again."""
     pace = FrameRateLimiter(MIN_LIVE_FRAME_SECONDS)
     for k in range(5):
-        pace.took(0.01 * k, 0.01 * k + 0.002)
+        pace.record_frame(0.01 * k, 0.01 * k + 0.002)
     # This one began late and was held up, too.
-    pace.took(0.055, 0.0575)
-    assert pace.allows(0.0605)
-    pace.took(0.0605, 0.0625)
-    assert not pace.allows(0.064)
-    assert pace.allows(0.0705)
+    pace.record_frame(0.055, 0.0575)
+    assert pace.may_begin_frame(0.0605)
+    pace.record_frame(0.0605, 0.0625)
+    assert not pace.may_begin_frame(0.064)
+    assert pace.may_begin_frame(0.0705)
 
 
 @given(cost=st.floats(0.004, 0.2))
@@ -73,12 +73,12 @@ def test_a_replay_is_painted_with_the_screen_and_a_paused_one_not_at_all(
     monkeypatch.setattr(ui.flight_controller.time, "monotonic", lambda: clock[0])
     window = open_window(tmp_path)
     qtbot.addWidget(window)
-    desk = window.desk
-    desk.starter.open_flight(write_flight(tmp_path))
+    desk = window.flight_controller
+    desk.flight_opener.open_flight(write_flight(tmp_path))
     qtbot.waitUntil(lambda: desk.is_loaded, timeout=10_000)
     desk._timer.stop()
     painted = []
-    desk.painted.connect(painted.append)
+    desk.frame_requested.connect(painted.append)
 
     def look(seconds):
         painted.clear()

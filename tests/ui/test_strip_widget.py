@@ -837,7 +837,7 @@ def test_a_widget_never_shown_can_be_pictured(qtbot, history):
     widget.set_history(history)
     screen = pixels_of(image_of(widget))
     assert count(screen, DAYLIGHT.trace("blue")) > 500
-    assert widget.readings(3)[0].text.startswith("1")
+    assert widget.displayed_values(3)[0].text.startswith("1")
 
 
 def test_nothing_yet_is_said(qtbot):

@@ -109,9 +109,9 @@ def test_a_list_of_painted_lines_is_copied_and_offers_its_commands(qtbot: QtBot)
     command = QAction("Show in charts")
     listed = StatusListView(DisplayStyle(), "Maneuvers", [command])
     qtbot.addWidget(listed)
-    listed.show_lines([
-        StatusListItem(key="M1", words="M1  elevator doublet", state_words="good"),
-        StatusListItem(key="M2", words="M2  rudder doublet", state_words="too small"),
+    listed.set_items([
+        StatusListItem(key="M1", text="M1  elevator doublet", state_text="good"),
+        StatusListItem(key="M2", text="M2  rudder doublet", state_text="too small"),
     ])  # fmt: skip
     listed.resize(500, 300)
     with qtbot.waitExposed(listed):
@@ -128,7 +128,7 @@ def test_channels_and_charts_have_menus(qtbot: QtBot) -> None:
     panel = ChannelPanel(DisplayStyle())
     qtbot.addWidget(panel)
     asked: list[StripLayout] = []
-    panel.chosen.connect(asked.append)
+    panel.charts_changed.connect(asked.append)
     panel.show_channels(("alpha", "q"), StripLayout(), {})
     leaf = next(one for one in panel._leaves() if one.text(0).endswith("Pitch rate"))
     panel.tree.setCurrentItem(leaf)

@@ -159,13 +159,13 @@ class Walk:
         self.act("place_pilot", "pilot_page")
         for name in ("fly", "input", "not-trimmed"):
             self.patch.setattr(FlightCues, "snapshot", lambda _self, name=name: STATES[name])
-            window.pilot.state.restart()
-            window.pilot.refresh()
+            window.pilot_page.state.restart()
+            window.pilot_page.refresh()
             self.look(f"Pilot, {name}")
         self.act("pilot_debrief")
-        page = window.pilot.debrief.page
+        page = window.pilot_page.debrief.page
         for row in (0, 6):
-            page.list.choose_row(row)
+            page.list.select_row(row)
             self.look("Debrief")
         self.act("place_gap")
         for chapter in ("find", "name", "add", "show"):
@@ -180,7 +180,7 @@ class Walk:
             self.act(f"review_{step}")
             self.look(f"Review, {step}")
         self.act("review_figures")
-        figures = window.review.pages["figures"]
+        figures = window.review_page.pages["figures"]
         for kind in FIGURE_KINDS:
             if kind.needs:
                 continue  # takes seconds; words and axes are those of the others
@@ -205,17 +205,17 @@ def window(tmp_path: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> Ite
     made = open_window(tmp_path, review_estimate=EstimateForm(axis="lon", method="ee").model_dump())
     made.activateWindow()
     flight = write_flights(tmp_path)[0]
-    made.desk.starter.open_flight(flight, playing=False)
-    until(qtbot, lambda: made.desk.is_loaded)
-    made.show_place("review")
-    made.review.add([flight])
+    made.flight_controller.flight_opener.open_flight(flight, playing=False)
+    until(qtbot, lambda: made.flight_controller.is_loaded)
+    made.show_page("review")
+    made.review_page.add_flights([flight])
     until(qtbot, made.commands.actions["review_estimate"].isEnabled)
     made.commands.actions["review_estimate"].trigger()
-    page = made.review.pages["estimate"]
+    page = made.review_page.pages["estimate"]
     until(qtbot, lambda: page.can_run)
     made.commands.actions["review_run"].trigger()
-    made.gap.search.search(GapRequest(flights=(flight,), model="b777"))
-    until(qtbot, lambda: made.review.outcome is not None and made.gap.search.answer is not None)
+    made.gap_page.search.search(GapRequest(flights=(flight,), model="b777"))
+    until(qtbot, lambda: made.review_page.outcome is not None and made.gap_page.search.answer is not None)
     made.banners.show_banner("note", "Kept: the take-off weight is 20.7 kg.")
     yield made
     made.close()
@@ -228,7 +228,7 @@ def test_no_text_of_the_window_is_in_units_of_the_other_system(
     """First under US units; then, with everything open, under SI."""
     painted = PaintedText(monkeypatch)
     for system, foreign in (("US", METRIC), ("SI", CUSTOMARY)):
-        if window.look.units != system:
+        if window.display_style.units != system:
             window.commands.actions["units"].trigger()
         painted.texts.clear()
         walk = Walk(window, painted, qtbot, monkeypatch)

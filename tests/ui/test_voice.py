@@ -46,7 +46,7 @@ def speaking(tmp_path: Path) -> tuple[list[str], Callable[[], list[str]]]:
 def test_tones_are_what_their_table_says(name: str) -> None:
     """Length, no clicks at either end, no clipping, and the note of the table is the loudest."""
     samples = tone_samples(name)
-    assert samples.size == pytest.approx(SAMPLE_RATE * TONES[name].seconds, abs=3)
+    assert samples.size == pytest.approx(SAMPLE_RATE * TONES[name].duration, abs=3)
     assert abs(int(samples[0])) < 50
     assert abs(int(samples[-1])) < 50
     assert 0.2 * 32767 < np.abs(samples.astype(float)).max() < 0.75 * 32767
@@ -97,14 +97,14 @@ def test_what_is_spoken_is_cut_off_at_once(
     assert process is not None
     with qtbot.waitSignal(process.finished, timeout=5000):
         if how == "mute":
-            voice.mute(True)
+            voice.set_muted(True)
         else:
             voice.say("link lost", UtterancePriority.WARNING)
     if how == "mute":
         assert spoken() == ["begins a long story"]
     else:
         until(qtbot, lambda: "ends link lost" in spoken())
-        voice.mute(True)  # ends the story, which waits
+        voice.set_muted(True)  # ends the story, which waits
 
 
 @pytest.mark.parametrize("command", [["/nowhere/speaks"], [sys.executable, "-c", "exit(3)"]])
@@ -122,7 +122,7 @@ def test_without_a_voice_tones_say_how_urgent_it_is_and_none_comes_twice(qtbot: 
     loud = Loudspeaker()
     voice = Voice(player=loud)
     voice._take(ToneSpeaker(voice._sound, voice))
-    voice.tone("warning")
+    voice.play_tone("warning")
     voice.say("link lost", UtterancePriority.WARNING)
     assert loud.tones == ["warning"]
     voice.say("plus ten")
@@ -133,10 +133,10 @@ def test_a_tone_is_not_heard_into_a_more_urgent_sentence() -> None:
     loud, mouth = Loudspeaker(), Mouth()
     voice = Voice(player=loud, speaker=mouth)
     voice.say("link lost", UtterancePriority.WARNING)
-    voice.tone("taken")
+    voice.play_tone("taken")
     assert loud.tones == []
     mouth.end()
-    voice.tone("taken")
+    voice.play_tone("taken")
     assert loud.tones == ["taken"]
 
 
@@ -144,7 +144,7 @@ def test_muted_means_neither_words_nor_tones() -> None:
     loud, mouth = Loudspeaker(), Mouth()
     voice = Voice(player=loud, speaker=mouth, muted=True)
     voice.say("link lost", UtterancePriority.WARNING)
-    voice.tone("warning")
+    voice.play_tone("warning")
     assert (loud.tones, mouth.spoken) == ([], [])
 
 
@@ -175,7 +175,7 @@ def test_a_computer_without_any_sound_still_works(
     assert isinstance(create_speaker(lambda _name: None), ToneSpeaker)
     voice = Voice()
     voice.say("plus ten")
-    voice.tone("taken")
+    voice.play_tone("taken")
 
 
 def test_alarms_of_the_window_are_heard_in_words_and_muted_with_one_key(
@@ -187,18 +187,18 @@ def test_alarms_of_the_window_are_heard_in_words_and_muted_with_one_key(
     window.voice._take(mouth)
     alarm = Alarm(
         key="recorder", severity=Severity.WARNING, current=Severity.WARNING, time=3.0,
-        words="recorder stopped",
+        message="recorder stopped",
     )  # fmt: skip
-    monkeypatch.setattr(window.desk, "waiting", lambda: (alarm,))
-    window.crew.sound()
+    monkeypatch.setattr(window.flight_controller, "unacknowledged_alarms", lambda: (alarm,))
+    window.crew.sound_alarms()
     assert (loud.tones, mouth.spoken) == ([], [])  # muted, as the settings of the test say
     window.commands.actions["mute"].trigger()
     assert (loud.tones, mouth.spoken) == (["warning"], ["recorder stopped"])
-    window.crew.sound()
+    window.crew.sound_alarms()
     assert mouth.spoken == ["recorder stopped"]
     window.crew._sounded -= 3.0
     window.voice._toned = ("", 0.0)
-    window.crew.sound()
+    window.crew.sound_alarms()
     assert loud.tones == ["warning", "warning"]
     window.commands.actions["mute"].trigger()
     assert mouth.now is None

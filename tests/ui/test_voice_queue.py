@@ -38,143 +38,143 @@ def queue(clock: Clock) -> SpeechQueue:
 def heard(queue: SpeechQueue) -> Iterator[str]:
     """Let everything be spoken to its end."""
     while queue.speaking is not None:
-        yield queue.speaking.words
+        yield queue.speaking.text
         queue.finished(queue.speaking)
 
 
 def words(queue: SpeechQueue) -> tuple[str | None, str | None]:
     return tuple(  # type: ignore[return-value]
-        None if each is None else each.words for each in (queue.speaking, queue.waiting)
+        None if each is None else each.text for each in (queue.speaking, queue.waiting)
     )
 
 
 def test_never_more_than_one_sentence_behind(queue: SpeechQueue) -> None:
     """Of ten sentences given while the first is spoken, only the newest is still said."""
     for number in range(10):
-        queue.offer(f"point {number}", PROMPT)
+        queue.enqueue(f"point {number}", PROMPT)
     assert list(heard(queue)) == ["point 0", "point 9"]
 
 
 def test_a_warning_cuts_in_and_the_prompt_is_said_again(queue: SpeechQueue) -> None:
-    queue.offer("plus ten", PROMPT)
-    queue.offer("link lost", WARNING)
+    queue.enqueue("plus ten", PROMPT)
+    queue.enqueue("link lost", WARNING)
     assert words(queue) == ("link lost", "plus ten")
 
 
 def test_what_is_newer_than_the_cut_off_sentence_waits_in_its_place(queue: SpeechQueue) -> None:
-    queue.offer("plus ten", PROMPT)
-    queue.offer("plus fifteen", PROMPT)
-    queue.offer("link lost", WARNING)
+    queue.enqueue("plus ten", PROMPT)
+    queue.enqueue("plus fifteen", PROMPT)
+    queue.enqueue("link lost", WARNING)
     assert list(heard(queue)) == ["link lost", "plus fifteen"]
 
 
 def test_the_lesser_gives_way_to_what_waits(queue: SpeechQueue) -> None:
-    queue.offer("plus ten", PROMPT)
-    queue.offer("hold still", PROMPT)
-    queue.offer("four points left", NOTE)
+    queue.enqueue("plus ten", PROMPT)
+    queue.enqueue("hold still", PROMPT)
+    queue.enqueue("four points left", NOTE)
     assert list(heard(queue)) == ["plus ten", "hold still"]
 
 
 def test_a_prompt_takes_the_place_of_a_note_that_waits(queue: SpeechQueue) -> None:
-    queue.offer("plus ten", PROMPT)
-    queue.offer("four points left", NOTE)
-    queue.offer("hold still", PROMPT)
+    queue.enqueue("plus ten", PROMPT)
+    queue.enqueue("four points left", NOTE)
+    queue.enqueue("hold still", PROMPT)
     assert list(heard(queue)) == ["plus ten", "hold still"]
 
 
 def test_a_prompt_waits_for_a_warning_and_a_second_warning_goes_before_it(
     queue: SpeechQueue,
 ) -> None:
-    queue.offer("link lost", WARNING)
-    queue.offer("plus ten", PROMPT)
-    queue.offer("disk full", WARNING)
+    queue.enqueue("link lost", WARNING)
+    queue.enqueue("plus ten", PROMPT)
+    queue.enqueue("disk full", WARNING)
     assert list(heard(queue)) == ["link lost", "disk full"]
 
 
 def test_no_repeats_until_time_or_other_words_are_between(queue: SpeechQueue, clock: Clock) -> None:
-    queue.offer("hold still", PROMPT)
-    queue.offer("hold still", PROMPT)
+    queue.enqueue("hold still", PROMPT)
+    queue.enqueue("hold still", PROMPT)
     assert list(heard(queue)) == ["hold still"]
     clock.now += REPEAT_INTERVAL - 0.1
-    queue.offer("hold still", PROMPT)
+    queue.enqueue("hold still", PROMPT)
     assert list(heard(queue)) == []
     clock.now += 0.2
-    queue.offer("hold still", PROMPT)
+    queue.enqueue("hold still", PROMPT)
     assert list(heard(queue)) == ["hold still"]
-    queue.offer("taken", PROMPT)
-    queue.offer("hold still", PROMPT)
+    queue.enqueue("taken", PROMPT)
+    queue.enqueue("hold still", PROMPT)
     assert list(heard(queue)) == ["taken", "hold still"]
 
 
 def test_words_are_apart_from_the_end_of_what_was_said(queue: SpeechQueue, clock: Clock) -> None:
     """However long it took to say them."""
-    queue.offer("hold still", PROMPT)
+    queue.enqueue("hold still", PROMPT)
     clock.now += 2.0 * REPEAT_INTERVAL
     assert list(heard(queue)) == ["hold still"]
     clock.now += REPEAT_INTERVAL - 0.1
-    queue.offer("hold still", PROMPT)
+    queue.enqueue("hold still", PROMPT)
     assert list(heard(queue)) == []
 
 
 def test_a_warning_that_waits_as_a_hush_begins_is_heard_after_it(queue: SpeechQueue) -> None:
-    queue.offer("link lost", WARNING)
-    queue.offer("disk full", WARNING)
-    queue.hush(True)
+    queue.enqueue("link lost", WARNING)
+    queue.enqueue("disk full", WARNING)
+    queue.set_quiet(True)
     assert list(heard(queue)) == ["link lost"]
-    queue.hush(False)
+    queue.set_quiet(False)
     assert list(heard(queue)) == ["disk full"]
 
 
 def test_mute_silences_at_once_and_nothing_old_is_heard_after(queue: SpeechQueue) -> None:
-    queue.offer("link lost", WARNING)
-    queue.offer("plus ten", PROMPT)
-    queue.mute(True)
+    queue.enqueue("link lost", WARNING)
+    queue.enqueue("plus ten", PROMPT)
+    queue.set_muted(True)
     assert words(queue) == (None, None)
-    queue.offer("disk full", WARNING)
-    queue.mute(False)
+    queue.enqueue("disk full", WARNING)
+    queue.set_muted(False)
     assert words(queue) == (None, None)
-    queue.offer("link lost", WARNING)  # still so: said again although it was said just now
+    queue.enqueue("link lost", WARNING)  # still so: said again although it was said just now
     assert words(queue) == ("link lost", None)
 
 
 def test_the_late_end_of_what_was_cut_off_changes_nothing(queue: SpeechQueue) -> None:
-    queue.offer("plus ten", PROMPT)
+    queue.enqueue("plus ten", PROMPT)
     cut_off = queue.speaking
-    queue.offer("link lost", WARNING)
+    queue.enqueue("link lost", WARNING)
     assert cut_off is not None
     queue.finished(cut_off)
     assert words(queue) == ("link lost", "plus ten")
 
 
 def test_empty_words_are_nothing(queue: SpeechQueue) -> None:
-    queue.offer("  ", WARNING)
+    queue.enqueue("  ", WARNING)
     assert words(queue) == (None, None)
 
 
 def test_a_hush_cuts_off_all_but_warnings_and_forgets_the_rest(queue: SpeechQueue) -> None:
     """Nothing is spoken into the answer of the aircraft, nor what was true before it."""
-    queue.offer("left wing low", PROMPT)
-    queue.offer("three feet slow", PROMPT)
-    queue.hush(True)
+    queue.enqueue("left wing low", PROMPT)
+    queue.enqueue("three feet slow", PROMPT)
+    queue.set_quiet(True)
     assert words(queue) == (None, None)
-    queue.offer("plus ten", PROMPT)
-    queue.offer("hands off", PROMPT, through=True)
+    queue.enqueue("plus ten", PROMPT)
+    queue.enqueue("hands off", PROMPT, through=True)
     assert words(queue) == ("hands off", None)
     queue.finished(queue.speaking)
-    queue.hush(False)
+    queue.set_quiet(False)
     assert words(queue) == (None, None)
 
 
 def test_a_warning_waits_for_the_end_of_a_hush_unless_it_belongs_to_it(
     queue: SpeechQueue,
 ) -> None:
-    queue.hush(True)
-    queue.offer("battery low", WARNING)
+    queue.set_quiet(True)
+    queue.enqueue("battery low", WARNING)
     assert words(queue) == (None, "battery low")
-    queue.offer("stall, nose down", WARNING, through=True)
+    queue.enqueue("stall, nose down", WARNING, through=True)
     queue.finished(queue.speaking)
     assert words(queue) == (None, "battery low")
-    queue.hush(False)
+    queue.set_quiet(False)
     assert words(queue) == ("battery low", None)
 
 
@@ -192,22 +192,22 @@ def test_whatever_happens_the_rule_holds(steps: list[object]) -> None:
             if before is not None:
                 queue.finished(before)
         elif step in ("mute", "unmute"):
-            queue.mute(step == "mute")
+            queue.set_muted(step == "mute")
         else:
             offered, priority = step  # type: ignore[misc]
-            queue.offer(offered, priority)
-            if priority is WARNING and not queue.muted and before is not None:
+            queue.enqueue(offered, priority)
+            if priority is WARNING and not queue.is_muted and before is not None:
                 # Nothing lesser is spoken into a warning, nor goes on when one came.
-                assert queue.speaking is before or queue.speaking.words == offered
-                if before.priority < WARNING and before.words != offered:
+                assert queue.speaking is before or queue.speaking.text == offered
+                if before.priority < WARNING and before.text != offered:
                     waited = queue.waiting
                     assert queue.speaking.priority is WARNING or (
-                        waited is not None and waited.words == offered
+                        waited is not None and waited.text == offered
                     )
         if queue.waiting is not None:
             assert queue.speaking is not None
             assert queue.waiting.priority <= queue.speaking.priority
-            assert queue.waiting.words != queue.speaking.words
+            assert queue.waiting.text != queue.speaking.text
 
 
 @settings(max_examples=80, deadline=None)
@@ -230,13 +230,13 @@ def test_whatever_happens_a_hush_is_kept(steps: list[object]) -> None:
             if before is not None:
                 queue.finished(before)
         elif step in ("hush", "over"):
-            queue.hush(step == "hush")
+            queue.set_quiet(step == "hush")
         else:
             offered, priority, through = step  # type: ignore[misc]
-            queue.offer(offered, priority, through=through)
-        if queue.hushed and queue.speaking is not None and queue.speaking is not before:
-            assert queue.speaking.through
-        if not queue.hushed and queue.waiting is not None:
+            queue.enqueue(offered, priority, through=through)
+        if queue.is_quiet and queue.speaking is not None and queue.speaking is not before:
+            assert queue.speaking.allowed_in_quiet
+        if not queue.is_quiet and queue.waiting is not None:
             assert queue.speaking is not None
 
 

@@ -85,11 +85,11 @@ pytestmark = pytest.mark.usefixtures("alone")
 @pytest.fixture
 def flight(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> MainWindow:
     """Return the window with a small flight open, at its end."""
-    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.desk.is_loaded and window.view.replay.isVisible())
-    window.desk.seek(19.0)
-    until(qtbot, lambda: window.desk.is_settled)
-    window.desk.tick()
+    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded and window.view.replay.isVisible())
+    window.flight_controller.seek(19.0)
+    until(qtbot, lambda: window.flight_controller.is_up_to_date)
+    window.flight_controller.tick()
     return window
 
 
@@ -100,8 +100,8 @@ def test_every_key_goes_to_its_place(window: MainWindow, qtbot: QtBot) -> None:
     for index, key in enumerate((Qt.Key.Key_F1, Qt.Key.Key_F2, Qt.Key.Key_F3, Qt.Key.Key_F4,
                                  Qt.Key.Key_F5)):  # fmt: skip
         qtbot.keyClick(window, key)
-        assert window.places.currentIndex() == index
-        assert list(window.rail.buttons.values())[index].isChecked()
+        assert window.pages.currentIndex() == index
+        assert list(window.navigation_rail.buttons.values())[index].isChecked()
 
 
 def test_commands_without_handler_are_refused(qtbot: QtBot) -> None:
@@ -116,7 +116,7 @@ def test_help_lists_every_key_and_can_be_searched(qtbot: QtBot) -> None:
     qtbot.addWidget(dialog)
     listed = "\n".join(dialog.rows())
     for command in COMMANDS:
-        for key in command.keys:
+        for key in command.shortcuts:
             assert key.lower() in listed
     dialog.search.setText("acknowledge")
     assert len(dialog.rows()) == 1
@@ -138,7 +138,7 @@ def test_tab_stops_in_the_help_where_it_is_seen(window: MainWindow, qtbot: QtBot
         assert area.accessibleName()
         image = dialog.grab().toImage()
         rim = image.pixelColor(in_window(area, dialog).topLeft() * image.devicePixelRatio())
-        assert rim.name() == window.look.theme.text
+        assert rim.name() == window.display_style.theme.text
         dialog.reject()
 
     answer_dialog(ShortcutsDialog, look)
@@ -150,8 +150,8 @@ def test_letters_typed_into_a_field_are_no_commands(flight: MainWindow, qtbot: Q
     flight.view.show_panel(0)
     qtbot.keyClicks(flight.view.channels.search, "mk")
     assert flight.view.channels.search.text() == "mk"
-    assert not flight.desk.session.marks
-    speed = flight.desk.session.replaying
+    assert not flight.flight_controller.session.marks
+    speed = flight.flight_controller.session.replay_feed
     button = flight.view.controls.spans[10.0]
     button.setFocus()
     qtbot.keyClick(button, Qt.Key.Key_Space)
@@ -185,7 +185,7 @@ def test_only_what_has_had_the_keyboard_is_looked_at_for_keys(
     window = open_window(tmp_path)
     qtbot.addWidget(window)
     activate(qtbot, window)
-    window.look.set_theme("dark")
+    window.display_style.set_theme("dark")
     assert 0 < len(seen) < 10
     assert len(window.findChildren(QWidget)) > 100
 
@@ -194,14 +194,14 @@ def test_a_key_that_is_held_does_once_what_does_not_move(flight: MainWindow, qtb
     """A thumb in a glove makes one mark; what moves goes on while its key is held."""
     flight.view.charts.setFocus()
     hold(Qt.Key.Key_M, "m")
-    assert len(flight.desk.session.marks) == 1
-    playing = flight.desk.session.replaying.playing
+    assert len(flight.flight_controller.session.marks) == 1
+    playing = flight.flight_controller.session.replay_feed.playing
     hold(Qt.Key.Key_Space, " ")
-    assert flight.desk.session.replaying.playing is not playing
-    flight.desk.session.replaying.pause()
-    before = flight.desk.time
+    assert flight.flight_controller.session.replay_feed.playing is not playing
+    flight.flight_controller.session.replay_feed.pause()
+    before = flight.flight_controller.time
     hold(Qt.Key.Key_Comma, ",")
-    assert flight.desk.time == pytest.approx(before - 6 * 0.02)
+    assert flight.flight_controller.time == pytest.approx(before - 6 * 0.02)
 
 
 def test_a_control_is_pressed_once_and_a_text_goes_on_while_a_key_is_held(
@@ -217,7 +217,7 @@ def test_a_control_is_pressed_once_and_a_text_goes_on_while_a_key_is_held(
     hold(Qt.Key.Key_Space, " ")
     hold(Qt.Key.Key_M, "m")
     assert flight.view.channels.search.text() == 6 * " " + 6 * "m"
-    assert not flight.desk.session.marks
+    assert not flight.flight_controller.session.marks
 
 
 def test_escape_comes_back_to_the_charts(flight: MainWindow, qtbot: QtBot) -> None:
@@ -235,7 +235,7 @@ def test_the_empty_list_of_values_names_the_keys_that_set_cursors(flight: MainWi
 
 
 def test_the_start_page_names_the_keys_of_files_and_of_folders(window: MainWindow) -> None:
-    card = window.flight_place.start.buttons["open_file"]
+    card = window.flight_page.start.buttons["open_file"]
     for command in ("open_file", "open_folder"):
         keys = shortcut_text(window.commands.actions[command].shortcut().toString())
         assert keys in f"{card.accessibleName()} {card.accessibleDescription()}"
@@ -247,8 +247,8 @@ def test_the_side_panel_is_opened_and_closed_where_it_is_seen(
     """Without a flight, and at the other places, its key would act unseen on the next flight."""
     view = window.view
     qtbot.keyClick(window, Qt.Key.Key_F9)
-    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.desk.is_loaded and view.tabs.isVisible())
+    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded and view.tabs.isVisible())
     qtbot.keyClick(window, Qt.Key.Key_F1)
     qtbot.keyClick(window, Qt.Key.Key_F9)
     qtbot.keyClick(window, Qt.Key.Key_F2)
@@ -294,9 +294,9 @@ def test_a_channel_that_never_has_a_sample_gets_no_chart(
     values = np.column_stack([0.05 * np.sin(times), np.full(times.size, math.nan)])
     block = Block(channels=("alpha", "beta"), times=times, values=values)
     path = write_flight_csv(tmp_path / "empty column.csv", block, "us")
-    window.desk.starter.open_flight(path, playing=False)
+    window.flight_controller.flight_opener.open_flight(path, playing=False)
     charts = window.view.charts
-    until(qtbot, lambda: window.desk.is_loaded and charts.strip_layout.channels == ("alpha",))
+    until(qtbot, lambda: window.flight_controller.is_loaded and charts.strip_layout.channels == ("alpha",))
     # It can still be chosen, and is said to be empty.
     assert window.view._picture.available == ("alpha", "beta")
 
@@ -307,28 +307,28 @@ def test_a_channel_that_never_has_a_sample_gets_no_chart(
 def test_a_note_is_typed_in_place_found_again_and_taken_back(
     flight: MainWindow, qtbot: QtBot
 ) -> None:
-    flight.crew.note()
+    flight.crew.add_note()
     editor = flight.view.marks.view.findChild(QLineEdit)
     assert editor is not None
     editor.setText("gust from the left")
     qtbot.keyClick(editor, Qt.Key.Key_Return)
-    until(qtbot, lambda: flight.desk.session.marks[0].text == "gust from the left")
+    until(qtbot, lambda: flight.flight_controller.session.marks[0].text == "gust from the left")
     # The next key is for the charts again.
     until(qtbot, flight.view.charts.hasFocus)
-    marks = flight.desk.session.marks
+    marks = flight.flight_controller.session.marks
     assert [mark.kind for mark in marks] == ["note"]
     assert marks[0].time == pytest.approx(19.0)
-    flight.desk.seek(3.0)
+    flight.flight_controller.seek(3.0)
     flight.crew.step_mark(1)
-    assert flight.desk.time == pytest.approx(19.0)
+    assert flight.flight_controller.time == pytest.approx(19.0)
     flight.view.marks.deleted.emit(marks[0].id)
-    assert not flight.desk.session.marks
-    flight.desk.undo_mark()
-    assert len(flight.desk.session.marks) == 1
+    assert not flight.flight_controller.session.marks
+    flight.flight_controller.undo_mark()
+    assert len(flight.flight_controller.session.marks) == 1
 
 
 def test_the_keyboard_goes_into_no_panel_that_nobody_sees(flight: MainWindow, qtbot: QtBot) -> None:
-    flight.show_place("pilot")
+    flight.show_page("pilot")
     flight.commands.actions["note"].trigger()
     editor = flight.view.marks.view.findChild(QLineEdit)
     assert editor is not None
@@ -336,11 +336,11 @@ def test_the_keyboard_goes_into_no_panel_that_nobody_sees(flight: MainWindow, qt
     qtbot.keyClicks(editor, "gust")
     qtbot.keyClick(editor, Qt.Key.Key_Return)
     until(qtbot, flight.view.charts.hasFocus)
-    assert flight.desk.session.marks[0].text == "gust"
+    assert flight.flight_controller.session.marks[0].text == "gust"
 
     # Pressed in the bar, which stands above every place.
-    flight.show_place("review")
-    flight.bar.pressed.emit("alarms")
+    flight.show_page("review")
+    flight.status_bar.pressed.emit("alarms")
     assert flight.view.alarms.isVisible()
 
 
@@ -348,16 +348,16 @@ def test_the_keyboard_goes_into_no_panel_that_nobody_sees(flight: MainWindow, qt
 def test_a_note_half_typed_is_kept_when_its_flight_goes(
     flight: MainWindow, qtbot: QtBot, tmp_path: Path, end: str
 ) -> None:
-    former = flight.desk.session
-    flight.crew.note()
+    former = flight.flight_controller.session
+    flight.crew.add_note()
     qtbot.keyClicks(flight.view.marks.view.findChild(QLineEdit), "half typ")
     if end == "window":
         flight.close()
     elif end == "closed":
-        flight.desk.close_flight()
+        flight.flight_controller.close_flight()
     else:
-        flight.desk.starter.open_flight(write_flight(tmp_path / "other"), playing=False)
-        until(qtbot, lambda: flight.desk.session is not former)
+        flight.flight_controller.flight_opener.open_flight(write_flight(tmp_path / "other"), playing=False)
+        until(qtbot, lambda: flight.flight_controller.session is not former)
     assert [mark.text for mark in former.marks] == ["half typ"]
 
 
@@ -373,7 +373,7 @@ def test_another_window_of_the_same_look_styles_nothing_anew(
     other = open_window(tmp_path / "other")
     qtbot.addWidget(other)
     assert qapp.styleSheet() == sheet
-    other.desk.close()
+    other.flight_controller.close()
 
 
 def test_themes_units_and_scale_change_at_once_and_are_remembered(
@@ -384,17 +384,17 @@ def test_themes_units_and_scale_change_at_once_and_are_remembered(
         qtbot.keyClick(flight, Qt.Key.Key_T, Qt.KeyboardModifier.ControlModifier)
         image = flight.grab().toImage()
         color = image.pixelColor(image.width() - 300, 10).name()
-        assert color == flight.look.theme.background
+        assert color == flight.display_style.theme.background
         seen.add(color)
     assert len(seen) == 3
     qtbot.keyClick(flight, Qt.Key.Key_U, Qt.KeyboardModifier.ControlModifier)
-    assert flight.look.units == "SI"
-    before = flight.bar.height()
+    assert flight.display_style.units == "SI"
+    before = flight.status_bar.height()
     flight.appearance.step_scale(3)
-    until(qtbot, lambda: flight.bar.height() > before)
+    until(qtbot, lambda: flight.status_bar.height() > before)
     flight.close()
     kept = SettingsStore(flight.store.path).current
-    assert (kept.units, kept.scale, kept.theme) == ("SI", 150, flight.look.theme.name)
+    assert (kept.units, kept.scale, kept.theme) == ("SI", 150, flight.display_style.theme.name)
     assert kept.geometry
 
 
@@ -406,15 +406,15 @@ def test_nothing_is_cut_and_nothing_overlaps(
     flight: MainWindow, qtbot: QtBot, size: tuple[int, int], scale: int
 ) -> None:
     """Bar, charts, controls and panel lie inside the window and beside each other."""
-    flight.look.set_scale(scale)
+    flight.display_style.set_scale(scale)
     flight.resize(*size)
     qtbot.wait(30)
     whole = QRect(QPoint(0, 0), flight.size())
-    parts = [in_window(view, flight) for view in flight.bar.views.values()]
+    parts = [in_window(view, flight) for view in flight.status_bar.item_widgets.values()]
     parts += [
         in_window(widget, flight)
         for widget in (flight.view.charts, flight.view.tabs, flight.view.replay.slider,
-                       flight.view.controls, *flight.rail.buttons.values())
+                       flight.view.controls, *flight.navigation_rail.buttons.values())
         if widget.isVisibleTo(flight)
     ]  # fmt: skip
     for index, part in enumerate(parts):
@@ -438,10 +438,10 @@ def test_all_tabs_of_the_side_panel_are_in_sight(
     flight: MainWindow, qtbot: QtBot, scale: int
 ) -> None:
     """At every scale, also while alarms wait, and whichever tab is the chosen one."""
-    flight.look.set_scale(scale)
+    flight.display_style.set_scale(scale)
     for index in range(12):
-        flight.desk.session.board.raise_(f"x{index}", Severity.WARNING, 1.0, "too fast")
-    flight.desk.tick()
+        flight.flight_controller.session.alarm_registry.raise_(f"x{index}", Severity.WARNING, 1.0, "too fast")
+    flight.flight_controller.tick()
     tabs = flight.view.tabs
     bar = tabs.tabBar()
     for chosen in range(tabs.count()):
@@ -459,9 +459,9 @@ def test_charts_reach_the_panel_also_after_a_layout_while_hidden(
 ) -> None:
     """A picture of the empty window lays the flight out that is not on screen yet."""
     window.grab()
-    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
+    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
     view = window.view
-    until(qtbot, lambda: window.desk.is_loaded and view.tabs.isVisible())
+    until(qtbot, lambda: window.flight_controller.is_loaded and view.tabs.isVisible())
     qtbot.wait(20)
     assert view.tabs.geometry().right() == view.width() - 1
     gap = view.tabs.geometry().left() - view.charts.geometry().right() - 1
@@ -471,7 +471,7 @@ def test_charts_reach_the_panel_also_after_a_layout_while_hidden(
 def test_menus_without_room_are_behind_an_arrow_that_is_seen(
     window: MainWindow, qtbot: QtBot
 ) -> None:
-    window.look.set_scale(250)
+    window.display_style.set_scale(250)
     more = window.menuBar().findChild(QToolButton, "qt_menubar_ext_button")
     assert more is not None
     until(qtbot, more.isVisible)
@@ -479,7 +479,7 @@ def test_menus_without_room_are_behind_an_arrow_that_is_seen(
     colors = {
         image.pixelColor(x, y).name() for x in range(image.width()) for y in range(image.height())
     }
-    assert window.look.color("text").name() in colors
+    assert window.display_style.color("text").name() in colors
 
 
 @pytest.fixture
@@ -510,8 +510,8 @@ def test_every_control_has_a_name(flight: MainWindow) -> None:
 def test_tab_stops_only_where_the_keyboard_is_seen(flight: MainWindow, qtbot: QtBot) -> None:
     """Not at what holds the controls of a page; and each field says what it is."""
     for place in ("preflight", "review", "gap"):
-        flight.show_place(place)
-    until(qtbot, lambda: not flight.review.work.running)
+        flight.show_page(place)
+    until(qtbot, lambda: not flight.review_page.work.running)
     stops = [
         area.metaObject().className()
         for area in flight.findChildren(QScrollArea)
@@ -532,7 +532,7 @@ def test_the_buttons_of_a_file_dialog_have_their_signs(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, theme: str
 ) -> None:
     """Where the system has no dialog of its own: to the folder above, in letters' size and ink."""
-    window.look.set_theme(theme)
+    window.display_style.set_theme(theme)
     dialog = QFileDialog(window, "Open", str(tmp_path))
     qtbot.addWidget(dialog)
     dialog.setOption(QFileDialog.Option.DontUseNativeDialog)
@@ -544,7 +544,7 @@ def test_the_buttons_of_a_file_dialog_have_their_signs(
         (x, y)
         for x in range(margin, image.width() - margin)
         for y in range(margin, image.height() - margin)
-        if contrast(image.pixelColor(x, y).name(), window.look.theme.plot) >= 7.0
+        if contrast(image.pixelColor(x, y).name(), window.display_style.theme.plot) >= 7.0
     ]
     wide, high = (max(axis) - min(axis) + 1 for axis in zip(*ink, strict=True))
     assert wide >= 10
@@ -556,11 +556,11 @@ def test_a_line_of_ink_says_where_the_keyboard_is(
     window: MainWindow, qtbot: QtBot, theme: str
 ) -> None:
     """Round lists, tables, trees and check boxes, too; and nothing moves when it comes."""
-    window.look.set_theme(theme)
+    window.display_style.set_theme(theme)
     boxed = QListWidget()
     boxed.setProperty("role", "boxed")
     lines = TableRowView(
-        TableRowModel(window.look, ("Time", "Mark")), window.look, "Marks", 1, {0: 60}
+        TableRowModel(window.display_style, ("Time", "Mark")), window.display_style, "Marks", 1, {0: 60}
     )
     tabs = QTabBar()
     tabs.addTab("Marks")
@@ -591,14 +591,14 @@ def test_a_line_of_ink_says_where_the_keyboard_is(
         one.setFocus()
         ink, *after = rim(one)
         assert contrast(ink, without) >= 3.0, type(one).__name__
-        assert contrast(ink, window.look.theme.background) >= 7.0
+        assert contrast(ink, window.display_style.theme.background) >= 7.0
         assert before == after
 
 
 @pytest.mark.parametrize("theme", list(THEMES))
 def test_a_filled_button_shows_the_keyboard(window: MainWindow, qtbot: QtBot, theme: str) -> None:
     """A line stands off from what is ink all over."""
-    window.look.set_theme(theme)
+    window.display_style.set_theme(theme)
     primary, checked = QPushButton("Estimate"), QPushButton("1 min")
     primary.setProperty("role", "primary")
     checked.setCheckable(True)
@@ -615,7 +615,7 @@ def test_a_filled_button_shows_the_keyboard(window: MainWindow, qtbot: QtBot, th
         image = page.grab().toImage()
         ratio, box = image.devicePixelRatio(), button.geometry()
         spots = [QPoint(box.center().x(), box.top() + deep) * ratio for deep in range(4)]
-        ink = window.look.theme.text
+        ink = window.display_style.theme.text
         return sum(contrast(image.pixelColor(spot).name(), ink) >= 3.0 for spot in spots)
 
     for one, other in ((primary, checked), (checked, primary)):
@@ -631,7 +631,7 @@ def test_the_line_of_the_keyboard_is_seen_where_none_was_chosen(qtbot: QtBot) ->
     qtbot.addWidget(panel)
     panel.show()
     activate(qtbot, panel)
-    panel.show_lines([TableRow(key=key, cells=("00:01", f"Mark {key}")) for key in "ab"])
+    panel.show_rows([TableRow(key=key, cells=("00:01", f"Mark {key}")) for key in "ab"])
     assert panel.view.current_key() is None
     panel.view.setFocus(Qt.FocusReason.TabFocusReason)
     until(qtbot, panel.view.hasFocus)
@@ -661,7 +661,7 @@ def test_tab_goes_round_each_place_without_a_flight(window: MainWindow, qtbot: Q
                 qtbot.keyClick(focus, way)
             assert set(stops) <= set(seen), name
         buttons = [one for one in seen if isinstance(one, NavigationButton | StepButton)]
-        assert window.rail.buttons[name] in buttons
+        assert window.navigation_rail.buttons[name] in buttons
         assert all(one.isChecked() for one in buttons)
 
 
@@ -671,12 +671,12 @@ def test_tab_goes_round_each_place_without_a_flight(window: MainWindow, qtbot: Q
 def test_an_error_in_a_slot_becomes_a_banner_and_can_be_copied(
     window: MainWindow, qtbot: QtBot
 ) -> None:
-    window.faults.install()
+    window.error_reporter.install()
     try:
         QTimer.singleShot(0, lambda: 1 / 0)
         until(qtbot, lambda: bool(window.banners.texts()))
     finally:
-        window.faults.remove()
+        window.error_reporter.remove()
     assert "ZeroDivisionError" in window.banners.texts()[0]
     assert "Traceback" not in window.banners.texts()[0]
     window.copy_details()
@@ -687,7 +687,7 @@ def test_an_error_in_a_slot_becomes_a_banner_and_can_be_copied(
 
 
 def test_expected_errors_are_shown_in_their_own_words(window: MainWindow, qtbot: QtBot) -> None:
-    window.faults.report(GroundStationError("the port is gone; plug it in again"))
+    window.error_reporter.report(GroundStationError("the port is gone; plug it in again"))
     until(qtbot, lambda: "the port is gone; plug it in again" in window.banners.texts())
 
 
@@ -695,17 +695,17 @@ def test_what_was_said_of_a_flight_goes_when_another_opens(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     """Also that one could not be opened; what happens on opening the next one stays."""
-    desk, banners = window.desk, window.banners
+    desk, banners = window.flight_controller, window.banners
     garbage = tmp_path / "garbage.tlog"
     garbage.write_bytes(bytes(range(1, 250)) * 40)
-    desk.starter.open_flight(garbage)
+    desk.flight_opener.open_flight(garbage)
     until(qtbot, lambda: any("garbage.tlog" in text for text in banners.texts()))
     assert not any("Garbage" in text for text in banners.texts())
-    desk.starter.open_flight(tmp_path / "absent.tlog")
+    desk.flight_opener.open_flight(tmp_path / "absent.tlog")
     until(qtbot, lambda: any("absent.tlog" in text for text in banners.texts()))
     assert len(banners.texts()) == 2
-    window.faults.report(GroundStationError("the card of the flight cannot be read"))
-    desk.starter.open_flight(write_flight(tmp_path), playing=False)
+    window.error_reporter.report(GroundStationError("the card of the flight cannot be read"))
+    desk.flight_opener.open_flight(write_flight(tmp_path), playing=False)
     until(qtbot, lambda: desk.name == "small")
     assert banners.texts() == ("the card of the flight cannot be read",)
 
@@ -759,7 +759,7 @@ def test_a_work_can_be_cancelled_and_says_how_far_it_is(window: MainWindow, qtbo
             progress(0.5, "counting")
 
     work = BackgroundJob("Counting", count, window)
-    window.opening.run(work, "Done.")
+    window.file_menu.show_job(work, "Done.")
     work.start()
     until(qtbot, lambda: any("counting" in text for text in window.banners.texts()))
     window.banners.banners[0].buttons[0].click()
@@ -805,7 +805,7 @@ def test_a_serial_link_that_was_typed_stays_what_it_is(qtbot: QtBot, tmp_path: P
     # A name for a port, as rules of the system give it, is in no list of ports.
     named.touch()
     link.text.setEditText(f"serial:{named}:57600")
-    assert link.verdict.state == "good"
+    assert link.input_check.state == "good"
     listed.append(("/dev/ttyUSB1", "/dev/ttyUSB1 (another)"))
     link.refresh_ports()
     assert [link.device.itemText(at) for at in range(3)] == [
@@ -820,7 +820,7 @@ def test_a_serial_link_that_was_typed_stays_what_it_is(qtbot: QtBot, tmp_path: P
 
 
 def test_a_note_goes_by_itself_and_what_matters_stays(window: MainWindow, qtbot: QtBot) -> None:
-    window.banners.passing_ms = 50
+    window.banners.note_timeout_ms = 50
     window.banners.show_banner("caution", "The disk is nearly full.")
     window.banners.show_banner("note", "A recording ended.", ("Replay it", window.update))
     window.banners.show_banner("note", "Exported.")
@@ -836,7 +836,7 @@ def test_new_lines_leave_the_chosen_line_and_its_editor_alone(qtbot: QtBot) -> N
     panel.show()
 
     def show(*keys: str) -> None:
-        panel.show_lines([TableRow(key=key, cells=("00:01", f"Mark {key}")) for key in keys])
+        panel.show_rows([TableRow(key=key, cells=("00:01", f"Mark {key}")) for key in keys])
 
     show("b", "d")
     panel.begin_edit("d")
@@ -870,7 +870,7 @@ def test_the_side_panel_is_drawn_wider_and_stays_so(
     flight: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     """Its edge shows that it can be dragged; neither tabs nor charts lose the room they need."""
-    flight.show_place("flight")
+    flight.show_page("flight")
     handle = flight.view.findChild(QSplitter).handle(1)
     tabs, charts = flight.view.tabs, flight.view.charts
     usual = tabs.width()
@@ -901,8 +901,8 @@ def test_headings_of_the_charts_grow_with_the_text(flight: MainWindow, qtbot: Qt
     assert headings
     assert {item.font().pixelSize() for item in headings} == {11}
     qtbot.keyClick(flight, Qt.Key.Key_Plus, Qt.KeyboardModifier.ControlModifier)
-    assert {item.font().pixelSize() for item in headings} == {flight.look.sizes.label}
-    assert flight.look.sizes.label > 11
+    assert {item.font().pixelSize() for item in headings} == {flight.display_style.sizes.label}
+    assert flight.display_style.sizes.label > 11
 
 
 @pytest.mark.parametrize("theme", list(THEMES))
@@ -910,7 +910,7 @@ def test_a_chosen_channel_and_an_empty_field_have_the_colors_of_the_theme(
     flight: MainWindow, qtbot: QtBot, theme: str
 ) -> None:
     """The indent beside a chosen line has no color of its own, and what to type is readable."""
-    flight.look.set_theme(theme)
+    flight.display_style.set_theme(theme)
     panel = flight.findChild(ChannelPanel)
     tree = panel.tree
     for focused in (panel.search, tree):
@@ -930,7 +930,7 @@ def test_a_chosen_channel_and_an_empty_field_have_the_colors_of_the_theme(
         words = field.palette().color(QPalette.ColorRole.PlaceholderText)
         assert words.alpha() == 255
         least = 4.5 if theme == "dark" else 7.0
-        assert contrast(words.name(), flight.look.theme.plot) >= least
+        assert contrast(words.name(), flight.display_style.theme.plot) >= least
 
 
 @pytest.mark.parametrize("button", [Qt.MouseButton.RightButton, Qt.MouseButton.MiddleButton])
@@ -939,14 +939,14 @@ def test_only_the_left_button_presses(
 ) -> None:
     """A slip onto another one neither mutes the alarms nor jumps in the flight."""
     slider = flight.findChild(TimeSlider)
-    muted, before = flight.store.current.muted, flight.desk.time
+    muted, before = flight.store.current.muted, flight.flight_controller.time
     left = Qt.MouseButton.LeftButton
-    sound = flight.bar.views["sound"]
+    sound = flight.status_bar.item_widgets["sound"]
     for pressed in (button, left):
         qtbot.mouseClick(sound, pressed, pos=sound.rect().center())
         assert (flight.store.current.muted != muted) == (pressed == left)
         qtbot.mouseClick(slider, pressed, pos=slider.rect().center())
-        assert (flight.desk.time != before) == (pressed == left)
+        assert (flight.flight_controller.time != before) == (pressed == left)
 
 
 @pytest.mark.parametrize("kind", [MarksPanel, AlarmsPanel, MessagesPanel])
@@ -955,14 +955,14 @@ def test_times_are_whole_after_an_hour(
     flight: MainWindow, qtbot: QtBot, kind: type[ListPanel], scale: int
 ) -> None:
     """Also in the strong letters of what nobody has acknowledged; measured as the view draws it."""
-    flight.look.set_scale(scale)
-    panel = kind(flight.look)
+    flight.display_style.set_scale(scale)
+    panel = kind(flight.display_style)
     qtbot.addWidget(panel)
     panel.setStyleSheet(QApplication.instance().styleSheet())
     panel.resize(500, 300)
     panel.show()
     others = ("words",) * (panel.view.lines.columnCount() - 1)
-    panel.show_lines([TableRow(key=1, cells=("1:06:48.9", *others), strong=True)])
+    panel.show_rows([TableRow(key=1, cells=("1:06:48.9", *others), is_bold=True)])
     view = panel.view
     assert view.sizeHintForColumn(0) <= view.columnWidth(0)
 
@@ -972,18 +972,18 @@ def test_the_last_line_of_long_words_in_a_table_is_not_cut(
     flight: MainWindow, qtbot: QtBot, scale: int
 ) -> None:
     """A row is as high as the words are that wrap within the padding of the style."""
-    flight.look.set_scale(scale)
-    panel = AlarmsPanel(flight.look)
+    flight.display_style.set_scale(scale)
+    panel = AlarmsPanel(flight.display_style)
     qtbot.addWidget(panel)
     panel.setStyleSheet(QApplication.instance().styleSheet())
     panel.resize(500, 300)
     panel.show()
     words = ["nothing received for more " * 3 + "n" * length for length in range(1, 16)]
     lines = [
-        TableRow(key=row, cells=(f"00:{row:02}.0", one, "", "", ""), strong=bool(row % 2))
+        TableRow(key=row, cells=(f"00:{row:02}.0", one, "", "", ""), is_bold=bool(row % 2))
         for row, one in enumerate(words)
     ]
-    panel.show_lines(lines)
+    panel.show_rows(lines)
     view, style = panel.view, panel.view.style()
     QApplication.processEvents()
     margin = style.pixelMetric(QStyle.PixelMetric.PM_FocusFrameHMargin, None, view) + 1
@@ -1006,7 +1006,7 @@ def test_all_columns_of_the_alarms_are_in_sight(
     flight: MainWindow, qtbot: QtBot, size: tuple[int, int]
 ) -> None:
     """The panel grows for them and shrinks again; its button is gray where nothing waits."""
-    panel, board = flight.view.alarms, flight.desk.session.board
+    panel, board = flight.view.alarms, flight.flight_controller.session.alarm_registry
     flight.resize(*size)
     flight.view.show_panel(2)
     before = flight.view.tabs.width()
@@ -1019,7 +1019,7 @@ def test_all_columns_of_the_alarms_are_in_sight(
     until(qtbot, lambda: view.viewport().width() >= last)
     assert view.horizontalScrollBar().maximum() == 0
     assert flight.view.charts.width() > 0.45 * size[0]
-    flight.desk.acknowledge("crew")
+    flight.flight_controller.acknowledge("crew")
     until(qtbot, lambda: not acknowledge.isEnabled())
     assert acknowledge.toolTip()
     flight.view.show_panel(2)
@@ -1031,29 +1031,29 @@ def test_the_alarms_of_a_replay_say_that_cues_are_missing_until_it_was_played(
 ) -> None:
     note = flight.view.alarms.cues_note
     flight.view.show_panel(3)
-    flight.desk.seek(0.5)
+    flight.flight_controller.seek(0.5)
     until(qtbot, note.isVisible)
-    flight.desk.seek(math.inf)
+    flight.flight_controller.seek(math.inf)
     until(qtbot, note.isHidden)
-    flight.desk.seek(0.5)
+    flight.flight_controller.seek(0.5)
     until(qtbot, note.isVisible)
 
 
 def test_an_alarm_is_in_sight_at_every_scale(flight: MainWindow, qtbot: QtBot) -> None:
     """The sentence wants a row of its own where the scale is large, and gets it."""
-    flight.desk.session.board.raise_("x", Severity.WARNING, 1.0, "angle of sideslip too large " * 3)
+    flight.flight_controller.session.alarm_registry.raise_("x", Severity.WARNING, 1.0, "angle of sideslip too large " * 3)
     for _step in range(7):
         flight.appearance.step_scale(1)
-    flight.desk.tick()
-    until(qtbot, lambda: flight.bar.views["alarms"].part.state == "warning")
+    flight.flight_controller.tick()
+    until(qtbot, lambda: flight.status_bar.item_widgets["alarms"].item.state == "warning")
     until(
         qtbot,
         lambda: (
-            flight.bar.rect().contains(flight.bar.views["alarms"].geometry())
-            and flight.bar.views["alarms"].height() > 40
+            flight.status_bar.rect().contains(flight.status_bar.item_widgets["alarms"].geometry())
+            and flight.status_bar.item_widgets["alarms"].height() > 40
         ),
     )
-    assert in_window(flight.bar, flight).right() <= flight.width()
+    assert in_window(flight.status_bar, flight).right() <= flight.width()
 
 
 def test_tab_goes_through_a_dialog_as_one_reads_and_enter_does_it(
@@ -1070,7 +1070,7 @@ def test_tab_goes_through_a_dialog_as_one_reads_and_enter_does_it(
     until(qtbot, lambda: dialog.effects.count() == 1)
     # Without a parent the dialog would go with it, in the midst of its end.
     until(qtbot, lambda: not dialog.findChildren(BackgroundJob))
-    place = dialog.place
+    place = dialog.folder_field
     chain = [dialog.plan, dialog.speed, dialog.seed, dialog.thin, dialog.search, dialog.effects,
              place.title, place.name, place.parent_folder.edit]  # fmt: skip
     for field in chain:
@@ -1116,7 +1116,7 @@ def test_the_limits_of_a_chart_are_typed_kept_and_reset(
 ) -> None:
     """In the units of the screen: band, alarm, file; another window knows them; reset ends them."""
     charts = flight.view.charts
-    session = flight.desk.session
+    session = flight.flight_controller.session
     assert session is not None
 
     def ask(window: MainWindow, answer: Callable[[LimitsDialog], object]) -> None:
@@ -1148,33 +1148,33 @@ def test_the_limits_of_a_chart_are_typed_kept_and_reset(
         warning_high=pytest.approx(math.radians(4.0)), caution_low=pytest.approx(math.radians(-30))
     )
     until(qtbot, lambda: (one := charts.selected_chart) is not None and one.limits is not None)
-    flight.desk.seek(5.0)
-    until(qtbot, lambda: session.board.get("alpha:high") is not None)
-    flight.desk.close_flight()
+    flight.flight_controller.seek(5.0)
+    until(qtbot, lambda: session.alarm_registry.get("alpha:high") is not None)
+    flight.flight_controller.close_flight()
 
     other = MainWindow(SettingsStore(flight.store.path), ErrorReporter())
     qtbot.addWidget(other)
     other.show()
-    other.desk.starter.open_flight(session.path)
-    until(qtbot, lambda: other.desk.is_open and bool(other.view.charts.strip_layout.strips))
-    assert other.desk.session.limits.bands("alpha").warning_high == pytest.approx(math.radians(4.0))
+    other.flight_controller.flight_opener.open_flight(session.path)
+    until(qtbot, lambda: other.flight_controller.is_open and bool(other.view.charts.strip_layout.strips))
+    assert other.flight_controller.session.limits.bands("alpha").warning_high == pytest.approx(math.radians(4.0))
     other.view.charts.perform("chart_down")
     ask(other, lambda dialog: dialog.reset.click())
-    assert not other.desk.session.limits.typed("alpha")
+    assert not other.flight_controller.session.limits.has_user_limits("alpha")
     assert "alpha" not in (flight.store.path.parent / "limits.toml").read_text(encoding="utf-8")
-    other.desk.close()
+    other.flight_controller.close()
 
 
 def test_limits_typed_in_another_window_count_here_at_once(
     flight: MainWindow, qtbot: QtBot
 ) -> None:
-    limits = flight.desk.session.limits
+    limits = flight.flight_controller.session.limits
     other = UserLimitStore(limits_path(flight.store.path))
     other.write("alpha", LimitBands(warning_high=math.radians(4.0)), "US")
-    until(qtbot, lambda: limits.typed("alpha"))
+    until(qtbot, lambda: limits.has_user_limits("alpha"))
     assert limits.bands("alpha").warning_high == pytest.approx(math.radians(4.0))
     other.write("alpha", None, "US")
-    until(qtbot, lambda: not limits.typed("alpha"))
+    until(qtbot, lambda: not limits.has_user_limits("alpha"))
 
 
 @pytest.mark.parametrize(
@@ -1189,27 +1189,27 @@ def test_limits_typed_in_another_window_count_here_at_once(
 )
 def test_typed_limits_are_judged(texts: list[str], state: str, words: str) -> None:
     verdict = check_limits(texts, (-1.0, 1.0), math.radians)
-    assert (verdict.state, words in verdict.sentence) == (state, True)
+    assert (verdict.state, words in verdict.message) == (state, True)
 
 
 # The bar
 
 
 def test_the_bar_says_every_state_in_words_and_never_a_stale_number() -> None:
-    silent = LinkSummary(words="silent", severity=Severity.WARNING, rate=100.0, age=7.0)
+    silent = LinkSummary(state="silent", severity=Severity.WARNING, rate=100.0, age=7.0)
     facts = StatusBarData(
         name="f", time=12.0, stale=True, link=silent,
-        recorder=RecorderSummary(words="dead", severity=Severity.WARNING, received_bytes=2_000_000),
+        recorder=RecorderSummary(state="dead", severity=Severity.WARNING, received_bytes=2_000_000),
         disk=DiskSummary(free_bytes=10**9), calibration="18",
-        calibration_status=CalibrationStatus(state="warning", words="2 uncalibrated", detail=""),
-        alarms=AlarmSummary(sentences=("Too fast",), severe=True, standing=1), muted=True,
+        calibration_status=CalibrationStatus(state="warning", summary="2 uncalibrated", detail=""),
+        alarms=AlarmSummary(sentences=("Too fast",), severe=True, active=1), muted=True,
     )  # fmt: skip
     parts = {part.id: part for part in create_status_items(facts)}
     assert (parts["link"].value, parts["link"].state) == ("–", "warning")
     assert parts["link"].note == "silent 7.0 s"
     assert (parts["flight"].value, parts["flight"].state) == ("–", "unknown")
-    garbage = LinkSummary(words="unreadable", severity=Severity.WARNING, rate=0.0)
-    port = RecorderSummary(words="recording", source_state="udpout:10.0.0.7:14550: cannot send")
+    garbage = LinkSummary(state="unreadable", severity=Severity.WARNING, rate=0.0)
+    port = RecorderSummary(state="recording", source_state="udpout:10.0.0.7:14550: cannot send")
     part = {
         part.id: part
         for part in create_status_items(StatusBarData(name="f", link=garbage, recorder=port))
@@ -1224,8 +1224,8 @@ def test_the_bar_says_every_state_in_words_and_never_a_stale_number() -> None:
 
 def test_the_bar_tells_a_healthy_flight_in_numbers() -> None:
     facts = StatusBarData(
-        name="f", time=61.25, link=LinkSummary(words="ok", rate=412.3, age=0.12, loss=0.004),
-        recorder=RecorderSummary(words="recording", received_bytes=3_210_000, growing=True),
+        name="f", time=61.25, link=LinkSummary(state="ok", rate=412.3, age=0.12, loss=0.004),
+        recorder=RecorderSummary(state="recording", received_bytes=3_210_000, growing=True),
         disk=DiskSummary(free_bytes=118 * 10**9), aircraft="B777",
     )  # fmt: skip
     parts = {part.id: part for part in create_status_items(facts)}
@@ -1253,7 +1253,7 @@ def test_a_work_that_has_ended_is_gone_and_may_still_be_asked(qtbot: QtBot) -> N
     qtbot.waitUntil(lambda: sorted(told) == [1, 3] and not parent.children())
     gc.collect()
     assert gone() is None
-    assert not kept.running
+    assert not kept.is_running
     kept.cancel()
 
 
@@ -1266,7 +1266,7 @@ def test_a_desktop_that_logs_out_closes_the_window_unasked(
     """It says so first, and then closes windows one after the other."""
     asked: list[object] = []
     monkeypatch.setattr(ui.main_window, "ask_closing", lambda *names: asked.append(names) or "stay")
-    monkeypatch.setattr(type(window.desk), "records_here", property(lambda _desk: True))
+    monkeypatch.setattr(type(window.flight_controller), "is_recording", property(lambda _desk: True))
     window.close()
     assert window.isVisible()
     assert len(asked) == 1
@@ -1282,14 +1282,14 @@ def test_a_session_that_ends_is_not_held_up_by_a_question(
 ) -> None:
     """Nobody may be there to answer: the window closes in order, and the recorder goes on."""
     monkeypatch.setattr(ui.main_window, "ask_closing", ask_closing)
-    monkeypatch.setattr(type(window.desk), "records_here", property(lambda _desk: True))
+    monkeypatch.setattr(type(window.flight_controller), "is_recording", property(lambda _desk: True))
     stopped: list[str] = []
-    monkeypatch.setattr(window.desk, "stop_now", lambda: stopped.append("?"))
+    monkeypatch.setattr(window.flight_controller, "stop_recording_and_wait", lambda: stopped.append("?"))
     if waits:
-        answer_dialog(QMessageBox, lambda _box: window.end())
+        answer_dialog(QMessageBox, lambda _box: window.close_without_asking())
         window.close()
     else:
-        window.end()
+        window.close_without_asking()
     assert not window.isVisible()
     assert SettingsStore(window.store.path).current.geometry
     assert not stopped
@@ -1321,25 +1321,25 @@ def test_the_log_of_alarms_is_whole_sorted_copied_and_leads_into_the_replay(
     flight: MainWindow, qtbot: QtBot
 ) -> None:
     """Also what lies after the playhead, and what was seen and is over; ticks stand beside it."""
-    assert flight.desk.session is not None
-    session, panel = flight.desk.session, flight.view.alarms
-    flight.desk.seek(0.5)
+    assert flight.flight_controller.session is not None
+    session, panel = flight.flight_controller.session, flight.view.alarms
+    flight.flight_controller.seek(0.5)
     flight.view.show_panel(3)
-    session.type_limits("alpha", LimitBands(caution_high=0.06))
+    session.set_user_limits("alpha", LimitBands(caution_high=0.06))
     # alpha passes 3.4 degrees every 2 s.
     until(qtbot, lambda: len(panel.view.lines.lines) == 10)
     slider = flight.view.replay.slider
     assert len(slider._alarms) == len(flight.view.charts._alarms) == 10
-    flight.desk.seek(3.0)
-    until(qtbot, lambda: bool(flight.desk.waiting()))
+    flight.flight_controller.seek(3.0)
+    until(qtbot, lambda: bool(flight.flight_controller.unacknowledged_alarms()))
     flight.commands.actions["acknowledge"].trigger()
     until(qtbot, lambda: "menu" in panel.view.lines.lines[-1].cells[-1])
-    flight.desk.seek(5.0)
+    flight.flight_controller.seek(5.0)
     until(qtbot, flight.commands.actions["acknowledge"].isEnabled)
     flight.activateWindow()
     qtbot.keyClick(flight, Qt.Key.Key_K)
     until(qtbot, lambda: "key K" in panel.view.lines.lines[-2].cells[-1])
-    onsets = [line.order[0] for line in panel.view.lines.lines]
+    onsets = [line.sort_values[0] for line in panel.view.lines.lines]
     assert onsets == sorted(onsets, reverse=True)
     panel.view.sortByColumn(0, Qt.SortOrder.AscendingOrder)
     assert len(panel.view.lines.lines) == 10
@@ -1354,20 +1354,20 @@ def test_the_log_of_alarms_is_whole_sorted_copied_and_leads_into_the_replay(
     next(one for one in panel.view.actions() if one.text() == "Copy table").trigger()
     assert len(QGuiApplication.clipboard().text().splitlines()) == 11
     qtbot.keyClick(panel.view, Qt.Key.Key_Return)
-    assert flight.desk.time == pytest.approx(max(onsets))
+    assert flight.flight_controller.time == pytest.approx(max(onsets))
 
 
 @pytest.mark.parametrize("scale", [100, 200])
 def test_a_message_moves_nothing_and_covers_nothing(
     flight: MainWindow, qtbot: QtBot, scale: int
 ) -> None:
-    flight.look.set_scale(scale)
+    flight.display_style.set_scale(scale)
     QApplication.processEvents()
-    before = [in_window(part, flight) for part in (flight.places, flight.view.charts)]
+    before = [in_window(part, flight) for part in (flight.pages, flight.view.charts)]
     banner = flight.banners.show_banner("caution", "The disk is nearly full. " * 12)
     until(qtbot, banner.isVisible)
     QApplication.processEvents()
-    assert [in_window(part, flight) for part in (flight.places, flight.view.charts)] == before
+    assert [in_window(part, flight) for part in (flight.pages, flight.view.charts)] == before
     assert not in_window(flight.banners, flight).intersects(before[0])
     assert flight.rect().contains(in_window(flight.banners, flight))
     # What does not fit the line is in the list.
@@ -1382,7 +1382,7 @@ def test_closed_messages_are_listed_and_shown_again(window: MainWindow, qtbot: Q
     banners = window.banners
     banners.show_banner("warning", "Failed once.", ("Copy details", lambda: copied.append("x")))
     withdrawn = banners.show_banner("note", "A recorder runs.", ("Attach", copied.clear))
-    qtbot.mouseClick(banners.next, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(banners.next_button, Qt.MouseButton.LeftButton)
     assert [one.isVisible() for one in banners.banners] == [False, True]
     window.commands.actions["dismiss"].trigger()
     banners.remove(withdrawn)
@@ -1394,7 +1394,7 @@ def test_closed_messages_are_listed_and_shown_again(window: MainWindow, qtbot: Q
     ]  # fmt: skip
     for row in (1, 1):
         listed.view.selectRow(row)
-        qtbot.mouseClick(listed.again, Qt.MouseButton.LeftButton)
+        qtbot.mouseClick(listed.show_again_button, Qt.MouseButton.LeftButton)
     # An offer that was withdrawn is not made again.
     assert [[it.text() for it in one.buttons] for one in banners.banners] == [[], ["Copy details"]]
     banners.banners[1].buttons[0].click()
@@ -1404,7 +1404,7 @@ def test_closed_messages_are_listed_and_shown_again(window: MainWindow, qtbot: Q
 
 @pytest.mark.parametrize("scale", [100, 150])
 def test_every_menu_is_one_column(window: MainWindow, scale: int) -> None:
-    window.look.set_scale(scale)
+    window.display_style.set_scale(scale)
     pending = [action.menu() for action in window.menuBar().actions()]
     count = 0
     while pending:
@@ -1425,7 +1425,7 @@ def test_the_menu_of_a_chart_copies_hides_marks_and_scales(
 
     def choose(words: str) -> None:
         menu = create_chart_menu(
-            charts, view._picture, flight.commands.actions, 5.5, flight.look.units, view
+            charts, view._picture, flight.commands.actions, 5.5, flight.display_style.units, view
         )
         (action,) = [one for one in menu.actions() if one.text().startswith(words)]
         action.trigger()
@@ -1434,9 +1434,9 @@ def test_the_menu_of_a_chart_copies_hides_marks_and_scales(
     spec = charts.selected_chart.specs[0]
     choose(f"Copy {spec.title}")
     value = charts.value_at(spec.id, 5.5)
-    assert QGuiApplication.clipboard().text() == channel_value_text(spec, value, flight.look.units)
+    assert QGuiApplication.clipboard().text() == channel_value_text(spec, value, flight.display_style.units)
     choose("Mark 00:05.5")
-    assert flight.desk.mark_times() == pytest.approx((5.5,))
+    assert flight.flight_controller.mark_times() == pytest.approx((5.5,))
     choose("Zoom to A and B")
     assert charts.view.seconds == pytest.approx(4.8)
     charts.set_range((0.0, 1.0))

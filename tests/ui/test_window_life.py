@@ -57,7 +57,7 @@ def press(qtbot: QtBot, window: MainWindow, key: Qt.Key, *modifiers: Qt.Keyboard
 
 def samples(window: MainWindow) -> int:
     """Count the samples of alpha so far."""
-    history = window.desk.history
+    history = window.flight_controller.history
     if history is None or history.end is None or "alpha" not in history.channels:
         return 0
     return int(np.isfinite(history.samples("alpha", 0, history.index(history.end) + 1)).sum())
@@ -67,7 +67,7 @@ def traced_pixels(window: MainWindow) -> int:
     """Count the pixels of the charts that have the color of a trace."""
     image = window.view.charts.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
     pixels = np.frombuffer(image.constBits(), dtype=np.uint32) & 0xFFFFFF
-    colors = [int(color[1:], 16) for color in window.look.theme.traces.values()]
+    colors = [int(color[1:], 16) for color in window.display_style.theme.traces.values()]
     return int(np.isin(pixels, colors).sum())
 
 
@@ -76,13 +76,13 @@ def test_the_flown_system_is_shown_and_chosen_on_the_link_tile(
 ) -> None:
     """One click on a system of the menu: the flight is read again, and says so."""
     port, folder = free_port(), tmp_path / "flights" / "first"
-    window.desk.starter.connect_aircraft(
+    window.flight_controller.flight_opener.connect_aircraft(
         ConnectRequest(
             link=f"udpin:127.0.0.1:{port}", folder=folder, channel_map="ardupilot-plane",
             aircraft="b777", calibration="",
         )
     )  # fmt: skip
-    until(qtbot, lambda: window.desk.is_open)
+    until(qtbot, lambda: window.flight_controller.is_open)
     stop = threading.Event()
 
     def transmit() -> None:
@@ -102,9 +102,9 @@ def test_the_flown_system_is_shown_and_chosen_on_the_link_tile(
     transmitter = threading.Thread(target=transmit)
     transmitter.start()
     try:
-        tile = window.bar.views["link"]
-        until(qtbot, lambda: tile.part.word == "LINK  SYSTEM 1")
-        former = window.desk.session
+        tile = window.status_bar.item_widgets["link"]
+        until(qtbot, lambda: tile.item.title == "LINK  SYSTEM 1")
+        former = window.flight_controller.session
         report = former.link_report() if former is not None else None
         assert report is not None
         assert [vehicle.system for vehicle in report.vehicles] == [1, 7]
@@ -115,14 +115,14 @@ def test_the_flown_system_is_shown_and_chosen_on_the_link_tile(
         assert [action.isChecked() for action in choices] == [True, False]
         choices[1].trigger()
         menu.close()
-        until(qtbot, lambda: tile.part.word == "LINK  SYSTEM 7")
-        assert window.desk.session is not former
-        until(qtbot, lambda: window.desk.session.history.has("phi"))
-        assert window.desk.session.history.last("phi")[1] == pytest.approx(0.7)
+        until(qtbot, lambda: tile.item.title == "LINK  SYSTEM 7")
+        assert window.flight_controller.session is not former
+        until(qtbot, lambda: window.flight_controller.session.history.has("phi"))
+        assert window.flight_controller.session.history.last("phi")[1] == pytest.approx(0.7)
     finally:
         stop.set()
         transmitter.join()
-        window.desk.stop_now()
+        window.flight_controller.stop_recording_and_wait()
 
 
 def test_what_arrives_and_is_in_no_channel_is_not_called_nothing(
@@ -135,17 +135,17 @@ def test_what_arrives_and_is_in_no_channel_is_not_called_nothing(
         link=f"udpin:127.0.0.1:{port}", folder=tmp_path / "flights" / "first",
         channel_map=str(lines), aircraft="b777", calibration="b777",
     )  # fmt: skip
-    window.desk.starter.connect_aircraft(request)
+    window.flight_controller.flight_opener.connect_aircraft(request)
 
     def said() -> str:
-        return window.desk.picture("US").empty
+        return window.flight_controller.create_display_data("US").empty_text
 
-    until(qtbot, lambda: window.desk.is_open)
+    until(qtbot, lambda: window.flight_controller.is_open)
     assert said() == "Nothing has arrived yet"
     with Aircraft(port):
         until(qtbot, lambda: said() != "Nothing has arrived yet")
     assert said() == "Nothing of what has arrived is in the channel map bench"
-    window.desk.stop_now()
+    window.flight_controller.stop_recording_and_wait()
 
 
 def test_from_the_first_byte_to_the_end_of_the_recording(
@@ -154,14 +154,14 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
     """Connect, record, draw, mark, pause, close, find again, stop: as a crew would."""
     port, folder = free_port(), tmp_path / "flights" / "first"
     with Aircraft(port):
-        window.desk.starter.connect_aircraft(
+        window.flight_controller.flight_opener.connect_aircraft(
             ConnectRequest(
                 link=f"udpin:127.0.0.1:{port}", folder=folder, channel_map="b777",
                 aircraft="b777", calibration="b777",
             )
         )  # fmt: skip
-        until(qtbot, lambda: window.desk.is_open and samples(window) > 60)
-        history = window.desk.history
+        until(qtbot, lambda: window.flight_controller.is_open and samples(window) > 60)
+        history = window.flight_controller.history
         assert history is not None
         until(qtbot, lambda: traced_pixels(window) > 200)
         # What is drawn is what was sent, through volts, converter and certificates.
@@ -172,11 +172,11 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
         np.testing.assert_allclose(drawn["alpha"][known], sent, atol=1e-4)
 
         # The bar tells of link and recorder, each in words and numbers.
-        bar = window.bar.views
-        until(qtbot, lambda: bar["link"].part.value.endswith("/s"))
-        until(qtbot, lambda: bar["record"].part.note.startswith("growing"))
-        assert "B" in bar["record"].part.value
-        assert bar["aircraft"].part.value == "B777"
+        bar = window.status_bar.item_widgets
+        until(qtbot, lambda: bar["link"].item.value.endswith("/s"))
+        until(qtbot, lambda: bar["record"].item.note.startswith("growing"))
+        assert "B" in bar["record"].item.value
+        assert bar["aircraft"].item.value == "B777"
         until(
             qtbot,
             lambda: any(
@@ -208,7 +208,7 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
         until(qtbot, lambda: len(window.view.marks.view.lines.lines) == 1)
         key = window.view.marks.view.lines.lines[0].key
         window.view.marks.edited.emit(key, "first mark")
-        assert window.desk.session.marks[0].text == "first mark"
+        assert window.flight_controller.session.marks[0].text == "first mark"
 
         # A paused display stands still, the recording goes on.
         press(qtbot, window, Qt.Key.Key_Space)
@@ -253,42 +253,42 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
 def test_a_flight_is_replayed_with_keys_alone(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
-    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.desk.is_loaded)
+    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded)
     until(qtbot, window.view.replay.isVisible)
-    assert window.desk.replay_span == (0.0, pytest.approx(19.98))
-    start = window.desk.time
+    assert window.flight_controller.replay_span == (0.0, pytest.approx(19.98))
+    start = window.flight_controller.time
 
     press(qtbot, window, Qt.Key.Key_Space)
-    until(qtbot, lambda: (window.desk.time or 0.0) > 0.2)
+    until(qtbot, lambda: (window.flight_controller.time or 0.0) > 0.2)
     press(qtbot, window, Qt.Key.Key_Space)
-    held = window.desk.time
+    held = window.flight_controller.time
     qtbot.wait(60)
-    assert window.desk.time == held > start
+    assert window.flight_controller.time == held > start
 
     press(qtbot, window, Qt.Key.Key_Period)
     # It was held between two samples, and goes to the next one.
-    assert held < window.desk.time <= held + 0.02 + 1e-9
-    assert window.desk.time * 50 == pytest.approx(round(window.desk.time * 50))
+    assert held < window.flight_controller.time <= held + 0.02 + 1e-9
+    assert window.flight_controller.time * 50 == pytest.approx(round(window.flight_controller.time * 50))
     press(qtbot, window, Qt.Key.Key_BracketRight)
-    assert window.desk.speed == 2.0
+    assert window.flight_controller.speed == 2.0
     until(qtbot, lambda: window.view.replay.speed.currentText() == "2x")
 
     # By the slider, with the keyboard: 10 s on, to the end, back to the start.
     slider = window.view.replay.slider
     slider.setFocus()
-    window.desk.seek(5.0)
-    window.desk.tick()
+    window.flight_controller.seek(5.0)
+    window.flight_controller.tick()
     until(qtbot, lambda: slider.accessibleDescription().startswith("00:05"))
     qtbot.keyClick(slider, Qt.Key.Key_PageDown)
-    assert window.desk.time == pytest.approx(15.0)
+    assert window.flight_controller.time == pytest.approx(15.0)
     qtbot.keyClick(slider, Qt.Key.Key_Home)
-    assert window.desk.time == 0.0
+    assert window.flight_controller.time == 0.0
 
     # As fast as it can, to the end.
-    window.desk.set_speed(float("inf"))
+    window.flight_controller.set_speed(float("inf"))
     press(qtbot, window, Qt.Key.Key_Space)
-    until(qtbot, lambda: window.desk.time == pytest.approx(19.98))
+    until(qtbot, lambda: window.flight_controller.time == pytest.approx(19.98))
     assert traced_pixels(window) > 200
 
 
@@ -305,15 +305,15 @@ def test_a_recording_is_not_forgotten_when_another_flight_opens(
 
     monkeypatch.setattr(ui.main_window, "ask_closing", answer)
     folder = tmp_path / "flights" / "first"
-    window.desk.starter.connect_aircraft(
+    window.flight_controller.flight_opener.connect_aircraft(
         ConnectRequest(
             link=f"udpin:127.0.0.1:{free_port()}", folder=folder, channel_map="b777",
             aircraft="b777", calibration="b777",
         )
     )  # fmt: skip
-    until(qtbot, lambda: window.desk.records_here)
-    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.desk.is_replay)
+    until(qtbot, lambda: window.flight_controller.is_recording)
+    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.flight_controller.is_replay)
     assert any("first goes on being recorded" in text for text in window.banners.texts())
     window.close()
     assert window.isVisible()
@@ -327,10 +327,10 @@ def test_cursors_give_values_and_differences(
     window: MainWindow, qtbot: QtBot, tmp_path: Path
 ) -> None:
     """A and B half a period of alpha apart: the table says twice the amplitude."""
-    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.desk.is_loaded)
-    window.desk.seek(19.0)
-    until(qtbot, lambda: window.desk.is_settled)
+    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded)
+    window.flight_controller.seek(19.0)
+    until(qtbot, lambda: window.flight_controller.is_up_to_date)
     window.view.show_panel(1)
     window.view.charts.set_cursor("a", 10.5)
     window.view.charts.set_cursor("b", 11.5)
@@ -338,7 +338,7 @@ def test_cursors_give_values_and_differences(
     assert lines["alpha"][2:] == ("4.6", "1.1", "−3.4")
     assert lines["V"][2:] == ("100.0", "100.0", "0.0")
     assert "B − A 1.00 s" in window.view.values.times.text().replace("\N{NO-BREAK SPACE}", " ")
-    window.appearance.other_units()
+    window.appearance.toggle_units()
     lines = {line.key: line.cells for line in window.view.values.view.lines.lines}
     assert lines["V"][0] == "V m/s"
     assert lines["V"][2] == "30.5"
@@ -349,11 +349,11 @@ def test_files_that_cannot_be_read_are_told_in_a_sentence(
 ) -> None:
     bad = tmp_path / "bad.csv"
     bad.write_text("time [s],alpha [volts]\n0,1\n1,2\n")
-    window.desk.starter.open_flight(bad)
+    window.flight_controller.flight_opener.open_flight(bad)
     until(qtbot, lambda: bool(window.banners.texts()))
     assert "alpha" in window.banners.texts()[0]
-    assert not window.desk.is_open
-    window.desk.starter.open_flight(tmp_path / "nowhere")
+    assert not window.flight_controller.is_open
+    window.flight_controller.flight_opener.open_flight(tmp_path / "nowhere")
     until(qtbot, lambda: any("nowhere" in text for text in window.banners.texts()))
 
 
@@ -366,10 +366,10 @@ def test_a_port_in_use_is_told_and_the_window_goes_on(
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("127.0.0.1", 0))
         link = f"udpin:127.0.0.1:{taken.getsockname()[1]}"
-        window.desk.starter.connect_link(link)
-        until(qtbot, lambda: told() or window.bar.views["link"].part.state == "warning", 15_000)
-    if window.desk.records_here:
-        window.desk.stop_now()
+        window.flight_controller.flight_opener.connect_link(link)
+        until(qtbot, lambda: told() or window.status_bar.item_widgets["link"].item.state == "warning", 15_000)
+    if window.flight_controller.is_recording:
+        window.flight_controller.stop_recording_and_wait()
 
 
 def test_a_flight_is_exported_in_the_background(
@@ -377,13 +377,13 @@ def test_a_flight_is_exported_in_the_background(
 ) -> None:
     from gsapp.flight import load_flight
 
-    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.desk.is_loaded)
+    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded)
     target = tmp_path / "out.csv"
     work = BackgroundJob(
-        "Exporting", lambda progress: window.desk.export("csv", target, progress), window
+        "Exporting", lambda progress: window.flight_controller.export("csv", target, progress), window
     )
-    window.opening.run(work, "Exported.")
+    window.file_menu.show_job(work, "Exported.")
     work.start()
     until(qtbot, lambda: "Exported." in window.banners.texts())
     assert load_flight(target).block.channels == load_flight(tmp_path / "small.csv").block.channels
@@ -416,13 +416,13 @@ def test_an_export_that_is_given_up_leaves_nothing_behind(
     kind: str, closes: bool,
 ) -> None:  # fmt: skip
     """By a press on Cancel, or with the window, which asks before."""
-    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.desk.is_loaded)
+    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded)
     held, target = Held(), tmp_path / "out" / f"flight.{kind}"
     work = BackgroundJob(
-        "Exporting", lambda told: window.desk.export(kind, target, held.within(told)), window
+        "Exporting", lambda told: window.flight_controller.export(kind, target, held.within(told)), window
     )
-    window.opening.run(work, "Exported.")
+    window.file_menu.show_job(work, "Exported.")
     work.start()
     assert held.begun.wait(10.0)
     assert len(list(target.parent.iterdir())) == 1
@@ -437,7 +437,7 @@ def test_an_export_that_is_given_up_leaves_nothing_behind(
     else:
         work.cancel()
         held.goes_on.set()
-        until(qtbot, lambda: not window.opening.unfinished)
+        until(qtbot, lambda: not window.file_menu.unfinished_jobs)
         assert "Exported." not in window.banners.texts()
     assert list(target.parent.iterdir()) == []
 
@@ -447,7 +447,7 @@ def test_an_export_that_is_cancelled_when_it_is_done_is_told_as_done(
 ) -> None:
     held = Held()
     work = BackgroundJob("Exporting", lambda _told: held.halt(), window)
-    window.opening.run(work, "Exported.")
+    window.file_menu.show_job(work, "Exported.")
     work.start()
     assert held.begun.wait(10.0)
     work.cancel()
@@ -463,20 +463,20 @@ def test_a_flight_folder_that_disappears_is_said_and_its_recording_followed(
     """It is renamed: an alarm says so, the window goes on with all samples, and it can be ended."""
     port = free_port()
     with Aircraft(port):
-        window.desk.starter.connect_link(
+        window.flight_controller.flight_opener.connect_link(
             f"udpin:127.0.0.1:{port}", channel_map="b777", aircraft="b777"
         )
-        until(qtbot, lambda: window.desk.is_open and samples(window) > 20)
-        folder = window.desk.session.path
-        part = window.bar.views["record"]
-        until(qtbot, lambda: part.part.state == "good")
-        first = window.desk.history.start
+        until(qtbot, lambda: window.flight_controller.is_open and samples(window) > 20)
+        folder = window.flight_controller.session.path
+        part = window.status_bar.item_widgets["record"]
+        until(qtbot, lambda: part.item.state == "good")
+        first = window.flight_controller.history.start
         folder.rename(folder.with_name("elsewhere"))
         beside = folder.with_name(f"{folder.name}-2")
-        until(qtbot, lambda: window.desk.is_open and window.desk.session.path == beside)
-        until(qtbot, lambda: samples(window) > 60 and part.part.state == "good")
-        assert window.desk.history.start == first
-        alarm = window.desk.session.board.get("folder")
+        until(qtbot, lambda: window.flight_controller.is_open and window.flight_controller.session.path == beside)
+        until(qtbot, lambda: samples(window) > 60 and part.item.state == "good")
+        assert window.flight_controller.history.start == first
+        alarm = window.flight_controller.session.alarm_registry.get("folder")
         assert alarm is not None
         assert not alarm.acknowledged
         # Asked at closing, the crew stays; then it ends the recording with the key.
@@ -489,7 +489,7 @@ def test_a_flight_folder_that_disappears_is_said_and_its_recording_followed(
             qtbot, window, Qt.Key.Key_R, Qt.KeyboardModifier.ControlModifier,
             Qt.KeyboardModifier.ShiftModifier,
         )  # fmt: skip
-        until(qtbot, lambda: part.part.value == "stopped")
+        until(qtbot, lambda: part.item.value == "stopped")
     assert find_recorders() == []
     monkeypatch.setattr(ui.main_window, "ask_closing", lambda *_: "leave")
 
@@ -499,20 +499,20 @@ def test_a_record_that_cannot_be_read_floods_neither_window_nor_log(
 ) -> None:
     """One banner, and the bar still tells that the recorder died."""
     raised: list[object] = []
-    window.faults.raised.connect(raised.append)
+    window.error_reporter.error_reported.connect(raised.append)
     port = free_port()
     with Aircraft(port):
-        window.desk.starter.connect_link(
+        window.flight_controller.flight_opener.connect_link(
             f"udpin:127.0.0.1:{port}", channel_map="b777", aircraft="b777"
         )
-        until(qtbot, lambda: window.desk.is_open and samples(window) > 20)
+        until(qtbot, lambda: window.flight_controller.is_open and samples(window) > 20)
 
         def refuse(file: RawFile) -> int:
             raise FlightError(f"{file.path.name} cannot be read (Device not configured)")
 
         monkeypatch.setattr(RawFile, "size", refuse)
-        os.kill(window.desk.session.recorder.pid, KILL)
-        until(qtbot, lambda: window.bar.views["record"].part.note == "recorder dead")
+        os.kill(window.flight_controller.session.recorder.pid, KILL)
+        until(qtbot, lambda: window.status_bar.item_widgets["record"].item.note == "recorder dead")
         qtbot.wait(1500)
     told = [text for text in window.banners.texts() if "Device not configured" in text]
     assert len(told) == 1
@@ -523,15 +523,15 @@ def test_what_fails_in_a_replay_is_told_once(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """And again only where it went well in between."""
-    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.desk.is_loaded)
+    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded)
     calls: list[float] = []
 
     def fail(_session: Session, budget: float) -> None:
         calls.append(budget)
         raise ZeroDivisionError("in the middle")
 
-    window.desk.toggle_play()
+    window.flight_controller.toggle_play()
     for _ in range(2):
         calls.clear()
         with monkeypatch.context() as patch:
@@ -541,16 +541,16 @@ def test_what_fails_in_a_replay_is_told_once(
             qtbot.wait(1000)
             assert window.banners.texts() == ()
             assert len(calls) <= 4
-        now = window.desk.session.now
-        until(qtbot, lambda before=now: window.desk.session.now != before)
+        now = window.flight_controller.session.now
+        until(qtbot, lambda before=now: window.flight_controller.session.now != before)
 
 
 def test_what_heals_and_fails_again_is_told_again(
     window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A crew that closed the banner of the first time would else look at charts that stand."""
-    window.desk.starter.open_flight(write_flight(tmp_path), playing=False)
-    until(qtbot, lambda: window.desk.is_loaded)
+    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path), playing=False)
+    until(qtbot, lambda: window.flight_controller.is_loaded)
     snapshot, problem, asked = Session.snapshot, [""], [0]
 
     def look(session: Session) -> SessionSnapshot:
@@ -581,9 +581,9 @@ def test_a_connection_that_is_cancelled_leaves_nothing_behind(
 
     def keep(work: BackgroundJob, _done: str) -> None:
         works.append(work)
-        work.cancelled.connect(lambda: ended.append("cancelled"))
+        work.canceled.connect(lambda: ended.append("cancelled"))
 
-    window.desk.working.connect(keep)
+    window.flight_controller.job_started.connect(keep)
     follow = Session.follow
 
     def slow(folder: Path, **options: object) -> Session:
@@ -605,21 +605,21 @@ def test_a_connection_that_is_cancelled_leaves_nothing_behind(
     flights = tmp_path / "flights"
     if moment == "done":
         monkeypatch.setattr(BackgroundJob, "_finish", cancel_and_finish)
-    window.desk.starter.connect_link(link)
+    window.flight_controller.flight_opener.connect_link(link)
     if moment == "early":
         works[0].cancel()
     until(qtbot, lambda: bool(ended))
     until(qtbot, lambda: find_recorders() == [] and not list(flights.glob("*")))
-    assert not window.desk.is_open
+    assert not window.flight_controller.is_open
     assert "new tire" in card.read_text(encoding="utf-8")
-    window.desk.starter.connect_link(link)
-    until(qtbot, lambda: window.desk.is_open)
+    window.flight_controller.flight_opener.connect_link(link)
+    until(qtbot, lambda: window.flight_controller.is_open)
     assert window.banners.texts() == () or not any(
         "in use" in one for one in window.banners.texts()
     )
-    assert "new tire" in (window.desk.session.path / "flight.toml").read_text(encoding="utf-8")
+    assert "new tire" in (window.flight_controller.session.path / "flight.toml").read_text(encoding="utf-8")
     assert "new tire" not in card.read_text(encoding="utf-8")
-    window.desk.stop_now()
+    window.flight_controller.stop_recording_and_wait()
 
 
 def test_a_connection_that_is_cancelled_keeps_what_came(
@@ -627,11 +627,11 @@ def test_a_connection_that_is_cancelled_keeps_what_came(
 ) -> None:
     """An aircraft that sends already: its bytes stay, and a sentence says where."""
     works: list[BackgroundJob] = []
-    window.desk.working.connect(lambda work, _done: works.append(work))
+    window.flight_controller.job_started.connect(lambda work, _done: works.append(work))
 
     def wait(folder: Path, **_options: object) -> Session:
         deadline = time.monotonic() + 20.0
-        while not FlightFolder(path=folder).records and time.monotonic() < deadline:
+        while not FlightFolder(path=folder).nonempty_raw_files and time.monotonic() < deadline:
             time.sleep(0.01)
         works[0].cancel()
         raise FlightError("not wanted any more")
@@ -639,11 +639,11 @@ def test_a_connection_that_is_cancelled_keeps_what_came(
     monkeypatch.setattr(Session, "follow", wait)
     port = free_port()
     with Aircraft(port):
-        window.desk.starter.connect_link(f"udpin:127.0.0.1:{port}")
+        window.flight_controller.flight_opener.connect_link(f"udpin:127.0.0.1:{port}")
         until(qtbot, lambda: any("is kept in" in text for text in window.banners.texts()))
     assert find_recorders() == []
-    (folder,) = (window.desk.starter.next_folder().parent).glob("*")
-    assert FlightFolder(path=folder).records
+    (folder,) = (window.flight_controller.flight_opener.next_flight_folder().parent).glob("*")
+    assert FlightFolder(path=folder).nonempty_raw_files
 
 
 @pytest.mark.parametrize("sends", [False, True])
@@ -658,7 +658,7 @@ def test_a_connection_that_fails_leaves_no_recorder_behind(
 
     def fail(folder: Path, **_options: object) -> Session:
         deadline = time.monotonic() + 20.0
-        while sends and not FlightFolder(path=folder).records and time.monotonic() < deadline:
+        while sends and not FlightFolder(path=folder).nonempty_raw_files and time.monotonic() < deadline:
             time.sleep(0.01)
         raise FlightError("the map was taken away")
 
@@ -666,18 +666,18 @@ def test_a_connection_that_fails_leaves_no_recorder_behind(
     port = free_port()
     link = f"udpin:127.0.0.1:{port}"
     with Aircraft(port) if sends else nullcontext():
-        window.desk.starter.connect_link(link)
+        window.flight_controller.flight_opener.connect_link(link)
         until(qtbot, lambda: any("taken away" in text for text in window.banners.texts()))
     assert find_recorders() == []
-    kept = list(window.desk.starter.next_folder().parent.glob("*"))
-    assert [FlightFolder(path=one).records != () for one in kept] == ([True] if sends else [])
+    kept = list(window.flight_controller.flight_opener.next_flight_folder().parent.glob("*"))
+    assert [FlightFolder(path=one).nonempty_raw_files != () for one in kept] == ([True] if sends else [])
     assert any("given up is kept in" in text for text in window.banners.texts()) == sends
     # The card went with the bytes, or waits on.
     assert ("new tire" in card.read_text(encoding="utf-8")) != sends
     monkeypatch.setattr(Session, "follow", follow)
-    window.desk.starter.connect_link(link)
-    until(qtbot, lambda: window.desk.is_open)
-    window.desk.stop_now()
+    window.flight_controller.flight_opener.connect_link(link)
+    until(qtbot, lambda: window.flight_controller.is_open)
+    window.flight_controller.stop_recording_and_wait()
 
 
 def test_a_second_connection_joins_the_recorder_of_the_first(
@@ -685,11 +685,11 @@ def test_a_second_connection_joins_the_recorder_of_the_first(
 ) -> None:
     """Clicked twice, the first is given up; whatever is recorded goes on being recorded."""
     link = f"udpin:127.0.0.1:{free_port()}"
-    window.desk.starter.connect_link(link)
+    window.flight_controller.flight_opener.connect_link(link)
     qtbot.wait(20)
-    window.desk.starter.connect_link(link)
-    until(qtbot, lambda: window.desk.is_open)
+    window.flight_controller.flight_opener.connect_link(link)
+    until(qtbot, lambda: window.flight_controller.is_open)
     qtbot.wait(600)
-    assert [handle.folder for handle in find_recorders()] == [window.desk.session.path.absolute()]
-    assert window.desk.session.recorder.alive()
-    window.desk.stop_now()
+    assert [handle.folder for handle in find_recorders()] == [window.flight_controller.session.path.absolute()]
+    assert window.flight_controller.session.recorder.is_alive()
+    window.flight_controller.stop_recording_and_wait()

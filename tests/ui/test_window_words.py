@@ -150,8 +150,8 @@ def _place(needs: str) -> str:
 def test_no_key_has_two_meanings_and_every_command_can_be_found() -> None:
     meanings: dict[str, list[str]] = {}
     for command in COMMANDS:
-        for key in command.keys:
-            meanings.setdefault(key, []).append(_place(command.needs))
+        for key in command.shortcuts:
+            meanings.setdefault(key, []).append(_place(command.requirement))
     # A key may serve several places, of which one is on screen; everywhere means everywhere.
     for key, places in meanings.items():
         assert len(places) == len(set(places)), key
@@ -220,7 +220,7 @@ def test_layouts_are_kept_by_name_and_damaged_ones_named(tmp_path: Path) -> None
     again = LayoutStore(tmp_path)
     assert again.names == ("Dutch roll / spiral", "dutch roll: spiral")
     assert again.load("Dutch roll / spiral").channels == layout.channels
-    assert "broken.toml" in again.complaints[0]
+    assert "broken.toml" in again.read_errors[0]
     again.delete("Dutch roll / spiral")
     assert LayoutStore(tmp_path).names == ("dutch roll: spiral",)
     with pytest.raises(FlightError, match="another name"):
@@ -237,7 +237,7 @@ def test_settings_are_remembered(tmp_path: Path) -> None:
     again = SettingsStore(tmp_path / "window.toml")
     assert again.current == store.current
     assert again.current.links == ("tcp:127.0.0.1:5760", "udpin:127.0.0.1:14550")
-    assert not again.complaint
+    assert not again.error_text
 
 
 def test_two_windows_leave_each_others_settings_alone(tmp_path: Path) -> None:
@@ -273,12 +273,12 @@ def test_damaged_settings_are_kept_aside_and_told(tmp_path: Path) -> None:
     path.write_text('theme = "dark"\nscale = 999\n')
     store = SettingsStore(path)
     assert store.current == Settings(theme="dark")
-    assert "scale" in store.complaint
+    assert "scale" in store.error_text
     assert (tmp_path / "window.damaged.toml").read_text().startswith("theme")
     store.change(scale=125)
     again = SettingsStore(path)
     assert again.current == Settings(theme="dark", scale=125)
-    assert not again.complaint
+    assert not again.error_text
 
 
 @pytest.mark.parametrize("content", [b"this is not [", b"\xff\xfe\x00", b"theme = "])
@@ -290,9 +290,9 @@ def test_settings_that_are_no_settings_are_told_in_one_plain_sentence(
     store = SettingsStore(path)
     assert store.current == Settings()
     assert (tmp_path / "window.damaged.toml").read_bytes() == content
-    assert str(path) in store.complaint
-    assert "window.damaged.toml" in store.complaint
-    assert not any(word in store.complaint for word in ("byte", "line", "TOML", "codec"))
+    assert str(path) in store.error_text
+    assert "window.damaged.toml" in store.error_text
+    assert not any(word in store.error_text for word in ("byte", "line", "TOML", "codec"))
 
 
 def test_keys_of_a_later_version_cost_nothing(tmp_path: Path) -> None:
@@ -305,9 +305,9 @@ def test_keys_of_a_later_version_cost_nothing(tmp_path: Path) -> None:
     assert store.current.theme == "dark"
     assert store.current.review_estimate.bound_factor == "2"
     for key in ("geometry", "links", "review_estimate.method"):
-        assert key in store.complaint
+        assert key in store.error_text
     for words in ("hologram", "smell", "pattern", "known"):
-        assert words not in store.complaint
+        assert words not in store.error_text
 
 
 def test_settings_that_cannot_be_read_hold_up_nothing(tmp_path: Path) -> None:
@@ -324,12 +324,12 @@ def test_settings_that_cannot_be_written_are_told_once(tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("no folder")
     told: list[str] = []
     store = SettingsStore(tmp_path / "taken" / "window.toml")
-    store.refused = told.append
-    assert "forgotten" in store.complaint
+    store.on_write_error = told.append
+    assert "forgotten" in store.error_text
     store.change(theme="dark")
     assert told == []
     later = SettingsStore(tmp_path / "later" / "window.toml")
-    later.refused = told.append
+    later.on_write_error = told.append
     (tmp_path / "later").write_text("no folder")
     later.change(theme="dark")
     later.change(theme="daylight")
@@ -349,11 +349,11 @@ def _parse(text: str) -> object:
 def test_links_are_judged_while_they_are_typed() -> None:
     assert check_link("udpin:127.0.0.1:14550", _parse, ()).state == "good"
     bad = check_link("udp:14550", _parse, ())
-    assert (bad.usable, bad.sentence) == (False, "'udp:14550' is no link")
-    assert not check_link("  ", _parse, ()).usable
+    assert (bad.is_valid, bad.message) == (False, "'udp:14550' is no link")
+    assert not check_link("  ", _parse, ()).is_valid
     unplugged = check_link("serial:/dev/ttyUSB7:57600", _parse, ("/dev/ttyUSB0",))
     assert unplugged.state == "caution"
-    assert "plugged in" in unplugged.sentence
+    assert "plugged in" in unplugged.message
     assert check_link("tcpin:0.0.0.0:5760", _parse, ()).state == "caution"
 
 
@@ -382,18 +382,18 @@ def test_flight_folders_get_the_next_free_name_and_a_verdict(tmp_path: Path) -> 
     assert next_flight_name(tmp_path, day) == "2026-05-12-b"
     assert check_folder(str(tmp_path), "new").state == "good"
     assert check_folder(str(tmp_path), "2026-05-12-a").state == "caution"
-    assert not check_folder(str(tmp_path), " ").usable
-    assert not check_folder("", "x").usable
+    assert not check_folder(str(tmp_path), " ").is_valid
+    assert not check_folder("", "x").is_valid
     assert sanitize_file_name('a/b:c"') == "a-b-c-"
     # Windows takes these for devices, whatever follows the dot.
     assert [sanitize_file_name(name) for name in ("Aux", "com1", "nul.x", "console", "com10")] == [
         "Aux-", "com1-", "nul-.x", "console", "com10",
     ]  # fmt: skip
-    assert "'con-'" in check_folder(str(tmp_path), "con").sentence
-    assert "'a-b'" in check_folder(str(tmp_path), "a/b").sentence
+    assert "'con-'" in check_folder(str(tmp_path), "con").message
+    assert "'a-b'" in check_folder(str(tmp_path), "a/b").message
     blocked = tmp_path / "file"
     blocked.write_text("")
-    assert not check_folder(str(blocked), "x").usable
+    assert not check_folder(str(blocked), "x").is_valid
 
 
 def test_sentences_name_keys_as_the_system_does() -> None:

@@ -32,7 +32,7 @@ def alpha_columns(window: MainWindow) -> list[list[float]]:
     box = geometry.charts[geometry.numbers.index(names.index("alpha"))]
     pixels = np.frombuffer(image.constBits(), dtype=np.uint32).reshape(image.height(), -1)
     part = pixels[box.y : box.bottom, geometry.plot.x : geometry.plot.x + geometry.plot.width]
-    colors = [int(color[1:], 16) for color in window.look.theme.traces.values()]
+    colors = [int(color[1:], 16) for color in window.display_style.theme.traces.values()]
     seen = np.isin(part & 0xFFFFFF, colors).any(axis=0)
     return [[charts.view.time(x), int(one)] for x, one in enumerate(seen)]
 
@@ -46,17 +46,17 @@ def main() -> None:
     window = MainWindow(store, ErrorReporter(), offer_recorders=False)
     window.resize(1280, 800)
     window.show()
-    window.desk.starter.open_flight(flight)
+    window.flight_controller.flight_opener.open_flight(flight)
 
     def tell() -> None:
-        history = window.desk.history
+        history = window.flight_controller.history
         if history is None or history.end is None or "alpha" not in history.channels:
             return
         block = history.block(("alpha",), 0.0, history.end)
         known = ~np.isnan(block["alpha"])
         state = {
             "at": time.monotonic(),
-            "settled": window.desk.is_settled,
+            "settled": window.flight_controller.is_up_to_date,
             "times": block.times[known].tolist(),
             "columns": alpha_columns(window),
         }

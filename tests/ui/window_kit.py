@@ -174,7 +174,7 @@ class Mouth(Speaker):
 
     def speak(self, utterance: Utterance) -> None:
         self.now = utterance
-        self.spoken.append(utterance.words)
+        self.spoken.append(utterance.text)
 
     def stop(self) -> None:
         self.now = None

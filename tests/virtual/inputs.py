@@ -198,7 +198,7 @@ class InputFlight:
 
     def _corrected(self, bank: float, speed: float) -> list[float]:
         """Return the sticks of a pilot who flies level at a bank and a speed."""
-        now, feel = self._frame.situation(), self._feel
+        now, feel = self._frame.aircraft_state(), self._feel
         path = math.asin(max(-1.0, min(1.0, now.climb_rate / max(now.airspeed, 1.0))))
         ratio = (feel.speed / max(now.airspeed, 0.7 * feel.speed)) ** 2
         nose = feel.pitch * ratio / math.cos(min(abs(now.phi), 0.9)) - 0.6 * path
@@ -310,7 +310,7 @@ class InputFlight:
         return StickPositions(pitch=pitch, roll=roll, yaw=yaw, throttle=self._lever, engines=True)
 
     def _upset(self) -> bool:
-        now = self._frame.situation()
+        now = self._frame.aircraft_state()
         return max(abs(now.phi), abs(now.theta)) > _UPSET
 
     def _take_off(self) -> None:
@@ -364,7 +364,7 @@ class InputFlight:
     def _note(self) -> None:
         for table, row in zip(
             self._tables,
-            (self._frame.truth(), self._frame.exposed(), self._frame.board()),
+            (self._frame.truth(), self._frame.instrument_inputs(), self._frame.onboard_values()),
             strict=True,
         ):
             table.append(row)
@@ -386,7 +386,7 @@ class InputFlight:
         speeds = np.column_stack([exposed["rpm_left"], exposed["rpm_right"]])
         converter = _converter()
         volts = converter.volts(self._instruments.read(exposed, speeds))
-        block = combine_surfaces(converter.measured_block(times, volts))
+        block = combine_surfaces(converter.convert_to_block(times, volts))
         names, values = list(block.channels), [block.values]
         board = dict(zip(ONBOARD_CHANNELS, np.array(self._tables[2]).T, strict=True))
         truth = dict(zip(TRUTH_CHANNELS, np.array(self._tables[0]).T, strict=True))

@@ -61,14 +61,14 @@ def test_a_hand_takes_its_time_and_comes_from_one_side() -> None:
     bench.step(bench.set_angle("aileron_left", -15.0))
     seconds = bench.set_angle("aileron_left", 15.0)
     assert 1.5 < seconds < 4.0
-    assert abs(bench.aim("aileron_left") - 15.0) < 0.4
+    assert abs(bench.target_angle("aileron_left") - 15.0) < 0.4
     way = []
     for _ in range(round(100 * seconds)):
         bench.advance(1)
         way.append(bench.angle("aileron_left"))
     assert bench.busy is False
-    assert max(way) < bench.aim("aileron_left") + 0.15
-    assert bench.angle("aileron_left") == pytest.approx(bench.aim("aileron_left"), abs=0.01)
+    assert max(way) < bench.target_angle("aileron_left") + 0.15
+    assert bench.angle("aileron_left") == pytest.approx(bench.target_angle("aileron_left"), abs=0.01)
     bench.step(bench.set_angle("aileron_left", 10.0, hold=True))
     rest = []
     for _ in range(200):
@@ -77,9 +77,9 @@ def test_a_hand_takes_its_time_and_comes_from_one_side() -> None:
     assert 0.01 < np.std(rest) < 0.04
     bench.release()
     bench.advance(1)
-    assert bench.angle("aileron_left") == bench.aim("aileron_left")
+    assert bench.angle("aileron_left") == bench.target_angle("aileron_left")
     bench.step(bench.set_angle("aileron_left", 90.0))
-    assert bench.aim("aileron_left") == 25.0, "the stop ends it"
+    assert bench.target_angle("aileron_left") == 25.0, "the stop ends it"
 
 
 def test_volts_are_those_of_the_converter() -> None:
@@ -111,7 +111,7 @@ def test_the_supply_drifts_and_the_potentiometers_with_it() -> None:
 
 def everything(bench: VirtualBench, cuts: list[int]) -> np.ndarray:
     bench.set_angle("elevator_left", 12.0)
-    bench.turn("p", 90.0)
+    bench.rotate("p", 90.0)
     bench.blow()
     pieces, left = [], 1500
     for cut in itertools.cycle(cuts):
@@ -137,8 +137,8 @@ def test_cutting_changes_nothing_and_seeds_do() -> None:
 def test_a_turn_is_what_was_asked_within_the_marks() -> None:
     """What the gyros see adds up to the angle; laying is the way between two attitudes."""
     bench = VirtualBench(9)
-    block = bench.step(bench.turn("q", 180.0) + 1.0)
-    assert bench.up[1] == pytest.approx(1.0, abs=1e-3)
+    block = bench.step(bench.rotate("q", 180.0) + 1.0)
+    assert bench.up_direction[1] == pytest.approx(1.0, abs=1e-3)
     rates = (block["q_volts"] - bench.gyros.zero[1]) / bench.gyros.matrix[1, 1]
     turning = block.times > 3.5  # laid by then
     assert np.sum(rates[turning]) / 100.0 == pytest.approx(180.0, abs=1.5)
@@ -204,6 +204,6 @@ def test_what_cannot_be_done_is_refused() -> None:
     with pytest.raises(FlightError, match="cannot be set by hand"):
         bench.set_angle("q", 10.0)
     with pytest.raises(FlightError, match="no axis of a turn"):
-        bench.turn("alpha", 10.0)
+        bench.rotate("alpha", 10.0)
     with pytest.raises(FlightError, match="cannot take 0 s"):
-        bench.turn("p", 10.0, seconds=0.0)
+        bench.rotate("p", 10.0, seconds=0.0)

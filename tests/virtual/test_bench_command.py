@@ -89,18 +89,18 @@ def test_a_process_is_told_what_to_do_and_ends_with_who_started_it(
     bench = BenchProcess(tmp_path, ground.port, seed=seed, faults=["alpha:dead"], speed=8.0)
     try:
         truth = VirtualBench(seed).potentiometers["rudder"]
-        assert bench.say("rudder 15")
+        assert bench.send_line("rudder 15")
         supply = ground.until("excitation", 4.9, 0.08)
         ground.until("rudder_volts", float(truth.volts(15.0 - truth.play / 2, supply)), 0.02)
         assert bench.set_angle("rudder", -10.0)
         ground.until("rudder_volts", float(truth.volts(-10.0 + truth.play / 2, supply)), 0.02)
-        assert bench.flying()
-        assert bench.complaint() == ""
+        assert bench.is_running()
+        assert bench.take_error() == ""
     finally:
         bench.stop()
-    assert not bench.flying()
-    assert not bench.say("rudder 0")
-    assert bench.complaint() == "", "asked to end, it has nothing to complain of"
+    assert not bench.is_running()
+    assert not bench.send_line("rudder 0")
+    assert bench.take_error() == "", "asked to end, it has nothing to complain of"
     assert "rudder goes to 15 deg" in (tmp_path / "virtual-bench.log").read_text()
 
 
@@ -130,7 +130,7 @@ def test_lines_over_a_port_are_obeyed_and_answered(ground: Ground) -> None:
 
     def run() -> None:
         with open_link(f"udpout:127.0.0.1:{ground.port}", clock, 10.0) as line:
-            DownlinkTransmitter(downlink, line, clock=clock, speed=10.0).fly()
+            DownlinkTransmitter(downlink, line, clock=clock, speed=10.0).transmit()
 
     sender = threading.Thread(target=run)
     sender.start()
@@ -160,7 +160,7 @@ def test_every_line_of_the_help_is_obeyed() -> None:
     )
     assert execute_bench_command(bench, "turn r 360 9").endswith("s")
     bench.step(40.0)
-    assert bench.up == pytest.approx((0.0, 0.0, -1.0), abs=0.1), "laid for the turn about z"
+    assert bench.up_direction == pytest.approx((0.0, 0.0, -1.0), abs=0.1), "laid for the turn about z"
     for what in ("covered", "open", "blow"):
         assert execute_bench_command(bench, f"pitot {what}") == f"pitot {what}"
     assert execute_bench_command(bench, "where rudder").startswith("rudder is at -")
@@ -174,10 +174,10 @@ def test_every_line_of_the_help_is_obeyed() -> None:
 )  # fmt: skip
 def test_what_is_not_understood_is_said(line: str) -> None:
     bench = VirtualBench(3)
-    before = {name: bench.aim(name) for name in bench.potentiometers}
+    before = {name: bench.target_angle(name) for name in bench.potentiometers}
     with pytest.raises(FlightError):
         execute_bench_command(bench, line)
-    assert {name: bench.aim(name) for name in bench.potentiometers} == before
+    assert {name: bench.target_angle(name) for name in bench.potentiometers} == before
     assert not bench.busy
 
 
@@ -187,7 +187,7 @@ def test_what_was_typed_before_the_end_is_heard() -> None:
     until = time.monotonic() + PATIENCE
     lines = []
     while not control.ended and time.monotonic() < until:
-        lines += control.lines()
+        lines += control.read_lines()
         time.sleep(0.01)
     assert control.ended
     assert lines == ["release\n"]

@@ -36,8 +36,8 @@ START = 1_700_000_000_000_000
 
 
 def _frames(settings: FlightSettings, seconds: int = SECONDS) -> list[MavlinkFrame]:
-    downlink = settings.downlink(START)
-    data = b"".join(b"".join(packet.live) for packet in downlink.advance(100 * seconds))
+    downlink = settings.create_downlink(START)
+    data = b"".join(b"".join(packet.live_frames) for packet in downlink.advance(100 * seconds))
     framer = Framer()
     pieces = [*framer.feed(data), *framer.flush()]
     assert all(isinstance(piece, MavlinkFrame) for piece in pieces)
@@ -112,9 +112,9 @@ def test_a_foreign_reader_gets_the_volts_over_udp() -> None:
         def receive(self, timeout: float) -> bytes:
             return b"".join(chunk.data for chunk in source.read(timeout))
 
-    downlink = FlightSettings(plan="short", seed=3).downlink(START)
+    downlink = FlightSettings(plan="short", seed=3).create_downlink(START)
     transmitter = DownlinkTransmitter(downlink, Line(), clock=HostClock(), speed=20.0)
-    thread = threading.Thread(target=transmitter.fly, daemon=True)
+    thread = threading.Thread(target=transmitter.transmit, daemon=True)
     thread.start()
     seen: dict[str, object] = {}
     stamps: list[int] = []
@@ -184,11 +184,11 @@ def test_a_wrong_plan_is_told_in_the_state_of_the_link() -> None:
 def test_a_thin_flight_hands_out_its_full_log_over_the_same_link(tmp_path: Path) -> None:
     """The log can be listed and fetched; it holds the volts 100 times a second."""
     settings = FlightSettings(plan="short", seed=3, thin=True)
-    downlink = settings.downlink(START)
-    log, server = settings.keep_log(tmp_path / "onboard.tlog", START)
+    downlink = settings.create_downlink(START)
+    log, server = settings.create_onboard_log(tmp_path / "onboard.tlog", START)
     assert log is not None
     for packet in downlink.advance(300):
-        log.append(packet.stamp_us, packet.kept)
+        log.append(packet.stamp_us, packet.onboard_frames)
     log.flush()
     size = log.path.stat().st_size
     downlink.stop()
@@ -224,7 +224,7 @@ def test_a_thin_flight_hands_out_its_full_log_over_the_same_link(tmp_path: Path)
     transmitter = DownlinkTransmitter(
         downlink, ground, clock=HostClock(), thin=False, log=log, server=server
     )
-    transmitter.stay(0.3)
+    transmitter.serve_log_requests(0.3)
     log.close()
     assert ground.size == size
     fetched = b"".join(data for _, data in sorted(ground.pieces.items()))

@@ -50,8 +50,8 @@ def ride(*hide: str) -> tuple[np.ndarray, np.ndarray]:
             )
         )
         truth.append(frame.truth())
-        exposed.append(frame.exposed())
-        frame.board()
+        exposed.append(frame.instrument_inputs())
+        frame.onboard_values()
     return np.array(truth), np.array(exposed)
 
 
@@ -156,5 +156,5 @@ def test_every_effect_can_be_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
         )
         for _ in range(5):
             frame.advance(sticks)
-            seen = (*frame.exposed(), *frame.truth(), *frame.board())
+            seen = (*frame.instrument_inputs(), *frame.truth(), *frame.onboard_values())
             assert np.isfinite(seen).all(), name

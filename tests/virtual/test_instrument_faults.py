@@ -80,7 +80,7 @@ def test_a_stuck_vane_repeats_the_sample_at_the_beginning(
 def test_clipped_samples_stop_at_the_limit_given_with_its_unit(
     whole: FlightSegment, broken: FlightSegment
 ) -> None:
-    measured = _flight().converter.measured
+    measured = _flight().converter.convert_volts
     assert np.abs(measured(broken.volts)["q"]).max() < 0.6 * DEGREE
     assert np.abs(measured(whole.volts)["q"]).max() > 1.0 * DEGREE
 
@@ -102,10 +102,10 @@ def test_cutting_a_flight_into_other_pieces_breaks_the_same_samples(
         content["low"] = "-1 deg"
     fault = SensorFault.model_validate(content)
     values = np.random.default_rng(0).normal(size=400)
-    one = SensorFaultInjector(fault, 0.01, np.random.default_rng(7)).act(values, 0)
+    one = SensorFaultInjector(fault, 0.01, np.random.default_rng(7)).apply(values, 0)
     other = SensorFaultInjector(fault, 0.01, np.random.default_rng(7))
     edges = [0, *sorted(cuts), 400]
-    pieces = [other.act(values[a:b], a) for a, b in itertools.pairwise(edges)]
+    pieces = [other.apply(values[a:b], a) for a, b in itertools.pairwise(edges)]
     assert np.array_equal(np.concatenate(pieces), one, equal_nan=True)
 
 

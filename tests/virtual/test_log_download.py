@@ -20,8 +20,8 @@ def log(tmp_path: Path) -> Path:
 
 def test_the_list_names_one_log_with_its_size(log: Path) -> None:
     server = LogServer(log, started=1_700_000_000)
-    server.ask(dialect.MAVLink_log_request_list_message(1, 1, 0, 0xFFFF))
-    (entry,) = server.answers(1000)
+    server.handle_request(dialect.MAVLink_log_request_list_message(1, 1, 0, 0xFFFF))
+    (entry,) = server.pending_responses(1000)
     assert (entry.id, entry.num_logs, entry.last_log_num) == (LOG_ID, 1, LOG_ID)
     assert entry.size == 1234
     assert entry.time_utc == 1_700_000_000
@@ -30,9 +30,9 @@ def test_the_list_names_one_log_with_its_size(log: Path) -> None:
 def test_the_whole_log_comes_within_the_budget_of_each_turn(log: Path) -> None:
     """Whatever each turn may spend, the pieces make the file, and the last one is not full."""
     server = LogServer(log, started=0)
-    server.ask(dialect.MAVLink_log_request_data_message(1, 1, LOG_ID, 0, 0xFFFFFFFF))
+    server.handle_request(dialect.MAVLink_log_request_data_message(1, 1, LOG_ID, 0, 0xFFFFFFFF))
     pieces, turns = {}, 0
-    while answers := list(server.answers(300)):
+    while answers := list(server.pending_responses(300)):
         turns += 1
         assert len(answers) <= 3
         for answer in answers:
@@ -45,8 +45,8 @@ def test_the_whole_log_comes_within_the_budget_of_each_turn(log: Path) -> None:
 def test_a_lost_piece_can_be_asked_for_again(log: Path) -> None:
     """A request in the middle is answered with just that, without an end mark."""
     server = LogServer(log, started=0)
-    server.ask(dialect.MAVLink_log_request_data_message(1, 1, LOG_ID, 180, 180))
-    answers = list(server.answers(10_000))
+    server.handle_request(dialect.MAVLink_log_request_data_message(1, 1, LOG_ID, 180, 180))
+    answers = list(server.pending_responses(10_000))
     assert [answer.ofs for answer in answers] == [180, 270]
     assert b"".join(bytes(a.data[: a.count]) for a in answers) == log.read_bytes()[180:360]
 
@@ -54,17 +54,17 @@ def test_a_lost_piece_can_be_asked_for_again(log: Path) -> None:
 def test_erase_is_not_obeyed_and_end_stops(log: Path) -> None:
     server = LogServer(log, started=0)
     before = log.read_bytes()
-    server.ask(dialect.MAVLink_log_erase_message(1, 1))
-    assert list(server.answers(1000)) == []
+    server.handle_request(dialect.MAVLink_log_erase_message(1, 1))
+    assert list(server.pending_responses(1000)) == []
     assert log.read_bytes() == before
-    server.ask(dialect.MAVLink_log_request_data_message(1, 1, LOG_ID, 0, 0xFFFFFFFF))
-    list(server.answers(200))
-    server.ask(dialect.MAVLink_log_request_end_message(1, 1))
-    assert list(server.answers(1000)) == []
+    server.handle_request(dialect.MAVLink_log_request_data_message(1, 1, LOG_ID, 0, 0xFFFFFFFF))
+    list(server.pending_responses(200))
+    server.handle_request(dialect.MAVLink_log_request_end_message(1, 1))
+    assert list(server.pending_responses(1000)) == []
 
 
 def test_a_request_beyond_the_end_gets_the_end_mark(log: Path) -> None:
     server = LogServer(log, started=0)
-    server.ask(dialect.MAVLink_log_request_data_message(1, 1, LOG_ID, 5000, 90))
-    (answer,) = server.answers(1000)
+    server.handle_request(dialect.MAVLink_log_request_data_message(1, 1, LOG_ID, 5000, 90))
+    (answer,) = server.pending_responses(1000)
     assert answer.count == 0

@@ -59,7 +59,7 @@ class Trainee:
         """Fly on, the keys pressed anew every 0.05 s; None says nothing."""
         for _ in range(round(seconds / 0.05)):
             if keys is not None:
-                self.pilot.push(keys)
+                self.pilot.set_keys(keys)
             self.flown.append(self.flight.advance(5))
 
     def true(self, name: str) -> np.ndarray:
@@ -74,7 +74,7 @@ def test_keys_fly_a_doublet_of_the_chosen_size() -> None:
     trainee.fly(0.5)
     before = trainee.true("stick_pitch")[-1]
     assert trainee.pilot.take_over()
-    trainee.pilot.choose_size(0.5)
+    trainee.pilot.set_key_travel(0.5)
     trainee.fly(0.5, KeyPositions())
     trim = trainee.true("stick_pitch")[-1]
     trainee.fly(0.4, KeyPositions(pitch=1.0))
@@ -99,7 +99,7 @@ def test_the_built_in_pilot_takes_a_silent_aircraft_home() -> None:
     held = trainee.true("height")[-1]
     trainee.fly(KEY_TIMEOUT + 0.2)
     assert not trainee.pilot.trainee_flies
-    assert "nothing from the keys" in trainee.pilot.reason()
+    assert "nothing from the keys" in trainee.pilot.take_handback_reason()
     trainee.fly(9.0)
     assert not trainee.flight.crashed
     heights = trainee.true("height")
@@ -113,7 +113,7 @@ def test_the_ground_is_not_reached() -> None:
     trainee = Trainee(seed=5002)
     trainee.fly(0.5)
     trainee.pilot.take_over()
-    trainee.pilot.choose_size(0.4)
+    trainee.pilot.set_key_travel(0.4)
     trainee.fly(4.0, KeyPositions(pitch=-1.0))
     assert not trainee.pilot.trainee_flies
     trainee.fly(3.0)
@@ -143,10 +143,10 @@ def test_sticks_stay_between_their_stops_and_never_jump(
     """Whatever keys do, no stick leaves its gate or moves faster than a hand."""
     sticks = KeyboardSticks(DT)
     sticks.begin(StickPositions(pitch=0.1, throttle=0.5), (0.1, 0.0, 0.0))
-    sticks.choose_size(size)
+    sticks.set_key_travel(size)
     last = sticks.move()
     for pitch, roll, yaw in pushes:
-        sticks.push(KeyPositions(pitch=pitch, roll=roll, yaw=yaw, throttle=abs(pitch)))
+        sticks.set_keys(KeyPositions(pitch=pitch, roll=roll, yaw=yaw, throttle=abs(pitch)))
         for _ in range(5):
             now = sticks.move()
             for axis in ("pitch", "roll", "yaw", "throttle"):
@@ -175,7 +175,7 @@ def test_the_end_of_the_lines_ends_the_flight() -> None:
         return made[0]
 
     said: list[str] = []
-    downlink = FlightSettings(airborne=True).downlink(0, make)
+    downlink = FlightSettings(airborne=True).create_downlink(0, make)
     control = StdinConsole(io.StringIO("take\nsize 0.5\nnonsense\n"), said.append)
     stream = TrainingDownlink(downlink, made[0], control)
     deadline = time.monotonic() + PATIENCE
@@ -203,16 +203,16 @@ def test_a_trainee_over_a_real_link_is_in_the_record(tmp_path: Path) -> None:
         _until(session, lambda: session.history.has("elevator_left"))
         assert time.monotonic() - started < 15.0  # 5 s on a machine with nothing else to do
         assert aircraft.take_over()
-        assert aircraft.choose_size(0.4)
+        assert aircraft.set_stick_size(0.4)
         for pitch, seconds in ((0.0, 0.6), (1.0, 0.4), (-1.0, 0.4), (0.0, 1.0)):
             until = time.monotonic() + seconds
             while time.monotonic() < until:
-                assert aircraft.sticks(pitch, 0.0, 0.0)
+                assert aircraft.send_sticks(pitch, 0.0, 0.0)
                 time.sleep(0.02)
         flown = session.now or 0.0
         _until(session, lambda: (session.now or 0.0) > flown + 0.5)
-        assert aircraft.flying()
-        aircraft.hand_back()
+        assert aircraft.is_running()
+        aircraft.hand_over()
     finally:
         aircraft.stop()
         recorder.stop()

@@ -188,4 +188,4 @@ def test_other_hands_can_take_the_sticks() -> None:
     assert flight.finished
     phases: Sequence[str] = stretch.phases
     assert set(phases) == {"waiting"}
-    assert stretch.board[-1][stretch.board_names.index("servo_aileron")] == pytest.approx(0.4)
+    assert stretch.onboard[-1][stretch.onboard_names.index("servo_aileron")] == pytest.approx(0.4)

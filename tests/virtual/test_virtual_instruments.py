@@ -34,7 +34,7 @@ def _peak_frequency(samples: np.ndarray) -> float:
 def test_vibration_folds_to_the_nearest_multiple_of_the_sampling_rate(rpm: float) -> None:
     """A fan at any speed shows at |f - k 100 Hz|, as sampling without a filter has it."""
     vibration = EngineVibration(1.4 * DEG, FULL, 1, np.random.default_rng(0))
-    shaken = vibration.shake(np.full((2000, 1), rpm * math.pi / 30), DT)
+    shaken = vibration.vibration_rates(np.full((2000, 1), rpm * math.pi / 30), DT)
     frequency = rpm / 60.0
     folded = abs(frequency - 100.0 * round(frequency / 100.0))
     assert _peak_frequency(shaken[:, 1]) == pytest.approx(folded, abs=0.1)
@@ -44,7 +44,7 @@ def test_vibration_folds_to_the_nearest_multiple_of_the_sampling_rate(rpm: float
 def test_the_two_speeds_that_fold_to_zero_frequency(rpm: float) -> None:
     """12,000 and 18,000 rpm are 200 and 300 Hz: an offset that no filter can take out."""
     vibration = EngineVibration(1.4 * DEG, FULL, 1, np.random.default_rng(1))
-    shaken = vibration.shake(np.full((500, 1), rpm * math.pi / 30), DT)
+    shaken = vibration.vibration_rates(np.full((500, 1), rpm * math.pi / 30), DT)
     assert np.ptp(shaken[:, 0]) < 1e-6
 
 
@@ -52,7 +52,7 @@ def test_two_engines_beat() -> None:
     """Fans 2 % apart near 18,000 rpm beat at some Hz: in the band of the short period."""
     vibration = EngineVibration(1.4 * DEG, FULL, 2, np.random.default_rng(2))
     speeds = np.array([18180.0, 17820.0]) * math.pi / 30
-    shaken = vibration.shake(np.tile(speeds, (2000, 1)), DT)
+    shaken = vibration.vibration_rates(np.tile(speeds, (2000, 1)), DT)
     assert _peak_frequency(shaken[:, 1]) == pytest.approx(3.0, abs=0.1)
 
 
@@ -93,7 +93,7 @@ def test_rate_gyros_clip_at_90_degrees_a_second() -> None:
     assert shown["r"] == pytest.approx(-90 * DEG)
     assert shown["an"] == pytest.approx(4 * 9.80665)
     converter = AnalogDigitalConverter(load_certificates("b777"))
-    measured = converter.measured(converter.volts(shown))
+    measured = converter.convert_volts(converter.volts(shown))
     assert measured["p"] == pytest.approx(90 * DEG, abs=0.06 * DEG)
 
 
@@ -128,7 +128,7 @@ def test_volts_come_back_as_the_values_within_one_count() -> None:
     assert np.all(volts / ADC_RESOLUTION == np.round(volts / ADC_RESOLUTION))
     assert volts.min() >= 0.0
     assert volts.max() < 5.0
-    measured = converter.measured(volts)
+    measured = converter.convert_volts(volts)
     for column, name in enumerate(DAQ_CHANNELS):
         if name not in certificates:
             continue

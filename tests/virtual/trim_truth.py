@@ -39,8 +39,8 @@ IN_TIME = 1.0
 _BEGIN = 8.0
 """Seconds in which nothing is scored: no aircraft appears in mid-air, as these do, and a bank that
 is not measured takes so long to be known."""
-_SECOND = round(DEFAULT_TOLERANCES.steady * RATE)
-_CALM = round(DEFAULT_TOLERANCES.calm / DEFAULT_TOLERANCES.steady)
+_SECOND = round(DEFAULT_TOLERANCES.averaging_time * RATE)
+_CALM = round(DEFAULT_TOLERANCES.turbulence_time / DEFAULT_TOLERANCES.averaging_time)
 _HASTE = 0.59
 """A state left sooner, s, flickers."""
 
@@ -71,7 +71,7 @@ def untrimmed(truth: Block, point: TestPoint | None, *, attitude: bool = True) -
     """
     limits = DEFAULT_TOLERANCES
     means = {
-        "phi": limits.bank if attitude else limits.bank_unseen,
+        "phi": limits.bank if attitude else limits.bank_unmeasured,
         "p": limits.roll_rate,
         "q": limits.pitch_rate,
         "r": limits.yaw_rate,
@@ -84,12 +84,12 @@ def untrimmed(truth: Block, point: TestPoint | None, *, attitude: bool = True) -
         shares.append(np.abs(speed - point.speed) / point.speed_tolerance)
         shares.append(np.abs(alpha - point.alpha) / point.alpha_tolerance)
     unrest = {
-        "p": limits.unrest_roll_rate,
-        "q": limits.unrest_pitch_rate,
-        "r": limits.unrest_yaw_rate,
-        "an": limits.unrest_an,
-        "alpha": limits.unrest_alpha,
-        "beta": limits.unrest_beta,
+        "p": limits.roll_rate_rms,
+        "q": limits.pitch_rate_rms,
+        "r": limits.yaw_rate_rms,
+        "an": limits.an_rms,
+        "alpha": limits.alpha_rms,
+        "beta": limits.beta_rms,
     }
     for name, limit in unrest.items():
         power = _lines(truth[name])[2]
@@ -125,11 +125,11 @@ def without(block: Block, channels: Sequence[str]) -> Block:
 def cues_of(block: Block, point: TestPoint | None, aircraft: Aircraft | None) -> list[TrimCue]:
     """Return the cue of each tick."""
     watch = TrimMonitor(aircraft, RATE)
-    watch.aim(point)
+    watch.set_test_point(point)
     rows = rows_from_block(block, RATE)
     cues = []
     for start in range(0, len(rows) - 4, 5):
-        watch.take(rows.part(start, start + 5))
+        watch.process_rows(rows.slice_rows(start, start + 5))
         assert watch.cue is not None
         cues.append(watch.cue)
     return cues

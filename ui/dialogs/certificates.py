@@ -21,7 +21,7 @@ class CertificatesDialog(FormDialog):
 
     Parameters
     ----------
-    look : DisplayStyle
+    display_style : DisplayStyle
         Sizes.
     used : AppliedCertificates
         What the flight is read with now.
@@ -44,15 +44,15 @@ class CertificatesDialog(FormDialog):
             look,
             parent,
         )
-        self._own = used.own
+        self._own = used.recorded
         self.certificates = ShippedFileField(
-            "Certificates", shipped, used.given, none="Those kept with the flight", folder=True
+            "Certificates", shipped, used.override_source, none="Those kept with the flight", folder=True
         )
         self.sentence = FieldMessage()
         self.add_row("Certificates", self.certificates, self.sentence)
         self.certificates.currentIndexChanged.connect(self._judge)
         self._judge()
-        self.fit(560)
+        self.fit_to_content(560)
 
     def _judge(self) -> None:
         given = self.certificates.value
@@ -60,17 +60,17 @@ class CertificatesDialog(FormDialog):
         if not given:
             kept = len(self._own or {})
             words = f"{count_text(kept, 'certificate')} kept with the flight."
-            self.sentence.say(words if kept else "Those that its channel map names.", "good")
+            self.sentence.set_message(words if kept else "Those that its channel map names.", "good")
         elif may_block(given):
             usable = False
-            self.sentence.say(f"{given} does not respond.", "warning")
+            self.sentence.set_message(f"{given} does not respond.", "warning")
         else:
             try:
                 chosen = load_certificates(given)
             except GroundStationError as error:
                 usable = False
-                self.sentence.say(str(error), "warning")
+                self.sentence.set_message(str(error), "warning")
             else:
-                said = AppliedCertificates(used=chosen, given=given, own=self._own).sentence
-                self.sentence.say(f"{said[:1].upper()}{said[1:]}.", "caution")
+                said = AppliedCertificates(applied=chosen, override_source=given, recorded=self._own).override_text
+                self.sentence.set_message(f"{said[:1].upper()}{said[1:]}.", "caution")
         self.button.setEnabled(usable)

@@ -80,7 +80,7 @@ class LinkField(QWidget):
     ----------
     changed : Signal
         Something else is typed now.
-    verdict : InputCheck
+    input_check : InputCheck
         Whether it will do.
     """
 
@@ -124,7 +124,7 @@ class LinkField(QWidget):
         self.sentence.setMinimumHeight(look.px(32))
         self.sentence.setAlignment(Qt.AlignmentFlag.AlignTop)
         column.addWidget(self.sentence)
-        self.verdict = InputCheck(sentence="", state="warning")
+        self.input_check = InputCheck(message="", state="warning")
         self._ports: tuple[tuple[str, str], ...] = ()
         self.refresh_ports()
         self._timer = QTimer(self)
@@ -253,10 +253,10 @@ class LinkField(QWidget):
 
     def _judge(self) -> None:
         ports = [path for path, _words in self._ports]
-        self.verdict = check_link(self.text.currentText(), self._parse, ports)
-        self.sentence.say(self.verdict.sentence, self.verdict.state)
+        self.input_check = check_link(self.text.currentText(), self._parse, ports)
+        self.sentence.set_message(self.input_check.message, self.input_check.state)
         line = self.text.lineEdit()
-        state = "" if self.verdict.usable else "warning"
+        state = "" if self.input_check.is_valid else "warning"
         if line is not None and line.property("state") != state:
             line.setProperty("state", state)
             repolish(line)
@@ -316,12 +316,12 @@ class LinkTestField(QWidget):
         chosen = self.systems.currentData()
         return None if chosen is None else int(chosen)
 
-    def offer(self, link: str) -> None:
+    def set_link(self, link: str) -> None:
         """Offer to test a link; empty for none. What was heard on another is void."""
         if link != self._link:
             self.stop()
             self._link = link
-            self.sentence.say("")
+            self.sentence.set_message("")
             while self.systems.count() > 1:
                 self.systems.removeItem(1)
         self.button.setEnabled(link.partition(":")[0] in dict(LINK_KINDS))
@@ -340,7 +340,7 @@ class LinkTestField(QWidget):
             return
         self._test = LinkTest(self._link)
         self.button.setText("Stop test")
-        self.sentence.say("Listening…")
+        self.sentence.set_message("Listening…")
         self._timer.start()
 
     def _look(self) -> None:
@@ -355,13 +355,13 @@ class LinkTestField(QWidget):
             self.systems.setItemText(at, describe_vehicle(vehicle, live=True))
         if diagnosis is None and report.vehicles:
             heard = ", ".join(f"system {vehicle.system}" for vehicle in report.vehicles)
-            self.sentence.say(f"MAVLink received: {heard}.", "good")
+            self.sentence.set_message(f"MAVLink received: {heard}.", "good")
         elif diagnosis is None:
             lines = f"{report.lines} lines of text received."
-            self.sentence.say(lines if report.lines else "Listening…", "good" * bool(report.lines))
-        elif test.refusal or test.seconds >= _TEST_TIMEOUT:
-            self.sentence.say(str(diagnosis), "warning" if test.refusal else "caution")
-        if test.refusal:
+            self.sentence.set_message(lines if report.lines else "Listening…", "good" * bool(report.lines))
+        elif test.open_error or test.seconds >= _TEST_TIMEOUT:
+            self.sentence.set_message(str(diagnosis), "warning" if test.open_error else "caution")
+        if test.open_error:
             self.stop()
 
 
@@ -401,20 +401,20 @@ class ConnectDialog(RecordingDialog):
             folder=True,
         )
         self.add_row("Calibration", self.calibration)
-        self.add_place(flights)
+        self.add_folder_field(flights)
         self.finished.connect(self.test.stop)
         self.link.changed.connect(self._link_changed)
         self._link_changed()
-        self.fit()
+        self.fit_to_content()
 
     def _link_changed(self) -> None:
-        self.test.offer(self.link.value if self.link.verdict.usable else "")
+        self.test.set_link(self.link.value if self.link.input_check.is_valid else "")
         self._judge()
 
     @property
-    def usable(self) -> bool:
+    def is_valid(self) -> bool:
         """Return whether link and place will do."""
-        return self.link.verdict.usable and super().usable
+        return self.link.input_check.is_valid and super().is_valid
 
     def accept(self) -> None:
         """Give the port to the recorder."""
@@ -423,7 +423,7 @@ class ConnectDialog(RecordingDialog):
 
     def _sentence_of(self, error: Exception) -> FieldMessage:
         found = super()._sentence_of(error)
-        at_link = isinstance(error, LinkError) and found is not self.place.sentence
+        at_link = isinstance(error, LinkError) and found is not self.folder_field.message
         return self.link.sentence if at_link else found
 
     @property
@@ -431,10 +431,10 @@ class ConnectDialog(RecordingDialog):
         """Return what was asked for."""
         return ConnectRequest(
             link=self.link.value,
-            folder=self.place.folder,
+            folder=self.folder_field.folder,
             channel_map=self.channel_map.value,
             aircraft=self.aircraft.value,
             calibration=self.calibration.value,
             system=self.test.system,
-            title=self.place.title.text().strip(),
+            title=self.folder_field.title.text().strip(),
         )

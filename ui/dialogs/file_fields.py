@@ -74,7 +74,7 @@ class ShippedFileField(QComboBox):
             self._kept = index
         self.setCurrentIndex(self._kept)
 
-    def offer(self, names: Sequence[str]) -> None:
+    def add_names(self, names: Sequence[str]) -> None:
         """Offer further names, before the last line."""
         for name in names:
             if self.findData(name) < 0:
@@ -83,7 +83,7 @@ class ShippedFileField(QComboBox):
 
     def show_value(self, value: str) -> None:
         """Show a name or path, offered from now on if it was not."""
-        self.offer((value,))
+        self.add_names((value,))
         self.setCurrentIndex(self.findData(value))
         self._kept = self.currentIndex()
 
@@ -123,8 +123,8 @@ class FlightFolderField(QWidget):
         self.name.setAccessibleName("Name of the flight folder")
         self.name.setToolTip("Folder of this flight: its date and a letter")
         self.parent_folder = PathField("Folder of the flights", look)
-        self.sentence = FieldMessage()
-        for field in (self.title, self.name, self.parent_folder, self.sentence):
+        self.message = FieldMessage()
+        for field in (self.title, self.name, self.parent_folder, self.message):
             column.addWidget(field)
         self.proposed_parent, self._why_other = writable_folder(parent_folder)
         self.parent_folder.edit.setText(str(self.proposed_parent))
@@ -136,17 +136,17 @@ class FlightFolderField(QWidget):
         # A disk that spins up answers later.
         self._again = QTimer(self, singleShot=True, interval=_RETRY_MS)
         self._again.timeout.connect(self._judge)
-        self.verdict = InputCheck(sentence="")
+        self.input_check = InputCheck(message="")
         self._judge()
 
     def _judge(self) -> None:
         parent = self.parent_folder.edit.text()
-        self.verdict = verdict = check_folder(parent, self.name.text())
-        state, words = verdict.state, verdict.sentence
-        if self._why_other and verdict.usable and Path(parent) == self.proposed_parent:
+        self.input_check = verdict = check_folder(parent, self.name.text())
+        state, words = verdict.state, verdict.message
+        if self._why_other and verdict.is_valid and Path(parent) == self.proposed_parent:
             state, words = "caution", f"{self._why_other} {words}"
-        self.sentence.say(words, state)
-        if not verdict.usable:
+        self.message.set_message(words, state)
+        if not verdict.is_valid:
             self._again.start()
         self.changed.emit()
 
@@ -164,53 +164,53 @@ class RecordingDialog(FormDialog):
     submitted : Signal
         The user wants the flight. The dialog stays until it is accepted once more, or told of a
         refusal.
-    place : FlightFolderField
+    folder_field : FlightFolderField
         Title and folder of the flight.
-    connecting : bool
+    is_connecting : bool
         Whether the recording is about to begin.
     """
 
     submitted = Signal()
 
-    def add_place(self, flights: Path) -> None:
+    def add_folder_field(self, flights: Path) -> None:
         """Add the last rows: title and folder of the flight, and what went wrong."""
-        self.connecting = False
-        self.place = FlightFolderField(flights, self.look)
-        self.add_row("Flight", self.place)
+        self.is_connecting = False
+        self.folder_field = FlightFolderField(flights, self.display_style)
+        self.add_row("Flight", self.folder_field)
         self.error = FieldMessage()
         self.add_row("", self.error)
-        self.place.changed.connect(self._judge)
+        self.folder_field.changed.connect(self._judge)
         self._judge()
 
     @property
-    def usable(self) -> bool:
+    def is_valid(self) -> bool:
         """Return whether what is typed will do."""
-        return self.place.verdict.usable
+        return self.folder_field.input_check.is_valid
 
     def _judge(self) -> None:
-        self.error.say("")
-        self.button.setEnabled(self.usable and not self.connecting)
+        self.error.set_message("")
+        self.button.setEnabled(self.is_valid and not self.is_connecting)
 
     def accept(self) -> None:
         """Ask for the recording, and close once it has begun."""
-        if self.connecting:
+        if self.is_connecting:
             super().accept()
             return
-        self.connecting = True
+        self.is_connecting = True
         self._judge()
-        self.error.say("Starting the recording…")
+        self.error.set_message("Starting the recording…")
         self.submitted.emit()
 
-    def withdraw(self) -> None:
+    def cancel_submission(self) -> None:
         """Take back what was submitted; all that was typed stays."""
-        self.connecting = False
+        self.is_connecting = False
         self._judge()
 
-    def show_refusal(self, error: Exception) -> None:
+    def show_error(self, error: Exception) -> None:
         """Say beside the field at fault why nothing is recorded; all that was typed stays."""
-        self.withdraw()
-        self._sentence_of(error).say(str(error), "warning")
+        self.cancel_submission()
+        self._sentence_of(error).set_message(str(error), "warning")
 
     def _sentence_of(self, error: Exception) -> FieldMessage:
-        at_place = isinstance(error, FlightError) or str(self.place.folder) in str(error)
-        return self.place.sentence if at_place else self.error
+        at_place = isinstance(error, FlightError) or str(self.folder_field.folder) in str(error)
+        return self.folder_field.message if at_place else self.error

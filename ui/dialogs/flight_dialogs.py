@@ -44,20 +44,20 @@ class GoToDialog(FormDialog):
         self.edit.textChanged.connect(self._judge)
         self._judge()
         self.edit.setFocus()
-        self.fit(400)
+        self.fit_to_content(400)
 
     def _judge(self) -> None:
         time = self.time
         first, last = self._span
         if time is None:
-            self.sentence.say("Write minutes and seconds, such as 4:07.5, or seconds.", "warning")
+            self.sentence.set_message("Write minutes and seconds, such as 4:07.5, or seconds.", "warning")
         elif not first <= time <= last:
-            self.sentence.say(
-                f"Outside the flight; the nearest is {clock_text(self.held, decimals=1)}.",
+            self.sentence.set_message(
+                f"Outside the flight; the nearest is {clock_text(self.clamped_time, decimals=1)}.",
                 "caution",
             )
         else:
-            self.sentence.say(clock_text(time, decimals=1), "good")
+            self.sentence.set_message(clock_text(time, decimals=1), "good")
         self.button.setEnabled(time is not None)
 
     @property
@@ -66,7 +66,7 @@ class GoToDialog(FormDialog):
         return parse_clock(self.edit.text())
 
     @property
-    def held(self) -> float:
+    def clamped_time(self) -> float:
         """Return the time within the flight, s."""
         first, last = self._span
         return min(max(self.time if self.time is not None else first, first), last)
@@ -108,19 +108,19 @@ class RangeDialog(FormDialog):
             edit.textChanged.connect(self._judge)
         self.high.selectAll()
         self._judge()
-        self.fit(400)
+        self.fit_to_content(400)
 
     def _judge(self) -> None:
         texts = self.high.text().strip(), self.low.text().strip()
         usable = self.range is not None or not any(texts)
         if not any(texts):
-            self.sentence.say("The range follows the trace.", "good")
+            self.sentence.set_message("The range follows the trace.", "good")
         elif usable:
-            self.sentence.say("The range stays as it is typed. Y changes back.", "good")
+            self.sentence.set_message("The range stays as it is typed. Y changes back.", "good")
         elif any(parse_number(text) is None for text in texts):
-            self.sentence.say("Write two numbers, such as 5 and -2.5.", "warning")
+            self.sentence.set_message("Write two numbers, such as 5 and -2.5.", "warning")
         else:
-            self.sentence.say("The highest must lie above the lowest.", "warning")
+            self.sentence.set_message("The highest must lie above the lowest.", "warning")
         self.button.setEnabled(usable)
 
     @property
@@ -158,7 +158,7 @@ class ExportDialog(FormDialog):
         self.kind.activated.connect(self._suit)
         self.path.edit.textChanged.connect(self._judge)
         self._judge()
-        self.fit(560)
+        self.fit_to_content(560)
 
     def _suit(self) -> None:
         text = self.path.edit.text().strip()
@@ -170,13 +170,13 @@ class ExportDialog(FormDialog):
         file = Path(text).expanduser()
         usable = bool(text) and path_kind(file.parent) == "folder"
         if not text:
-            self.sentence.say("Name the file.", "warning")
+            self.sentence.set_message("Name the file.", "warning")
         elif not usable:
-            self.sentence.say(f"There is no folder {file.parent}.", "warning")
+            self.sentence.set_message(f"There is no folder {file.parent}.", "warning")
         elif path_kind(file) != "missing":
-            self.sentence.say("This file exists and will be replaced.", "caution")
+            self.sentence.set_message("This file exists and will be replaced.", "caution")
         else:
-            self.sentence.say("A new file.", "good")
+            self.sentence.set_message("A new file.", "good")
         self.button.setEnabled(usable)
 
     @property
@@ -205,7 +205,7 @@ class ChannelMapDialog(FormDialog):
         )
         self.channel_map = ShippedFileField("Channel map", maps, current)
         self.add_row("Channel map", self.channel_map)
-        self.fit(480)
+        self.fit_to_content(480)
 
 
 def ask_closing(

@@ -41,11 +41,11 @@ _BYTES_PER_HOUR = 65e6
 class InputCheck:
     """Whether something typed will do, and a sentence about it."""
 
-    sentence: str
+    message: str
     state: InputState = ""
 
     @property
-    def usable(self) -> bool:
+    def is_valid(self) -> bool:
         """Return whether it will do."""
         return self.state != "warning"
 
@@ -136,14 +136,14 @@ def check_link(text: str, parse: Callable[[str], object], ports: Iterable[str]) 
     text = text.strip()
     if not text:
         return InputCheck(
-            sentence="Choose above, or type a LINK such as udpin:127.0.0.1:14550.", state="warning"
+            message="Choose above, or type a LINK such as udpin:127.0.0.1:14550.", state="warning"
         )
     try:
         parse(text)
     except GroundStationError as error:
-        return InputCheck(sentence=str(error), state="warning")
+        return InputCheck(message=str(error), state="warning")
     except ValueError as error:
-        return InputCheck(sentence=f"This is not a link: {error}.", state="warning")
+        return InputCheck(message=f"This is not a link: {error}.", state="warning")
     kind, _, rest = text.partition(":")
     if kind in ("serial", "text"):
         device = rest.rpartition(":")[0] or rest
@@ -151,16 +151,16 @@ def check_link(text: str, parse: Callable[[str], object], ports: Iterable[str]) 
         listed = any(is_same_port(device, port) for port in ports)
         if device and not listed and not Path(device).exists():
             return InputCheck(
-                sentence=f"{device} is not there now; it is opened as soon as it is plugged in.",
+                message=f"{device} is not there now; it is opened as soon as it is plugged in.",
                 state="caution",
             )
     if kind in ("udpin", "tcpin") and rest.startswith("0.0.0.0:"):
         return InputCheck(
-            sentence="Listens to the whole network: anybody on it can send.", state="caution"
+            message="Listens to the whole network: anybody on it can send.", state="caution"
         )
     if kind in ("udpin", "tcpin") and rest.startswith(("127.", "localhost:")):
         return InputCheck(
-            sentence="Listens to this computer only; 0.0.0.0 in place of the address listens to "
+            message="Listens to this computer only; 0.0.0.0 in place of the address listens to "
             "the network.",
             state="good",
         )
@@ -174,7 +174,7 @@ def check_link(text: str, parse: Callable[[str], object], ports: Iterable[str]) 
         "says what their columns are.",
         "virtual": "The virtual aircraft of this program.",
     }
-    return InputCheck(sentence=sentences.get(kind, "A recorded flight."), state="good")
+    return InputCheck(message=sentences.get(kind, "A recorded flight."), state="good")
 
 
 def next_flight_name(parent: Path, today: date, kind: str = "") -> str:
@@ -190,32 +190,32 @@ def next_flight_name(parent: Path, today: date, kind: str = "") -> str:
 def check_folder(parent: str, name: str) -> InputCheck:
     """Return what is to be said of the place where a flight shall be recorded."""
     if not name.strip():
-        return InputCheck(sentence="The flight needs a name.", state="warning")
+        return InputCheck(message="The flight needs a name.", state="warning")
     if sanitize_file_name(name) != name.strip():
         return InputCheck(
-            sentence=f"A folder cannot be called that; {sanitize_file_name(name)!r} would do.",
+            message=f"A folder cannot be called that; {sanitize_file_name(name)!r} would do.",
             state="warning",
         )
     if not parent.strip():
-        return InputCheck(sentence="Choose the folder in which flights are kept.", state="warning")
+        return InputCheck(message="Choose the folder in which flights are kept.", state="warning")
     place = Path(parent).expanduser()
     if why := unwritable_reason(place):
-        return InputCheck(sentence=f"{why} Choose another folder.", state="warning")
+        return InputCheck(message=f"{why} Choose another folder.", state="warning")
     existing = next(one for one in (place, *place.parents) if one.exists())
     free = shutil.disk_usage(existing).free
     room = f"{bytes_text(free)} free"
     if free < _BYTES_PER_HOUR:
         return InputCheck(
-            sentence=f"Only {room}: less than an hour of flight. Make room first.",
+            message=f"Only {room}: less than an hour of flight. Make room first.",
             state="caution",
         )
     target = place / name.strip()
     if target.exists():
         if why := unwritable_reason(target):
-            return InputCheck(sentence=f"{why} Choose another name.", state="warning")
+            return InputCheck(message=f"{why} Choose another name.", state="warning")
         return InputCheck(
-            sentence="This flight exists. Continuing it keeps its channel map, aircraft and "
+            message="This flight exists. Continuing it keeps its channel map, aircraft and "
             f"calibration. {room}.",
             state="caution",
         )
-    return InputCheck(sentence=f"Recorded in {target}. {room}.", state="good")
+    return InputCheck(message=f"Recorded in {target}. {room}.", state="good")

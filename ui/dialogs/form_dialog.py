@@ -41,7 +41,7 @@ class FieldMessage(QLabel):
         self.setWordWrap(True)
         self.setProperty("role", "hint")
 
-    def say(self, text: str, state: str = "") -> None:
+    def set_message(self, text: str, state: str = "") -> None:
         """Say something; `state` is ``good``, ``caution``, ``warning`` or empty."""
         signs = {"good": "✓ ", "caution": "▲ ", "warning": "■ "}
         self.setText(f"{signs.get(state, '')}{text}")
@@ -154,7 +154,7 @@ class FormDialog(SelfDeletingDialog):
         self, title: str, purpose: str, does: str, look: DisplayStyle, parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
-        self.look = look
+        self.display_style = look
         self.setWindowTitle(title)
         outer = QVBoxLayout(self)
         outer.setContentsMargins(0, 0, 0, 0)
@@ -200,10 +200,10 @@ class FormDialog(SelfDeletingDialog):
         """Add a labeled field with something below it."""
         row = self.grid.rowCount()
         if row > 1:
-            self.grid.setRowMinimumHeight(row, self.look.px(4))
+            self.grid.setRowMinimumHeight(row, self.display_style.px(4))
             row += 1
         title = create_label(name, "strong")
-        title.setMinimumHeight(self.look.px(30))
+        title.setMinimumHeight(self.display_style.px(30))
         title.setBuddy(field)
         if not field.accessibleName():
             field.setAccessibleName(name)
@@ -250,7 +250,7 @@ class FormDialog(SelfDeletingDialog):
 
         def place(field: QWidget) -> tuple[int, int]:
             center = field.mapTo(self._body, field.rect().center())
-            return center.y() // self.look.px(16), center.x()
+            return center.y() // self.display_style.px(16), center.x()
 
         fields = [
             field
@@ -262,13 +262,13 @@ class FormDialog(SelfDeletingDialog):
         ]
         return [*sorted(fields, key=place), *self.buttons.buttons()]
 
-    def fit(self, width: int = 640) -> None:
+    def fit_to_content(self, width: int = 640) -> None:
         """Take the size of the content, within the screen."""
-        wide = self.look.px(width)
+        wide = self.display_style.px(width)
         high = self._body.heightForWidth(wide)
         if high <= 0:
             high = self._body.sizeHint().height()
-        high += self.look.px(64)
+        high += self.display_style.px(64)
         screen = self.screen().availableSize() if self.screen() else None
         if screen is not None:
             wide, high = min(wide, screen.width() - 32), min(high, screen.height() - 64)

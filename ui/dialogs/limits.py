@@ -72,7 +72,7 @@ class LimitsDialog(FormDialog):
         self._taken_back = False
         next(iter(self.edits.values())).selectAll()
         self._judge()
-        self.fit(480)
+        self.fit_to_content(480)
 
     def _text(self, value: float | None) -> str:
         if value is None:
@@ -89,8 +89,8 @@ class LimitsDialog(FormDialog):
             self._spec.limits,
             lambda value: to_si(value, self._unit, self._spec.quantity),
         )
-        self.sentence.say(verdict.sentence, verdict.state)
-        self.button.setEnabled(verdict.usable)
+        self.sentence.set_message(verdict.message, verdict.state)
+        self.button.setEnabled(verdict.is_valid)
 
     def _value(self, name: str) -> float | None:
         text = self.edits[name].text().strip()
@@ -125,18 +125,18 @@ def check_limits(
     """
     numbers = [parse_number(text) for text in texts if text]
     if not numbers:
-        return InputCheck(sentence="No limits: no bands, and no alarm.", state="caution")
+        return InputCheck(message="No limits: no bands, and no alarm.", state="caution")
     known = [number for number in numbers if number is not None]
     if len(known) < len(numbers):
-        return InputCheck(sentence="Write numbers, such as 10 and -2.5.", state="warning")
+        return InputCheck(message="Write numbers, such as 10 and -2.5.", state="warning")
     if any(one <= other for one, other in pairwise(known)):
         return InputCheck(
-            sentence="From top to bottom the limits must become smaller.", state="warning"
+            message="From top to bottom the limits must become smaller.", state="warning"
         )
     low, high = ends
     if any(not low <= to_inside(number) <= high for number in known):
         return InputCheck(
-            sentence="One of them lies beyond what the instrument shows: it is never reached.",
+            message="One of them lies beyond what the instrument shows: it is never reached.",
             state="caution",
         )
-    return InputCheck(sentence="Bands on the chart and alarms follow at once.", state="good")
+    return InputCheck(message="Bands on the chart and alarms follow at once.", state="good")

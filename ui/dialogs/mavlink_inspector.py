@@ -73,7 +73,7 @@ class MavlinkInspector(SelfDeletingDialog):
     def refresh(self) -> None:
         """Show how the link stands now."""
         report = self._ask()
-        sentences = () if report is None else (*describe_senders(report), *report.sentences)
+        sentences = () if report is None else (*describe_senders(report), *report.warnings)
         self.senders.setText("\n".join(sentences))
         self.senders.setVisible(bool(sentences))
-        self.messages.show_lines(() if report is None else build_link_message_rows(report))
+        self.messages.show_rows(() if report is None else build_link_message_rows(report))

@@ -41,10 +41,10 @@ class MessagesDialog(QDialog):
         widths = {0: "00:00:00", 1: max(LEVEL_TITLES.values(), key=len)}
         self.view = TableRowView(model, look, "Messages", stretch=2, widths=widths)
         self.panel = ListPanel(self.view, look, "No message yet.")
-        self.again = self.panel.add_button(
+        self.show_again_button = self.panel.add_button(
             "Show again", "Show the message again below the page", "Choose a message first"
         )
-        self.again.clicked.connect(self._show_again)
+        self.show_again_button.clicked.connect(self._show_again)
         self.view.opened.connect(lambda _key: self._show_again())
         column.addWidget(self.panel, 1)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
@@ -56,7 +56,7 @@ class MessagesDialog(QDialog):
 
     def refresh(self) -> None:
         """List what came meanwhile."""
-        self.panel.show_lines(
+        self.panel.show_rows(
             [_line(message, self._look.units) for message in self._banners.messages]
         )
 

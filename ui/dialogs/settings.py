@@ -68,7 +68,7 @@ class SettingsDialog(FormDialog):
         self.add_row("Flight page", self.reset_layout)
         self.flights.edit.textChanged.connect(self._judge)
         self.show_values(settings)
-        self.fit(560)
+        self.fit_to_content(560)
 
     @staticmethod
     def _choice(entries: Any) -> QComboBox:
@@ -99,7 +99,7 @@ class SettingsDialog(FormDialog):
     def _judge(self) -> None:
         text = self.flights.edit.text().strip()
         why = unwritable_reason(self.flights.path) if text else "Name a folder."
-        self.sentence.say(why or "New flights are recorded here.", "warning" if why else "good")
+        self.sentence.set_message(why or "New flights are recorded here.", "warning" if why else "good")
         self.button.setEnabled(not why)
 
     @property

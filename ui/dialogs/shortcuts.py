@@ -58,7 +58,7 @@ class ShortcutsDialog(SelfDeletingDialog):
         self._cards: list[tuple[QFrame, list[tuple[str, list[QWidget]]]]] = []
         for place in dict.fromkeys((known.menu, known.submenu) for known in COMMANDS):
             commands = [
-                known for known in COMMANDS if (known.menu, known.submenu) == place and known.keys
+                known for known in COMMANDS if (known.menu, known.submenu) == place and known.shortcuts
             ]
             menu = ": ".join(filter(None, place))
             if not commands:
@@ -75,7 +75,7 @@ class ShortcutsDialog(SelfDeletingDialog):
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         buttons.rejected.connect(self.reject)
         column.addWidget(buttons)
-        self.search.textChanged.connect(self.narrow)
+        self.search.textChanged.connect(self.filter_rows)
         self.search.setFocus()
 
     def _card(self, title: str, lines: list[tuple[str, str]], look: DisplayStyle) -> QFrame:
@@ -99,7 +99,7 @@ class ShortcutsDialog(SelfDeletingDialog):
         self._cards.append((card, rows))
         return card
 
-    def narrow(self, words: str) -> None:
+    def filter_rows(self, words: str) -> None:
         """Show only the rows that hold all the words."""
         wanted = words.lower().split()
         for card, rows in self._cards:

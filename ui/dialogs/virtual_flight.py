@@ -85,13 +85,13 @@ class VirtualFlightDialog(RecordingDialog):
         self.effects.setProperty("role", "boxed")
         self.effects.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.note = FieldMessage()
-        self.note.say("Reading the catalog of effects…")
+        self.note.set_message("Reading the catalog of effects…")
         self._reading = BackgroundJob(
             "Reading the effects", lambda _progress: choices.effects(), self
         )
         self._reading.done.connect(self._offer)
         self._reading.failed.connect(
-            lambda error: self.note.say(f"The effects cannot be read: {error}", "warning")
+            lambda error: self.note.set_message(f"The effects cannot be read: {error}", "warning")
         )
         self._reading.start()
         holder = QWidget()
@@ -102,8 +102,8 @@ class VirtualFlightDialog(RecordingDialog):
         column.addWidget(self.effects)
         holder.setFocusProxy(self.search)
         self.add_row("Hidden effects", holder, self.note)
-        self.add_place(flights)
-        self.fit()
+        self.add_folder_field(flights)
+        self.fit_to_content()
 
     def _offer(self, effects: Sequence[tuple[str, str]]) -> None:
         for effect, title in effects:
@@ -113,7 +113,7 @@ class VirtualFlightDialog(RecordingDialog):
             item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
             item.setCheckState(Qt.CheckState.Unchecked)
             self.effects.addItem(item)
-        self.note.say("Hidden effects make the aircraft differ from its model; find them later.")
+        self.note.set_message("Hidden effects make the aircraft differ from its model; find them later.")
         self._narrow(self.search.text())
 
     def _narrow(self, words: str) -> None:
@@ -138,6 +138,6 @@ class VirtualFlightDialog(RecordingDialog):
             speed=float(self.speed.currentData()),
             hidden=tuple(ticked),
             thin=self.thin.isChecked(),
-            folder=self.place.folder,
-            title=self.place.title.text().strip(),
+            folder=self.folder_field.folder,
+            title=self.folder_field.title.text().strip(),
         )

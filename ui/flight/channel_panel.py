@@ -78,7 +78,7 @@ class ChannelPanel(QWidget):
 
     Attributes
     ----------
-    chosen : Signal(StripLayout)
+    charts_changed : Signal(StripLayout)
         The charts as the user wants them now.
     layout_chosen : Signal(str)
         A layout to show.
@@ -88,7 +88,7 @@ class ChannelPanel(QWidget):
         Forget a saved layout.
     """
 
-    chosen = Signal(object)
+    charts_changed = Signal(object)
     layout_chosen = Signal(str)
     layout_saved = Signal(str)
     layout_deleted = Signal(str)
@@ -318,7 +318,7 @@ class ChannelPanel(QWidget):
             self._charts = charts
             self._tick_tree()
             self._fill_order()
-            self.chosen.emit(charts)
+            self.charts_changed.emit(charts)
 
     def _ticked(self, leaf: QTreeWidgetItem, _column: int) -> None:
         if not self._busy and leaf.parent() is not None:

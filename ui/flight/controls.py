@@ -77,7 +77,7 @@ class ActionButton(QPushButton):
         self.setAccessibleName(f"{text}, {keys}" if keys else text)
         self.setEnabled(self._action.isEnabled())
 
-    def show_glyph(self, glyph: str, words: str) -> None:
+    def set_icon_text(self, glyph: str, words: str) -> None:
         """Show another sign and word."""
         if (glyph, _icon_spaced_text(words, glyph)) != (self._glyph, self.text()):
             self._glyph = glyph
@@ -297,7 +297,7 @@ class ReplayBar(QWidget):
         """Show where the replay is and how it runs."""
         self.slider.show_time(time, first, last, marks, alarms)
         self.clock.setText(f"{clock_text(time, decimals=1)} / {clock_text(last, decimals=1)}")
-        self.play.show_glyph("pause" if playing else "play", "Pause" if playing else "Play")
+        self.play.set_icon_text("pause" if playing else "play", "Pause" if playing else "Play")
         index = min(range(len(REPLAY_SPEEDS)), key=lambda place: abs(REPLAY_SPEEDS[place] - speed))
         if speed == REPLAY_SPEEDS[-1]:
             index = len(REPLAY_SPEEDS) - 1
@@ -389,7 +389,7 @@ class ControlRow(QWidget):
 
     def show_paused(self, paused: bool) -> None:
         """Show what the first button would do."""
-        self.pause.show_glyph("play" if paused else "pause", "Resume" if paused else "Pause")
+        self.pause.set_icon_text("play" if paused else "pause", "Resume" if paused else "Pause")
 
 
 def next_speed(speed: float, steps: int) -> float:

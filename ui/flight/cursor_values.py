@@ -63,7 +63,7 @@ def build_cursor_value_rows(
     lines = []
     for name in channels:
         spec = channel(name)
-        display = DisplayFormat.of(spec, units)
+        display = DisplayFormat.for_channel(spec, units)
         values = {key: find_sample(history, name, cursors.get(key)) for key in ("cursor", "a", "b")}
         source = sources.get(name)
         beyond = {
@@ -71,7 +71,7 @@ def build_cursor_value_rows(
         }
         shown = [
             (BEYOND_CALIBRATION_MARK if beyond[key] else "")
-            + number_text(display.shown(value), display.decimals)
+            + number_text(display.to_display(value), display.decimals)
             for key, value in values.items()
         ]
         apart = display.factor * channel_difference(spec, values["a"], values["b"])

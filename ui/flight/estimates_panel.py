@@ -69,7 +69,7 @@ class EstimatesModel(QAbstractListModel):
         super().__init__()
         self.rows: tuple[EstimateRow, ...] = ()
 
-    def show(self, rows: Sequence[EstimateRow]) -> None:
+    def set_rows(self, rows: Sequence[EstimateRow]) -> None:
         """Show other rows; the same derivatives keep their places and what is chosen."""
         new = tuple(rows)
         if [one.name for one in new] != [one.name for one in self.rows]:
@@ -103,14 +103,14 @@ def accessible_row_text(row: EstimateRow) -> str:
     said = f"{symbol_text(row.name)} {estimate_value_text(*best)}"
     if row.percent is not None:
         said += f", standard error {bound_percent_text(row.percent)}"
-    if row.changed:
-        said += f", last maneuver: {row.changed}"
+    if row.change_text:
+        said += f", last maneuver: {row.change_text}"
     return said
 
 
 def describe_value(row: EstimateRow) -> tuple[str, str]:
     """Return the value to go by, whose bound in percent stands above it, and what is beside it."""
-    change = row.changed.replace(" % to ", _ARROW)
+    change = row.change_text.replace(" % to ", _ARROW)
     live = "" if row.value is None else f"FTR {estimate_value_text(row.value, row.std or 0.0)}"
     if row.mean is None:
         return live or "unknown", change
@@ -223,9 +223,9 @@ class EstimateDelegate(QStyledItemDelegate):
             return
         value, std = best
         reach = _MAX_SIGMA_RANGE * max(std, row.std or 0.0)
-        if row.known is not None:
+        if row.prior is not None:
             # What was known before stays in sight, unless it is far from everything.
-            away = abs(row.known - value)
+            away = abs(row.prior - value)
             reach = max(reach, 1.2 * away) if away < 4.0 * reach else reach
         if not reach > 0.0:
             return
@@ -240,9 +240,9 @@ class EstimateDelegate(QStyledItemDelegate):
             )
 
         painter.setClipRect(box)
-        if row.known is not None:
+        if row.prior is not None:
             painter.setPen(QPen(QColor(theme.previous), px(1), Qt.PenStyle.DotLine))
-            painter.drawLine(place(first, row.known), place(last, row.known))
+            painter.drawLine(place(first, row.prior), place(last, row.prior))
         painter.setPen(QPen(QColor(theme.trace(trace_color(row.name))), px(1.5)))
         step = max(1, row.times.size // (4 * _PLOT_WIDTH))
         for run in _contiguous_segments(np.isfinite(row.values[::step])):
@@ -309,7 +309,7 @@ class EstimatesList(QListView):
             (
                 row.name, *map(_format_number, (row.value, row.std)),
                 *map(_format_number, (None, None) if row.mean is None else (row.mean.mean, row.mean.std)),
-                _format_number(row.known), row.why,
+                _format_number(row.prior), row.why,
             )
             for row in self.rows.rows
         ]  # fmt: skip
@@ -435,7 +435,7 @@ class EstimatesPanel(QWidget):
         self._state.setText(state)
         self._state.setVisible(bool(state))
         self._legend.setVisible(bool(rows))
-        self.list.rows.show(rows)
+        self.list.rows.set_rows(rows)
         self._pile.setCurrentIndex(1 if rows else 0)
         if not rows:
             self._empty.setText(

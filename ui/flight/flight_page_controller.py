@@ -70,15 +70,15 @@ class FlightPageController(QObject):
         self._sounded = 0.0
         self._before_note: tuple[bool, int] | None = None
         desk.changed.connect(self._give_all_limits)
-        desk.told.connect(self._follow_limits)
+        desk.refreshed.connect(self._follow_limits)
         view.mark_requested.connect(desk.mark)
-        view.marks.jumped.connect(self._go_to_mark)
+        view.marks.jump_requested.connect(self._go_to_mark)
         view.marks.edited.connect(lambda key, text: desk.edit_mark(str(key), text))
         view.marks.deleted.connect(lambda key: desk.delete_mark(str(key)))
         view.marks.edit_ended.connect(self._note_written)
         view.alarms.acknowledged.connect(lambda: desk.acknowledge("crew, Alarms tab"))
-        view.alarms.jumped.connect(self._go_to_key)
-        view.messages.jumped.connect(self._go_to_key)
+        view.alarms.jump_requested.connect(self._go_to_key)
+        view.messages.jump_requested.connect(self._go_to_key)
         view.estimates.opened.connect(self._go_to_maneuver_of)
         view.replay.moved.connect(self._seek)
         view.replay.speed_chosen.connect(desk.set_speed)
@@ -87,20 +87,20 @@ class FlightPageController(QObject):
     def handlers(self) -> Mapping[str, Callable[[], object]]:
         """Return what each command does."""
         return {
-            "chart_pause": self.pause,
+            "chart_pause": self.toggle_pause,
             "mark": self._view.charts.request_mark,
-            "note": self.note,
+            "note": self.add_note,
             "previous_mark": lambda: self.step_mark(-1),
             "next_mark": lambda: self.step_mark(1),
             "acknowledge": self.acknowledge,
-            "mute": self.mute,
+            "mute": self.toggle_mute,
             "slower": lambda: self._desk.set_speed(next_speed(self._desk.speed, -1)),
             "faster": lambda: self._desk.set_speed(next_speed(self._desk.speed, 1)),
             "step_back": lambda: self._desk.step(-1),
             "step": lambda: self._desk.step(1),
-            "go_to": self.go_to,
-            "type_range": self.type_range,
-            "type_limits": self.type_limits,
+            "go_to": self.ask_time,
+            "type_range": self.ask_y_range,
+            "type_limits": self.ask_limits,
         }
 
     def acknowledge(self) -> None:
@@ -108,7 +108,7 @@ class FlightPageController(QObject):
         by_key = self._view.is_by_key("acknowledge")
         self._desk.acknowledge("crew, key K" if by_key else "crew, menu")
 
-    def pause(self) -> None:
+    def toggle_pause(self) -> None:
         """Hold the display while live; in a replay hold the replay itself."""
         if self._desk.is_replay:
             self._view.charts.go_live()
@@ -118,13 +118,13 @@ class FlightPageController(QObject):
 
     # Marks
 
-    def note(self) -> None:
+    def add_note(self) -> None:
         """Mark this moment and let the user write a few words; Enter comes back to the charts."""
         before = self._view.panel_shown
         view = self._view.charts.view
         at = view.cursors.get("cursor") if view.paused else None
         key = self._desk.mark(at if at is not None else self._desk.time, kind="note")
-        self._view.show_picture(self._desk.picture(self._look.units))
+        self._view.show_state(self._desk.create_display_data(self._look.units))
         self._view.show_panel(2)
         self._view.marks.begin_edit(key)
         self._before_note = before
@@ -133,7 +133,7 @@ class FlightPageController(QObject):
         before, self._before_note = self._before_note, None
         if before is not None:
             # After the table has taken the text and the focus.
-            QTimer.singleShot(0, self, lambda: self._view.go_back(before))
+            QTimer.singleShot(0, self, lambda: self._view.restore_charts(before))
 
     def step_mark(self, steps: int) -> None:
         """Go to the mark before or after what is in sight."""
@@ -147,28 +147,28 @@ class FlightPageController(QObject):
         past = [at for at in times if at < here - 0.05]
         coming = [at for at in times if at > here + 0.05]
         if steps < 0 and past:
-            self.show_time(past[-1])
+            self.go_to_time(past[-1])
         elif steps > 0 and coming:
-            self.show_time(coming[0])
+            self.go_to_time(coming[0])
 
     def _go_to_mark(self, key: object) -> None:
         at = self._desk.mark_time(str(key))
         if at is not None:
-            self.show_time(at)
+            self.go_to_time(at)
 
     def _go_to_key(self, key: object) -> None:
         """Alarms and messages carry their time as the last part of their key."""
         at = key[-1] if isinstance(key, tuple) else None
         if isinstance(at, float):
-            self.show_time(at)
+            self.go_to_time(at)
 
     def _go_to_maneuver_of(self, derivative: str) -> None:
         """Go to the last maneuver that gave a derivative."""
         rows = {row.name: row for row in self._view.estimates.list.rows.rows}
         if derivative in rows and rows[derivative].points:
-            self.show_time(rows[derivative].points[-1].time)
+            self.go_to_time(rows[derivative].points[-1].time)
 
-    def show_time(self, at: float) -> None:
+    def go_to_time(self, at: float) -> None:
         """Go to a flight time, s."""
         if self._desk.is_replay:
             self._seek(at)
@@ -181,18 +181,18 @@ class FlightPageController(QObject):
         self._view.charts.go_live()
         self._desk.seek(at)
 
-    def go_to(self) -> None:
+    def ask_time(self) -> None:
         """Ask for a flight time and go there."""
         span = self._desk.replay_span
         if span is None:
             return
         dialog = GoToDialog(self._look, *span, self._desk.time or span[0], self._window)
         if dialog.exec():
-            self._seek(dialog.held)
+            self._seek(dialog.clamped_time)
 
     # Charts
 
-    def type_range(self) -> None:
+    def ask_y_range(self) -> None:
         """Ask for the y range of the chosen chart."""
         chart = self._view.charts.selected_chart
         if chart is None:
@@ -204,30 +204,30 @@ class FlightPageController(QObject):
         if dialog.exec():
             self._view.charts.set_range(dialog.range)
 
-    def type_limits(self) -> None:
+    def ask_limits(self) -> None:
         """Ask for the limits of the chosen chart."""
         chart, session = self._view.charts.selected_chart, self._desk.session
         if chart is None or session is None:
             return
         spec = chart.specs[0]
         dialog = LimitsDialog(
-            self._look, spec, session.limits.bands(spec.id), typed=session.limits.typed(spec.id),
+            self._look, spec, session.limits.bands(spec.id), typed=session.limits.has_user_limits(spec.id),
             parent=self._window,
         )  # fmt: skip
         if dialog.exec():
             self._limits.write(spec.id, dialog.limits, self._look.units)
             self._give_limits()
-            self._desk.told.emit()
+            self._desk.refreshed.emit()
 
     def _give_all_limits(self) -> None:
         """Let what was typed before count in the flight that was opened."""
-        self._limits.look()
+        self._limits.refresh()
         self._given = {}
         self._give_limits()
 
     def _follow_limits(self) -> None:
         """Let count what was typed in another window."""
-        if self._limits.look():
+        if self._limits.refresh():
             self._give_limits()
 
     def _give_limits(self) -> None:
@@ -239,27 +239,27 @@ class FlightPageController(QObject):
         for channel_id in {**former, **self._given}:
             bands = self._given.get(channel_id)
             if bands != former.get(channel_id):
-                session.type_limits(channel_id, bands)
+                session.set_user_limits(channel_id, bands)
 
     # Sound
 
-    def mute(self) -> None:
+    def toggle_mute(self) -> None:
         """Turn the sound off or on, words and tones alike."""
         muted = not self._store.current.muted
         self._store.change(muted=muted)
-        self._voice.mute(muted)
-        self._desk.told.emit()
+        self._voice.set_muted(muted)
+        self._desk.refreshed.emit()
 
-    def sound(self) -> None:
+    def sound_alarms(self) -> None:
         """Let every new alarm be heard, warnings in words; one that nobody has seen goes on."""
         if self._voice.muted:
             # What still waits when the sound comes back is news then.
             self._heard = frozenset()
             return
-        if self._desk.catches_up:
+        if self._desk.is_catching_up:
             # They are of an earlier time. Those that still stand are news when it has caught up.
             return
-        waiting = self._desk.waiting()
+        waiting = self._desk.unacknowledged_alarms()
         keys = {f"{alarm.key}@{alarm.time}": alarm for alarm in waiting}
         new = [alarm for key, alarm in keys.items() if key not in self._heard]
         self._heard = frozenset(keys)
@@ -269,6 +269,6 @@ class FlightPageController(QObject):
             return
         self._sounded = now
         warnings = [alarm for alarm in new if alarm.severity is Severity.WARNING]
-        self._voice.tone("warning" if severe or warnings else "caution")
+        self._voice.play_tone("warning" if severe or warnings else "caution")
         if warnings:
             self._voice.say(spoken_alarm_text(warnings[0]), UtterancePriority.WARNING)

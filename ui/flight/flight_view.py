@@ -61,12 +61,12 @@ class FlightView(QWidget):
     ----------
     mark_requested : Signal(float)
         Mark this flight time, s.
-    wanted : Signal
+    show_requested : Signal
         A panel is asked for while another place is on screen.
     """
 
     mark_requested = Signal(float)
-    wanted = Signal()
+    show_requested = Signal()
 
     def __init__(
         self,
@@ -152,7 +152,7 @@ class FlightView(QWidget):
         charts.layout_changed.connect(self._charts_changed)
         charts.view_changed.connect(self._view_changed)
         self.controls.span_chosen.connect(charts.set_window)
-        self.channels.chosen.connect(self._charts_chosen)
+        self.channels.charts_changed.connect(self._charts_chosen)
         self.channels.layout_chosen.connect(self.show_layout)
         self.channels.layout_saved.connect(self._save_layout)
         self.channels.layout_deleted.connect(self._delete_layout)
@@ -173,7 +173,7 @@ class FlightView(QWidget):
         }
         return {
             **chart,
-            CHART_PREFIX + "clear": self.clear,
+            CHART_PREFIX + "clear": self.cancel,
             "panel_channels": lambda: self.show_panel(0),
             "panel_values": lambda: self.show_panel(1),
             "panel_marks": lambda: self.show_panel(2),
@@ -183,7 +183,7 @@ class FlightView(QWidget):
             "side_panel": self.toggle_panel,
         }
 
-    def clear(self) -> None:
+    def cancel(self) -> None:
         """Esc: back from a panel to the charts, or else take the cursors away."""
         if self.charts.isHidden():
             self._set_panel(False)
@@ -195,7 +195,7 @@ class FlightView(QWidget):
         """Open a panel and put the keyboard into it."""
         if not self.isVisible():
             # Else one would type into what nobody sees.
-            self.wanted.emit()
+            self.show_requested.emit()
         self._set_panel(True)
         self.tabs.setCurrentIndex(index)
         panel = self.tabs.currentWidget()
@@ -209,7 +209,7 @@ class FlightView(QWidget):
         """Return whether the side panel is open, and which of its panels."""
         return self.tabs.isVisibleTo(self), self.tabs.currentIndex()
 
-    def go_back(self, shown: tuple[bool, int]) -> None:
+    def restore_charts(self, shown: tuple[bool, int]) -> None:
         """Go back to the charts, with the side panel as it was."""
         opened, index = shown
         self.tabs.setCurrentIndex(index)
@@ -250,7 +250,7 @@ class FlightView(QWidget):
             # words that are wider than the panel.
             self._split.setSizes([self.width() - side, side])
 
-    def follow_settings(self) -> None:
+    def apply_settings(self) -> None:
         """Show layout and side panel as the settings have them."""
         self._panel_wish = None
         self._drawn.stop()
@@ -289,7 +289,7 @@ class FlightView(QWidget):
         """Show a layout by name."""
         picture = self._picture
         available = picture.available
-        if picture.settled:
+        if picture.channels_known:
             there = picture.present | picture.uncalibrated
             available = tuple(known for known in available if known in there)
         if name in SHIPPED_LAYOUT_NAMES:
@@ -338,7 +338,7 @@ class FlightView(QWidget):
         for name in picture.available:
             source = picture.sources.get(name)
             note = origin_note(source) if source is not None else ""
-            if picture.settled and name not in picture.present | picture.uncalibrated:
+            if picture.channels_known and name not in picture.present | picture.uncalibrated:
                 note = f"{note}, no samples" if note else "no samples"
             if note:
                 notes[name] = note
@@ -358,45 +358,45 @@ class FlightView(QWidget):
         if history is not None:
             self.charts.setFocus(Qt.FocusReason.OtherFocusReason)
 
-    def show_picture(self, picture: FlightViewState) -> None:
+    def show_state(self, picture: FlightViewState) -> None:
         """Show everything beside the samples; what did not change is left alone."""
         former, self._picture = self._picture, picture
         if picture.limits != former.limits or self._fresh_layout:
             self.charts.set_limits(picture.limits)
         if picture.sources != former.sources:
             self.charts.set_sources(picture.sources)
-        if picture.patience != former.patience:
-            self.charts.set_patience(picture.patience)
-        self.charts.set_empty(picture.empty)
+        if picture.stale_ages != former.stale_ages:
+            self.charts.set_stale_ages(picture.stale_ages)
+        self.charts.set_empty_text(picture.empty_text)
         self.charts.set_recording(picture.recording)
-        self.charts.set_newest("now" if picture.present_shown else "read up to")
+        self.charts.set_newest_text("now" if picture.present_shown else "read up to")
         self.charts.set_marks(picture.marks)
         self.charts.set_spans(picture.spans)
         self.charts.set_alarms(picture.alarms)
         if self._fresh_layout and picture.available:
             self._fresh_layout = False
             self.show_layout(self._layout_name or OVERVIEW_LAYOUT)
-        elif (picture.available, picture.present, picture.sources, picture.settled) != (
+        elif (picture.available, picture.present, picture.sources, picture.channels_known) != (
             former.available,
             former.present,
             former.sources,
-            former.settled,
+            former.channels_known,
         ):
             if self._layout_name in SHIPPED_LAYOUT_NAMES:
                 self.show_layout(self._layout_name)
             else:
                 self._show_channels()
-        self.marks.show_lines(picture.mark_lines)
-        self.alarms.say_empty(_no_alarms_text(picture.watched))
-        self.alarms.show_lines(picture.alarm_lines)
-        self.alarms.show_waiting(picture.waiting)
+        self.marks.show_rows(picture.mark_rows)
+        self.alarms.set_empty_text(_no_alarms_text(picture.monitored_fraction))
+        self.alarms.show_rows(picture.alarm_rows)
+        self.alarms.set_unacknowledged_count(picture.unacknowledged_count)
         replay = picture.replay
-        played = replay is None or (replay.time == replay.last and picture.watched == 1.0)
+        played = replay is None or (replay.time == replay.last and picture.monitored_fraction == 1.0)
         self.alarms.cues_note.setHidden(played)
-        self.messages.show_lines(picture.message_lines)
+        self.messages.show_rows(picture.message_rows)
         if picture.estimates is not former.estimates:
             self.estimates.show_rows(picture.estimates, picture.estimates_state)
-        place, words = _TAB_NAMES.index(_ALARMS), _alarms_tab_text(picture.waiting)
+        place, words = _TAB_NAMES.index(_ALARMS), _alarms_tab_text(picture.unacknowledged_count)
         if self.tabs.tabText(place) != words:
             self.tabs.setTabText(place, words)
         self._show_replay(picture)
@@ -441,7 +441,7 @@ class FlightView(QWidget):
             return
         cursors = self.charts.view.cursors
         names = self.charts.strip_layout.channels if cursors else ()
-        self.values.show_lines(
+        self.values.show_rows(
             build_cursor_value_rows(
                 self._history, names, cursors, self._look.units, self._picture.sources
             )

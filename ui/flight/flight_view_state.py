@@ -37,23 +37,23 @@ class FlightViewState:
         Those that had a sample so far.
     uncalibrated : frozenset of str
         Those that want a certificate and have none: volts, or nothing at all.
-    settled : bool
+    channels_known : bool
         Whether `present` can be trusted: every message had time to come.
     sources : mapping of str to OriginInfo
         Where each comes from.
     limits : mapping of str to ChannelLimits
         What is drawn behind the traces.
-    patience : mapping of str to float
+    stale_ages : mapping of str to float
         Age (s) at which the value of each is stale.
     marks : tuple of ChartMark
         On the time axis.
     spans : tuple of ChartSpan
         Maneuvers, and marks that last.
-    mark_lines, alarm_lines, message_lines : tuple of TableRow
+    mark_rows, alarm_rows, message_rows : tuple of TableRow
         For the panels.
     alarms : tuple of AlarmSpan
         On the time axis.
-    waiting : int
+    unacknowledged_count : int
         Alarms that nobody has acknowledged.
     estimates : tuple of EstimateRow
         Derivatives as they form.
@@ -63,38 +63,38 @@ class FlightViewState:
         None while live.
     now : float or None
         Flight time, s.
-    empty : str
+    empty_text : str
         What the charts say while there is no sample at all.
     recording : bool
         Whether the flight is being recorded.
     present_shown : bool
         Whether the newest sample is of now, or of the playhead: else the record is being read.
-    watched : float
+    monitored_fraction : float
         How much of the flight so far was looked through for alarms, 0 to 1.
     """
 
     available: tuple[str, ...] = ()
     present: frozenset[str] = frozenset()
     uncalibrated: frozenset[str] = frozenset()
-    settled: bool = False
+    channels_known: bool = False
     sources: Mapping[str, OriginInfo] = field(default_factory=dict)
     limits: Mapping[str, ChannelLimits] = field(default_factory=dict)
-    patience: Mapping[str, float] = field(default_factory=dict)
+    stale_ages: Mapping[str, float] = field(default_factory=dict)
     marks: tuple[ChartMark, ...] = ()
     spans: tuple[ChartSpan, ...] = ()
-    mark_lines: tuple[TableRow, ...] = ()
-    alarm_lines: tuple[TableRow, ...] = ()
-    message_lines: tuple[TableRow, ...] = ()
+    mark_rows: tuple[TableRow, ...] = ()
+    alarm_rows: tuple[TableRow, ...] = ()
+    message_rows: tuple[TableRow, ...] = ()
     alarms: tuple[AlarmSpan, ...] = ()
-    waiting: int = 0
+    unacknowledged_count: int = 0
     estimates: tuple[EstimateRow, ...] = ()
     estimates_state: str = ""
     replay: ReplayState | None = None
     now: float | None = None
-    empty: str = ""
+    empty_text: str = ""
     recording: bool = False
     present_shown: bool = True
-    watched: float = 1.0
+    monitored_fraction: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,14 +110,14 @@ class ChannelOrigin:
         ``measured``, ``estimated`` or ``derived``.
     calibrated : bool
         Whether what should have a certificate has one.
-    covered : mapping of str to (float, float)
+    calibrated_ranges : mapping of str to (float, float)
         What the instruments behind it were calibrated for, SI; beyond it their curves go on
         straight.
     """
 
     kind: str
     calibrated: bool
-    covered: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    calibrated_ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def origin_note(source: OriginInfo) -> str:

@@ -78,13 +78,13 @@ class FlightViewStateBuilder:
         self._count = 0
         self._first: float | None = None
 
-    def take(self, snapshot: SessionSnapshot, units: str) -> FlightViewState:
+    def build(self, snapshot: SessionSnapshot, units: str) -> FlightViewState:
         """Return what is beside the samples now."""
         session = self._session
         self._look_at_channels()
         if self._count % _MESSAGES_INTERVAL == 0:
             self._messages = build_message_rows(_to_messages(session.messages()))
-            self._patience = session.patience(self._available)
+            self._patience = session.stale_timeouts(self._available)
         if self._count % _ESTIMATES_INTERVAL == 0:
             self._look_at_estimates()
         self._look_at_alarms(snapshot, units)
@@ -93,21 +93,21 @@ class FlightViewStateBuilder:
         playhead = snapshot.playhead
         return FlightViewState(
             available=self._available,
-            present=frozenset(session.history.filled),
+            present=frozenset(session.history.channels_with_data),
             uncalibrated=frozenset(
                 name for name, source in self._sources.items() if not source.calibrated
             ),
-            settled=self._settled(snapshot),
+            channels_known=self._settled(snapshot),
             sources=self._sources,
             limits=self._limits,
-            patience=self._patience,
+            stale_ages=self._patience,
             marks=build_chart_marks(marks),
             spans=build_chart_spans(marks),
-            mark_lines=build_mark_rows(marks),
+            mark_rows=build_mark_rows(marks),
             alarms=self._alarm_spans,
-            alarm_lines=self._alarm_lines,
-            message_lines=self._messages,
-            waiting=snapshot.waiting,
+            alarm_rows=self._alarm_lines,
+            message_rows=self._messages,
+            unacknowledged_count=snapshot.unacknowledged_count,
             estimates=self._estimates,
             estimates_state=self._estimates_state,
             replay=None
@@ -121,18 +121,18 @@ class FlightViewStateBuilder:
                 complete=playhead.complete,
             ),
             now=snapshot.now,
-            empty=self._empty(snapshot),
+            empty_text=self._empty(snapshot),
             recording=session.recorder is not None,
-            present_shown=snapshot.present,
-            watched=snapshot.watched,
+            present_shown=snapshot.is_up_to_date,
+            monitored_fraction=snapshot.monitored_fraction,
         )
 
     def _empty(self, snapshot: SessionSnapshot) -> str:
         """Return what the charts say without a sample; more may come to a live flight alone."""
-        replay = self._session.replaying
+        replay = self._session.replay_feed
         if replay is not None:
             return "This flight holds no samples" if replay.complete else ""
-        heard = snapshot.link.words
+        heard = snapshot.link.state
         if snapshot.link.problem:
             return snapshot.link.problem
         if heard == "unreadable":
@@ -145,7 +145,7 @@ class FlightViewStateBuilder:
         log, playhead = self._session.alarm_log, snapshot.playhead
         last = snapshot.now if playhead is None else playhead.end
         # While one is active its duration grows: twice a second is quick enough to read.
-        grows = any(not one.over for one in self._alarms) and last is not None
+        grows = any(not one.is_over for one in self._alarms) and last is not None
         shown = (log.revision, units, round(2.0 * last) / 2.0 if grows and last else None)
         if shown == self._alarms_shown:
             return
@@ -160,7 +160,7 @@ class FlightViewStateBuilder:
             return
         fits = estimates.fits
         self._estimates = estimates.rows()
-        self._estimates_state = estimates.complaint or fit_status_text(
+        self._estimates_state = estimates.error_text or fit_status_text(
             len(estimates.result.results), fits.pending, fits.failures
         )
 
@@ -168,7 +168,7 @@ class FlightViewStateBuilder:
         if snapshot.playhead is not None:
             return snapshot.playhead.complete
         history = self._session.history
-        if history.end is None or not snapshot.present:
+        if history.end is None or not snapshot.is_up_to_date:
             return False
         self._first = history.end if self._first is None else self._first
         return history.end - self._first >= _CHANNEL_WAIT_SECONDS
@@ -208,7 +208,7 @@ def find_channel_origins(
     lacking = [name for name in uncalibrated_channels(sources) if name not in sources]
     return {
         **{
-            name: ChannelOrigin(each.kind, not each.uncalibrated, covered.get(name, {}))
+            name: ChannelOrigin(each.kind, not each.uncalibrated_channel, covered.get(name, {}))
             for name, each in sources.items()
         },
         **{name: ChannelOrigin("measured", False) for name in lacking},
@@ -234,21 +234,21 @@ def build_bar_facts(
     return StatusBarData(
         name=snapshot.name,
         time=snapshot.now,
-        stale=not replay and snapshot.link.words in _NO_DATA_STATES,
+        stale=not replay and snapshot.link.state in _NO_DATA_STATES,
         replay=replay,
         link=snapshot.link,
         recorder=None if replay else snapshot.recorder,
         disk=snapshot.disk,
         aircraft=snapshot.aircraft,
         calibration=str(len(snapshot.calibration)) if snapshot.calibration else "",
-        other_calibration=Path(session.calibration.given).name,
+        other_calibration=Path(session.calibration.override_source).name,
         calibration_status=snapshot.calibration_status,
         alarms=AlarmSummary(
             sentences=tuple(format_alarm(alarm, units) for alarm in waiting),
             severe=any(alarm.severity is Severity.WARNING for alarm in waiting),
-            standing=len(snapshot.alarms),
+            active=len(snapshot.alarms),
         ),
         muted=muted,
-        read=1.0 if snapshot.present else snapshot.progress,
-        watched=snapshot.watched,
+        read_share=1.0 if snapshot.is_up_to_date else snapshot.progress,
+        monitored_share=snapshot.monitored_fraction,
     )

@@ -27,7 +27,7 @@ class LayoutStore:
 
     Attributes
     ----------
-    complaints : tuple of str
+    read_errors : tuple of str
         What is wrong with files that could not be read; these are left alone.
     """
 
@@ -49,7 +49,7 @@ class LayoutStore:
                 complaints.append(f"The layout {path.name} could not be read: {error.problems[0]}.")
             else:
                 self._layouts[layout.name] = (path, layout)
-        self.complaints = tuple(complaints)
+        self.read_errors = tuple(complaints)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -55,7 +55,7 @@ def build_mark_rows(marks: Sequence[FlightMark]) -> tuple[TableRow, ...]:
         TableRow(
             key=mark.id,
             cells=(clock_text(mark.time, decimals=1), mark_title(mark, number)),
-            strong=mark.kind == "note",
+            is_bold=mark.kind == "note",
         )
         for number, mark in enumerate(marks, start=1)
     )
@@ -81,7 +81,7 @@ def build_chart_spans(marks: Sequence[FlightMark]) -> tuple[ChartSpan, ...]:
 
 def format_alarm(alarm: Alarm, units: str) -> str:
     """Return an alarm in words, units as they are shown everywhere else."""
-    words = alarm.sentence(units)
+    words = alarm.message_text(units)
     if alarm.rule is not None:
         # Only numbers with units are rewritten; the other sentences are plain words.
         words = _MINUS_SIGN.sub("\N{MINUS SIGN}", unit_text(words))
@@ -92,8 +92,8 @@ def format_alarm(alarm: Alarm, units: str) -> str:
 def spoken_alarm_text(alarm: Alarm) -> str:
     """Return an alarm in a few words for the ear: what, which side, what it means; no numbers."""
     if alarm.rule is None:
-        return alarm.words
-    meaning = alarm.rule.words(alarm.severity)
+        return alarm.message
+    meaning = alarm.rule.describe(alarm.severity)
     head = f"{channel(alarm.rule.channel).title} {alarm.rule.side}"
     return f"{head}, {meaning}" if meaning else head
 
@@ -117,10 +117,10 @@ def build_alarm_rows(
     found = []
     for one in episodes:
         seconds = None
-        stop = one.end if one.over else last
+        stop = one.end if one.is_over else last
         if one.onset is not None and stop is not None:
             seconds = max(stop - one.onset, 0.0)
-        still = "" if one.over else ("\nactive" if live else "\nto end")
+        still = "" if one.is_over else ("\nactive" if live else "\nto end")
         seen = one.acknowledgment
         what, sign = _alarm_cause_text(one), _SEVERITY_SYMBOLS.get(one.severity, "")
         found.append(
@@ -135,7 +135,7 @@ def build_alarm_rows(
                     if seen is None
                     else f"{clock_text(seen.time, decimals=1)}\n{seen.by or 'crew'}",
                 ),
-                order=(
+                sort_values=(
                     one.onset,
                     what,
                     one.value,
@@ -143,7 +143,7 @@ def build_alarm_rows(
                     None if seen is None else seen.time,
                 ),
                 state=_SEVERITY_STATES[one.severity],
-                strong=seen is None,
+                is_bold=seen is None,
                 colored=frozenset({1}),
             )
         )
@@ -173,7 +173,7 @@ def build_chart_alarms(episodes: Iterable[AlarmEpisode]) -> tuple[AlarmSpan, ...
         AlarmSpan(
             start=one.onset,
             # Of what is over since nobody knows when, the onset alone is known.
-            stop=one.onset if one.over and one.end is None else one.end,
+            stop=one.onset if one.is_over and one.end is None else one.end,
             state="warning" if one.severity is Severity.WARNING else "caution",
             channel="" if one.rule is None else one.rule.channel,
         )

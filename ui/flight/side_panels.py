@@ -81,13 +81,13 @@ class ListPanel(QWidget):
             button.setEnabled(chosen)
             button.setToolTip(name if chosen else why)
 
-    def show_lines(self, lines: Sequence[TableRow]) -> None:
+    def show_rows(self, lines: Sequence[TableRow]) -> None:
         """Show the lines, or the sentence if there are none."""
-        self.view.lines.show(lines)
+        self.view.lines.set_rows(lines)
         self._pile.setCurrentIndex(1 if lines else 0)
         self.setFocusProxy(self.view if lines else None)
 
-    def say_empty(self, text: str) -> None:
+    def set_empty_text(self, text: str) -> None:
         """Change the sentence."""
         self._empty.setText(text)
 
@@ -133,7 +133,7 @@ class MarksPanel(ListPanel):
 
     Attributes
     ----------
-    jumped : Signal(object)
+    jump_requested : Signal(object)
         Key of a mark to go to.
     edited : Signal(object, str)
         Key of a mark and its new text.
@@ -143,7 +143,7 @@ class MarksPanel(ListPanel):
         A text was typed, or left as it was.
     """
 
-    jumped = Signal(object)
+    jump_requested = Signal(object)
     edited = Signal(object, str)
     deleted = Signal(object)
     edit_ended = Signal()
@@ -155,10 +155,10 @@ class MarksPanel(ListPanel):
             view, look, "No marks yet. M marks this moment, N also asks for a few words."
         )
         model.edited.connect(self.edited)
-        view.opened.connect(self.jumped)
+        view.opened.connect(self.jump_requested)
         view.itemDelegate().closeEditor.connect(lambda *_: self.edit_ended.emit())
         go = self.add_button("Go to", "Go to the chosen mark (Enter)", _NO_MARK_TEXT)
-        go.clicked.connect(lambda: self._with_current(self.jumped.emit))
+        go.clicked.connect(lambda: self._with_current(self.jump_requested.emit))
         edit = self.add_button("Edit text", "Edit the text of the chosen mark", _NO_MARK_TEXT)
         edit.clicked.connect(lambda: self._with_current(self.begin_edit))
         tip = f"Delete the chosen mark (Delete); {shortcut_text('Ctrl+Z')} brings it back"
@@ -173,7 +173,7 @@ class MarksPanel(ListPanel):
 
     def begin_edit(self, key: object) -> None:
         """Let the user type the text of a mark."""
-        self.view.edit_key(key, 1)
+        self.view.edit_row(key, 1)
 
 
 class AlarmsPanel(ListPanel):
@@ -183,12 +183,12 @@ class AlarmsPanel(ListPanel):
     ----------
     acknowledged : Signal
         The user has seen them.
-    jumped : Signal(object)
+    jump_requested : Signal(object)
         Key of an alarm to go to.
     """
 
     acknowledged = Signal()
-    jumped = Signal(object)
+    jump_requested = Signal(object)
 
     def __init__(self, look: DisplayStyle) -> None:
         titles = ("Start", "Alarm", "Value", "Duration", "Ack.")
@@ -203,14 +203,14 @@ class AlarmsPanel(ListPanel):
         self.cues_note.setContentsMargins(8, 8, 8, 4)
         self.cues_note.hide()
         self.head.addWidget(self.cues_note)
-        view.opened.connect(self.jumped)
+        view.opened.connect(self.jump_requested)
         self._acknowledge = self.add_button("Acknowledge (K)", "")
         self._acknowledge.clicked.connect(self.acknowledged)
-        self.show_waiting(0)
+        self.set_unacknowledged_count(0)
         go = self.add_button("Go to", "Go to the chosen alarm (Enter)", "Choose an alarm first")
         go.clicked.connect(self._go)
 
-    def show_waiting(self, count: int) -> None:
+    def set_unacknowledged_count(self, count: int) -> None:
         """Gray the button where no alarm waits to be acknowledged."""
         self._acknowledge.setEnabled(count > 0)
         self._acknowledge.setToolTip(
@@ -220,13 +220,13 @@ class AlarmsPanel(ListPanel):
     def _go(self) -> None:
         key = self.view.current_key()
         if key is not None:
-            self.jumped.emit(key)
+            self.jump_requested.emit(key)
 
 
 class MessagesPanel(ListPanel):
     """What the aircraft said, newest first."""
 
-    jumped = Signal(object)
+    jump_requested = Signal(object)
 
     def __init__(self, look: DisplayStyle) -> None:
         model = TableRowModel(look, ("Time", "Message"), right=frozenset({0}))
@@ -234,5 +234,5 @@ class MessagesPanel(ListPanel):
             model, look, "Messages of the aircraft", stretch=1, widths={0: WIDEST_TIME_TEXT}
         )
         super().__init__(view, look, "The aircraft has sent no messages.")
-        view.opened.connect(self.jumped)
-        view.menu.add_command("Go to", lambda: self.jumped.emit(view.current_key()))
+        view.opened.connect(self.jump_requested)
+        view.menu.add_command("Go to", lambda: self.jump_requested.emit(view.current_key()))

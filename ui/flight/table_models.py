@@ -53,26 +53,26 @@ class TableRow:
         Texts of the columns.
     state : str
         Colors the cells of `colored`; the words in them say it too.
-    strong, italic : bool
+    is_bold, italic : bool
         Type of the whole line.
     detail : str
         Tool tip.
-    order : tuple
+    sort_values : tuple
         What the columns are sorted by, in place of their texts; None comes first.
     """
 
     key: object
     cells: tuple[str, ...]
     state: IndicatorState = "plain"
-    strong: bool = False
+    is_bold: bool = False
     italic: bool = False
     detail: str = ""
     colored: frozenset[int] = field(default_factory=frozenset)
-    order: tuple[float | str | None, ...] = ()
+    sort_values: tuple[float | str | None, ...] = ()
 
     def sort_key(self, column: int) -> tuple[bool, float | str]:
         """Return what a column is sorted by."""
-        value = self.order[column] if self.order else self.cells[column]
+        value = self.sort_values[column] if self.sort_values else self.cells[column]
         return (False, "") if value is None else (True, value)
 
 
@@ -121,9 +121,9 @@ class TableRowModel(QAbstractTableModel):
     def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
         """Sort by a column from now on, as its title was pressed."""
         self._sorted_by = (column, order == Qt.SortOrder.DescendingOrder)
-        self.show(self.lines)
+        self.set_rows(self.lines)
 
-    def show(self, lines: Sequence[TableRow]) -> None:
+    def set_rows(self, lines: Sequence[TableRow]) -> None:
         """Show other lines; only what changed is painted again."""
         new, old = tuple(lines), self.lines
         if self._sorted_by is not None:
@@ -189,7 +189,7 @@ class TableRowModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return self._alignment(column)
         if role == Qt.ItemDataRole.FontRole:
-            return self._look.font("body", strong=line.strong, italic=line.italic)
+            return self._look.font("body", strong=line.is_bold, italic=line.italic)
         if role == Qt.ItemDataRole.ForegroundRole and column in line.colored:
             return QColor(self._look.state_color(line.state))
         return None
@@ -401,7 +401,7 @@ class TableRowView(QTableView):
         index = self.currentIndex()
         return self.lines.lines[index.row()].key if index.isValid() else None
 
-    def edit_key(self, key: object, column: int) -> None:
+    def edit_row(self, key: object, column: int) -> None:
         """Begin to edit the text of a line."""
         for row, line in enumerate(self.lines.lines):
             if line.key == key:
@@ -412,14 +412,14 @@ class TableRowView(QTableView):
                 return
 
     @property
-    def typing(self) -> bool:
+    def is_editing(self) -> bool:
         """Return whether somebody types into a cell."""
         return self.state() == QAbstractItemView.State.EditingState
 
     def finish_edit(self) -> None:
         """Take what was typed so far, as Enter does."""
         editor = self.viewport().findChild(QLineEdit)
-        if self.typing and editor is not None:
+        if self.is_editing and editor is not None:
             delegate = self.itemDelegate()
             delegate.commitData.emit(editor)
             delegate.closeEditor.emit(editor, QAbstractItemDelegate.EndEditHint.NoHint)
@@ -444,7 +444,7 @@ class TableRowView(QTableView):
             int(Qt.Key.Key_Delete): self.deleted.emit,
         }
         # Enter ends the typing in a cell and comes by here, too: then it opens nothing.
-        if key is not None and event.key() in acts and not self.typing:
+        if key is not None and event.key() in acts and not self.is_editing:
             acts[event.key()](key)
         else:
             super().keyPressEvent(event)

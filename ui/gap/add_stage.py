@@ -82,7 +82,7 @@ class AddStage(StageView):
         (self.effects if self.effects.lines.lines else self.buttons["gap_force"]).setFocus()
 
     @property
-    def chosen(self) -> str:
+    def selected_effect(self) -> str:
         """Return the effect the keyboard is on; empty for none."""
         return str(self.effects.current_key() or "")
 
@@ -92,21 +92,21 @@ class AddStage(StageView):
         if answer is None:
             return
         states = list_effect_statuses(answer, step)
-        former = self.chosen
-        self.effects.show_lines(build_effect_status_rows(states))
+        former = self.selected_effect
+        self.effects.show_rows(build_effect_status_rows(states))
         ids = [one.effect for one in states]
         if ids and former not in ids:
-            self.effects.choose(ids[min(step, len(ids) - 1)])
+            self.effects.select_row(ids[min(step, len(ids) - 1)])
         self.effects.setVisible(bool(states))
         last = step == len(answer.discrepancy.steps) - 1
         self.none.setVisible(last)
         self.none.setText(
             "Every proven effect is in the model. Force another to try what it would do."
-            if any(one.place for one in states)
+            if any(one.step for one in states)
             else "No effect is proven. Force one to try what it would do."
         )
         values = build_changed_value_rows(answer)
-        self.values.show_lines(values)
+        self.values.show_rows(values)
         self.values.setVisible(bool(values))
         self.values_heading.setVisible(bool(values))
         gust = answer.discrepancy.disturbance.get("gust")
@@ -119,11 +119,11 @@ class AddStage(StageView):
         self._show_effect()
 
     def _show_effect(self) -> None:
-        answer, effect = self.answer, self.chosen
+        answer, effect = self.answer, self.selected_effect
         if answer is None:
             return
         found = next((one for one in answer.discrepancy.effects if one.effect == effect), None)
-        note = answer.notes.get(effect)
+        note = answer.effect_infos.get(effect)
         self.title.setText(answer.title(effect) if effect else "")
         equation = found.equation if found else note.equation if note else ""
         self.equation.setText(equation)

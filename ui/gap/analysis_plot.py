@@ -89,8 +89,8 @@ class PlotBand:
     low: float
     high: float
     name: str = ""
-    across: bool = True
-    wanted: bool = False
+    is_horizontal: bool = True
+    is_target: bool = False
 
 
 class LegendSymbol(QWidget):
@@ -142,11 +142,11 @@ def curve_pen(look: DisplayStyle, curve: PlotCurve) -> QPen:
 
 def band_color(look: DisplayStyle, band: PlotBand) -> QColor:
     """Return the fill of a band: the noise floor lies across, a stretch of interest upright."""
-    if band.wanted:
+    if band.is_target:
         color = look.color("target")
         color.setAlphaF(_TARGET_ALPHA)
         return color
-    return look.color("chosen" if band.across else "event")
+    return look.color("chosen" if band.is_horizontal else "event")
 
 
 class PlotLegend(QWidget):
@@ -214,7 +214,7 @@ class AnalysisPlot(QFrame):
         self.plot = _PlotArea(look, name)
         column.addWidget(self.plot, 1)
         self.setFocusProxy(self.plot)
-        self.menu = FigureMenu(self.plot, self._file, self._content, self.plot.fit)
+        self.menu = FigureMenu(self.plot, self._file, self._content, self.plot.fit_view)
         look.changed.connect(self._restyle)
         self._restyle()
 
@@ -244,7 +244,7 @@ class AnalysisPlot(QFrame):
         self.title.setText(title)
         self.plot.setAccessibleDescription(words or title)
         self._redraw()
-        self.plot.fit()
+        self.plot.fit_view()
 
     def _file(self) -> Path:
         return Path.home() / f"{sanitize_file_name(self.title.text()) or 'chart'}.png"
@@ -374,13 +374,13 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
                 continue
             region = pyqtgraph.LinearRegionItem(
                 (band.low, band.high),
-                orientation="horizontal" if band.across else "vertical",
+                orientation="horizontal" if band.is_horizontal else "vertical",
                 movable=False,
                 brush=band_color(look, band),
                 pen=pyqtgraph.mkPen(look.color("span_edge"), width=1),
             )
-            region.setZValue(-20 if band.across else -30)
-            item.addItem(region, ignoreBounds=not band.across)
+            region.setZValue(-20 if band.is_horizontal else -30)
+            item.addItem(region, ignoreBounds=not band.is_horizontal)
         for curve in curves:
             item.addItem(self._made(curve))
         style = {"color": look.color("text").name(), "font-size": f"{look.sizes.label}px"}
@@ -417,7 +417,7 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
             curve.x, curve.y, pen=curve_pen(look, curve), connect="finite", antialias=True
         )
 
-    def fit(self) -> None:
+    def fit_view(self) -> None:
         """Show everything."""
         item = self.getPlotItem()
         item.enableAutoRange(x=False, y=True)
@@ -439,7 +439,7 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
             middle, half = (low + high) / 2, zooms[key] * span / 2
             box.setXRange(middle - half, middle + half, padding=0)
         elif key == Qt.Key.Key_Home:
-            self.fit()
+            self.fit_view()
         else:
             event.ignore()
 
@@ -460,7 +460,7 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         """Show everything."""
-        self.fit()
+        self.fit_view()
         event.accept()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
@@ -480,7 +480,7 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
         box = self.getPlotItem().getViewBox()
         return QRectF(self.mapFromScene(box.sceneBoundingRect()).boundingRect())
 
-    def words_at(self, point: QPointF) -> str:
+    def text_at(self, point: QPointF) -> str:
         """Return the values of the curves at a pixel; of the axes where there are only points."""
         box = self.getPlotItem().getViewBox()
         at = box.mapSceneToView(self.mapToScene(point.toPoint()))
@@ -506,7 +506,7 @@ class _PlotArea(ArrowKeyNavigation, pyqtgraph.PlotWidget):
         held = QApplication.mouseButtons() != Qt.MouseButton.NoButton
         if self.pointer is not None and area.contains(self.pointer) and not held:
             painter = QPainter(self.viewport())
-            paint_readout(painter, area, self.pointer, self.words_at(self.pointer), self._look)
+            paint_readout(painter, area, self.pointer, self.text_at(self.pointer), self._look)
             painter.end()
         if self.hasFocus():
             painter = QPainter(self.viewport())

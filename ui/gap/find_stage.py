@@ -57,12 +57,12 @@ class FindStage(StageView):
         pair.right.addWidget(self.variable, 0, Qt.AlignmentFlag.AlignLeft)
         self.cloud = AnalysisPlot(look, "Missing coefficient against the region")
         pair.right.addWidget(self.cloud, 1)
-        self.map.chosen.connect(self._cell)
+        self.map.cell_selected.connect(self._cell)
         self.lines.opened.connect(self._open)
         self.lines.selectionModel().currentChanged.connect(self._line)
         self.lines.lines.modelReset.connect(lambda: self.detail.setText(""))
         self.variable.box.currentIndexChanged.connect(
-            lambda _index: self.selected.emit(replace(self.selection, variable=self.variable.value))
+            lambda _index: self.selection_requested.emit(replace(self.selection, variable=self.variable.current_key))
         )
 
     def begin(self) -> None:
@@ -80,7 +80,7 @@ class FindStage(StageView):
             selection.coefficient,
         )
         lines = build_disagreement_rows(answer, self.look.units)
-        self.lines.show_lines(lines)
+        self.lines.show_rows(lines)
         self.lines.setVisible(bool(lines))
         instruments = list_instrument_texts(answer)
         sentences = [] if lines else ["None: what remains is noise in every maneuver."]
@@ -90,7 +90,7 @@ class FindStage(StageView):
         view = find_maneuver_view(answer, selection.maneuver)
         if view is not None:
             choices = [(name, channel_text(name)) for name in list_plot_variables(view)]
-            self.variable.show_choices(choices, selection.variable)
+            self.variable.set_choices(choices, selection.variable)
         self._draw_trace()
         self._draw_cloud()
 
@@ -101,12 +101,12 @@ class FindStage(StageView):
         if picture is None:
             return
         curves = []
-        if picture.former is not None:
+        if picture.baseline is not None:
             curves.append(
-                PlotCurve(x=picture.times, y=picture.former, color="previous", name="baseline",
+                PlotCurve(x=picture.times, y=picture.baseline, color="previous", name="baseline",
                       dashed=True)
             )  # fmt: skip
-        name = "missing now" if picture.former is not None else "missing"
+        name = "missing now" if picture.baseline is not None else "missing"
         curves.append(
             PlotCurve(
                 x=picture.times, y=picture.missing, name=name,
@@ -115,7 +115,7 @@ class FindStage(StageView):
         )  # fmt: skip
         bands = [PlotBand(low=-picture.floor, high=picture.floor, name="noise floor")]
         bands += [
-            PlotBand(low=low, high=high, name="" if place else "proven", across=False)
+            PlotBand(low=low, high=high, name="" if place else "proven", is_horizontal=False)
             for place, (low, high) in enumerate(picture.spans)
         ]
         ratio = next(
@@ -155,14 +155,14 @@ class FindStage(StageView):
         here = f"maneuver {self.selection.maneuver}"
         curves.append(
             PlotCurve(
-                x=picture.here[0], y=picture.here[1], name=here, points=True,
+                x=picture.selected[0], y=picture.selected[1], name=here, points=True,
                 color=trace_color(self.selection.coefficient),
             )
         )  # fmt: skip
         bands = [PlotBand(low=-picture.floor, high=picture.floor)]
         if picture.region is not None:
             low, high = picture.region
-            bands.append(PlotBand(low=low, high=high, name="most here", across=False))
+            bands.append(PlotBand(low=low, high=high, name="most here", is_horizontal=False))
         unit = f", {picture.unit}" if picture.unit else ""
         self.cloud.draw(
             curves,
@@ -174,7 +174,7 @@ class FindStage(StageView):
         )
 
     def _cell(self, maneuver: str, coefficient: str) -> None:
-        self.selected.emit(replace(self.selection, maneuver=maneuver, coefficient=coefficient))
+        self.selection_requested.emit(replace(self.selection, maneuver=maneuver, coefficient=coefficient))
 
     def _line(self) -> None:
         key = self.lines.current_key()
@@ -193,4 +193,4 @@ class FindStage(StageView):
             wish = replace(wish, coefficient=one.coefficient)
         if one.region is not None:
             wish = replace(wish, variable=one.region.variable)
-        self.selected.emit(wish)
+        self.selection_requested.emit(wish)

@@ -54,7 +54,7 @@ class ForceEffectDialog(FormDialog):
         self.note = FieldMessage()
         for one in choices:
             item = QListWidgetItem(f"{one.title}   ({one.effect})")
-            item.setToolTip(f"{item.text()}\n{one.why}".strip())
+            item.setToolTip(f"{item.text()}\n{one.reason}".strip())
             item.setData(Qt.ItemDataRole.UserRole, one)
             self.listed.addItem(item)
         holder = QWidget()
@@ -69,7 +69,7 @@ class ForceEffectDialog(FormDialog):
         self.listed.itemDoubleClicked.connect(lambda _item: self.accept())
         self.listed.setCurrentRow(0)
         self._judge()
-        self.fit()
+        self.fit_to_content()
 
     def _narrow(self, words: str) -> None:
         wanted = words.lower().split()
@@ -86,15 +86,15 @@ class ForceEffectDialog(FormDialog):
         self._judge()
 
     def _judge(self) -> None:
-        chosen = self.chosen
+        chosen = self.selected_effect
         self.button.setEnabled(chosen is not None)
         if chosen is None:
-            self.note.say("No effect is called that.", "warning")
+            self.note.set_message("No effect is called that.", "warning")
         else:
-            self.note.say(chosen.why or "It did not compete here.")
+            self.note.set_message(chosen.reason or "It did not compete here.")
 
     @property
-    def chosen(self) -> ForceableEffect | None:
+    def selected_effect(self) -> ForceableEffect | None:
         """Return the effect chosen; None while nothing fits the words."""
         item = self.listed.currentItem()
         if item is None or item.isHidden():

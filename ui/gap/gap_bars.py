@@ -119,7 +119,7 @@ class MisfitWaterfall(_PaintedWidget):
         super().__init__(look, "Misfit over the steps")
         self._falls: tuple[WaterfallStep, ...] = ()
 
-    def show_falls(self, falls: Sequence[WaterfallStep]) -> None:
+    def show_steps(self, falls: Sequence[WaterfallStep]) -> None:
         """Show other steps."""
         self._falls = tuple(falls)
         words = "; ".join(

@@ -57,13 +57,13 @@ class GapPage(QWidget):
 
     Attributes
     ----------
-    wanted : Signal
+    show_requested : Signal
         The user wants to see this place.
     changed : Signal
         Other commands are of use now.
     """
 
-    wanted = Signal()
+    show_requested = Signal()
     changed = Signal()
 
     def __init__(
@@ -108,20 +108,20 @@ class GapPage(QWidget):
     def handlers(self) -> Mapping[str, Callable[[], object]]:
         """Return what the commands of this place do."""
         chapters = {
-            f"gap_{chapter.id}": lambda name=chapter.id: self._in_story(lambda s: s.go(name))
+            f"gap_{chapter.id}": lambda name=chapter.id: self._in_story(lambda s: s.go_to_stage(name))
             for chapter in GAP_STAGES
         }
         return {
             **chapters,
-            "gap_search": self.begin_search,
+            "gap_search": self.show_setup,
             "gap_cancel": self.cancel,
-            "gap_step_back": lambda: self._in_story(lambda s: s.step(-1)),
-            "gap_step_on": lambda: self._in_story(lambda s: s.step(1)),
+            "gap_step_back": lambda: self._in_story(lambda s: s.move_step(-1)),
+            "gap_step_on": lambda: self._in_story(lambda s: s.move_step(1)),
             "gap_previous_maneuver": lambda: self._in_story(lambda s: s.next_maneuver(-1)),
             "gap_next_maneuver": lambda: self._in_story(lambda s: s.next_maneuver(1)),
-            "gap_accept": lambda: self._in_story(lambda s: s.step(1)),
-            "gap_refuse": self.refuse,
-            "gap_force": self.force,
+            "gap_accept": lambda: self._in_story(lambda s: s.move_step(1)),
+            "gap_refuse": self.refuse_effect,
+            "gap_force": self.force_effect,
             "gap_redo": self.search.redo,
             "gap_save": self.save_model,
             "gap_report": self.write_report,
@@ -132,7 +132,7 @@ class GapPage(QWidget):
             act(self.story)
 
     @property
-    def shown(self) -> bool:
+    def is_result_shown(self) -> bool:
         """Return whether an answer is on screen, so that its keys are meant."""
         return (
             self.isVisible() and self.story is not None and self.pages.currentWidget() is self.story
@@ -141,14 +141,14 @@ class GapPage(QWidget):
     @property
     def busy(self) -> bool:
         """Return whether something runs."""
-        return self.search.running or (self._trial is not None and self._trial.running)
+        return self.search.running or (self._trial is not None and self._trial.is_running)
 
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
         """Return what commands may act on."""
         found: list[CommandRequirement] = ["search"] if self.busy else []
         story = self.story
-        if story is None or not self.shown:
+        if story is None or not self.is_result_shown:
             return tuple(found)
         found.append("gap")
         if story.can_accept:
@@ -172,7 +172,7 @@ class GapPage(QWidget):
         """Make the first page when it is needed; the strip tells of a search from here on."""
         super().showEvent(event)
         self._setup_page()
-        self._banner.seen()
+        self._banner.clear()
         self.changed.emit()
 
     def hideEvent(self, event: QHideEvent) -> None:
@@ -187,11 +187,11 @@ class GapPage(QWidget):
             from ui.gap.search_setup_page import SearchSetupPage
 
             self.setup = SearchSetupPage(self._look, self._store)
-            self.setup.asked.connect(self.search.search)
-            self.setup.trial_asked.connect(self.try_it)
-            self.setup.left.connect(self._show_story)
-            self.setup.command.connect(lambda name: self._actions[name].trigger())
-            self.setup.show_open(self._open)
+            self.setup.search_requested.connect(self.search.search)
+            self.setup.virtual_flight_requested.connect(self.fly_virtual_flight)
+            self.setup.back_requested.connect(self._show_story)
+            self.setup.command_requested.connect(lambda name: self._actions[name].trigger())
+            self.setup.set_open_flight(self._open)
             self.pages.addWidget(self.setup)
         return self.setup
 
@@ -200,15 +200,15 @@ class GapPage(QWidget):
             from ui.gap.gap_result_view import GapResultView
 
             self.story = GapResultView(self._actions, self._look, self._store)
-            self.story.stepped.connect(self.changed)
+            self.story.step_changed.connect(self.changed)
             self.pages.addWidget(self.story)
         return self.story
 
-    def show_open(self, path: Path | None) -> None:
+    def set_open_flight(self, path: Path | None) -> None:
         """Say which flight is open in the window."""
         self._open = path
         if self.setup is not None:
-            self.setup.show_open(path)
+            self.setup.set_open_flight(path)
 
     def begin(self) -> None:
         """Put the keyboard where one goes on."""
@@ -218,20 +218,20 @@ class GapPage(QWidget):
         elif self.story is not None and page is self.story:
             self.story.begin()
 
-    def begin_search(self) -> None:
+    def show_setup(self) -> None:
         """Ask what to search; the answer there is stays."""
-        self.wanted.emit()
+        self.show_requested.emit()
         page = self._setup_page()
         page.show_state(busy=self.busy, answered=self.search.answer is not None)
         self.pages.setCurrentWidget(page)
         page.begin()
         self.changed.emit()
 
-    def add(self, flights: Sequence[Path]) -> None:
+    def add_flights(self, flights: Sequence[Path]) -> None:
         """List flights to search, too, beside what there is to ask."""
-        self.begin_search()
+        self.show_setup()
         for path in flights:
-            self._setup_page().add(path)
+            self._setup_page().add_flight(path)
 
     def _show_story(self) -> None:
         if self.story is not None and self.search.answer is not None:
@@ -262,12 +262,12 @@ class GapPage(QWidget):
         self.changed.emit()
 
     def _told(self, share: float | None, words: str) -> None:
-        self.strip.tell(share, words)
-        self._banner.tell(share, words)
+        self.strip.set_progress(share, words)
+        self._banner.set_progress(share, words)
 
     def _ended(self, how: str) -> None:
         self.strip.hide()
-        self._banner.drop()
+        self._banner.remove()
         if self.setup is not None:
             self.setup.show_state(busy=False, answered=self.search.answer is not None)
         if how == "cancelled":
@@ -279,14 +279,14 @@ class GapPage(QWidget):
         if answer is None:
             return
         story = self._story_page()
-        story.show_answer(answer)
+        story.show_result(answer)
         had_focus = self.isVisible()
         self.pages.setCurrentWidget(story)
         if had_focus:
             story.begin()
         else:
             words = answer.discrepancy.why or "The search has ended."
-            self._banner.show_end(words, "Look (F5)", self.wanted.emit)
+            self._banner.show_result(words, "Look (F5)", self.show_requested.emit)
         self.changed.emit()
 
     def cancel(self) -> None:
@@ -296,7 +296,7 @@ class GapPage(QWidget):
             self._trial.cancel()
 
     @property
-    def unfinished(self) -> tuple[str, ...]:
+    def unfinished_work_title(self) -> tuple[str, ...]:
         """Return the title of the work that is not done, if there is one."""
         return (self.search.title,) if self.search.running else ()
 
@@ -306,7 +306,7 @@ class GapPage(QWidget):
             self._trial.cancel()
         self.search.close()
 
-    def try_it(self) -> None:
+    def fly_virtual_flight(self) -> None:
         """Let the virtual aircraft fly with a hidden effect, and search that flight."""
         if self.busy:
             return
@@ -325,7 +325,7 @@ class GapPage(QWidget):
         self._trial = work
         work.progressed.connect(self._told)
         work.done.connect(self._flown)
-        work.cancelled.connect(lambda: self._ended("stopped"))
+        work.canceled.connect(lambda: self._ended("stopped"))
         work.failed.connect(self._trial_failed)
         work.start()
         self._began(work.title)
@@ -334,7 +334,7 @@ class GapPage(QWidget):
         from ui.gap.virtual_flight_simulation import BASELINE_MODEL, SIMULATED_AIRCRAFT
 
         self._ended("flown")
-        self._setup_page().take(folder, SIMULATED_AIRCRAFT, BASELINE_MODEL)
+        self._setup_page().set_flight(folder, SIMULATED_AIRCRAFT, BASELINE_MODEL)
 
     def _trial_failed(self, error: BaseException) -> None:
         self._ended("failed")
@@ -342,7 +342,7 @@ class GapPage(QWidget):
 
     # Decisions
 
-    def refuse(self) -> None:
+    def refuse_effect(self) -> None:
         """Search again without the effect that is looked at."""
         answer = self.search.answer
         if self.story is None or answer is None:
@@ -351,7 +351,7 @@ class GapPage(QWidget):
         if effect:
             self.search.refuse(effect, answer.title(effect))
 
-    def force(self) -> None:
+    def force_effect(self) -> None:
         """Ask for an effect and search again with it in the model."""
         answer = self.search.answer
         if self.story is None or answer is None:
@@ -361,8 +361,8 @@ class GapPage(QWidget):
 
         choices = list_forceable_effects(answer, self.story.selection.step)
         dialog = ForceEffectDialog(self._look, choices, self)
-        if dialog.exec() and dialog.chosen is not None:
-            self.search.force(dialog.chosen.effect, dialog.chosen.title)
+        if dialog.exec() and dialog.selected_effect is not None:
+            self.search.force(dialog.selected_effect.effect, dialog.selected_effect.title)
 
     # Files
 

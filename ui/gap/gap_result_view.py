@@ -103,11 +103,11 @@ class GapResultView(QScrollArea):
 
     Attributes
     ----------
-    stepped : Signal
+    step_changed : Signal
         Another model or effect is looked at: other commands may be of use.
     """
 
-    stepped = Signal()
+    step_changed = Signal()
 
     def __init__(
         self, actions: Mapping[str, QAction], look: DisplayStyle, store: SettingsStore
@@ -175,8 +175,8 @@ class GapResultView(QScrollArea):
             key = shortcut_text(action.shortcut().toString())
             button.setAccessibleName(f"Step {number}, {chapter.title}: {chapter.question}")
             button.setToolTip(f"{chapter.question} ({key})")
-            button.clicked.connect(lambda _checked=False, name=chapter.id: self.go(name))
-            self._group.add(button)
+            button.clicked.connect(lambda _checked=False, name=chapter.id: self.go_to_stage(name))
+            self._group.add_button(button)
             row.addWidget(button)
             self.buttons[chapter.id] = button
         self._way_box.addWidget(chapters)
@@ -199,7 +199,7 @@ class GapResultView(QScrollArea):
             }
             view = kinds[name]()
             view.setAccessibleName(name)
-            view.selected.connect(self._choose)
+            view.selection_requested.connect(self._choose)
             view.hide()
             self._column.addWidget(view, 1)
             self.chapters[name] = view
@@ -214,7 +214,7 @@ class GapResultView(QScrollArea):
 
     # What is shown
 
-    def show_answer(self, answer: SearchResult) -> None:
+    def show_result(self, answer: SearchResult) -> None:
         """Show an answer; what was looked at stays where a former one was of the same flights."""
         former = self.answer
         self.answer = answer
@@ -228,9 +228,9 @@ class GapResultView(QScrollArea):
             self._moved = self._chose = self._tuned = False
         self._tell()
         if self.chapter and former is not None and former.request == answer.request:
-            self.select(self.selection)
+            self.set_selection(self.selection)
         else:
-            self.go("find", focus=False)
+            self.go_to_stage("find", focus=False)
 
     def _tell(self) -> None:
         answer = self.answer
@@ -239,7 +239,7 @@ class GapResultView(QScrollArea):
         self.verdict.setText(verdict_text(answer))
         self._sign.show_state(verdict_state(answer.discrepancy))
         self.why.setText(answer.discrepancy.why)
-        self.about.setText(answer.request.words)
+        self.about.setText(answer.request.text)
 
     def _choose(self, selection: GapSelection) -> None:
         """Look at what the crew chose."""
@@ -250,18 +250,18 @@ class GapResultView(QScrollArea):
             self._store.change(gap_channel=selection.channel)
         if selection.variable != former.variable:
             self._store.change(gap_variable=selection.variable)
-        self.select(selection)
+        self.set_selection(selection)
 
-    def select(self, selection: GapSelection) -> None:
+    def set_selection(self, selection: GapSelection) -> None:
         """Look at something else."""
         if self.answer is None:
             return
         self.selection = nearest_valid_selection(self.answer, selection)
         self.track.show_steps(list_model_names(self.answer), self.selection.step)
-        self.chapters[self.chapter].show_answer(self.answer, self.selection)
-        self.stepped.emit()
+        self.chapters[self.chapter].show_result(self.answer, self.selection)
+        self.step_changed.emit()
 
-    def go(self, chapter: str, *, focus: bool = True) -> None:
+    def go_to_stage(self, chapter: str, *, focus: bool = True) -> None:
         """Go to one of the four steps."""
         if self.answer is None:
             return
@@ -280,7 +280,7 @@ class GapResultView(QScrollArea):
         for name, view in self.chapters.items():
             view.setVisible(name == chapter)
         self.buttons[chapter].setChecked(True)
-        self.select(self.selection)
+        self.set_selection(self.selection)
         self.verticalScrollBar().setValue(0)
         if focus:
             self.chapters[chapter].begin()
@@ -294,12 +294,12 @@ class GapResultView(QScrollArea):
 
     def _slid(self, step: int) -> None:
         self._moved = True
-        self.select(replace(self.selection, step=step))
+        self.set_selection(replace(self.selection, step=step))
 
-    def step(self, steps: int) -> None:
+    def move_step(self, steps: int) -> None:
         """Go on along the models, or back."""
         self._moved = True
-        self.select(replace(self.selection, step=self.selection.step + steps))
+        self.set_selection(replace(self.selection, step=self.selection.step + steps))
 
     def next_maneuver(self, steps: int) -> None:
         """Look at another maneuver."""
@@ -308,7 +308,7 @@ class GapResultView(QScrollArea):
         ids = [view.id for view in self.answer.discrepancy.maneuvers]
         self._chose = True
         place = ids.index(self.selection.maneuver) + steps
-        self.select(replace(self.selection, maneuver=ids[min(max(place, 0), len(ids) - 1)]))
+        self.set_selection(replace(self.selection, maneuver=ids[min(max(place, 0), len(ids) - 1)]))
 
     @property
     def can_accept(self) -> bool:
@@ -325,8 +325,8 @@ class GapResultView(QScrollArea):
         view = self.chapters.get(self.chapter)
         if isinstance(view, NameStage) and view.candidate:
             return view.candidate
-        if isinstance(view, AddStage) and view.chosen:
-            return view.chosen
+        if isinstance(view, AddStage) and view.selected_effect:
+            return view.selected_effect
         for step in (self.selection.step + 1, self.selection.step):
             if (effect := find_step_effect(self.answer, step)) is not None:
                 return effect.effect
@@ -356,4 +356,4 @@ class GapResultView(QScrollArea):
         self._fit()
         self._tell()
         if self.answer is not None:
-            self.select(self.selection)
+            self.set_selection(self.selection)

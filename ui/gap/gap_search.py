@@ -66,7 +66,7 @@ class GapSearch(QObject):
     @property
     def running(self) -> bool:
         """Return whether something is being done."""
-        return self._work is not None and self._work.running
+        return self._work is not None and self._work.is_running
 
     @property
     def title(self) -> str:
@@ -144,7 +144,7 @@ class GapSearch(QObject):
         self._work = work
         work.progressed.connect(self.progressed)
         work.done.connect(done)
-        work.cancelled.connect(lambda: self.ended.emit("cancelled"))
+        work.canceled.connect(lambda: self.ended.emit("cancelled"))
         work.failed.connect(self._failed)
         work.start()
         self.began.emit(work)

@@ -78,7 +78,7 @@ def find_worst_held_out(answer: SearchResult, selection: GapSelection) -> str:
         return ""
     column = found.coefficients.index(selection.coefficient)
     kept = [
-        (float(found.steps[0].map[row, column]), view.id)
+        (float(found.steps[0].coefficient_map[row, column]), view.id)
         for row, view in enumerate(found.maneuvers)
         if view.held_out
     ]

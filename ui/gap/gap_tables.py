@@ -48,7 +48,7 @@ class DisagreementMapModel(QAbstractTableModel):
         super().__init__()
         self.picture = DisagreementMap()
 
-    def show(self, picture: DisagreementMap) -> None:
+    def set_map(self, picture: DisagreementMap) -> None:
         """Show another map; a map of the same places is only painted again."""
         former, self.picture = self.picture, picture
         if (former.rows, former.columns) != (picture.rows, picture.columns):
@@ -130,11 +130,11 @@ class DisagreementMapView(QTableView):
 
     Attributes
     ----------
-    chosen : Signal(str, str)
+    cell_selected : Signal(str, str)
         Maneuver and coefficient.
     """
 
-    chosen = Signal(str, str)
+    cell_selected = Signal(str, str)
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -194,7 +194,7 @@ class DisagreementMapView(QTableView):
     def show_map(self, picture: DisagreementMap, maneuver: str, coefficient: str) -> None:
         """Show a map with one cell chosen."""
         self._quiet = True
-        self.map.show(picture)
+        self.map.set_map(picture)
         rows = [row[0] for row in picture.rows]
         if maneuver in rows and coefficient in picture.columns:
             index = self.map.index(rows.index(maneuver), picture.columns.index(coefficient))
@@ -210,7 +210,7 @@ class DisagreementMapView(QTableView):
     def _moved(self, current: QModelIndex, _former: QModelIndex) -> None:
         if not self._quiet and current.isValid():
             row = self.map.picture.rows[current.row()][0]
-            self.chosen.emit(row, self.map.picture.columns[current.column()])
+            self.cell_selected.emit(row, self.map.picture.columns[current.column()])
 
 
 class DisagreementMapLegend(QWidget):
@@ -269,7 +269,7 @@ class RankingModel(QAbstractTableModel):
         self._look = look
         self.rows: tuple[RankingRow, ...] = ()
 
-    def show(self, rows: Sequence[RankingRow]) -> None:
+    def set_rows(self, rows: Sequence[RankingRow]) -> None:
         """Show another competition."""
         self.beginResetModel()
         self.rows = tuple(rows)
@@ -344,11 +344,11 @@ class RankingView(QTableView):
 
     Attributes
     ----------
-    chosen : Signal(str)
+    effect_selected : Signal(str)
         Id of the effect the keyboard is on.
     """
 
-    chosen = Signal(str)
+    effect_selected = Signal(str)
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -414,7 +414,7 @@ class RankingView(QTableView):
         former = self.current
         if tuple(rows) == self.ranks.rows:
             return
-        self.ranks.show(rows)
+        self.ranks.set_rows(rows)
         self._fit()
         names = [row.effect for row in rows]
         if names:
@@ -429,4 +429,4 @@ class RankingView(QTableView):
 
     def _moved(self, current: QModelIndex, _former: QModelIndex) -> None:
         if current.isValid():
-            self.chosen.emit(self.ranks.rows[current.row()].effect)
+            self.effect_selected.emit(self.ranks.rows[current.row()].effect)

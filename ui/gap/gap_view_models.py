@@ -100,7 +100,7 @@ def build_disagreement_map(answer: SearchResult, step: int) -> DisagreementMap:
     if not found.steps:
         return DisagreementMap()
     proven = {(one.maneuver, one.coefficient) for one in found.disagreements}
-    values = found.steps[step].map
+    values = found.steps[step].coefficient_map
     cells = tuple(
         tuple(
             MapCell(
@@ -128,7 +128,7 @@ class MissingCoefficientHistory:
     ----------
     title : str
     times, missing : ndarray, shape (n,)
-    former : ndarray or None
+    baseline : ndarray or None
         That of the baseline, where another model is looked at.
     floor : float
     spans : tuple of (float, float)
@@ -138,7 +138,7 @@ class MissingCoefficientHistory:
     title: str
     times: FloatArray
     missing: FloatArray
-    former: FloatArray | None
+    baseline: FloatArray | None
     floor: float
     spans: tuple[tuple[float, float], ...]
 
@@ -156,8 +156,8 @@ def build_missing_history(
         title=f"Missing {coefficient_text(selection.coefficient)}, maneuver {view.id}",
         times=view.times,
         missing=view.missing[selection.step][:, column],
-        former=view.missing[0][:, column] if selection.step else None,
-        floor=view.coefficient_floor.get(selection.coefficient, float("nan")),
+        baseline=view.missing[0][:, column] if selection.step else None,
+        floor=view.coefficient_noise_floor.get(selection.coefficient, float("nan")),
         spans=tuple(
             (one.t_start, one.t_end)
             for one in answer.discrepancy.disagreements
@@ -173,7 +173,7 @@ class MissingCoefficientScatter:
     Attributes
     ----------
     title, axis, unit : str
-    here : (ndarray, ndarray)
+    selected : (ndarray, ndarray)
         Condition in the unit of the screen, and missing part, of the chosen maneuver.
     others : tuple of (ndarray, ndarray)
         Of the other maneuvers.
@@ -185,7 +185,7 @@ class MissingCoefficientScatter:
     title: str
     axis: str
     unit: str
-    here: tuple[FloatArray, FloatArray]
+    selected: tuple[FloatArray, FloatArray]
     others: tuple[tuple[FloatArray, FloatArray], ...]
     floor: float
     region: tuple[float, float] | None
@@ -224,13 +224,13 @@ def build_missing_scatter(
         title=f"Missing {symbol_text(coefficient)} against {channel_symbol(name)}",
         axis=channel_text(name),
         unit=axis_unit(name, system),
-        here=pair(view),
+        selected=pair(view),
         others=tuple(
             pair(one)
             for one in answer.discrepancy.maneuvers
             if one.id != view.id and name in one.conditions and coefficient in one.coefficients
         ),
-        floor=view.coefficient_floor.get(coefficient, float("nan")),
+        floor=view.coefficient_noise_floor.get(coefficient, float("nan")),
         region=bounds,
     )
 
@@ -346,7 +346,7 @@ class EffectDescription:
 
 def describe_effect(answer: SearchResult, effect: str) -> EffectDescription:
     """Return what an effect is, what it is mistaken for, and what would tell it apart."""
-    note = answer.notes.get(effect)
+    note = answer.effect_infos.get(effect)
     seen = next((one for one in answer.discrepancy.observability if one.effect == effect), None)
     paragraphs: list[tuple[str, str]] = []
     alike = [f"{answer.title(name)} ({percent_text(abs(cosine))} alike here)"
@@ -357,8 +357,8 @@ def describe_effect(answer: SearchResult, effect: str) -> EffectDescription:
         others = join_with_and(answer.title(name) for name in note.mistaken_for)
         paragraphs.append(("Mistaken for", others))
     told = seen.fly if seen is not None and seen.fly else ""
-    if note is not None and note.told_apart and note.told_apart != told:
-        told = f"{told}; {note.told_apart}" if told else note.told_apart
+    if note is not None and note.distinguished_by and note.distinguished_by != told:
+        told = f"{told}; {note.distinguished_by}" if told else note.distinguished_by
     if told:
         paragraphs.append(("What would tell it apart", told))
     if note is not None and note.remedy:
@@ -423,16 +423,16 @@ class EffectStatus:
     Attributes
     ----------
     effect, title : str
-    words : str
+    text : str
         ``in the model``, ``next``, ``later``, ``refused``.
-    place : int
+    step : int
         Its step; 0 for one that was refused.
     """
 
     effect: str
     title: str
-    words: str
-    place: int
+    text: str
+    step: int
 
 
 def list_effect_statuses(answer: SearchResult, step: int) -> tuple[EffectStatus, ...]:
@@ -445,10 +445,10 @@ def list_effect_statuses(answer: SearchResult, step: int) -> tuple[EffectStatus,
         if one.added in answer.decisions.forced:
             words += ", forced"
         states.append(
-            EffectStatus(effect=one.added, title=answer.title(one.added), words=words, place=place)
+            EffectStatus(effect=one.added, title=answer.title(one.added), text=words, step=place)
         )
     states += [
-        EffectStatus(effect=name, title=answer.title(name), words="refused", place=0)
+        EffectStatus(effect=name, title=answer.title(name), text="refused", step=0)
         for name in answer.decisions.refused
     ]
     return tuple(states)
@@ -459,9 +459,9 @@ def build_effect_status_rows(states: tuple[EffectStatus, ...]) -> tuple[TableRow
     return tuple(
         TableRow(
             key=one.effect,
-            cells=(str(one.place) if one.place else DASH, one.title, one.words),
-            strong=one.words.startswith("in the model"),
-            italic=one.words == "refused",
+            cells=(str(one.step) if one.step else DASH, one.title, one.text),
+            is_bold=one.text.startswith("in the model"),
+            italic=one.text == "refused",
             detail=one.effect,
         )
         for one in states
@@ -473,7 +473,7 @@ def build_parameter_rows(
 ) -> tuple[tuple[str, str], ...]:
     """Return name and value of each parameter of a found effect."""
     found = next((one for one in answer.discrepancy.effects if one.effect == effect), None)
-    note = answer.notes.get(effect)
+    note = answer.effect_infos.get(effect)
     if found is None:
         return ()
     units = note.units if note is not None else {}
@@ -536,7 +536,7 @@ def build_channel_overlay(
         return None
     column = view.channels.index(name)
     kept = "kept out of naming and fitting" if view.held_out else "used for naming and fitting"
-    floor = to_display_units(name, np.array([view.floor.get(name, np.nan), 0.0]), system)
+    floor = to_display_units(name, np.array([view.noise_floor.get(name, np.nan), 0.0]), system)
     return ChannelOverlay(
         title=f"Maneuver {view.id}, {kept}",
         axis=channel_text(name),
@@ -638,7 +638,7 @@ class ForceableEffect:
 
     effect: str
     title: str
-    why: str = field(default="")
+    reason: str = field(default="")
 
 
 def list_forceable_effects(answer: SearchResult, step: int) -> tuple[ForceableEffect, ...]:
@@ -650,12 +650,12 @@ def list_forceable_effects(answer: SearchResult, step: int) -> tuple[ForceableEf
         one.effect: ForceableEffect(
             effect=one.effect,
             title=one.title,
-            why=f"{percent_text(one.evidence)} of the evidence, size {sigma_text(one.sigma)}",
+            reason=f"{percent_text(one.evidence)} of the evidence, size {sigma_text(one.sigma)}",
         )
         for one in ranked
         if one.effect not in there
     }
-    for name, note in answer.notes.items():
+    for name, note in answer.effect_infos.items():
         if name not in there and name not in choices:
             choices[name] = ForceableEffect(effect=name, title=note.title)
     return tuple(choices.values())

@@ -123,7 +123,7 @@ class GapJobHandler:
             self._request = job.request
 
         def step(progress: SearchProgress) -> bool:
-            self._tell(_READ_SHARE + (1.0 - _READ_SHARE) * progress.share, progress.doing)
+            self._tell(_READ_SHARE + (1.0 - _READ_SHARE) * progress.share, progress.activity)
             return True
 
         settings = DiscrepancySettings(
@@ -140,7 +140,7 @@ class GapJobHandler:
             request=job.request,
             decisions=job.decisions,
             discrepancy=found,
-            notes=self._notes,
+            effect_infos=self._notes,
             remarks=self._remarks,
             kinds=self._kinds,
             aircraft=self._aircraft,
@@ -243,7 +243,7 @@ def load_effect_infos() -> dict[str, EffectInfo]:
             title=record.title,
             equation=record.equation,
             mistaken_for=tuple(record.mistaken_for),
-            told_apart=record.separated_by,
+            distinguished_by=record.separated_by,
             remedy=record.remedy,
             units={one.name: one.unit for one in record.parameters},
         )

@@ -128,7 +128,7 @@ class FittedTableView(TableRowView):
         look.changed.connect(self._restyled)
         self._rewrap()
 
-    def show_lines(self, lines: Sequence[TableRow]) -> None:
+    def show_rows(self, lines: Sequence[TableRow]) -> None:
         """Show other lines; values in their words are in the units of the screen."""
         self._given = tuple(lines)
         self._convert()
@@ -136,7 +136,7 @@ class FittedTableView(TableRowView):
 
     def _convert(self) -> None:
         units = self._look.units
-        self.lines.show(
+        self.lines.set_rows(
             [
                 replace(
                     line,
@@ -150,7 +150,7 @@ class FittedTableView(TableRowView):
             ]
         )
 
-    def choose(self, key: object) -> None:
+    def select_row(self, key: object) -> None:
         """Put the keyboard's line on a key, if it is there."""
         for row, line in enumerate(self.lines.lines):
             if line.key == key:
@@ -232,7 +232,7 @@ class LabeledComboBox(QWidget):
         self.setFocusProxy(self.box)
         self._shown: tuple[tuple[str, str], ...] = ()
 
-    def show_choices(self, choices: Sequence[tuple[str, str]], current: str) -> None:
+    def set_choices(self, choices: Sequence[tuple[str, str]], current: str) -> None:
         """Show the choices (key, words) with one chosen; emits nothing."""
         self.box.blockSignals(True)
         if tuple(choices) != self._shown:
@@ -246,7 +246,7 @@ class LabeledComboBox(QWidget):
         self.box.blockSignals(False)
 
     @property
-    def value(self) -> str:
+    def current_key(self) -> str:
         """Return the key chosen."""
         return str(self.box.currentData() or "")
 

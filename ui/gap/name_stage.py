@@ -57,7 +57,7 @@ class NameStage(StageView):
         pair.right.addWidget(self.alternatives)
         pair.right.addStretch(1)
         self._candidate = ""
-        self.ranking.chosen.connect(self._show_effect)
+        self.ranking.effect_selected.connect(self._show_effect)
         self.observability.selectionModel().currentChanged.connect(self._seen)
         self.hidden_only.toggled.connect(lambda _on: self._show_observability())
 
@@ -93,7 +93,7 @@ class NameStage(StageView):
 
     def _show_observability(self) -> None:
         if self.answer is not None:
-            self.observability.show_lines(
+            self.observability.show_rows(
                 build_observability_rows(self.answer, hidden_only=self.hidden_only.isChecked())
             )
 

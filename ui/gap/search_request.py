@@ -34,7 +34,7 @@ class GapRequest:
     channel_map: str = ""
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """Return what is searched: ``flight 3 and 2 more · model b777``."""
         names = [path.name for path in self.flights]
         more = f" and {len(names) - 1} more" if len(names) > 1 else ""
@@ -77,7 +77,7 @@ class EffectInfo:
     effect, title, equation : str
     mistaken_for : tuple of str
         Ids of effects that it is taken for, or words.
-    told_apart : str
+    distinguished_by : str
         What tells it from them.
     remedy : str
         The measurement on the ground that settles it; empty where flying does.
@@ -89,7 +89,7 @@ class EffectInfo:
     title: str
     equation: str = ""
     mistaken_for: tuple[str, ...] = ()
-    told_apart: str = ""
+    distinguished_by: str = ""
     remedy: str = ""
     units: Mapping[str, str]
 
@@ -103,7 +103,7 @@ class SearchResult:
     request : GapRequest
     decisions : EffectDecisions
     discrepancy : DiscrepancyResult
-    notes : mapping of str to EffectInfo
+    effect_infos : mapping of str to EffectInfo
         The catalog, by id.
     remarks : tuple of str
         About the flights: maneuvers left out, channels missing.
@@ -116,14 +116,14 @@ class SearchResult:
     request: GapRequest
     decisions: EffectDecisions
     discrepancy: DiscrepancyResult
-    notes: Mapping[str, EffectInfo]
+    effect_infos: Mapping[str, EffectInfo]
     remarks: tuple[str, ...] = ()
     kinds: Mapping[str, str] = field(default_factory=dict)
     aircraft: str = ""
 
     def title(self, effect: str) -> str:
         """Return an effect in a field engineer's words; its id where nobody knows any."""
-        note = self.notes.get(effect)
+        note = self.effect_infos.get(effect)
         if note is not None and note.title:
             return note.title
         for found in self.discrepancy.effects:

@@ -58,20 +58,20 @@ class SearchSetupPage(CenteredPage):
 
     Attributes
     ----------
-    asked : Signal(object)
+    search_requested : Signal(object)
         A `GapRequest`.
-    trial_asked : Signal
+    virtual_flight_requested : Signal
         Fly the virtual aircraft with a hidden effect and search that flight.
-    left : Signal
+    back_requested : Signal
         Back to the answer that is there.
-    command : Signal(str)
+    command_requested : Signal(str)
         A command of the window to run.
     """
 
-    asked = Signal(object)
-    trial_asked = Signal()
-    left = Signal()
-    command = Signal(str)
+    search_requested = Signal(object)
+    virtual_flight_requested = Signal()
+    back_requested = Signal()
+    command_requested = Signal(str)
 
     def __init__(self, look: DisplayStyle, store: SettingsStore) -> None:
         super().__init__(look, 720)
@@ -123,10 +123,10 @@ class SearchSetupPage(CenteredPage):
             grid.addWidget(field, row, 1)
         self.column.addWidget(form)
         self.column.addSpacing(look.px(8))
-        self.search = self._button("Search", self.ask)
+        self.search = self._button("Search", self.request_search)
         self.search.setProperty("role", "primary")
         self.search.setMinimumHeight(look.px(44))
-        self.back = self._button("Back to the answer", self.left.emit)
+        self.back = self._button("Back to the answer", self.back_requested.emit)
         self.back.setMinimumHeight(look.px(44))
         self.back.hide()
         self.column.addWidget(create_button_row(look, self.search, self.back))
@@ -137,7 +137,7 @@ class SearchSetupPage(CenteredPage):
         self.virtual = self._button(
             "Fly the virtual aircraft…", lambda: self.command.emit("virtual")
         )
-        self.trial = self._button("Try a flight with a hidden effect", self.trial_asked.emit)
+        self.trial = self._button("Try a flight with a hidden effect", self.virtual_flight_requested.emit)
         self.trial.setToolTip(
             "The virtual aircraft flies with throttle pitching the nose, half a minute or so; "
             "then that flight is searched with the model that does not know of it"
@@ -185,12 +185,12 @@ class SearchSetupPage(CenteredPage):
         work = BackgroundJob("Reading the models", names, self)
         work.done.connect(self._offer_models)
         work.failed.connect(
-            lambda error: self.sentence.say(f"The models cannot be read: {error}", "warning")
+            lambda error: self.sentence.set_message(f"The models cannot be read: {error}", "warning")
         )
         work.start()
 
     def _offer_models(self, names: Sequence[str]) -> None:
-        self.model.offer(names)
+        self.model.add_names(names)
 
     # Flights
 
@@ -202,13 +202,13 @@ class SearchSetupPage(CenteredPage):
             for row in range(self.flights.count())
         )
 
-    def add(self, path: Path) -> None:
+    def add_flight(self, path: Path) -> None:
         """List a flight; one that is listed already is left where it is."""
         if path.absolute() not in [known.absolute() for known in self.paths]:
             self._append(path)
         self._judge()
 
-    def show_open(self, path: Path | None) -> None:
+    def set_open_flight(self, path: Path | None) -> None:
         """Say which flight is open in the window; the first one of all is listed by itself."""
         if path == self._open:
             return
@@ -236,15 +236,15 @@ class SearchSetupPage(CenteredPage):
 
     def _add_open(self) -> None:
         if self._open is not None:
-            self.add(self._open)
+            self.add_flight(self._open)
 
     def _add_file(self) -> None:
         for path in ask_open_files(self, self._store.current):
-            self.add(path)
+            self.add_flight(path)
 
     def _add_folder(self) -> None:
         if path := ask_flight_folder(self, "Add a flight folder", self._store.current):
-            self.add(path)
+            self.add_flight(path)
 
     def _remove(self) -> None:
         row = self.flights.currentRow()
@@ -275,21 +275,21 @@ class SearchSetupPage(CenteredPage):
         self.trial.setToolTip(busy)
         gone = [path.name for path in paths if path_kind(path) == "missing"]
         if gone:
-            self.sentence.say(f"{gone[0]} is not there any more; take it out.", "warning")
+            self.sentence.set_message(f"{gone[0]} is not there any more; take it out.", "warning")
         elif not paths:
-            self.sentence.say(
+            self.sentence.set_message(
                 "No flight yet. Add one with doublets of every surface, or try the flight with a "
                 "hidden effect below.",
                 "caution",
             )
         elif self._busy:
-            self.sentence.say("What is changed here counts for the next search.")
+            self.sentence.set_message("What is changed here counts for the next search.")
         elif len(paths) == 1:
-            self.sentence.say(
+            self.sentence.set_message(
                 "One flight. Several flights with the same maneuvers make names surer."
             )
         else:
-            self.sentence.say(f"{len(paths)} flights, searched together.", "good")
+            self.sentence.set_message(f"{len(paths)} flights, searched together.", "good")
 
     def _rescale(self) -> None:
         self.search.setMinimumHeight(self._look.px(44))
@@ -303,13 +303,13 @@ class SearchSetupPage(CenteredPage):
         """Return what is to be searched."""
         return GapRequest(flights=self.paths, aircraft=self.aircraft.value, model=self.model.value)
 
-    def ask(self) -> None:
+    def request_search(self) -> None:
         """Search what is listed."""
         if self.search.isEnabled():
-            self.remember(self.paths)
-            self.asked.emit(self.request)
+            self.save_settings(self.paths)
+            self.search_requested.emit(self.request)
 
-    def remember(self, flights: Sequence[Path]) -> None:
+    def save_settings(self, flights: Sequence[Path]) -> None:
         """Keep what was asked for the next time."""
         self._store.change(
             gap_flights=tuple(str(path.absolute()) for path in flights),
@@ -317,7 +317,7 @@ class SearchSetupPage(CenteredPage):
             gap_model=self.model.value,
         )
 
-    def take(self, flight: Path, aircraft: str, model: str) -> None:
+    def set_flight(self, flight: Path, aircraft: str, model: str) -> None:
         """Search one flight with a certain aircraft and model."""
         self.flights.clear()
         self._append(flight)
@@ -327,7 +327,7 @@ class SearchSetupPage(CenteredPage):
             if place >= 0:
                 field.setCurrentIndex(place)
         self._judge()
-        self.ask()
+        self.request_search()
 
     def begin(self) -> None:
         """Put the keyboard where one goes on."""

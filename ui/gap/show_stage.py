@@ -75,10 +75,10 @@ class ShowStage(StageView):
         )  # fmt: skip
         self.column.addWidget(self.numbers)
         self.maneuver.box.currentIndexChanged.connect(
-            lambda _index: self.selected.emit(replace(self.selection, maneuver=self.maneuver.value))
+            lambda _index: self.selection_requested.emit(replace(self.selection, maneuver=self.maneuver.current_key))
         )
         self.channel.box.currentIndexChanged.connect(
-            lambda _index: self.selected.emit(replace(self.selection, channel=self.channel.value))
+            lambda _index: self.selection_requested.emit(replace(self.selection, channel=self.channel.current_key))
         )
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -97,10 +97,10 @@ class ShowStage(StageView):
         if answer is None:
             return
         found = answer.discrepancy
-        self.maneuver.show_choices(
+        self.maneuver.set_choices(
             [(view.id, maneuver_text(answer, view)) for view in found.maneuvers], selection.maneuver
         )
-        self.channel.show_choices(
+        self.channel.set_choices(
             [(name, channel_text(name)) for name in found.channels], selection.channel
         )
         self._draw_overlay()
@@ -111,10 +111,10 @@ class ShowStage(StageView):
             kept = f"Judged on maneuvers {join_with_and(gap.on)}, kept out of naming and fitting."
         self.on.setText(f"From the baseline to the last effect. {kept}")
         self.bars.show_pairs(list_channel_gaps(answer, selection.step))
-        self.falls.show_falls(list_waterfall_steps(answer, selection.step))
+        self.falls.show_steps(list_waterfall_steps(answer, selection.step))
         lines = build_gap_rows(answer, self.look.units)
         self.numbers.setMaximumWidth(self.look.px(760))
-        self.numbers.show_lines(lines)
+        self.numbers.show_rows(lines)
         self.numbers.setVisible(bool(lines))
         self.numbers_heading.setText("Baseline → last effect, on the maneuvers kept out")
         self.numbers_heading.setVisible(bool(lines))

@@ -20,11 +20,11 @@ class StageView(QWidget):
 
     Attributes
     ----------
-    selected : Signal(object)
+    selection_requested : Signal(object)
         What to look at instead, a `GapSelection`.
     """
 
-    selected = Signal(object)
+    selection_requested = Signal(object)
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -34,7 +34,7 @@ class StageView(QWidget):
         self.column = QVBoxLayout(self)
         self.column.setContentsMargins(0, 0, 0, 0)
 
-    def show_answer(self, answer: SearchResult, selection: GapSelection) -> None:
+    def show_result(self, answer: SearchResult, selection: GapSelection) -> None:
         """Show an answer, or another part of it."""
         self.answer, self.selection = answer, selection
         self.refresh()

@@ -174,7 +174,7 @@ def _result(told: JobReport) -> object:
     if told.kind == "stopped":
         raise JobCanceledError
     if told.kind == "failed" or told.result is None:
-        error = JobError(told.words) if told.expected else RuntimeError(told.words)
+        error = JobError(told.text) if told.is_expected else RuntimeError(told.text)
         error.add_note(told.details)
         raise error
     return told.result

@@ -43,9 +43,9 @@ class JobReport:
     kind : {"doing", "done", "failed", "stopped"}
     share : float or None
         Of the work, 0 to 1; None where nobody knows.
-    words : str
+    text : str
         What is being done, or why it failed.
-    expected : bool
+    is_expected : bool
         Whether it failed for a reason the program knows.
     details : str
         For the log.
@@ -55,8 +55,8 @@ class JobReport:
 
     kind: Literal["doing", "done", "failed", "stopped"]
     share: float | None = None
-    words: str = ""
-    expected: bool = True
+    text: str = ""
+    is_expected: bool = True
     details: str = ""
     result: object = None
 
@@ -86,7 +86,7 @@ def serve_jobs(
     def tell(share: float | None, words: str) -> None:
         if stop.is_set():
             raise JobStoppedError
-        connection.send(JobReport(kind="doing", share=share, words=words))
+        connection.send(JobReport(kind="doing", share=share, text=words))
 
     bench = make(tell)
     with contextlib.suppress(EOFError, OSError):
@@ -104,7 +104,7 @@ def serve_jobs(
 def _failure(error: Exception) -> JobReport:
     return JobReport(
         kind="failed",
-        words=str(error) or type(error).__name__,
-        expected=isinstance(error, (GroundStationError, OSError)),
+        text=str(error) or type(error).__name__,
+        is_expected=isinstance(error, (GroundStationError, OSError)),
         details="".join(traceback.format_exception(error)),
     )

@@ -12,11 +12,11 @@ class CardBrowser:
     def __init__(self) -> None:
         self._id = ""
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """Look at no card in particular."""
         self._id = ""
 
-    def browsed(self, cards: CardSet | None) -> TestCard | None:
+    def browsed_card(self, cards: CardSet | None) -> TestCard | None:
         """Return the card that is looked at; None for that which is to be flown."""
         return None if cards is None or not self._id else cards.card(self._id)
 
@@ -32,7 +32,7 @@ class CardBrowser:
         if self._id == flown:
             self._id = ""
 
-    def chosen(self, cues: CueSnapshot | None) -> str:
+    def selected_card_id(self, cues: CueSnapshot | None) -> str:
         """Return the id of the card to be flown from now on; empty if there is none."""
         if self._id:
             return self._id

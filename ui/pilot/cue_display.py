@@ -26,13 +26,13 @@ class Hint:
 
     Attributes
     ----------
-    words : str
+    text : str
     sign : str
         Which way.
     tone : str
     """
 
-    words: str
+    text: str
     sign: SignName = ""
     tone: DisplayTone = "plain"
 
@@ -47,9 +47,9 @@ class Gauge:
         What it is.
     number, unit : str
         The value now; a dash where it is missing.
-    wanted : str
+    target_text : str
         In words: ``want 100 ± 5``; empty where nothing is wanted.
-    at : float or None
+    marker : float or None
         Where the value stands on the bar, 0 to 1; beyond, it stands at the end as an arrow.
     low, high : float or None
         Where the wanted band stands on the bar; None where nothing is wanted.
@@ -58,8 +58,8 @@ class Gauge:
     title: str
     number: str
     unit: str = ""
-    wanted: str = ""
-    at: float | None = None
+    target_text: str = ""
+    marker: float | None = None
     low: float | None = None
     high: float | None = None
 
@@ -70,24 +70,24 @@ class CardDisplay:
 
     Attributes
     ----------
-    lead : str
+    heading : str
         Which card, how many of it are good: ``NEXT C1 · 2 of 4``.
-    words : str
+    text : str
         In the pilot's words.
-    gain : str
+    benefit_text : str
         What it would bring.
     problem : bool
-        Whether `gain` says instead what is wrong with it.
-    time, room : str
+        Whether `benefit_text` says instead what is wrong with it.
+    time_left_text, maneuvers_left_text : str
         Flight time left, and how many maneuvers fit into it.
     """
 
-    lead: str = ""
-    words: str = ""
-    gain: str = ""
+    heading: str = ""
+    text: str = ""
+    benefit_text: str = ""
     problem: bool = False
-    time: str = ""
-    room: str = ""
+    time_left_text: str = ""
+    maneuvers_left_text: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,7 +96,7 @@ class CueDisplay:
 
     Attributes
     ----------
-    word : str
+    status_text : str
         The one big state.
     sign : str
         Its shape.
@@ -111,39 +111,39 @@ class CueDisplay:
         What is off, the largest first, or the advice; two at most.
     gauges : tuple of Gauge
         The test point, or the input while it is made; two at most.
-    leg : str
+    leg_time_text : str
         Seconds of straight leg left; a dash where nobody knows.
     leg_short : bool
         Whether it is too short for an input.
     card : CardDisplay
-    foot : str
+    footer : str
         What can and cannot be judged.
     """
 
-    word: str
+    status_text: str
     sign: SignName = ""
     tone: DisplayTone = "plain"
     ring: float | None = None
     count: str = ""
     hints: tuple[Hint, ...] = ()
     gauges: tuple[Gauge, ...] = ()
-    leg: str = ""
+    leg_time_text: str = ""
     leg_short: bool = False
     card: CardDisplay = CardDisplay()
-    foot: str = ""
+    footer: str = ""
 
     @property
-    def said(self) -> str:
+    def accessible_text(self) -> str:
         """Return the page in words, for those who hear it."""
-        gauges = (f"{one.title} {one.number} {one.unit} {one.wanted}" for one in self.gauges)
+        gauges = (f"{one.title} {one.number} {one.unit} {one.target_text}" for one in self.gauges)
         parts = (
-            f"{self.word} {self.count}".rstrip(),
-            *(hint.words for hint in self.hints),
+            f"{self.status_text} {self.count}".rstrip(),
+            *(hint.text for hint in self.hints),
             *gauges,
-            f"leg {self.leg} s" if self.leg else "",
-            self.card.words,
-            self.card.gain,
-            self.card.time,
-            self.foot,
+            f"leg {self.leg_time_text} s" if self.leg_time_text else "",
+            self.card.text,
+            self.card.benefit_text,
+            self.card.time_left_text,
+            self.footer,
         )
         return ". ".join(part for part in parts if part)

@@ -57,28 +57,28 @@ class CueDisplayInput:
         None where no flight is open, or it gives no cues.
     units : str
         ``US`` or ``SI``.
-    open : bool
+    is_flight_open : bool
         Whether a flight is open.
-    silent : float or None
+    seconds_without_data : float or None
         Seconds without a new sample, once they are too many to believe what was said; else None.
-    watched : float
+    monitored_fraction : float
         How much of the flight so far the cues have seen, 0 to 1.
-    dismissed : str
+    dismissed_verdict_id : str
         Id of the maneuver whose verdict was waved away.
-    browsed : TestCard or None
+    browsed_card : TestCard or None
         Card that the crew is looking at without having chosen it.
-    wanted : TargetInput or None
+    target_input : TargetInput or None
         What was wanted of the input that the latest verdict is on.
     """
 
     cues: CueSnapshot | None = None
     units: str = "US"
-    open: bool = False
-    silent: float | None = None
-    watched: float = 1.0
-    dismissed: str = ""
-    browsed: TestCard | None = None
-    wanted: TargetInput | None = None
+    is_flight_open: bool = False
+    seconds_without_data: float | None = None
+    monitored_fraction: float = 1.0
+    dismissed_verdict_id: str = ""
+    browsed_card: TestCard | None = None
+    target_input: TargetInput | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,72 +97,72 @@ class _StatusDisplay:
 def build_cue_display(reading: CueDisplayInput) -> CueDisplay:
     """Return what stands on the page."""
     cues = reading.cues
-    if not reading.open:
+    if not reading.is_flight_open:
         connect, train = plain_shortcut_text("Ctrl+L"), plain_shortcut_text("Ctrl+Shift+T")
-        hints = (Hint(words=f"connect with {connect}, or train with {train}"),)
-        return CueDisplay(word="NO FLIGHT", sign="unknown", tone="unknown", hints=hints)
+        hints = (Hint(text=f"connect with {connect}, or train with {train}"),)
+        return CueDisplay(status_text="NO FLIGHT", sign="unknown", tone="unknown", hints=hints)
     if cues is None:
-        hints = (Hint(words="this flight is opened without cues"),)
-        return CueDisplay(word="NO CUE", sign="unknown", tone="unknown", hints=hints)
+        hints = (Hint(text="this flight is opened without cues"),)
+        return CueDisplay(status_text="NO CUE", sign="unknown", tone="unknown", hints=hints)
     head = _build_status(reading, cues)
     gauges = (
         head.gauges if head.gauges is not None else build_test_point_gauges(cues, reading.units)
     )
-    told = reading.silent is None and reading.watched >= 1.0
-    leg = cues.trim.leg_left if cues.trim is not None and told else None
-    card = _build_card(cues if told else replace(cues, outlook=None), reading.browsed)
+    told = reading.seconds_without_data is None and reading.monitored_fraction >= 1.0
+    leg = cues.trim.leg_time_left if cues.trim is not None and told else None
+    card = _build_card(cues if told else replace(cues, outlook=None), reading.browsed_card)
     return CueDisplay(
-        word=head.word,
+        status_text=head.word,
         sign=head.sign,
         tone=head.tone,
         ring=head.ring,
         count=head.count,
         hints=tuple(
-            replace(hint, words=convert_text_units(hint.words, reading.units))
+            replace(hint, text=convert_text_units(hint.text, reading.units))
             for hint in head.hints[:_MAX_HINTS]
         ),
         gauges=gauges,
-        leg=DASH if leg is None else f"{max(math.floor(leg), 0)}",
+        leg_time_text=DASH if leg is None else f"{max(math.floor(leg), 0)}",
         leg_short=leg is not None and leg < _SHORT_LEG_SECONDS,
         card=replace(
             card,
-            words=convert_text_units(card.words, reading.units),
-            gain=convert_text_units(card.gain, reading.units),
+            text=convert_text_units(card.text, reading.units),
+            benefit_text=convert_text_units(card.benefit_text, reading.units),
         ),
-        foot=_footer_text(cues),
+        footer=_footer_text(cues),
     )
 
 
 def _build_status(reading: CueDisplayInput, cues: CueSnapshot) -> _StatusDisplay:
     """Return the state: silence first, then danger, the input, its verdict, and the trim."""
-    if reading.silent is not None:
-        words = f"no samples for {duration_text(reading.silent)}: fly by eye"
+    if reading.seconds_without_data is not None:
+        words = f"no samples for {duration_text(reading.seconds_without_data)}: fly by eye"
         return _StatusDisplay(
             word="NO DATA",
             sign="unknown",
             tone="unknown",
-            hints=(Hint(words=words),),
+            hints=(Hint(text=words),),
             gauges=(Gauge(title="SPEED", number=DASH),),
         )
-    if reading.watched < 1.0:
-        words = f"catching up with the flight: {floor_percent(reading.watched)} %"
+    if reading.monitored_fraction < 1.0:
+        words = f"catching up with the flight: {floor_percent(reading.monitored_fraction)} %"
         return _StatusDisplay(
             word="NO CUE",
             sign="unknown",
             tone="unknown",
-            hints=(Hint(words=words),),
+            hints=(Hint(text=words),),
             gauges=(Gauge(title="SPEED", number=DASH),),
         )
-    worst = cues.dangers[0] if cues.dangers else None
-    if worst is not None and worst.urgency is AlertLevel.WARNING:
+    worst = cues.alerts[0] if cues.alerts else None
+    if worst is not None and worst.level is AlertLevel.WARNING:
         return _build_danger(worst)
-    if cues.under_way is not None and _is_deliberate_input(cues.under_way, cues):
-        return _build_input(cues.under_way, cues, reading.units)
+    if cues.input_in_progress is not None and _is_deliberate_input(cues.input_in_progress, cues):
+        return _build_input(cues.input_in_progress, cues, reading.units)
     verdict = cues.fresh_verdict
-    if verdict is not None and verdict.id != reading.dismissed:
+    if verdict is not None and verdict.id != reading.dismissed_verdict_id:
         return _build_verdict(verdict, cues, reading)
     cautions = tuple(
-        Hint(words=one.spoken or one.words, sign="danger", tone="caution") for one in cues.dangers
+        Hint(text=one.spoken_text or one.text, sign="danger", tone="caution") for one in cues.alerts
     )
     head = _build_trim(cues.trim, cues, reading.units)
     if not cautions:
@@ -178,14 +178,14 @@ def _build_status(reading: CueDisplayInput, cues: CueSnapshot) -> _StatusDisplay
 
 def _build_danger(danger: Alert) -> _StatusDisplay:
     """Return a danger in place of all: what to do, large; what it is, below."""
-    spoken = danger.spoken or danger.words
+    spoken = danger.spoken_text or danger.text
     what, _, remedy = spoken.rpartition(": ")
     word = (remedy if what else spoken).upper()
     return _StatusDisplay(
         word=word,
         sign="land" if "LAND" in word else "danger",
         tone="warning",
-        hints=(Hint(words=what or danger.words, sign="danger", tone="warning"),),
+        hints=(Hint(text=what or danger.text, sign="danger", tone="warning"),),
     )
 
 
@@ -195,7 +195,7 @@ def _is_deliberate_input(under_way: InputInProgress, cues: CueSnapshot) -> bool:
         return True
     if cues.trim is not None and cues.trim.state == "turn":
         return False
-    wanted = None if cues.card is None else cues.card.wanted
+    wanted = None if cues.card is None else cues.card.target_input
     bands = {} if wanted is None else wanted.amplitudes
     known = [name for name in under_way.surfaces if name in bands]
     return not known or any(
@@ -204,10 +204,10 @@ def _is_deliberate_input(under_way: InputInProgress, cues: CueSnapshot) -> bool:
 
 
 def _build_input(under_way: InputInProgress, cues: CueSnapshot, units: str) -> _StatusDisplay:
-    wanted = None if cues.card is None else cues.card.wanted
+    wanted = None if cues.card is None else cues.card.target_input
     gauges = build_input_gauges(under_way, wanted, units)
     if under_way.phase == "moving":
-        hints = (Hint(words=surfaces_text(under_way.surfaces)),)
+        hints = (Hint(text=surfaces_text(under_way.surfaces)),)
         return _StatusDisplay(word="INPUT", sign="stick", tone="strong", hints=hints, gauges=gauges)
     left, total = under_way.hands_off_left, under_way.hands_off_total
     return _StatusDisplay(
@@ -216,7 +216,7 @@ def _build_input(under_way: InputInProgress, cues: CueSnapshot, units: str) -> _
         tone="strong",
         ring=min(max(left / total, 0.0), 1.0) if total > 0.0 else 0.0,
         count=f"{max(math.ceil(left), 0)}",
-        hints=(Hint(words="let it swing", sign="hand"),),
+        hints=(Hint(text="let it swing", sign="hand"),),
         gauges=gauges,
     )
 
@@ -228,51 +228,51 @@ def _build_verdict(
     advice = advice_text(verdict)
     counted = cues.card if cues.card is not None and cues.card.card.id == verdict.card else None
     if verdict.result == "good" and counted is not None:
-        done = f"{counted.good} of {counted.card.repeats}"
+        done = f"{counted.good_repeats} of {counted.card.repeats}"
         advice = f"{advice}, {done}" if advice else f"{verdict.card}: {done}"
     advice = advice or f"{surfaces_text(verdict.surfaces)} {verdict.kind}"
     return _StatusDisplay(
         word=word,
         sign=sign,
         tone=tone,
-        hints=(Hint(words=advice),),
-        gauges=build_input_gauges(verdict, reading.wanted, reading.units),
+        hints=(Hint(text=advice),),
+        gauges=build_input_gauges(verdict, reading.target_input, reading.units),
     )
 
 
 def _build_trim(trim: TrimCue | None, cues: CueSnapshot, units: str) -> _StatusDisplay:
     if trim is None:
-        hints = (Hint(words="waiting for the first samples"),)
+        hints = (Hint(text="waiting for the first samples"),)
         return _StatusDisplay(word="NO CUE", sign="unknown", tone="unknown", hints=hints)
     word, sign, tone = TRIM_STATE_SIGNS[trim.state]
     off = tuple(
-        Hint(words=one.words(units), sign=find_sign(one)) for one in trim.off if one.share > 1.0
+        Hint(text=one.format_text(units), sign=find_sign(one)) for one in trim.deviations if one.tolerance_ratio > 1.0
     )
-    wanted = cues.card.words if cues.card is not None else ""
+    wanted = cues.card.text if cues.card is not None else ""
     hints: tuple[Hint, ...] = ()
     ring = None
     if trim.state == "blind":
-        hints = tuple(Hint(words=words) for words in trim.missing)
+        hints = tuple(Hint(text=words) for words in trim.limitations)
     elif trim.state == "fly":
         hints = _guidance_hints(off, cues.guidance)
         sign = hints[0].sign or sign if hints else sign
     elif trim.state == "hold":
         ring = min(max(trim.progress, 0.0), 1.0)
-        hints = (Hint(words="keep it there"),)
+        hints = (Hint(text="keep it there"),)
     elif trim.state == "go":
-        hints = (Hint(words=wanted or "make the input"),)
-        unseen = [name for name in _next_surfaces(cues) if name in cues.unseen]
+        hints = (Hint(text=wanted or "make the input"),)
+        unseen = [name for name in _next_surfaces(cues) if name in cues.unmeasured_surfaces]
         if unseen:
             words = f"no verdict: {surfaces_text(unseen)} not measured"
-            hints += (Hint(words=words, sign="unknown", tone="caution"),)
+            hints += (Hint(text=words, sign="unknown", tone="caution"),)
         if cues.card is not None and cues.speed is None and cues.alpha is None:
-            hints += (Hint(words="speed by eye: nothing measures it"),)
+            hints += (Hint(text="speed by eye: nothing measures it"),)
     elif trim.state == "gusty":
-        hints = (Hint(words="gusty: wait for calmer air"),)
+        hints = (Hint(text="gusty: wait for calmer air"),)
     elif trim.state == "turn":
         turning = next((one for one in off if one.sign.startswith("turn")), None)
         sign = turning.sign if turning is not None else sign
-        hints = (Hint(words=f"then {wanted}" if wanted else "next leg"),)
+        hints = (Hint(text=f"then {wanted}" if wanted else "next leg"),)
     return _StatusDisplay(word=word, sign=sign, tone=tone, ring=ring, hints=hints)
 
 
@@ -284,15 +284,15 @@ def _next_surfaces(cues: CueSnapshot) -> tuple[str, ...]:
 def _guidance_hints(off: tuple[Hint, ...], guidance: str) -> tuple[Hint, ...]:
     """Return what is off, with the way to the test point in place of the words it begins with."""
     if not guidance:
-        return off or (Hint(words="stabilize"),)
+        return off or (Hint(text="stabilize"),)
     start = guidance.partition(":")[0]
     told = tuple(
-        Hint(words=guidance, sign=one.sign) if one.words == start else one
+        Hint(text=guidance, sign=one.sign) if one.text == start else one
         for one in off[:_MAX_HINTS]
     )
     if told != off[:_MAX_HINTS] or len(told) == _MAX_HINTS:
         return told
-    return (*told, Hint(words=guidance))
+    return (*told, Hint(text=guidance))
 
 
 def _build_card(cues: CueSnapshot, browsed: TestCard | None) -> CardDisplay:
@@ -302,41 +302,41 @@ def _build_card(cues: CueSnapshot, browsed: TestCard | None) -> CardDisplay:
         time = f"{clock_text(max(outlook.time_left, 0.0))} left"
     if outlook is not None and outlook.maneuvers_left is not None:
         room = count_text(outlook.maneuvers_left, "maneuver")
-    prospects = {one.card: one.words for one in outlook.prospects} if outlook is not None else {}
+    prospects = {one.card: one.text for one in outlook.forecasts} if outlook is not None else {}
     if browsed is not None:
         return CardDisplay(
-            lead=f"LOOKING AT {browsed.id} · Enter flies it",
-            words=browsed.heading,
-            gain=prospects.get(browsed.id, browsed.remarks),
-            time=time,
-            room=room,
+            heading=f"LOOKING AT {browsed.id} · Enter flies it",
+            text=browsed.display_title,
+            benefit_text=prospects.get(browsed.id, browsed.remarks),
+            time_left_text=time,
+            maneuvers_left_text=room,
         )
     if next_card is None:
-        done = cues.wanted > 0
+        done = cues.requested_repeats > 0
         return CardDisplay(
-            lead="CARDS",
-            words="all cards flown: land" if done else "no test cards for this flight",
-            gain=""
+            heading="CARDS",
+            text="all cards flown: land" if done else "no test cards for this flight",
+            benefit_text=""
             if done
             else f"choose them at Preflight: {plain_shortcut_text('F1')}, {plain_shortcut_text('Alt+4')}",
-            time=time,
-            room=room,
+            time_left_text=time,
+            maneuvers_left_text=room,
         )
     card = next_card.card
     return CardDisplay(
-        lead=f"NEXT {card.id} · {next_card.good} of {card.repeats} good · {next_card.why}",
-        words=next_card.words or card.heading,
-        gain=next_card.problem or prospects.get(card.id, ""),
+        heading=f"NEXT {card.id} · {next_card.good} of {card.repeats} good · {next_card.why}",
+        text=next_card.text or card.display_title,
+        benefit_text=next_card.problem or prospects.get(card.id, ""),
         problem=bool(next_card.problem),
-        time=time,
-        room=room,
+        time_left_text=time,
+        maneuvers_left_text=room,
     )
 
 
 def _footer_text(cues: CueSnapshot) -> str:
     """Return what can and cannot be judged, the gaps first."""
-    missing = cues.missing or (cues.trim.missing if cues.trim is not None else ())
-    judged = cues.judged or (cues.trim.judged_by if cues.trim is not None else ())
+    missing = cues.limitations or (cues.trim.limitations if cues.trim is not None else ())
+    judged = cues.judged_by or (cues.trim.judged_by if cues.trim is not None else ())
     told = [f"Not judged: {'; '.join(missing)}"] if missing else []
     if judged:
         told.append(f"Judged: {'; '.join(judged)}")

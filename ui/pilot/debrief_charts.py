@@ -56,12 +56,12 @@ class ManeuverCharts(QWidget):
         values = judged.curves.series[name]
         moved = self._shown(name, values - values[0])
         bands = []
-        wanted = None if judged.wanted is None else judged.wanted.amplitudes.get(name)
+        wanted = None if judged.target_input is None else judged.target_input.amplitudes.get(name)
         if wanted is not None:
             low, high = (float(self._shown(name, end)) for end in (wanted.low, wanted.high))
             bands = [
-                PlotBand(low=low, high=high, name="wanted", wanted=True),
-                PlotBand(low=-high, high=-low, wanted=True),
+                PlotBand(low=low, high=high, name="wanted", is_target=True),
+                PlotBand(low=-high, high=-low, is_target=True),
             ]
         title = SURFACE_NAMES.get(name, name).capitalize()
         curve = PlotCurve(x=judged.curves.times, y=moved, color=trace_color(name), name="moved")
@@ -101,7 +101,7 @@ class ManeuverCharts(QWidget):
             low=verdict.t_input_end,
             high=verdict.t_end,
             name="hands off",
-            across=False,
+            is_horizontal=False,
         )
 
     def _unit(self, name: str) -> str:

@@ -43,13 +43,13 @@ class DebriefController(QObject):
 
     Attributes
     ----------
-    asked_for : Signal(float)
+    time_requested : Signal(float)
         A flight time (s) should be on screen, in the charts.
     page : DebriefPage or None
         None until it is seen.
     """
 
-    asked_for = Signal(float)
+    time_requested = Signal(float)
 
     def __init__(
         self,
@@ -71,7 +71,7 @@ class DebriefController(QObject):
         self.page: DebriefPage | None = None
         self._events: int | None = None
 
-    def made(self) -> DebriefPage:
+    def get_page(self) -> DebriefPage:
         """Return the page; what it is made of is loaded with it."""
         if self.page is None:
             from ui.pilot.debrief_page import DebriefPage
@@ -102,7 +102,7 @@ class DebriefController(QObject):
         except GroundStationError as error:
             self._faults.report(error)
 
-    def keep(self) -> None:
+    def store(self) -> None:
         """Write the debrief into the catalog, in the background."""
         from ui.pilot.debrief_storage import save_debrief
 
@@ -118,11 +118,11 @@ class DebriefController(QObject):
         )
         work.done.connect(lambda _catalog: self.read_trends())
         work.failed.connect(self._faults.report)
-        self._desk.working.emit(work, f"The debrief of {session.name} is kept in {catalog}.")
+        self._desk.job_started.emit(work, f"The debrief of {session.name} is kept in {catalog}.")
         work.start()
 
     def show_in_charts(self) -> None:
         """Go to the maneuver that is looked at, in the charts."""
-        judged = None if self.page is None else self.page.maneuver
+        judged = None if self.page is None else self.page.current_maneuver
         if judged is not None:
-            self.asked_for.emit(judged.verdict.t_input)
+            self.time_requested.emit(judged.verdict.t_input)

@@ -67,8 +67,8 @@ class DebriefPage(QWidget):
         outer.addLayout(self._row, 1)
         self._outer = outer
         self.list = StatusListView(look, "Maneuvers", commands)
-        self.list.chosen.connect(lambda _key: self._show_maneuver())
-        self.list.pressed_key.connect(lambda _key: self.read())
+        self.list.current_item_changed.connect(lambda _key: self._show_maneuver())
+        self.list.item_activated.connect(lambda _key: self.focus_maneuver())
         self._row.addWidget(self.list, 2)
         self.scroll = QScrollArea()
         self.scroll.setProperty("role", "read")
@@ -117,7 +117,7 @@ class DebriefPage(QWidget):
             return
         self._shown = state
         self.headline.setText(debrief_headline(debrief))
-        self.list.show_lines([build_maneuver_item(one, self._look.units) for one in maneuvers])
+        self.list.set_items([build_maneuver_item(one, self._look.units) for one in maneuvers])
         self.cards.show_rows(build_card_rows(debrief), "No test cards belong to this flight.")
         self._show_maneuver()
         self.changed.emit()
@@ -130,21 +130,21 @@ class DebriefPage(QWidget):
         )
 
     @property
-    def maneuver(self) -> EvaluatedManeuver | None:
+    def current_maneuver(self) -> EvaluatedManeuver | None:
         """Return the maneuver that is looked at."""
         maneuvers = () if self.debrief is None else self.debrief.maneuvers
         key = self.list.current_key
         return next((one for one in maneuvers if one.verdict.id == key), None)
 
     def _show_maneuver(self) -> None:
-        judged = self.maneuver
+        judged = self.current_maneuver
         self.charts.setVisible(judged is not None)
         self.why.setVisible(judged is not None)
         if judged is None:
             self.title.setText("Every input is listed here once it is flown")
             return
         line = build_maneuver_item(judged, self._look.units)
-        self.title.setText(f"{line.words}: {line.state_words}")
+        self.title.setText(f"{line.text}: {line.state_text}")
         self.why.setText(
             "\n".join(f"· {words}" for words in list_verdict_reasons(judged, self._look.units))
         )
@@ -159,7 +159,7 @@ class DebriefPage(QWidget):
         self._fit()
         self.list.setFocus()
 
-    def read(self) -> None:
+    def focus_maneuver(self) -> None:
         """Go from the list to the maneuver; Esc comes back."""
         self._reading = True
         self._fit()

@@ -46,10 +46,10 @@ def build_maneuver_item(judged: EvaluatedManeuver, units: str) -> StatusListItem
     counts = "counts" if verdict.counts else ""
     return StatusListItem(
         key=verdict.id,
-        words=f"{verdict.id}  {surfaces_text(verdict.surfaces)} {verdict.kind}",
-        more=f"{clock_text(verdict.t_input, decimals=1)}{speed}: {verdict.advice}",
+        text=f"{verdict.id}  {surfaces_text(verdict.surfaces)} {verdict.kind}",
+        detail=f"{clock_text(verdict.t_input, decimals=1)}{speed}: {verdict.advice}",
         state=_RESULT_STATES.get(verdict.result, "caution"),
-        state_words=RESULT_SIGNS[verdict.result][0].lower(),
+        state_text=RESULT_SIGNS[verdict.result][0].lower(),
         note=" ".join(filter(None, (verdict.card, counts))),
     )
 
@@ -70,7 +70,7 @@ def list_verdict_reasons(judged: EvaluatedManeuver, units: str) -> tuple[str, ..
 
 def _input_shape_text(judged: EvaluatedManeuver, name: str, units: str) -> str:
     """Return size, times and symmetry of what a surface did."""
-    verdict, wanted = judged.verdict, judged.wanted
+    verdict, wanted = judged.verdict, judged.target_input
     words = SURFACE_NAMES.get(name, name)
     if name in verdict.amplitudes:
         words += f" {_angle_text(name, verdict.amplitudes[name], units)}"
@@ -96,7 +96,7 @@ def _input_start_text(judged: EvaluatedManeuver) -> str:
     go = judged.go_at
     begun = judged.verdict.t_input
     words = "begun without GO" if go is None else f"begun {duration_text(begun - go)} after GO"
-    off = [f"{name} {number_text(share, 1)}" for name, share in judged.off.items()]
+    off = [f"{name} {number_text(share, 1)}" for name, share in judged.trim_deviations.items()]
     return f"{words}; off in tolerances: {', '.join(off)}" if off else words
 
 
@@ -107,7 +107,7 @@ def build_card_rows(debrief: Debrief | None) -> tuple[tuple[str, ...], ...]:
     """Return the score by card as rows of a table."""
     cards = () if debrief is None else debrief.cards
     return tuple(
-        (one.card, one.heading, str(one.good), str(one.flown), str(one.wanted)) for one in cards
+        (one.card, one.title, str(one.good), str(one.flown), str(one.requested)) for one in cards
     )
 
 

@@ -27,11 +27,11 @@ class DisplayRateLimiter:
         self._shown: CueDisplay | None = None
         self._changed = 0.0
 
-    def release(self) -> None:
+    def reset(self) -> None:
         """Let everything through next time: the crew did something and looks for its answer."""
         self._shown = None
 
-    def calmed(self, sheet: CueDisplay) -> CueDisplay:
+    def limit(self, sheet: CueDisplay) -> CueDisplay:
         """Return what is to be shown now."""
         shown, now = self._shown, self._clock()
         if (
@@ -54,15 +54,15 @@ class DisplayRateLimiter:
 
 def _with_new_marker(shown: Gauge, new: Gauge) -> Gauge:
     """Return the gauge as it is shown with its marker where it is now."""
-    return replace(shown, at=new.at)
+    return replace(shown, marker=new.marker)
 
 
 def _unlimited_part(sheet: CueDisplay) -> tuple[object, ...]:
     """Return what is never held back: the state, what its gauges are of, a gauge that went."""
-    return (sheet.word, sheet.sign, sheet.tone, tuple(one.title for one in sheet.gauges))
+    return (sheet.status_text, sheet.sign, sheet.tone, tuple(one.title for one in sheet.gauges))
 
 
 def _text_part(sheet: CueDisplay) -> tuple[object, ...]:
     """Return everything that is read, without what moves."""
-    numbers = tuple((one.number, one.wanted) for one in sheet.gauges)
-    return (sheet.word, sheet.hints, numbers, sheet.leg, sheet.card, sheet.foot)
+    numbers = tuple((one.number, one.target_text) for one in sheet.gauges)
+    return (sheet.status_text, sheet.hints, numbers, sheet.leg_time_text, sheet.card, sheet.footer)

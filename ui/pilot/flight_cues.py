@@ -45,12 +45,12 @@ class FlightCues:
         session = self._desk.session
         return None if session is None else session.cues
 
-    def watched(self) -> float:
+    def monitored_fraction(self) -> float:
         """Return how much of the flight so far the cues have seen, 0 to 1; else they are past."""
         session = self._desk.session
-        return 1.0 if session is None else session.watched
+        return 1.0 if session is None else session.monitored_fraction
 
-    def silent(self) -> float | None:
+    def seconds_without_data(self) -> float | None:
         """Return for how many seconds nothing came of a live flight; None while it comes."""
         now, newest = self._clock(), self._desk.time
         if newest != self._seen:
@@ -59,10 +59,10 @@ class FlightCues:
         passed = now - self._came
         return passed if live and newest is not None and passed > MAX_DATA_AGE else None
 
-    def spoken(self) -> Sequence[Announcement]:
+    def spoken_cues(self) -> Sequence[Announcement]:
         """Return what is to be heard, all of the flight so far."""
         session = self._desk.session
-        return () if session is None else session.spoken
+        return () if session is None else session.spoken_cues
 
     @property
     def cards(self) -> CardSet | None:
@@ -75,12 +75,12 @@ class FlightCues:
         session = self._desk.session
         return None if session is None else session.debrief()
 
-    def use_units(self, units: str) -> None:
+    def set_units(self, units: str) -> None:
         """Have the cues of the open flight said in these units, ``US`` or ``SI``."""
         if self._desk.session is not None:
-            self._desk.session.use_units(units)
+            self._desk.session.set_units(units)
 
-    def choose(self, card_id: str) -> None:
+    def select_card(self, card_id: str) -> None:
         """Have a card flown until it is done; an empty one lets the program choose."""
         if self._desk.session is not None:
-            self._desk.session.choose_card(card_id)
+            self._desk.session.select_card(card_id)

@@ -28,7 +28,7 @@ def paint_gauge(
     """Draw a gauge into a box."""
     high = box.height()
     left = QRectF(box.left(), box.top(), _NUMBER_SHARE * box.width(), high)
-    title, number = places.titled(left, TITLE_SHARE)
+    title, number = places.split_title(left, TITLE_SHARE)
     _paint_text(
         painter, look, gauge.title, title, round(_MAX_TITLE_FONT_SIZE * look.sizes.scale), "muted"
     )
@@ -37,7 +37,7 @@ def paint_gauge(
         return
     right = box.adjusted(left.width() + 0.02 * box.width(), 0, 0, 0)
     words = right.adjusted(0, 0, 0, -0.68 * high)
-    _paint_text(painter, look, f"{gauge.wanted} {gauge.unit}", words, 400, "target", bold=True)
+    _paint_text(painter, look, f"{gauge.target_text} {gauge.unit}", words, 400, "target", bold=True)
     track = right.adjusted(0, 0.46 * high, 0, -0.1 * high)
     _paint_track(painter, look, gauge, track)
 
@@ -70,8 +70,8 @@ def _paint_track(painter: QPainter, look: DisplayStyle, gauge: Gauge, box: QRect
     painter.setPen(QPen(cyan, max(0.06 * box.height(), 2.0)))
     painter.drawLine(band.topLeft(), band.bottomLeft())
     painter.drawLine(band.topRight(), band.bottomRight())
-    if gauge.at is not None:
-        _paint_marker(painter, look, gauge.at, box)
+    if gauge.marker is not None:
+        _paint_marker(painter, look, gauge.marker, box)
 
 
 def _paint_marker(painter: QPainter, look: DisplayStyle, at: float, box: QRectF) -> None:

@@ -44,9 +44,9 @@ def _target_gauge(
         title="SPEED" if spec.id == "V" else "ALPHA",
         number=coarse_number_text(spec, value, units, decimals),
         unit=display_unit_text(spec, units),
-        wanted=f"want {coarse_number_text(spec, wanted, units, decimals)}"
+        target_text=f"want {coarse_number_text(spec, wanted, units, decimals)}"
         f" ± {coarse_number_text(spec, tolerance, units, decimals)}",
-        at=share,
+        marker=share,
         low=0.5 - _TOLERANCE_SHARE,
         high=0.5 + _TOLERANCE_SHARE,
     )
@@ -76,9 +76,9 @@ def _amplitude_gauge(
         title=title,
         number=number,
         unit=display_unit_text(spec, units),
-        wanted=f"want {coarse_number_text(spec, band.low, units, 0)}"
+        target_text=f"want {coarse_number_text(spec, band.low, units, 0)}"
         f"–{coarse_number_text(spec, band.high, units, 0)}",
-        at=None if value is None else value / full,
+        marker=None if value is None else value / full,
         low=band.low / full,
         high=band.high / full,
     )

@@ -62,8 +62,8 @@ def build_page_actions(
             key=shortcut_text(
                 actions[name].shortcuts()[-1 if sticks and name == "mute" else 0].toString()
             ),
-            first=name == "pilot_fly_card" and looking,
-            why="" if actions[name].isEnabled() else actions[name].toolTip(),
+            is_default=name == "pilot_fly_card" and looking,
+            disabled_reason="" if actions[name].isEnabled() else actions[name].toolTip(),
         )
         for name in shown
     )

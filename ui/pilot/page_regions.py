@@ -28,7 +28,7 @@ _FIRST_HINT_SHARE: Final = 0.6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PageRegions:
-    """Boxes of the page, pixels; no `foot` where it has no room for a line of the small letters,
+    """Boxes of the page, pixels; no `footer` where it has no room for a line of the small letters,
     and how high a title is at least."""  # noqa: D205, D209
 
     state: QRectF
@@ -39,10 +39,10 @@ class PageRegions:
     leg: QRectF
     card: QRectF
     time: QRectF
-    foot: QRectF | None
-    least_title: float
+    footer: QRectF | None
+    min_title_height: float
 
-    def titled(self, box: QRectF, share: float) -> tuple[QRectF, QRectF]:
+    def split_title(self, box: QRectF, share: float) -> tuple[QRectF, QRectF]:
         """Return the strip on top of a box where its title stands, and what is below.
 
         Parameters
@@ -52,7 +52,7 @@ class PageRegions:
             Of its height for the title, unless the least letters take more.
         """
         high = box.height()
-        strip = min(max(share * high, self.least_title), _MAX_TITLE_SHARE * high)
+        strip = min(max(share * high, self.min_title_height), _MAX_TITLE_SHARE * high)
         return box.adjusted(0, 0, 0, strip - high), box.adjusted(0, strip, 0, 0)
 
     def hint_boxes(self, count: int) -> tuple[QRectF, ...]:
@@ -111,6 +111,6 @@ def compute_regions(width: float, height: float, scale: float) -> PageRegions:
         leg=QRectF(gauges.right() - right, gauges.top(), right, gauges.height()),
         card=card.adjusted(0, 0, -right - gap, 0),
         time=QRectF(card.right() - right, card.top(), right, card.height()),
-        foot=rows[4] if len(rows) > 4 else None,
-        least_title=_LINE_SPACING * _MIN_TITLE_SIZE * scale,
+        footer=rows[4] if len(rows) > 4 else None,
+        min_title_height=_LINE_SPACING * _MIN_TITLE_SIZE * scale,
     )

@@ -42,77 +42,77 @@ class PilotPageState:
 
     def restart(self) -> None:
         """Begin with another flight."""
-        self._choosing.forget()
+        self._choosing.reset()
         self._dismissed = ""
         self._calm = DisplayRateLimiter(self._clock)
         self.snapshot = None
 
-    def look(self) -> CueSnapshot | None:
+    def update(self) -> CueSnapshot | None:
         """Look at the cues anew, and return them."""
         self.snapshot = self._cues.snapshot()
         return self.snapshot
 
-    def sheet(self, units: str) -> CueDisplay:
+    def build_display(self, units: str) -> CueDisplay:
         """Return what stands on the page, as of the last look."""
         reading = CueDisplayInput(
             cues=self.snapshot,
             units=units,
-            open=self._cues.is_open,
-            silent=self._cues.silent(),
-            watched=self._cues.watched(),
-            dismissed=self._dismissed,
-            browsed=self._choosing.browsed(self._cues.cards),
-            wanted=self._wanted(),
+            is_flight_open=self._cues.is_open,
+            seconds_without_data=self._cues.seconds_without_data(),
+            monitored_fraction=self._cues.monitored_fraction(),
+            dismissed_verdict_id=self._dismissed,
+            browsed_card=self._choosing.browsed_card(self._cues.cards),
+            target_input=self._wanted(),
         )
-        return self._calm.calmed(build_cue_display(reading))
+        return self._calm.limit(build_cue_display(reading))
 
     def _wanted(self) -> TargetInput | None:
         """Return what was wanted of the input whose verdict is on the page."""
-        standing = self.standing_verdict
+        standing = self.shown_verdict_id
         debrief = self._cues.debrief() if standing else None
         maneuvers = () if debrief is None else debrief.maneuvers
-        return next((one.wanted for one in maneuvers if one.verdict.id == standing), None)
+        return next((one.target_input for one in maneuvers if one.verdict.id == standing), None)
 
     # Cards
 
     @property
-    def looking(self) -> bool:
+    def is_browsing(self) -> bool:
         """Return whether another card is looked at than that which is to be flown."""
-        return self._choosing.browsed(self._cues.cards) is not None
+        return self._choosing.browsed_card(self._cues.cards) is not None
 
     def step_card(self, steps: int) -> None:
         """Look at another card."""
-        self._calm.release()
-        self._choosing.step(self._cues.cards, self.look(), steps)
+        self._calm.reset()
+        self._choosing.step(self._cues.cards, self.update(), steps)
 
-    def fly_card(self) -> None:
+    def select_browsed_card(self) -> None:
         """Have the card that is looked at flown from now on."""
-        self._choose(self._choosing.chosen(self.look()))
+        self._choose(self._choosing.selected_card_id(self.update()))
 
-    def repeat(self) -> None:
+    def repeat_last_card(self) -> None:
         """Have the card of the latest maneuver flown again."""
-        card = find_last_flown_card(self.look(), self._cues.cards)
+        card = find_last_flown_card(self.update(), self._cues.cards)
         if card:
             self._choose(card)
 
-    def any_card(self) -> None:
+    def clear_card_selection(self) -> None:
         """Let the program choose again."""
         self._choose("")
 
     def _choose(self, card_id: str) -> None:
-        self._calm.release()
-        self._choosing.forget()
-        self._cues.choose(card_id)
+        self._calm.reset()
+        self._choosing.reset()
+        self._cues.select_card(card_id)
 
     # The verdict
 
     @property
-    def standing_verdict(self) -> str:
+    def shown_verdict_id(self) -> str:
         """Return the id of the maneuver whose verdict is on the page; empty for none."""
         verdict = None if self.snapshot is None else self.snapshot.fresh_verdict
         return verdict.id if verdict is not None and verdict.id != self._dismissed else ""
 
-    def dismiss(self) -> None:
+    def dismiss_verdict(self) -> None:
         """Put the verdict away; it stays in the debrief."""
-        self.look()
-        self._dismissed = self.standing_verdict or self._dismissed
+        self.update()
+        self._dismissed = self.shown_verdict_id or self._dismissed

@@ -43,14 +43,14 @@ class PilotCanvas(QWidget):
 
     Attributes
     ----------
-    sheet : CueDisplay
+    display : CueDisplay
         What it shows.
     """
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
-        self.sheet = CueDisplay(word="NO FLIGHT", sign="unknown", tone="unknown")
+        self.display = CueDisplay(status_text="NO FLIGHT", sign="unknown", tone="unknown")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
@@ -61,14 +61,14 @@ class PilotCanvas(QWidget):
         """Return a size that it would like; any will do."""
         return QSize(960, 600)
 
-    def show_sheet(self, sheet: CueDisplay) -> None:
+    def show_display(self, sheet: CueDisplay) -> None:
         """Show another page."""
-        if sheet == self.sheet:
+        if sheet == self.display:
             return
-        if sheet.said != self.sheet.said:
-            self.setAccessibleDescription(sheet.said)
-        former, self.sheet = self.sheet, sheet
-        places = self.regions()
+        if sheet.accessible_text != self.display.accessible_text:
+            self.setAccessibleDescription(sheet.accessible_text)
+        former, self.display = self.display, sheet
+        places = self.compute_regions()
         if replace(former, gauges=sheet.gauges) == sheet:
             self.update(places.gauges.toAlignedRect())
         elif replace(former, ring=sheet.ring, count=sheet.count) == sheet:
@@ -76,13 +76,13 @@ class PilotCanvas(QWidget):
         else:
             self.update()
 
-    def regions(self) -> PageRegions:
+    def compute_regions(self) -> PageRegions:
         """Return where everything stands."""
         return compute_regions(float(self.width()), float(self.height()), self._look.sizes.scale)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw it, or the part of it that moved."""
-        places = self.regions()
+        places = self.compute_regions()
         asked = QRectF(event.rect())
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -93,7 +93,7 @@ class PilotCanvas(QWidget):
             (places.gauges, self._paint_gauges),
             (places.leg, self._paint_leg),
             (places.card.united(places.time), self._paint_card),
-            (places.foot, self._paint_foot),
+            (places.footer, self._paint_foot),
         ):
             if box is not None and asked.intersects(box):
                 paint(painter, places)
@@ -111,7 +111,7 @@ class PilotCanvas(QWidget):
         return None, look.color("muted" if tone == "unknown" else "text")
 
     def _paint_state(self, painter: QPainter, places: PageRegions) -> None:
-        sheet, look = self.sheet, self._look
+        sheet, look = self.display, self._look
         fill, ink = self._colors(sheet.tone)
         painter.save()
         if fill is not None:
@@ -146,28 +146,28 @@ class PilotCanvas(QWidget):
         high = places.word.height()
         room = places.word.adjusted(0, -0.2 * high, 0, 0.2 * high)
         painter.setFont(
-            fit_font(sheet.word, room, round(_CAP_HEIGHT * high), _MIN_FONT_SIZE, bold=True)
+            fit_font(sheet.status_text, room, round(_CAP_HEIGHT * high), _MIN_FONT_SIZE, bold=True)
         )
-        painter.drawText(places.word, _ALIGN.AlignVCenter | _ALIGN.AlignLeft, sheet.word)
+        painter.drawText(places.word, _ALIGN.AlignVCenter | _ALIGN.AlignLeft, sheet.status_text)
 
     # The others
 
     def _paint_hints(self, painter: QPainter, places: PageRegions) -> None:
-        hints = self.sheet.hints
+        hints = self.display.hints
         for hint, box in zip(hints, places.hint_boxes(len(hints)), strict=False):
             self._paint_hint(painter, hint, box, wrap=len(hints) == 1)
 
     def _paint_gauges(self, painter: QPainter, places: PageRegions) -> None:
-        gauges = self.sheet.gauges
+        gauges = self.display.gauges
         for gauge, box in zip(gauges, places.gauge_boxes(len(gauges)), strict=True):
             paint_gauge(painter, self._look, gauge, box, places)
 
     def _paint_foot(self, painter: QPainter, places: PageRegions) -> None:
-        if places.foot is not None:
+        if places.footer is not None:
             scale = self._look.sizes.scale
-            words = footer_text(self.sheet.foot, places.foot, round(SMALL_FONT_SIZE * scale))
+            words = footer_text(self.display.footer, places.footer, round(SMALL_FONT_SIZE * scale))
             largest = round(_MAX_SMALL_FONT_SIZE * scale)
-            self._text(painter, words, places.foot, largest, "muted", wrap=True)
+            self._text(painter, words, places.footer, largest, "muted", wrap=True)
 
     def _paint_hint(self, painter: QPainter, hint: Hint, box: QRectF, *, wrap: bool) -> None:
         color = self._look.color(
@@ -182,37 +182,37 @@ class PilotCanvas(QWidget):
             words = box.adjusted(1.45 * side, 0, 0, 0)
         painter.setPen(color)
         largest = round(0.8 * box.height()) if not wrap else round(0.62 * box.height())
-        painter.setFont(fit_font(hint.words, words, largest, _MIN_FONT_SIZE, bold=True, wrap=wrap))
+        painter.setFont(fit_font(hint.text, words, largest, _MIN_FONT_SIZE, bold=True, wrap=wrap))
         flags = _ALIGN.AlignVCenter | _ALIGN.AlignLeft
-        painter.drawText(words, flags | _WRAP if wrap else flags, hint.words)
+        painter.drawText(words, flags | _WRAP if wrap else flags, hint.text)
 
     def _paint_leg(self, painter: QPainter, places: PageRegions) -> None:
         box = places.leg
-        if not self.sheet.leg:
+        if not self.display.leg_time_text:
             return
-        title, number = places.titled(box, TITLE_SHARE)
+        title, number = places.split_title(box, TITLE_SHARE)
         self._title(painter, "LEG LEFT", title, right=True)
-        role = "caution" if self.sheet.leg_short else "text"
-        words = self.sheet.leg if self.sheet.leg == DASH else f"{self.sheet.leg} s"
+        role = "caution" if self.display.leg_short else "text"
+        words = self.display.leg_time_text if self.display.leg_time_text == DASH else f"{self.display.leg_time_text} s"
         self._text(painter, words, number, 400, role, bold=True, right=True)
 
     def _paint_card(self, painter: QPainter, places: PageRegions) -> None:
-        card, box, time = self.sheet.card, places.card, places.time
-        lead, below = places.titled(box, _LEAD_SHARE)
+        card, box, time = self.display.card, places.card, places.time
+        lead, below = places.split_title(box, _LEAD_SHARE)
         words, gain = _split_card_box(below)
         if card == CardDisplay():
             return
         painter.setPen(self._look.color("line"))
         painter.drawLine(box.topLeft(), time.topRight())
-        self._title(painter, card.lead, lead)
-        self._text(painter, card.words, words, 400, "text", bold=True)
-        self._text(painter, card.gain, gain, 400, "caution" if card.problem else "text", wrap=True)
-        title, below = places.titled(time, _LEAD_SHARE)
+        self._title(painter, card.heading, lead)
+        self._text(painter, card.text, words, 400, "text", bold=True)
+        self._text(painter, card.benefit_text, gain, 400, "caution" if card.problem else "text", wrap=True)
+        title, below = places.split_title(time, _LEAD_SHARE)
         upper, lower = _split_card_box(below)
-        if card.time or card.room:
+        if card.time_left_text or card.maneuvers_left_text:
             self._title(painter, "FLIGHT", title, right=True)
-        self._text(painter, card.time, upper, 400, "text", bold=True, right=True)
-        self._text(painter, card.room, lower, 400, "text", right=True)
+        self._text(painter, card.time_left_text, upper, 400, "text", bold=True, right=True)
+        self._text(painter, card.maneuvers_left_text, lower, 400, "text", right=True)
 
     def _title(self, painter: QPainter, words: str, box: QRectF, *, right: bool = False) -> None:
         largest = round(_MAX_TITLE_FONT_SIZE * self._look.sizes.scale)

@@ -54,7 +54,7 @@ class PilotPage(QWidget):
     ----------
     changed : Signal
         Other commands are of use now.
-    wanted : Signal
+    show_requested : Signal
         The place should be on screen.
     cues : FlightCues
         What is known of the open flight.
@@ -69,7 +69,7 @@ class PilotPage(QWidget):
     """
 
     changed = Signal()
-    wanted = Signal()
+    show_requested = Signal()
 
     def __init__(
         self,
@@ -109,14 +109,14 @@ class PilotPage(QWidget):
         self.help = TrainingStatusLine(look)
         column.addWidget(self.help)
         self.buttons = ActionBar(look)
-        self.buttons.pressed.connect(lambda name: actions[name].trigger())
+        self.buttons.triggered.connect(lambda name: actions[name].trigger())
         column.addWidget(self.buttons)
         self._capture = StickKeyFilter(self.training, self.canvas)
         self.training.changed.connect(self._training_changed)
         self.own_window.changed.connect(self.refresh)
         desk.changed.connect(self._flight_changed)
-        desk.painted.connect(lambda _until: self._samples_came())
-        desk.told.connect(self.refresh)
+        desk.frame_requested.connect(lambda _until: self._samples_came())
+        desk.refreshed.connect(self.refresh)
         look.changed.connect(self._restyle)
 
     # Commands
@@ -125,15 +125,15 @@ class PilotPage(QWidget):
     def handlers(self) -> Mapping[str, Callable[[], object]]:
         """Return what the commands of this place do."""
         return {
-            "pilot_page": lambda: self.go(debrief=False),
-            "pilot_debrief": lambda: self.go(debrief=True),
+            "pilot_page": lambda: self.show_page(debrief=False),
+            "pilot_debrief": lambda: self.show_page(debrief=True),
             "pilot_window": self.own_window.toggle,
             "pilot_speak": self.toggle_speech,
             **self._page_handlers,
-            "pilot_keep": self.debrief.keep,
+            "pilot_keep": self.debrief.store,
             "pilot_charts": self.debrief.show_in_charts,
-            "pilot_train": self.train,
-            "pilot_sticks": self.training.exchange,
+            "pilot_train": self.start_training,
+            "pilot_sticks": self.training.exchange_control,
         }
 
     @property
@@ -151,10 +151,10 @@ class PilotPage(QWidget):
         return {
             "pilot_previous_card": then_show(lambda: state.step_card(-1)),
             "pilot_next_card": then_show(lambda: state.step_card(1)),
-            "pilot_fly_card": then_show(state.fly_card),
-            "pilot_repeat": then_show(state.repeat),
-            "pilot_any_card": then_show(state.any_card),
-            "pilot_dismiss": then_show(state.dismiss),
+            "pilot_fly_card": then_show(state.select_browsed_card),
+            "pilot_repeat": then_show(state.repeat_last_card),
+            "pilot_any_card": then_show(state.clear_card_selection),
+            "pilot_dismiss": then_show(state.dismiss_verdict),
         }
 
     @property
@@ -168,13 +168,13 @@ class PilotPage(QWidget):
         if not self.shown:
             return ()
         found: list[CommandRequirement] = ["pilot"]
-        if self.debriefing:
-            if self.debrief.page is not None and self.debrief.page.maneuver is not None:
+        if self.is_debrief_shown:
+            if self.debrief.page is not None and self.debrief.page.current_maneuver is not None:
                 found.append("pilot_flown")
             return tuple(found)
         if self.cues.cards is not None:
             found.append("pilot_cards")
-        if self.state.standing_verdict:
+        if self.state.shown_verdict_id:
             found.append("pilot_verdict")
         if self.training.running:
             found.append("pilot_training")
@@ -182,10 +182,10 @@ class PilotPage(QWidget):
 
     # What the crew does
 
-    def go(self, *, debrief: bool) -> None:
+    def show_page(self, *, debrief: bool) -> None:
         """Show the page of the cues, or the debrief."""
         if debrief:
-            page = self.debrief.made()
+            page = self.debrief.get_page()
             if self.stack.indexOf(page) < 0:
                 self.stack.addWidget(page)
             self.stack.setCurrentWidget(page)
@@ -197,39 +197,39 @@ class PilotPage(QWidget):
         self.begin()
 
     @property
-    def debriefing(self) -> bool:
+    def is_debrief_shown(self) -> bool:
         """Return whether the debrief is on screen, or comes up with the place."""
         return self.stack.currentWidget() is not self.canvas
 
     def begin(self) -> None:
         """Put the keyboard where one goes on."""
-        if self.debriefing:
-            self.debrief.made().begin()
+        if self.is_debrief_shown:
+            self.debrief.get_page().begin()
         else:
             self.canvas.setFocus()
 
-    def train(self) -> None:
+    def start_training(self) -> None:
         """Begin a training flight, on the page; not in the place of a flight that is recorded."""
         if self.training.start():
-            self.go(debrief=False)
-            self.wanted.emit()
+            self.show_page(debrief=False)
+            self.show_requested.emit()
 
     def _training_changed(self) -> None:
         """Show who has the sticks, and that the flight began or ended."""
-        self.help.show_training(self.training)
-        if self.training.flies and self.debriefing:
-            self.go(debrief=False)
+        self.help.show_status(self.training)
+        if self.training.trainee_has_control and self.is_debrief_shown:
+            self.show_page(debrief=False)
         self.refresh()
 
     def _sticks_words(self) -> str:
         if not self.training.running:
             return ""
-        return "Give it back" if self.training.flies else "I have it"
+        return "Give it back" if self.training.trainee_has_control else "I have it"
 
     # Speech
 
     @property
-    def aloud(self) -> bool:
+    def is_speech_enabled(self) -> bool:
         """Return whether cues are spoken."""
         wish = self._store.current.flight_speech
         opened = self._was_opened or self.own_window.window is not None
@@ -237,7 +237,7 @@ class PilotPage(QWidget):
 
     def toggle_speech(self) -> None:
         """Speak the cues of this flight and of those to come, or none."""
-        self._store.change(flight_speech="never" if self.aloud else "always")
+        self._store.change(flight_speech="never" if self.is_speech_enabled else "always")
         self.refresh()
 
     # What happens
@@ -263,7 +263,7 @@ class PilotPage(QWidget):
     def _flight_changed(self) -> None:
         """Another flight is open, or none."""
         self.state.restart()
-        self.speech.restart(self.cues.spoken())
+        self.speech.restart(self.cues.spoken_cues())
         self.debrief.refresh()
         self.refresh()
         # Whoever shows the flight elsewhere may have taken the keyboard along.
@@ -278,7 +278,7 @@ class PilotPage(QWidget):
         """Show it in other colors, sizes or units; units are spoken, too."""
         if self._look.units != self._units:
             self._units = self._look.units
-            self.cues.use_units(self._units)
+            self.cues.set_units(self._units)
         self.refresh()
 
     def _samples_came(self) -> None:
@@ -289,28 +289,28 @@ class PilotPage(QWidget):
     def refresh(self) -> None:
         """Show and say what the cues are now."""
         self._looked = time.monotonic()
-        second, aloud = self.own_window.window, self.aloud
+        second, aloud = self.own_window.window, self.is_speech_enabled
         watched = self.shown or second is not None
         # A flight that nobody watches here costs nothing.
-        cues = self.state.look() if watched or aloud else None
+        cues = self.state.update() if watched or aloud else None
         # While a flight is caught up with, what is to be heard was true a while ago.
-        current = self.cues.watched() >= 1.0
-        self.speech.hear(cues, self.cues.spoken(), aloud=aloud and current)
+        current = self.cues.monitored_fraction() >= 1.0
+        self.speech.speak_new_cues(cues, self.cues.spoken_cues(), aloud=aloud and current)
         self._actions["pilot_speak"].setChecked(aloud)
         if watched:
-            sheet = self.state.sheet(self._look.units)
-            self.canvas.show_sheet(sheet)
+            sheet = self.state.build_display(self._look.units)
+            self.canvas.show_display(sheet)
             if second is not None:
-                second.canvas.show_sheet(sheet)
+                second.canvas.show_display(sheet)
         if self.shown:
-            if self.debriefing:
-                self.debrief.refresh(None if cues is None else cues.events)
+            if self.is_debrief_shown:
+                self.debrief.refresh(None if cues is None else cues.event_count)
             self._tell_present()
-            self.buttons.show_offers(
+            self.buttons.show_actions(
                 build_page_actions(
                     self._actions,
-                    debrief=self.debriefing,
-                    looking=self.state.looking,
+                    debrief=self.is_debrief_shown,
+                    looking=self.state.is_browsing,
                     sticks=self._sticks_words(),
                 )
             )

@@ -49,7 +49,7 @@ class PilotWindow(QWidget):
         column.addWidget(self.canvas)
         self.setMinimumSize(320, 200)
 
-    def open_beside(self, main: QWidget) -> None:
+    def open_on_other_screen(self, main: QWidget) -> None:
         """Fill a screen that the main window is not on, or show a window on the only one."""
         other = find_other_screen(main.screen(), QGuiApplication.screens())
         here = other or main.screen()

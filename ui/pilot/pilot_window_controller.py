@@ -74,7 +74,7 @@ class PilotWindowController(QObject):
         }
         self.window = PilotWindow(self._look, keys)
         self.window.closed.connect(self._closed)
-        self.window.open_beside(self._place.window())
+        self.window.open_on_other_screen(self._place.window())
         self._remember(is_open=True)
 
     def _closed(self) -> None:

@@ -74,30 +74,30 @@ def take_pilot_screenshots(flight: Path, out: Path, guise: WindowAppearance) -> 
 
 def _capture_flight(crew: ScreenshotTaker, flight: Path) -> Iterator[Path]:
     """Go to where each state stands, then to the debrief."""
-    desk = crew.window.desk
-    desk.starter.open_flight(flight, playing=False)
-    crew.wait(lambda: desk.is_loaded, f"{flight} to open")
-    crew.window.show_place("pilot")
+    desk = crew.window.flight_controller
+    desk.flight_opener.open_flight(flight, playing=False)
+    crew.wait_until(lambda: desk.is_loaded, f"{flight} to open")
+    crew.window.show_page("pilot")
     for name, at in _find_picture_times(crew).items():
         _go_to(crew, at + _EVENT_DELAY_SECONDS)
-        yield crew.take(name)
+        yield crew.take_screenshot(name)
     span = desk.replay_span
     if span is not None:
         _go_to(crew, span[1])
-    crew.window.pilot.go(debrief=True)
-    yield crew.take("debrief")
-    crew.window.pilot.go(debrief=False)
+    crew.window.pilot_page.show_page(debrief=True)
+    yield crew.take_screenshot("debrief")
+    crew.window.pilot_page.show_page(debrief=False)
 
 
 def _find_picture_times(crew: ScreenshotTaker) -> Mapping[str, float]:
     """Return the flight time of each picture: of its kind that nearest to the middle."""
-    desk = crew.window.desk
+    desk = crew.window.flight_controller
     span, session = desk.replay_span, desk.session
-    if span is None or session is None or session.cue_watch is None:
+    if span is None or session is None or session.cue_monitor is None:
         return {}
     _go_to(crew, span[1])
     middle = 0.5 * (span[0] + span[1])
-    log = _visible_events(session.cue_watch.cueing.log)
+    log = _visible_events(session.cue_monitor.cueing.log)
     log.sort(key=lambda one: -abs(one.time - middle))
     found = {_picture_name(event): event.time for event in log}  # the nearest come last, and stay
     found.pop("", None)
@@ -124,22 +124,22 @@ def _visible_events(log: Sequence[CueEvent]) -> list[CueEvent]:
 
 
 def _go_to(crew: ScreenshotTaker, at: float) -> None:
-    crew.window.desk.seek(at)
-    crew.wait(lambda: crew.window.desk.is_settled, "the cues")
-    crew.window.desk.tick()
+    crew.window.flight_controller.seek(at)
+    crew.wait_until(lambda: crew.window.flight_controller.is_up_to_date, "the cues")
+    crew.window.flight_controller.tick()
 
 
 def _capture_training(crew: ScreenshotTaker) -> Iterator[Path]:
     """Take the sticks of the virtual aircraft."""
-    pilot, desk = crew.window.pilot, crew.window.desk
-    pilot.train()
-    crew.wait(lambda: pilot.training.running and desk.time is not None, "the aircraft")
-    crew.wait(lambda: (desk.time or 0.0) > _TRAINING_START_SECONDS, "the aircraft")
-    pilot.training.exchange()
-    crew.wait(lambda: pilot.training.flies, "the sticks")
+    pilot, desk = crew.window.pilot_page, crew.window.flight_controller
+    pilot.start_training()
+    crew.wait_until(lambda: pilot.training.running and desk.time is not None, "the aircraft")
+    crew.wait_until(lambda: (desk.time or 0.0) > _TRAINING_START_SECONDS, "the aircraft")
+    pilot.training.exchange_control()
+    crew.wait_until(lambda: pilot.training.trainee_has_control, "the sticks")
     begin = desk.time or 0.0
-    crew.wait(lambda: (desk.time or 0.0) > begin + _TRAINING_SECONDS, "the flight")
-    yield crew.take("training")
+    crew.wait_until(lambda: (desk.time or 0.0) > begin + _TRAINING_SECONDS, "the flight")
+    yield crew.take_screenshot("training")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -152,7 +152,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             take_pilot_screenshots(
                 given.flight or _write_virtual_flight(Path(scratch)),
                 given.out,
-                WindowAppearance.given(given),
+                WindowAppearance.from_arguments(given),
             )
         except GroundStationError as error:
             sys.exit(str(error))
@@ -165,7 +165,7 @@ def _write_virtual_flight(folder: Path) -> Path:
     from gsapp.flight.folder import FlightFolder
 
     flight = write_virtual_flight(folder, "default")
-    FlightFolder(path=flight).keep_cards(load_cards("b777"))
+    FlightFolder(path=flight).store_cards(load_cards("b777"))
     return flight
 
 

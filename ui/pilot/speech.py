@@ -37,9 +37,9 @@ class FlightSpeech:
     def restart(self, spoken: Sequence[Announcement] = ()) -> None:
         """Begin with another flight; what was to be heard of it before is not said."""
         self._heard = len(spoken)
-        self._voice.hush(False)
+        self._voice.set_quiet(False)
 
-    def hear(
+    def speak_new_cues(
         self, cues: CueSnapshot | None, spoken: Sequence[Announcement], *, aloud: bool
     ) -> None:
         """Let be heard what is new.
@@ -56,17 +56,17 @@ class FlightSpeech:
         if len(spoken) < self._heard:
             self._heard = 0  # a replay went back
         new, self._heard = spoken[self._heard :], len(spoken)
-        under_way = cues.under_way if aloud and cues is not None else None
-        self._voice.hush(under_way is not None and under_way.phase == "hands-off")
+        under_way = cues.input_in_progress if aloud and cues is not None else None
+        self._voice.set_quiet(under_way is not None and under_way.phase == "hands-off")
         if not aloud or cues is None or cues.time is None:
             return
         for one in new:
             if cues.time - one.time > MAX_SPEECH_DELAY:
                 continue
             if one.tone:
-                self._voice.tone(one.tone)
-            if one.words:
-                self._voice.say(one.words, _PRIORITY[one.priority], through=True)
+                self._voice.play_tone(one.tone)
+            if one.text:
+                self._voice.say(one.text, _PRIORITY[one.priority], through=True)
                 if one.tone:
                     # Where there is no voice a common tone has just taken its place.
-                    self._voice.tone(one.tone)
+                    self._voice.play_tone(one.tone)

@@ -39,7 +39,7 @@ class StickKeyFilter(QObject):
         """Take a key that belongs to the sticks."""
         kind = event.type()
         if kind == QEvent.Type.FocusOut:
-            self._training.keys.let_go()
+            self._training.keys.release_all()
         elif isinstance(event, QKeyEvent) and self._is_ours(event):
             key = Qt.Key(event.key())
             if kind == QEvent.Type.KeyPress:
@@ -52,8 +52,8 @@ class StickKeyFilter(QObject):
         return False
 
     def _is_ours(self, event: QKeyEvent) -> bool:
-        if not StickKeys.flies(Qt.Key(event.key())):
+        if not StickKeys.is_stick_key(Qt.Key(event.key())):
             return False
         # A key that went down while the trainee had it may come up later.
         released = event.type() == QEvent.Type.KeyRelease
-        return released or (self._training.flies and not event.modifiers() & ~_MODIFIERS)
+        return released or (self._training.trainee_has_control and not event.modifiers() & ~_MODIFIERS)

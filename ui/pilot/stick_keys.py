@@ -57,7 +57,7 @@ class LeverStep:
     """A lever to be moved by a share of its travel."""
 
     axis: str
-    by: float
+    step: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,7 +89,7 @@ class StickKeys:
         self._down: list[Qt.Key] = []
 
     @staticmethod
-    def flies(key: Qt.Key) -> bool:
+    def is_stick_key(key: Qt.Key) -> bool:
         """Return whether a key belongs to the sticks while the trainee flies."""
         return key in _STICK_KEYS or key in _LEVER_KEYS or key in _TRAVEL_KEYS or key in _RATE_KEYS
 
@@ -107,14 +107,14 @@ class StickKeys:
         if key in _STICK_KEYS:
             axis, way = _STICK_KEYS[key]
             if trim:
-                return LeverStep(axis=axis, by=way * _TRIM_STEP)
+                return LeverStep(axis=axis, step=way * _TRIM_STEP)
             if not again:
                 self.release(key)
                 self._down.append(key)
             return None
         if key in _LEVER_KEYS:
             axis, by = _LEVER_KEYS[key]
-            return LeverStep(axis=axis, by=by)
+            return LeverStep(axis=axis, step=by)
         if key in _TRAVEL_KEYS and not again:
             return StickTravel(share=_TRAVEL_KEYS[key])
         if key in _RATE_KEYS and not again:
@@ -126,12 +126,12 @@ class StickKeys:
         if key in self._down:
             self._down.remove(key)
 
-    def let_go(self) -> None:
+    def release_all(self) -> None:
         """Take all hands off the sticks, as when the window is left."""
         self._down.clear()
 
     @property
-    def push(self) -> StickPosition:
+    def position(self) -> StickPosition:
         """Return where the keys push now."""
         axes = dict(_STICK_KEYS[key] for key in self._down)
         return StickPosition(**axes)

@@ -66,7 +66,7 @@ class TrainingFlight(QObject):
         self._timer.setInterval(_PERIOD_MS)
         self._timer.timeout.connect(self._say_sticks)
         self._flight.changed.connect(self._began_or_ended)
-        desk.told.connect(self._listen)
+        desk.refreshed.connect(self._listen)
 
     @property
     def running(self) -> bool:
@@ -79,12 +79,12 @@ class TrainingFlight(QObject):
         return self._flight.folder
 
     @property
-    def flies(self) -> bool:
+    def trainee_has_control(self) -> bool:
         """Return whether the trainee has the aircraft."""
         return self._flies and self.running
 
     @property
-    def settings(self) -> str:
+    def settings_text(self) -> str:
         """Return how the keys are set, in words."""
         return f"{STICK_TRAVEL_TEXTS[self._size]}, {'high' if self._high else 'low'} rate"
 
@@ -106,13 +106,13 @@ class TrainingFlight(QObject):
         """Let it fly, for its own cards where the crew has prepared none."""
         session = self._desk.session
         if session is not None and session.cards is None:
-            session.use_cards(load_cards(VIRTUAL_AIRCRAFT))
+            session.set_cards(load_cards(VIRTUAL_AIRCRAFT))
         return TrainingProcess(folder, port, seed=self.seed, turbulence=self.turbulence)
 
     def _began_or_ended(self) -> None:
         if self._flight.process is None:
             self._timer.stop()
-            self.keys.let_go()
+            self.keys.release_all()
             self._flies = False
         self.changed.emit()
 
@@ -138,7 +138,7 @@ class TrainingFlight(QObject):
                 self.keys.let_go()
             self.changed.emit()
 
-    def exchange(self) -> None:
+    def exchange_control(self) -> None:
         """Take the sticks, or give them back."""
         aircraft = self._flight.process
         if aircraft is None:

@@ -38,10 +38,10 @@ class TrainingStatusLine(QLabel):
         px = self._look.px
         self.setContentsMargins(px(16), px(4), px(16), px(4))
 
-    def show_training(self, training: TrainingFlight) -> None:
+    def show_status(self, training: TrainingFlight) -> None:
         """Say who has it, and the keys."""
-        if training.flies:
-            self.setText(f"You have it ({training.settings}) · {_KEYS_TEXT} · H: give it back")
+        if training.trainee_has_control:
+            self.setText(f"You have it ({training.settings_text}) · {_KEYS_TEXT} · H: give it back")
         else:
             self.setText("The built-in pilot flies the pattern · H: you have it")
         self.setVisible(training.running)

@@ -26,20 +26,20 @@ class ActionItem:
         On the button.
     key : str
         That does it; empty for none.
-    first : bool
+    is_default : bool
         Whether it is the one thing that is wanted now.
-    why : str
+    disabled_reason : str
         Why it cannot be done now; empty if it can.
     """
 
     id: str
     text: str
     key: str = ""
-    first: bool = False
-    why: str = ""
+    is_default: bool = False
+    disabled_reason: str = ""
 
     @property
-    def words(self) -> str:
+    def label(self) -> str:
         """Return the text with the key."""
         return f"{self.text}   {shortcut_text(self.key)}" if self.key else self.text
 
@@ -54,11 +54,11 @@ class ActionBar(QWidget):
 
     Attributes
     ----------
-    pressed : Signal(str)
+    triggered : Signal(str)
         Id of the action.
     """
 
-    pressed = Signal(str)
+    triggered = Signal(str)
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -92,7 +92,7 @@ class ActionBar(QWidget):
         """Return the least size: never lower."""
         return QSize(self._look.px(160), self.sizeHint().height())
 
-    def show_offers(self, offers: Sequence[ActionItem]) -> None:
+    def show_actions(self, offers: Sequence[ActionItem]) -> None:
         """Show what can be done now."""
         if tuple(offers) == self.offers:
             return
@@ -103,11 +103,11 @@ class ActionBar(QWidget):
             offer = self.offers[place] if place < len(self.offers) else None
             if offer is None:
                 continue
-            button.setText(offer.words)
-            button.setAccessibleName(offer.words)
-            button.setEnabled(not offer.why)
-            button.setToolTip(offer.why)
-            role = "primary" if offer.first else ""
+            button.setText(offer.label)
+            button.setAccessibleName(offer.label)
+            button.setEnabled(not offer.disabled_reason)
+            button.setToolTip(offer.disabled_reason)
+            role = "primary" if offer.is_default else ""
             if button.property("role") != role:
                 button.setProperty("role", role)
                 repolish(button)
@@ -120,7 +120,7 @@ class ActionBar(QWidget):
         # As high as the bar: the style sheet knows a least height of its own.
         button.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Expanding)
         place = len(self._buttons)
-        button.clicked.connect(lambda: self.pressed.emit(self.offers[place].id))
+        button.clicked.connect(lambda: self.triggered.emit(self.offers[place].id))
         self._row.insertWidget(place, button, 1)
         self._buttons.append(button)
 
@@ -143,8 +143,8 @@ class ActionBar(QWidget):
             button.setVisible(place < shown)
         self._menu.clear()
         for offer in self.offers[shown:]:
-            entry = self._menu.addAction(offer.words, lambda name=offer.id: self.pressed.emit(name))
-            entry.setEnabled(not offer.why)
+            entry = self._menu.addAction(offer.label, lambda name=offer.id: self.triggered.emit(name))
+            entry.setEnabled(not offer.disabled_reason)
         self.more.setVisible(shown < len(self.offers))
         # At once: until the next round of events the new words would stand in the old widths.
         self._row.activate()

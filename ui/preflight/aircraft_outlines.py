@@ -25,13 +25,13 @@ class MovingPart:
         Closed.
     hinge : tuple of float
         Where it turns, and where its ring is drawn.
-    turns : bool
+    rotation_visible : bool
         Whether its turning can be seen in this view.
     """
 
     outline: OutlinePoints
     hinge: tuple[float, float]
-    turns: bool = True
+    rotation_visible: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,7 +87,7 @@ SIDE_OUTLINE = AircraftOutline(
             "elevator_right": MovingPart(outline=_ELEVATOR, hinge=(96, 19.4)),
             "aileron_left": MovingPart(outline=_AILERON, hinge=(58.5, 28.2)),
             "aileron_right": MovingPart(outline=_AILERON, hinge=(58.5, 28.2)),
-            "rudder": MovingPart(outline=_RUDDER, hinge=(95.4, 9.5), turns=False),
+            "rudder": MovingPart(outline=_RUDDER, hinge=(95.4, 9.5), rotation_visible=False),
             "alpha": MovingPart(outline=((2, 21.9), (2, 23.5), (7.6, 23.2), (7.6, 22.2)),
                           hinge=(2, 22.7)),
         }
@@ -119,13 +119,13 @@ TOP_OUTLINE = AircraftOutline(
     ),
     parts=MappingProxyType(
         {
-            "elevator_left": MovingPart(outline=_ELEVATOR_TOP, hinge=(41, 92), turns=False),
+            "elevator_left": MovingPart(outline=_ELEVATOR_TOP, hinge=(41, 92), rotation_visible=False),
             "elevator_right": MovingPart(
-                outline=_mirrored(_ELEVATOR_TOP, 50), hinge=(59, 92), turns=False
+                outline=_mirrored(_ELEVATOR_TOP, 50), hinge=(59, 92), rotation_visible=False
             ),
-            "aileron_left": MovingPart(outline=_AILERON_TOP, hinge=(13, 58.5), turns=False),
+            "aileron_left": MovingPart(outline=_AILERON_TOP, hinge=(13, 58.5), rotation_visible=False),
             "aileron_right": MovingPart(
-                outline=_mirrored(_AILERON_TOP, 50), hinge=(87, 58.5), turns=False
+                outline=_mirrored(_AILERON_TOP, 50), hinge=(87, 58.5), rotation_visible=False
             ),
             "rudder": MovingPart(outline=((49.1, 95), (50.9, 95), (50.2, 104.5), (49.8, 104.5)),
                            hinge=(50, 95)),

@@ -48,7 +48,7 @@ class AircraftPoseFigure:
     ----------
     kind : {"still", "lie", "turn", "cover", "blow"}
         Left alone; laid in a position; turned on the table; pitot covered; breath into it.
-    words : str
+    accessible_text : str
         The same for those who hear it.
     position : str
         ``z_down`` and so on, to lie in.
@@ -61,7 +61,7 @@ class AircraftPoseFigure:
     """
 
     kind: PoseKind
-    words: str
+    accessible_text: str
     position: str = "z_down"
     axis: str = "r"
     angle: float = 0.0

@@ -53,7 +53,7 @@ class CalibrationCharts(QWidget):
     def show_view(self, view: WizardView) -> None:
         """Draw the points and the curve of a view, if they are others; move the line of now."""
         state = (
-            view.instrument, view.points, view.calibration, view.check, self._look.theme.name
+            view.instrument, view.points, view.calibration, view.check_result, self._look.theme.name
         )  # fmt: skip
         if state != self._drawn:
             self._drawn = state
@@ -80,7 +80,7 @@ class CalibrationCharts(QWidget):
             if x.size
         ]  # fmt: skip
         off: list[PlotCurve] = []
-        if view.off_curve:
+        if view.residuals:
             volts = np.array([point.volts for point in view.points])
             places = np.linspace(volts.min(), volts.max(), _CURVE_SAMPLES)
             if calibration is not None:
@@ -109,7 +109,7 @@ class CalibrationCharts(QWidget):
         points = _split_by_direction(
             [
                 (point.volts, residual, point.direction)
-                for point, residual in zip(view.points, view.off_curve, strict=True)
+                for point, residual in zip(view.points, view.residuals, strict=True)
             ]
         )
         for (x, y), (way, symbol) in zip(points, _DIRECTION_SYMBOLS, strict=True):

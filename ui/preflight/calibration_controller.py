@@ -40,7 +40,7 @@ class CalibrationController:
         self._stale: Path | None = None
 
     @property
-    def shelf(self) -> CalibrationFolder:
+    def folder(self) -> CalibrationFolder:
         """Return the calibrations of the aircraft at hand."""
         name = find_current_aircraft(self._desk.session, self._store.current)
         practices = self._practice.running
@@ -52,23 +52,23 @@ class CalibrationController:
             shelf = self._shelf = CalibrationFolder(folder, name, usual)
         return shelf
 
-    def put(self, shelf: CalibrationFolder) -> None:
+    def apply(self, shelf: CalibrationFolder) -> None:
         """Let flights, the open one and those to come, be made with a shelf's certificates."""
         if shelf.folder != practice_folder(self._store.path):
-            self._store.change(calibration=str(shelf.flight_set()))
+            self._store.change(calibration=str(shelf.write_flight_certificates()))
         session = self._desk.session
         if (
             session is not None
-            and session.replaying is None
+            and session.replay_feed is None
             and path_kind(session.path) == "folder"
-            and shelf is self.shelf
-            and shelf.keep_with(session.path)
+            and shelf is self.folder
+            and shelf.copy_to_flight(session.path)
         ):
             self._stale = session.path
 
-    def read_anew(self) -> None:
+    def reload_flight(self) -> None:
         """Read the open flight with the certificates put in force: as any replay will."""
         session, stale = self._desk.session, self._stale
         self._stale = None
         if session is not None and session.path == stale:
-            self._desk.starter.open_flight(stale)
+            self._desk.flight_opener.open_flight(stale)

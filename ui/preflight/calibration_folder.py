@@ -78,7 +78,7 @@ class CalibrationFolder:
         self._began: dict[Path, dict[str, bytes]] = {}
         self.journal = self._root / _JOURNAL
 
-    def plan(self) -> CalibrationPlan:
+    def load_plan_in_use(self) -> CalibrationPlan:
         """Return what is calibrated: the aircraft's own plan, a shipped one, or the usual one.
 
         Raises
@@ -94,16 +94,16 @@ class CalibrationFolder:
         except UnknownNameError:
             return load_calibration_plan(_DEFAULT_PLAN)
 
-    def certificates(self) -> dict[str, Certificate]:
+    def certificates_in_force(self) -> dict[str, Certificate]:
         """Return the certificates in force by channel.
 
         Those of the usual set count for what was never calibrated here.
         """
-        left = self.store.skipped()
+        left = self.store.skipped_channels()
         known = {name: one for name, one in self._usual_ones().items() if name not in left}
         return {**known, **self.store.in_force()}
 
-    def checks(self) -> dict[str, CheckRecord]:
+    def last_checks(self) -> dict[str, CheckRecord]:
         """Return the last check of each certificate in force that was checked, by channel."""
         found = {}
         for name in self.store.in_force():
@@ -126,7 +126,7 @@ class CalibrationFolder:
             log.warning("certificates not taken: %s", error)
             return {}
 
-    def flight_set(self) -> Path:
+    def write_flight_certificates(self) -> Path:
         """Write the certificates in force into a folder that flights can be made with; return it.
 
         Raises
@@ -140,7 +140,7 @@ class CalibrationFolder:
                 write_certificate(certificate, self._kept / f"{certificate.channel}.toml")
         folder = self._root / "flights"
         wanted = {path.name: path.read_bytes() for path in list_files(self._kept, "*.toml")}
-        for name in self.store.skipped():
+        for name in self.store.skipped_channels():
             wanted.pop(f"{name}.toml", None)
         for path in list_files(self.store.in_force_folder, "*.toml"):
             wanted[path.name] = path.read_bytes()
@@ -153,12 +153,12 @@ class CalibrationFolder:
                 old.unlink()
         return folder
 
-    def who(self) -> str:
+    def last_operator(self) -> str:
         """Return who calibrated last here."""
         held = sorted(self.store.in_force().values(), key=lambda one: one.stamp)
         return held[-1].who if held else ""
 
-    def keep_with(self, flight: Path) -> bool:
+    def copy_to_flight(self, flight: Path) -> bool:
         """Copy what was calibrated here into a flight folder; return whether that changed anything.
 
         Raises
@@ -171,7 +171,7 @@ class CalibrationFolder:
         # As the flight began, where nothing made here counts any more.
         began = self._began.setdefault(flight, before)
         held = {path.stem: path for path in list_files(self.store.in_force_folder, "*.toml")}
-        left = self.store.skipped()
+        left = self.store.skipped_channels()
         after = {name: one for name, one in began.items() if name not in left}
         after |= {name: path.read_bytes() for name, path in held.items()}
         if after == before:
@@ -179,7 +179,7 @@ class CalibrationFolder:
         with tempfile.TemporaryDirectory() as scratch:
             for name, content in after.items():
                 Path(scratch, f"{name}.toml").write_bytes(content)
-            folder.keep_certificates(sorted(Path(scratch).iterdir()))
+            folder.store_certificates(sorted(Path(scratch).iterdir()))
         return True
 
 

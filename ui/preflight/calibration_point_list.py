@@ -48,7 +48,7 @@ class CalibrationPointRow:
     current: bool = False
 
     @property
-    def words(self) -> str:
+    def accessible_text(self) -> str:
         """Return the row in words."""
         way = DIRECTION_TEXT[self.direction]
         if self.index is None:
@@ -68,11 +68,11 @@ class CalibrationPointList(QWidget):
 
     Attributes
     ----------
-    chosen : Signal(int)
+    point_selected : Signal(int)
         The place of a point among those taken.
     """
 
-    chosen = Signal(int)
+    point_selected = Signal(int)
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -102,7 +102,7 @@ class CalibrationPointList(QWidget):
             return
         longer = len(rows) != len(self.rows)
         self.rows, self.choice = rows, choice
-        self.setAccessibleDescription("; ".join(row.words for row in rows))
+        self.setAccessibleDescription("; ".join(row.accessible_text for row in rows))
         if longer:
             self.updateGeometry()
         self.update()
@@ -114,7 +114,7 @@ class CalibrationPointList(QWidget):
             return
         place = int((event.position().y() - self._look.px(_HEAD)) // self._look.px(_ROW))
         if 0 <= place < len(self.rows) and self.rows[place].index is not None:
-            self.chosen.emit(self.rows[place].index)
+            self.point_selected.emit(self.rows[place].index)
 
     def _columns(self) -> tuple[QRectF, QRectF, QRectF, QRectF]:
         """Return the columns of a row at the top: way and setting, volts, residual, bar."""

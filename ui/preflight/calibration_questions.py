@@ -37,7 +37,7 @@ class CalibrationQuestions:
             "enter": self._air,
         }
 
-    def handles(self, name: str) -> bool:
+    def needs_question(self, name: str) -> bool:
         """Return whether an action needs a question."""
         return name in self._asking
 
@@ -49,7 +49,7 @@ class CalibrationQuestions:
         full = run.view.mode == "full"
         self._bar.ask(
             f"Leave this instrument {'uncalibrated' if full else 'unchecked'}? Say why.",
-            lambda reason: run.act(WizardAction(kind="skip", reason=reason)),
+            lambda reason: run.perform(WizardAction(kind="skip", reason=reason)),
             typed=True,
             yes="Skip it",
             text="not calibrated today" if full else "not today",
@@ -63,7 +63,7 @@ class CalibrationQuestions:
         def add(text: str) -> None:
             value = parse_number(text)
             if value is not None:
-                run.act(WizardAction(kind="add", value=value))
+                run.perform(WizardAction(kind="add", value=value))
 
         question = f"Which further setting, in {instrument.unit}?"
         self._bar.ask(question, add, typed=True, yes="Add it", wrong=_no_number)
@@ -74,7 +74,7 @@ class CalibrationQuestions:
             "Break the calibration off? What was accepted stays in force."
             if full
             else "Break the check off? The certificates stay in force.",
-            lambda _: run.act(WizardAction(kind="abort")),
+            lambda _: run.perform(WizardAction(kind="abort")),
             typed=False,
             yes="Break off",
         )
@@ -104,12 +104,12 @@ class CalibrationQuestions:
         value = parse_number(typed)
         if value is not None:
             temperature = to_si(value, degrees, _TEMPERATURE)
-            run.act(WizardAction(kind="enter", pressure=pressure, temperature=temperature))
+            run.perform(WizardAction(kind="enter", pressure=pressure, temperature=temperature))
 
     def _degree(self, run: WizardController) -> None:
         def choose(text: str) -> None:
             if text in _FIT_ORDERS:
-                run.act(WizardAction(kind="choose_degree", degree=_FIT_ORDERS[text]))
+                run.perform(WizardAction(kind="choose_degree", degree=_FIT_ORDERS[text]))
 
         question = "1 straight line, 2 quadratic, 3 cubic, 0 lets the points decide:"
         self._bar.ask(

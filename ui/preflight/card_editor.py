@@ -52,8 +52,8 @@ class CardEditor(FormPart[CardSet]):
     def _field(self, name: str, value: CardField) -> FormField:
         rows = 2 if value.kind == "lines" else 1
         field = FormField(self._look, value.name, rows=rows, choices=value.choices)
-        field.typed.connect(lambda text: self._typed(name, text))
-        field.left.connect(self.left)
+        field.text_edited.connect(lambda text: self._typed(name, text))
+        field.editing_finished.connect(self.editing_finished)
         self.fields[name] = field
         return field
 
@@ -75,7 +75,7 @@ class CardEditor(FormPart[CardSet]):
             return
         card, units = cards[row], self._look.units
         order = ",".join(card.surfaces)
-        self.fields["surfaces"].show_choices(
+        self.fields["surfaces"].set_choices(
             create_surfaces_field(row, card.surfaces).choices, order
         )
         values = self._values(card)
@@ -84,23 +84,23 @@ class CardEditor(FormPart[CardSet]):
         for name, value in values.items():
             field = self.fields[name]
             field.name.setText(value.name)
-            field.show_text(editor.text(value, units))
-            field.show_unit(value.unit_shown(units) if value.kind == "number" else "")
+            field.set_text(editor.field_text(value, units))
+            field.show_unit(value.unit_label(units) if value.kind == "number" else "")
             if name.startswith("tolerance."):
                 part = value.key[-1]
                 usual = f"{getattr(card.tolerance, part)!r} {_SI[part]}"
                 field.show_hint(format_field(value, usual, units))
-        self.fields["title"].show_hint(card.heading)
-        self.judge()
+        self.fields["title"].show_hint(card.display_title)
+        self.validate()
 
-    def judge(self) -> None:
+    def validate(self) -> None:
         """Say below each field what is wrong there."""
         editor = self._editor
         if editor is None:
             return
         for name, value in self._values(editor.file.model.cards[self._row]).items():
             problem = editor.problems.get(value.key, "")
-            self.fields[name].say(f"Not on the card: {problem}" if problem else "", "warning")
+            self.fields[name].show_message(f"Not on the card: {problem}" if problem else "", "warning")
 
     def _typed(self, name: str, text: str) -> None:
         editor = self._editor
@@ -109,12 +109,12 @@ class CardEditor(FormPart[CardSet]):
         card = editor.file.model.cards[self._row]
         if name == "surfaces":
             place = ("cards", str(self._row))
-            editor.put({place: replace_surfaces(editor.written(place), text.split(","))})
+            editor.set_values({place: replace_surfaces(editor.stored_value(place), text.split(","))})
             self.show_card(editor, self._row)
         else:
-            editor.type(self._values(card)[name], text, self._look.units)
-            self.judge()
-        self.typed.emit()
+            editor.enter_text(self._values(card)[name], text, self._look.units)
+            self.validate()
+        self.edited.emit()
 
     def begin(self) -> None:
         """Put the keyboard into the first field, ready to be typed over."""

@@ -103,15 +103,15 @@ def build_card_item(card: TestCard, progress: CardProgress | None, system: str) 
     parts = [f"{speed} {unit_text(unit)}", f"{card.kind}", sizes, f"{card.width:g} s"]
     state, words, note = "plain", count_text(card.repeats, "time"), ""
     if progress is not None:
-        words = f"{progress.good} of {card.repeats}"
+        words = f"{progress.good_count} of {card.repeats}"
         state = "good" if progress.state == "done" else "unknown"
         note = {"done": "done", "begun": "begun", "open": "not yet"}[progress.state]
         misses = [attempt for attempt in progress.attempts if attempt.reasons]
         if misses and progress.state != "done":
             parts.append(f"last miss: {misses[-1].reasons[0]}")
     return StatusListItem(
-        key=card.id, words=f"{card.id}  {card.heading}", more=" · ".join(parts), state=state,
-        state_words=words, note=note,
+        key=card.id, text=f"{card.id}  {card.display_title}", detail=" · ".join(parts), state=state,
+        state_text=words, note=note,
     )  # fmt: skip
 
 
@@ -140,19 +140,19 @@ def find_cards_state(
     count = count_text(len(cards.cards), "card")
     if problems:
         words = f"{count_text(len(problems), 'value')} wrong"
-        return StepStatus(state="warning", words=words, detail=". ".join(problems))
+        return StepStatus(state="warning", text=words, detail=". ".join(problems))
     if flies and not own:
-        return StepStatus(words="none in this flight", detail=f"{count} as shipped to choose from")
+        return StepStatus(text="none in this flight", detail=f"{count} as shipped to choose from")
     if flown is None:
         repeats = sum(card.repeats for card in cards.cards)
         return StepStatus(
             state="good" if own else "plain",
-            words=f"{count} planned" if own else f"{count} as shipped",
+            text=f"{count} planned" if own else f"{count} as shipped",
             detail=f"{cards.name}: {count_text(repeats, 'maneuver')}",
         )
     done = sum(one.state == "done" for one in flown.cards)
     return StepStatus(
-        state="good" if flown.done else "plain",
-        words=f"{done} of {count} done",
+        state="good" if flown.is_complete else "plain",
+        text=f"{done} of {count} done",
         detail=f"{count_text(len(flown.unplanned), 'maneuver')} beside the cards",
     )

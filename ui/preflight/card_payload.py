@@ -39,8 +39,8 @@ class PayloadForm(FormPart[FlightInfo]):
                 GridColumn(name="Ahead of CG", share=2),
             ],
         )
-        self.rows.listed.connect(self._listed)
-        self.rows.left.connect(self.left)
+        self.rows.rows_changed.connect(self._listed)
+        self.rows.editing_finished.connect(self.editing_finished)
         self._column.addWidget(self.rows)
 
     def show_card(self, editor: FormEditor[FlightInfo]) -> None:
@@ -48,16 +48,16 @@ class PayloadForm(FormPart[FlightInfo]):
         self._editor = editor
         units = self._look.units
         mass, place = (
-            create_payload_mass_field().unit_shown(units),
-            create_payload_position_field().unit_shown(units),
+            create_payload_mass_field().unit_label(units),
+            create_payload_position_field().unit_label(units),
         )
         for title, words in zip(
             self.rows.titles, ("What", f"Mass, {mass}", f"Ahead of CG, {place}"), strict=True
         ):
             title.setText(words)
         if _LOADING not in editor.problems:
-            self.rows.show_rows([self._texts(one) for one in editor.written(_LOADING) or ()])
-        self.judge()
+            self.rows.show_rows([self._texts(one) for one in editor.stored_value(_LOADING) or ()])
+        self.validate()
 
     def _texts(self, item: Mapping[str, Any]) -> tuple[str, str, str]:
         units = self._look.units
@@ -68,17 +68,17 @@ class PayloadForm(FormPart[FlightInfo]):
             format_field(create_payload_position_field(), ahead, units),
         )
 
-    def judge(self) -> None:
+    def validate(self) -> None:
         """Say what will not do."""
         if self._editor is not None:
-            self.rows.say(self._editor.problems.get(_LOADING, ""), "caution")
+            self.rows.show_message(self._editor.problems.get(_LOADING, ""), "caution")
 
     def _listed(self) -> None:
         """Put on the card what is whole."""
         editor = self._editor
         if editor is None:
             return
-        known = {str(one.get("what")): one for one in editor.written(_LOADING) or ()}
+        known = {str(one.get("what")): one for one in editor.stored_value(_LOADING) or ()}
         items, problem = [], ""
         for row in self.rows.rows:
             if not all(row):
@@ -88,10 +88,10 @@ class PayloadForm(FormPart[FlightInfo]):
                 items.append(self._item(row, known))
             except UnitError as error:
                 problem = str(error)
-        if editor.put({_LOADING: items or None}) and problem:
+        if editor.set_values({_LOADING: items or None}) and problem:
             editor.problems[_LOADING] = problem
-        self.judge()
-        self.typed.emit()
+        self.validate()
+        self.edited.emit()
 
     def _item(self, row: Sequence[str], known: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
         what, mass, ahead = row

@@ -30,7 +30,7 @@ class CardSetModel:
         The open flight.
     flown : CardSetProgress or None
         What was flown for them; None before anybody looked.
-    complaint : str
+    read_error : str
         Why the cards cannot be read.
     """
 
@@ -38,22 +38,22 @@ class CardSetModel:
         self.editor: FormEditor[CardSet] | None = None
         self.session: Session | None = None
         self.flown: CardSetProgress | None = None
-        self.complaint = ""
+        self.read_error = ""
         self._aircraft: Aircraft | None = None
         self._maneuvers: tuple[DetectedManeuver, ...] | None = None
 
-    def follow(self, session: Session | None, folder: Path, aircraft: Aircraft | None) -> None:
+    def set_flight(self, session: Session | None, folder: Path, aircraft: Aircraft | None) -> None:
         """Take the cards of another flight, or of the next one."""
         self.session, self._aircraft = session, aircraft
         self.flown = self._maneuvers = None
-        self.complaint = ""
+        self.read_error = ""
         names = shipped_cards()
         name = "" if aircraft is None else aircraft.name.casefold()
         try:
             file = CardSetFile(folder / CARDS_FILE, name if name in names else names[0])
         except GroundStationError as error:
             self.editor = None
-            self.complaint = str(error)
+            self.read_error = str(error)
         else:
             self.editor = FormEditor(file)
 
@@ -72,7 +72,7 @@ class CardSetModel:
     def state(self) -> StepStatus:
         """Return how the step stands."""
         if self.editor is None:
-            return StepStatus(state="warning", words="cannot be read", detail=self.complaint)
+            return StepStatus(state="warning", text="cannot be read", detail=self.read_error)
         file = self.editor.file
         problems = tuple(self.editor.problems.values())
         flies = self.session is not None
@@ -91,7 +91,7 @@ class CardSetModel:
         """Put a copy of a card below it; return where it stands."""
         file, editor = self.file, self.editor
         if file is not None and editor is not None:
-            editor.put({_CARDS: file.another(row)})
+            editor.set_values({_CARDS: file.with_duplicated_row(row)})
         return row + 1
 
     def remove(self, row: int) -> bool:
@@ -101,7 +101,7 @@ class CardSetModel:
             return False
         rows = file.rows
         del rows[row]
-        return editor.put({_CARDS: rows})
+        return editor.set_values({_CARDS: rows})
 
     def move(self, row: int, steps: int) -> int:
         """Move a card up or down; return where it stands now."""
@@ -112,10 +112,10 @@ class CardSetModel:
         target = min(max(row + steps, 0), len(rows) - 1)
         if target != row:
             rows.insert(target, rows.pop(row))
-            editor.put({_CARDS: rows})
+            editor.set_values({_CARDS: rows})
         return target
 
-    def take(self, path: Path) -> None:
+    def import_cards(self, path: Path) -> None:
         """Take the set of another file in place of this one; it can be taken back.
 
         Raises
@@ -126,11 +126,11 @@ class CardSetModel:
         if self.editor is not None:
             content = CardSetFile(path, "").content
             keys = dict.fromkeys((*self.editor.file.content, *content))
-            self.editor.put({(key,): content.get(key) for key in keys})
+            self.editor.set_values({(key,): content.get(key) for key in keys})
 
     # What was flown
 
-    def flight(self) -> Flight | None:
+    def loadable_flight(self) -> Flight | None:
         """Return the open flight up to now, to be searched; None where there is nothing."""
         session = self.session
         if session is None or self._aircraft is None or session.now is None:
@@ -138,7 +138,7 @@ class CardSetModel:
         flight = session.flight()
         return flight if len(flight.block) else None
 
-    def search(self, flight: Flight) -> tuple[DetectedManeuver, ...]:
+    def find_maneuvers(self, flight: Flight) -> tuple[DetectedManeuver, ...]:
         """Return the maneuvers of a flight; for the thread of a work."""
         if self._aircraft is None:
             return ()
@@ -148,12 +148,12 @@ class CardSetModel:
             # Nothing that moves was measured yet.
             return ()
 
-    def found(self, maneuvers: tuple[DetectedManeuver, ...]) -> None:
+    def set_maneuvers(self, maneuvers: tuple[DetectedManeuver, ...]) -> None:
         """Compare the cards with what was flown."""
         self._maneuvers = maneuvers
-        self.match()
+        self.compare_with_flight()
 
-    def match(self) -> None:
+    def compare_with_flight(self) -> None:
         """Compare again, after the cards were changed."""
         cards = self.cards
         if self._maneuvers is not None and cards is not None:

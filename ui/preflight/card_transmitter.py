@@ -41,8 +41,8 @@ class TransmitterForm(FormPart[FlightInfo]):
         self.values: list[list[CardField]] = [
             [create_throw_field(stick, name) for name in _COLUMNS] for stick, _words in STICKS
         ]
-        self.throws.typed.connect(self._typed)
-        self.throws.left.connect(self.left)
+        self.throws.cell_edited.connect(self._typed)
+        self.throws.editing_finished.connect(self.editing_finished)
         self._column.addWidget(self.throws)
         self._column.addWidget(create_label("Mixers", "strong"))
         levers = (_NO_CHANNEL_CHOICE, *TRANSMITTER_CONTROLS)
@@ -54,8 +54,8 @@ class TransmitterForm(FormPart[FlightInfo]):
                 GridColumn(name="Share %", share=2),
             ],
         )
-        self.mixers.listed.connect(self._mixed)
-        self.mixers.left.connect(self.left)
+        self.mixers.rows_changed.connect(self._mixed)
+        self.mixers.editing_finished.connect(self.editing_finished)
         self._column.addWidget(self.mixers)
 
     def show_card(self, editor: FormEditor[FlightInfo]) -> None:
@@ -63,17 +63,17 @@ class TransmitterForm(FormPart[FlightInfo]):
         self._editor = editor
         for row, values in enumerate(self.values):
             for place, value in enumerate(values):
-                self.throws.show_text(row, place, editor.text(value, self._look.units))
-        written = editor.written(_MIXERS) or []
+                self.throws.set_text(row, place, editor.field_text(value, self._look.units))
+        written = editor.stored_value(_MIXERS) or []
         if _MIXERS not in editor.problems:
             self.mixers.show_rows([self._mixer_texts(one) for one in written])
-        self.judge()
+        self.validate()
 
     def _mixer_texts(self, mixer: Mapping[str, object]) -> tuple[str, str, str]:
         share = format_field(create_mixer_field(), mixer.get("share"), self._look.units)
         return str(mixer.get("source", "")), str(mixer.get("target", "")), share
 
-    def judge(self) -> None:
+    def validate(self) -> None:
         """Say what will not do."""
         editor = self._editor
         if editor is None:
@@ -84,14 +84,14 @@ class TransmitterForm(FormPart[FlightInfo]):
             for value in values
             if value.key in editor.problems
         ]
-        self.throws.say(wrong[0] if wrong else "", "warning")
-        self.mixers.say(editor.problems.get(_MIXERS, ""), "caution")
+        self.throws.show_message(wrong[0] if wrong else "", "warning")
+        self.mixers.show_message(editor.problems.get(_MIXERS, ""), "caution")
 
     def _typed(self, row: int, place: int, text: str) -> None:
         if self._editor is not None:
-            self._editor.type(self.values[row][place], text, self._look.units)
-            self.judge()
-            self.typed.emit()
+            self._editor.enter_text(self.values[row][place], text, self._look.units)
+            self.validate()
+            self.edited.emit()
 
     def _mixed(self) -> None:
         """Put the mixers on the card that are whole."""
@@ -110,7 +110,7 @@ class TransmitterForm(FormPart[FlightInfo]):
                 problem = str(error)
                 continue
             mixers.append({"source": source, "target": target, "share": written})
-        if editor.put({_MIXERS: mixers or None}) and problem:
+        if editor.set_values({_MIXERS: mixers or None}) and problem:
             editor.problems[_MIXERS] = problem
-        self.judge()
-        self.typed.emit()
+        self.validate()
+        self.edited.emit()

@@ -34,7 +34,7 @@ class WeighingForm(FormPart[FlightInfo]):
         self._aircraft: Aircraft | None = None
         self._way = ""
         self.way = FormField(look, "Weighed on", choices=WEIGHING_METHODS)
-        self.way.typed.connect(self._choose)
+        self.way.text_edited.connect(self._choose)
         self._column.addWidget(self.way)
         self.fields: dict[str, tuple[CardField, FormField]] = {}
         for value in (*create_scale_fields(), *WEIGHING_CONDITION_FIELDS):
@@ -53,8 +53,8 @@ class WeighingForm(FormPart[FlightInfo]):
 
     def _add(self, name: str, value: CardField) -> None:
         field = FormField(self._look, value.name)
-        field.typed.connect(lambda text: self._typed(value, text))
-        field.left.connect(self.left)
+        field.text_edited.connect(lambda text: self._typed(value, text))
+        field.editing_finished.connect(self.editing_finished)
         self.fields[name] = (value, field)
         self._column.addWidget(field)
 
@@ -75,15 +75,15 @@ class WeighingForm(FormPart[FlightInfo]):
         if editor is not self._editor:
             self._way = ""
         self._editor, self._aircraft = editor, aircraft
-        on_card = find_weighing_method(editor.written(_TABLE))
+        on_card = find_weighing_method(editor.stored_value(_TABLE))
         self._way = on_card or self._way
-        self.way.show_text(self._way)
+        self.way.set_text(self._way)
         for value, field in self.fields.values():
-            field.show_text(editor.text(value, self._look.units))
-            field.show_unit(value.unit_shown(self._look.units))
-        self.judge()
+            field.set_text(editor.field_text(value, self._look.units))
+            field.show_unit(value.unit_label(self._look.units))
+        self.validate()
 
-    def judge(self) -> None:
+    def validate(self) -> None:
         """Say what the scales say, or what is missing."""
         editor = self._editor
         if editor is None:
@@ -92,7 +92,7 @@ class WeighingForm(FormPart[FlightInfo]):
         more = [value.key[-1] for value in WEIGHING_CONDITION_FIELDS] if self._way else []
         for name, (value, field) in self.fields.items():
             field.setVisible(name in (*asked, *more))
-            field.say(*self._remark(value))
+            field.show_message(*self._remark(value))
         said = describe_weighing(editor.file.model, self._aircraft, self._look.units)
         waits = any(key[:1] == _TABLE for key in editor.problems)
         self.weight.setText("" if waits else said.weight)
@@ -111,9 +111,9 @@ class WeighingForm(FormPart[FlightInfo]):
             return "Not on the card yet: read the other scales too.", "caution"
         return problem, "warning"
 
-    def doubt(self, words: str) -> None:
+    def show_warning(self, words: str) -> None:
         """Say what is odd about the weighing, or nothing."""
-        self.doubts.say(words, "caution")
+        self.doubts.set_message(words, "caution")
         self.doubts.setVisible(bool(words))
 
     # Typing
@@ -125,24 +125,24 @@ class WeighingForm(FormPart[FlightInfo]):
             return
         self._way = way
         kept = self._scales(way)
-        loads = editor.written(_LOADS) or {}
+        loads = editor.stored_value(_LOADS) or {}
         if set(loads) - set(kept):
             # What is left of another way is no weighing: it waits until it is one again.
-            texts = {name: editor.text(self.fields[name][0], self._look.units) for name in kept}
-            editor.put({_TABLE: None})
+            texts = {name: editor.field_text(self.fields[name][0], self._look.units) for name in kept}
+            editor.set_values({_TABLE: None})
             for name, text in texts.items():
                 if text:
-                    editor.type(self.fields[name][0], text, self._look.units)
+                    editor.enter_text(self.fields[name][0], text, self._look.units)
         elif not way:
-            editor.forget(_TABLE)
+            editor.discard_group(_TABLE)
         self.show_card(editor, self._aircraft)
-        self.typed.emit()
+        self.edited.emit()
 
     def _typed(self, value: CardField, text: str) -> None:
         if self._editor is not None:
-            self._editor.type(value, text, self._look.units)
-            self.judge()
-            self.typed.emit()
+            self._editor.enter_text(value, text, self._look.units)
+            self.validate()
+            self.edited.emit()
 
     def _take(self) -> None:
         editor = self._editor
@@ -151,5 +151,5 @@ class WeighingForm(FormPart[FlightInfo]):
         said = describe_weighing(editor.file.model, self._aircraft, self._look.units)
         if said.weighed is not None:
             weight = format_takeoff_weight(said.weighed, editor.file.model, self._look.units)
-            editor.put({("takeoff_weight",): weight})
-            self.typed.emit()
+            editor.set_values({("takeoff_weight",): weight})
+            self.edited.emit()

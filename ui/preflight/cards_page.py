@@ -42,7 +42,7 @@ class CardsPage(PreflightStepPage):
 
     Parameters
     ----------
-    look : DisplayStyle
+    display_style : DisplayStyle
         Colors, sizes, units.
     actions : mapping of str to QAction
         The commands.
@@ -77,10 +77,10 @@ class CardsPage(PreflightStepPage):
         self._left.addWidget(self.said)
         changes = ("cards_up", "cards_down", "cards_remove", "cards_add")
         self.list = StatusListView(look, "Test cards", [actions[name] for name in changes])
-        self.list.chosen.connect(lambda _key: self._show_card())
-        self.list.moved.connect(self.move)
-        self.list.deleted.connect(self.remove)
-        self.list.pressed_key.connect(lambda _key: self.edit())
+        self.list.current_item_changed.connect(lambda _key: self._show_card())
+        self.list.move_requested.connect(self.move)
+        self.list.delete_requested.connect(self.remove)
+        self.list.item_activated.connect(lambda _key: self.edit())
         self._left.addWidget(self.list, 1)
         buttons = [
             ActionButton(actions[name], words, look)
@@ -98,8 +98,8 @@ class CardsPage(PreflightStepPage):
         self._left.addWidget(create_button_row(look, *buttons))
         self._row.addWidget(self._beside, 1)
         self.form = CardEditor(look)
-        self.form.typed.connect(self._typed)
-        self.form.left.connect(self._left_field)
+        self.form.edited.connect(self._typed)
+        self.form.editing_finished.connect(self._left_field)
         self._row.addWidget(self.form, 1)
         self._later = QTimer(self)
         self._later.setSingleShot(True)
@@ -114,17 +114,17 @@ class CardsPage(PreflightStepPage):
         self._fit()
 
     def _fit(self) -> None:
-        px = self.look.px
-        self._beside.setVisible(self.wide or not self._editing)
-        self.form.setVisible(self.wide or self._editing)
+        px = self.display_style.px
+        self._beside.setVisible(self.is_side_by_side or not self._editing)
+        self.form.setVisible(self.is_side_by_side or self._editing)
         self._row.setContentsMargins(px(16), px(12), 0, px(8))
         self._row.setSpacing(px(8))
         self._left.setSpacing(px(8))
 
     @property
-    def wide(self) -> bool:
+    def is_side_by_side(self) -> bool:
         """Return whether there is room for list and card side by side."""
-        return self.width() >= self.look.px(_SIDE_BY_SIDE_WIDTH)
+        return self.width() >= self.display_style.px(_SIDE_BY_SIDE_WIDTH)
 
     def edit(self) -> None:
         """Go into the card; Esc comes back to the list."""
@@ -153,7 +153,7 @@ class CardsPage(PreflightStepPage):
             return ()
         return ("cards", "card") if self.list.current_key else ("cards",)
 
-    def follow(self, books: PreflightModel) -> None:
+    def set_model(self, books: PreflightModel) -> None:
         """Show the cards of another flight."""
         self.flush()
         self.book = books.cards
@@ -161,7 +161,7 @@ class CardsPage(PreflightStepPage):
         self._searched = None
         self._looked = 0.0
         self._show_list()
-        self.list.choose_row(0)
+        self.list.select_row(0)
         self._show_card()
         self._tell()
 
@@ -170,7 +170,7 @@ class CardsPage(PreflightStepPage):
         book = self.book
         if book is None or book.editor is None:
             return
-        if not self._later.isActive() and book.editor.look_again():
+        if not self._later.isActive() and book.editor.reload_if_changed():
             self._after()
         if time.monotonic() - self._looked >= _SEARCH_SECONDS:
             self._search()
@@ -180,12 +180,12 @@ class CardsPage(PreflightStepPage):
         cards = book.cards if book is not None else None
         if book is None or cards is None:
             self.title.setText("Test cards")
-            self.list.show_lines(())
+            self.list.set_items(())
             return
         total = sum(card.repeats for card in cards.cards)
         self.title.setText(f"{cards.name or 'Test cards'}: {count_text(total, 'maneuver')}")
-        units = self.look.units
-        self.list.show_lines(
+        units = self.display_style.units
+        self.list.set_items(
             [build_card_item(card, book.progress(card.id), units) for card in cards.cards]
         )
 
@@ -203,21 +203,21 @@ class CardsPage(PreflightStepPage):
         """Say what is wrong with the cards, else whose they are."""
         book = self.book
         if book is None or book.editor is None:
-            self.said.say("" if book is None else book.complaint, "warning")
+            self.said.set_message("" if book is None else book.read_error, "warning")
         elif book.editor.problems:
-            self.said.say("Saved but for what is marked.", "warning")
+            self.said.set_message("Saved but for what is marked.", "warning")
         elif not book.editor.file.is_saved:
             if self._later.isActive():
-                self.said.say("Saving…")
+                self.said.set_message("Saving…")
             else:
-                self.said.say("Not saved", "warning")
+                self.said.set_message("Not saved", "warning")
         elif not book.editor.file.path.exists():
-            self.said.say("The cards that come with the program; a change makes them yours.")
+            self.said.set_message("The cards that come with the program; a change makes them yours.")
         elif book.flown is not None and book.flown.unplanned:
             beside = count_text(len(book.flown.unplanned), "maneuver")
-            self.said.say(f"Flown beside the cards: {beside}.")
+            self.said.set_message(f"Flown beside the cards: {beside}.")
         else:
-            self.said.say("Saved", "good")
+            self.said.set_message("Saved", "good")
 
     def begin(self) -> None:
         """Put the keyboard into the list."""
@@ -230,23 +230,23 @@ class CardsPage(PreflightStepPage):
     def _search(self) -> None:
         """Look in a thread for the maneuvers of the open flight."""
         book = self.book
-        if book is None or (self._work is not None and self._work.running):
+        if book is None or (self._work is not None and self._work.is_running):
             return
         self._looked = time.monotonic()
         session = book.session
         now = None if session is None else session.now
-        flight = None if now == self._searched else book.flight()
+        flight = None if now == self._searched else book.loadable_flight()
         if flight is None:
             return
         self._searched = now
 
         def run(_progress: JobProgress) -> object:
-            return book.search(flight)
+            return book.find_maneuvers(flight)
 
         def found(maneuvers: object) -> None:
             # Another flight may be open by now.
             if book.session is session:
-                book.found(maneuvers)
+                book.set_maneuvers(maneuvers)
                 self._show_list()
                 self._tell()
                 self.changed.emit()
@@ -261,7 +261,7 @@ class CardsPage(PreflightStepPage):
     def _typed(self) -> None:
         self._later.start()
         if self.book is not None:
-            self.book.match()
+            self.book.compare_with_flight()
         self._show_list()
         self._tell()
         self.changed.emit()
@@ -285,10 +285,10 @@ class CardsPage(PreflightStepPage):
     def _after(self, row: int | None = None) -> None:
         """Show the cards after they were changed as a whole."""
         if self.book is not None:
-            self.book.match()
+            self.book.compare_with_flight()
         self._show_list()
         if row is not None:
-            self.list.choose_row(row)
+            self.list.select_row(row)
         self._show_card()
         self.flush()
         self._tell()
@@ -310,7 +310,7 @@ class CardsPage(PreflightStepPage):
         if self.book.remove(row):
             self._after(row)
         else:
-            self.said.say("The last card stays: a plan needs one.", "caution")
+            self.said.set_message("The last card stays: a plan needs one.", "caution")
 
     def move(self, steps: int) -> None:
         """Move the card up or down."""
@@ -326,7 +326,7 @@ class CardsPage(PreflightStepPage):
         if not path or self.book is None:
             return
         try:
-            self.book.take(Path(path))
+            self.book.import_cards(Path(path))
         except GroundStationError as error:
             self._fail(error)
         else:
@@ -346,7 +346,7 @@ class CardsPage(PreflightStepPage):
         except GroundStationError as error:
             self._fail(error)
         else:
-            self.said.say(f"Saved as {path}.", "good")
+            self.said.set_message(f"Saved as {path}.", "good")
 
     @property
     def can_undo(self) -> bool:

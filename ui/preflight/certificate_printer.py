@@ -37,7 +37,7 @@ class CertificatePrinter:
         FlightError
             If there is none yet.
         """
-        if self.work is not None and self.work.running:
+        if self.work is not None and self.work.is_running:
             return
         folder = shelf.store.in_force_folder.parent
         if not shelf.store.in_force():
@@ -51,14 +51,14 @@ class CertificatePrinter:
             parent=self._desk,
         )
         work.done.connect(self._written)
-        work.failed.connect(self._desk.faults.report)
+        work.failed.connect(self._desk.error_reporter.report)
         self.work = work
-        self._desk.working.emit(work, "")
+        self._desk.job_started.emit(work, "")
         work.start()
 
     def _written(self, pages: tuple[Path, ...]) -> None:
         count = "1 page is" if len(pages) == 1 else f"{len(pages)} pages are"
-        self._desk.said.emit(
+        self._desk.message_posted.emit(
             "note", f"{count} written, one for each certificate: {pages[0].parent}."
         )
 
@@ -66,7 +66,7 @@ class CertificatePrinter:
 def _write_pages(folder: Path, units: str, told: JobProgress) -> tuple[Path, ...]:
     from gsapp.report.certificate_report import write_certificate_report
 
-    standing = load_certificate_overview(folder).standing
+    standing = load_certificate_overview(folder).in_force
     pages = []
     for number, one in enumerate(standing):
         told(number / len(standing), f"Drawing {one.certificate.channel}")

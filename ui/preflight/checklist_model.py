@@ -40,14 +40,14 @@ class ChecklistModel:
     ----------
     items : tuple of EvaluatedItem
         As of the last look; what is not green comes first.
-    complaint : str
+    own_list_error : str
         Why the crew's own list could not be used; empty if it could.
     """
 
     def __init__(self, own: Path) -> None:
         self.own = own
         self.items: tuple[EvaluatedItem, ...] = ()
-        self.complaint = ""
+        self.own_list_error = ""
         self._file: ChecklistFile | None = None
         self._session: Session | None = None
         self._folder = own.parent
@@ -60,7 +60,7 @@ class ChecklistModel:
 
     # Which list
 
-    def follow(
+    def set_flight(
         self,
         session: Session | None,
         folder: Path,
@@ -77,9 +77,9 @@ class ChecklistModel:
         self._read_stamp = file_stamp(self.own)
         try:
             self._file = load_checklist(self.own if self.own.is_file() else self.shipped)
-            self.complaint = ""
+            self.own_list_error = ""
         except GroundStationError as error:
-            self.complaint = str(error)
+            self.own_list_error = str(error)
             self._file = self._file or load_checklist(self.shipped)
         if self._session is not None:
             self._going = SessionChecklist(self._session, self._file, card=self._card)
@@ -88,7 +88,7 @@ class ChecklistModel:
             self._going = PendingChecklist(
                 log, self._file, card=self._card, aircraft=self._aircraft
             )
-        self.look()
+        self.update_items()
         self._changes = ValueHistory(self.ticks)
 
     def read_if_changed(self) -> bool:
@@ -110,7 +110,7 @@ class ChecklistModel:
         """Return what the list is called."""
         return self._file.name if self._file is not None else ""
 
-    def make_own(self) -> Path:
+    def create_own_list(self) -> Path:
         """Return the crew's own list, made from the shipped one if there is none yet.
 
         Raises
@@ -124,17 +124,17 @@ class ChecklistModel:
 
     # How it stands
 
-    def look(self, system: str = "") -> None:
+    def update_items(self, system: str = "") -> None:
         """See how the items stand now; `system` are the units of the sentences from here on."""
         if self._going is not None:
             self._system = system or self._system
             self._going.system = self._system
-            self.items = self._going.look()
+            self.items = self._going.update()
 
     @property
-    def live(self) -> bool:
+    def accepts_ticks(self) -> bool:
         """Return whether ticks are of use: not in a replay of a flight that was."""
-        return self._session is None or self._session.replaying is None
+        return self._session is None or self._session.replay_feed is None
 
     @property
     def ticks(self) -> Ticks:
@@ -147,10 +147,10 @@ class ChecklistModel:
         return tuple(item for item in self.items if item.state != "green")
 
     @property
-    def started_words(self) -> str:
+    def started_text(self) -> str:
         """Return how this flight was started, by this or another window; empty before."""
         going = self._going
-        event = going.started if isinstance(going, SessionChecklist) else None
+        event = going.start_event if isinstance(going, SessionChecklist) else None
         if event is None:
             return ""
         at = datetime.fromtimestamp(event.host_time_us / 1e6).astimezone()
@@ -164,14 +164,14 @@ class ChecklistModel:
     def state(self) -> StepStatus:
         """Return how the step stands."""
         left = self.open_items
-        if not self.live:
+        if not self.accepts_ticks:
             return StepStatus(
-                state="plain", words="a replay", detail=f"{len(left)} not green in this replay"
+                state="plain", text="a replay", detail=f"{len(left)} not green in this replay"
             )
         if not left:
-            return StepStatus(state="good", words="all green")
-        detail = f"Not green: {', '.join(item.words for item in left)}"
-        return StepStatus(state="warning", words=f"{len(left)} not green", detail=detail)
+            return StepStatus(state="good", text="all green")
+        detail = f"Not green: {', '.join(item.text for item in left)}"
+        return StepStatus(state="warning", text=f"{len(left)} not green", detail=detail)
 
     # What the crew does
 
@@ -184,7 +184,7 @@ class ChecklistModel:
             If it cannot be written.
         """
         item = next((one for one in self.items if one.id == item_id), None)
-        if item is None or not item.can_tick or not self.live:
+        if item is None or not item.can_tick or not self.accepts_ticks:
             return False
         self._set(self.ticks ^ {item_id})
         self._changes.record(self.ticks)
@@ -198,9 +198,9 @@ class ChecklistModel:
         FlightError
             If it cannot be written.
         """
-        if self._going is not None and self.live:
+        if self._going is not None and self.accepts_ticks:
             self._going.restart()
-            self.look()
+            self.update_items()
             if self.ticks != self._changes.value:
                 self._changes.record(self.ticks)
 
@@ -212,7 +212,7 @@ class ChecklistModel:
             going.tick(item_id)
         for item_id in sorted(self.ticks - wanted):
             going.untick(item_id)
-        self.look()
+        self.update_items()
 
     @property
     def can_undo(self) -> bool:
@@ -234,7 +234,7 @@ class ChecklistModel:
         if self._changes.redo():
             self._set(self._changes.value)
 
-    def start(self) -> str:
+    def record_start(self) -> str:
         """Record that the flight begins as the list stands; return that in words, else nothing.
 
         Raises
@@ -242,11 +242,11 @@ class ChecklistModel:
         FlightError
             If it cannot be written.
         """
-        if not isinstance(self._going, SessionChecklist) or not self.live:
+        if not isinstance(self._going, SessionChecklist) or not self.accepts_ticks:
             return ""
         self._going.start()
-        self.look()
-        return self.started_words
+        self.update_items()
+        return self.started_text
 
 
 def describe_summary(items: Sequence[EvaluatedItem]) -> str:

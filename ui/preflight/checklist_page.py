@@ -86,13 +86,13 @@ def _build_item(item: EvaluatedItem) -> StatusListItem:
     state, words = _STATE_TEXTS[item.state]
     return StatusListItem(
         key=item.id,
-        words=item.words,
-        more=item.why,
+        text=item.text,
+        detail=item.why,
         state=state,
-        state_words=words,
-        note="manual" if item.by == "hand" or item.can_tick else "automatic",
-        box=item.can_tick and item.state != "green",
-        settled=item.state == "green",
+        state_text=words,
+        note="manual" if item.checked_by == "hand" or item.can_tick else "automatic",
+        is_checkable=item.can_tick and item.state != "green",
+        is_done=item.state == "green",
     )
 
 
@@ -101,7 +101,7 @@ class ChecklistPage(PreflightStepPage):
 
     Parameters
     ----------
-    look : DisplayStyle
+    display_style : DisplayStyle
         Colors and sizes.
     actions : mapping of str to QAction
         The commands.
@@ -138,7 +138,7 @@ class ChecklistPage(PreflightStepPage):
         self.list = StatusListView(
             look, "Checklist", [actions["checklist_tick"], actions["checklist_edit"]]
         )
-        self.list.pressed_key.connect(self._tick)
+        self.list.item_activated.connect(self._tick)
         self._column.addWidget(self.list, 1)
         self._watcher = QFileSystemWatcher(self)
         self._settle = QTimer(self)
@@ -156,7 +156,7 @@ class ChecklistPage(PreflightStepPage):
         self._fit()
 
     def _fit(self) -> None:
-        px = self.look.px
+        px = self.display_style.px
         roomy = self.width() >= px(_ROOMY_SIZE[0]) and self.window().height() >= px(_ROOMY_SIZE[1])
         for button in (self.anew, self.change):
             button.setVisible(roomy)
@@ -170,17 +170,17 @@ class ChecklistPage(PreflightStepPage):
     @property
     def present(self) -> tuple[CommandRequirement, ...]:
         """Return what commands may act on."""
-        if self.book is None or not self.book.live:
+        if self.book is None or not self.book.accepts_ticks:
             return ()
         return ("checklist", "checklist_ticked") if self.book.ticks else ("checklist",)
 
-    def follow(self, books: PreflightModel) -> None:
+    def set_model(self, books: PreflightModel) -> None:
         """Show the checklist of another flight."""
         self.book = books.checklist
         self._watch()
-        self.said.say("")
+        self.said.set_message("")
         self.show_items()
-        self.list.choose_row(0)
+        self.list.select_row(0)
 
     def refresh(self) -> None:
         """Show how the items stand by now."""
@@ -191,28 +191,28 @@ class ChecklistPage(PreflightStepPage):
         book = self.book
         if book is None:
             return
-        self.list.show_lines([_build_item(item) for item in book.items])
+        self.list.set_items([_build_item(item) for item in book.items])
         left = book.open_items
         state: IndicatorState = "warning" if left else "good"
-        self.summary.show_words(describe_summary(book.items), state if book.live else "unknown")
-        names = [item.words for item in left[:_MAX_NAMED_ITEMS]]
+        self.summary.show_words(describe_summary(book.items), state if book.accepts_ticks else "unknown")
+        names = [item.text for item in left[:_MAX_NAMED_ITEMS]]
         if len(left) > _MAX_NAMED_ITEMS:
             names.append(f"{len(left) - _MAX_NAMED_ITEMS} more")
         self.red.setText("; ".join(names))
-        self.red.setVisible(bool(left) and book.live)
-        if book.complaint:
-            self.said.say(f"The list from before counts: {book.complaint}", "warning")
-        elif book.started_words:
-            self.said.say(book.started_words)
-        elif not book.live:
-            self.said.say("A replay: the checklist as telemetry shows it; nothing is ticked.")
+        self.red.setVisible(bool(left) and book.accepts_ticks)
+        if book.own_list_error:
+            self.said.set_message(f"The list from before counts: {book.own_list_error}", "warning")
+        elif book.started_text:
+            self.said.set_message(book.started_text)
+        elif not book.accepts_ticks:
+            self.said.set_message("A replay: the checklist as telemetry shows it; nothing is ticked.")
         self.said.setVisible(bool(self.said.text()))
 
     def begin(self) -> None:
         """Put the keyboard into the list."""
         self.list.setFocus()
         if not self.list.current_key:
-            self.list.choose_row(0)
+            self.list.select_row(0)
 
     # What the crew does
 
@@ -237,46 +237,46 @@ class ChecklistPage(PreflightStepPage):
         row = self.list.currentIndex().row()
         item = next(one for one in book.items if one.id == item_id)
         done: list[bool] = []
-        self.said.say("")
+        self.said.set_message("")
         self._do(lambda book: done.append(book.toggle(item_id)))
         if done == [False]:
-            who = "Telemetry says so itself" if book.live else "This is a replay"
-            self.said.say(f"{who}: “{item.words}” cannot be ticked.", "caution")
+            who = "Telemetry says so itself" if book.accepts_ticks else "This is a replay"
+            self.said.set_message(f"{who}: “{item.words}” cannot be ticked.", "caution")
             self.said.show()
         elif item.state != "green":
             # What was ticked went down; the next one stands in its place.
-            self.list.choose_row(row)
+            self.list.select_row(row)
 
     def reset(self) -> None:
         """Begin anew; Ctrl+Z brings the ticks back."""
-        self.said.say("")
+        self.said.set_message("")
         self._do(lambda book: book.restart())
-        self.list.choose_row(0)
+        self.list.select_row(0)
 
     def edit(self) -> None:
         """Open the crew's own list in the editor of this computer; saved there, it counts here."""
         if self.book is None:
             return
         try:
-            path = self.book.make_own()
+            path = self.book.create_own_list()
         except OSError as error:
             self._fail(error)
             return
         self._watch()
         opened = QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
         words = "is open in the editor" if opened else "is the file to edit"
-        self.said.say(f"{path} {words}; what is saved there counts here at once.", "good")
+        self.said.set_message(f"{path} {words}; what is saved there counts here at once.", "good")
         self.said.show()
 
     @property
     def can_undo(self) -> bool:
         """Return whether there is a tick to take back."""
-        return self.book is not None and self.book.live and self.book.can_undo
+        return self.book is not None and self.book.accepts_ticks and self.book.can_undo
 
     @property
     def can_redo(self) -> bool:
         """Return whether there is a tick to make again."""
-        return self.book is not None and self.book.live and self.book.can_redo
+        return self.book is not None and self.book.accepts_ticks and self.book.can_redo
 
     def undo(self) -> None:
         """Take back the last tick."""
@@ -305,6 +305,6 @@ class ChecklistPage(PreflightStepPage):
     def _read_again(self) -> None:
         self._watch()
         if self.book is not None and self.book.read_if_changed():
-            self.said.say("")
+            self.said.set_message("")
             self.show_items()
             self.changed.emit()

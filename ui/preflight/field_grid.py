@@ -40,14 +40,14 @@ class FieldGrid(QWidget):
 
     Attributes
     ----------
-    typed : Signal(int, int, str)
+    cell_edited : Signal(int, int, str)
         Row, column and what stands there now.
-    left : Signal
+    editing_finished : Signal
         The keyboard went elsewhere.
     """
 
-    typed = Signal(int, int, str)
-    left = Signal()
+    cell_edited = Signal(int, int, str)
+    editing_finished = Signal()
 
     def __init__(
         self, look: DisplayStyle, columns: Sequence[GridColumn], names: Sequence[str] = ()
@@ -97,7 +97,7 @@ class FieldGrid(QWidget):
             for key, words in column.choices:
                 box.addItem(words, key)
             box.activated.connect(
-                lambda _index: self.typed.emit(row, place, str(box.currentData()))
+                lambda _index: self.cell_edited.emit(row, place, str(box.currentData()))
             )
             box.setAccessibleName(spoken)
             box.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
@@ -106,8 +106,8 @@ class FieldGrid(QWidget):
         line.setAccessibleName(spoken)
         line.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         line.setMinimumWidth(1)
-        line.textEdited.connect(lambda text: self.typed.emit(row, place, text))
-        line.left.connect(self.left)
+        line.textEdited.connect(lambda text: self.cell_edited.emit(row, place, text))
+        line.editing_finished.connect(self.editing_finished)
         return line
 
     def text(self, row: int, place: int) -> str:
@@ -115,7 +115,7 @@ class FieldGrid(QWidget):
         cell = self.cells[row][place]
         return str(cell.currentData() or "") if isinstance(cell, QComboBox) else cell.text()
 
-    def show_text(self, row: int, place: int, text: str) -> None:
+    def set_text(self, row: int, place: int, text: str) -> None:
         """Show another text or choice; emits nothing."""
         cell = self.cells[row][place]
         if isinstance(cell, QComboBox):
@@ -123,9 +123,9 @@ class FieldGrid(QWidget):
         elif cell.text() != text:
             cell.setText(text)
 
-    def say(self, words: str, state: str = "") -> None:
+    def show_message(self, words: str, state: str = "") -> None:
         """Say something below, or nothing."""
-        self.sentence.say(words, state)
+        self.sentence.set_message(words, state)
         self.sentence.setVisible(bool(words))
 
     def _fit(self) -> None:
@@ -139,17 +139,17 @@ class GrowingFieldGrid(FieldGrid):
 
     Attributes
     ----------
-    listed : Signal
+    rows_changed : Signal
         Other rows stand there now.
     """
 
-    listed = Signal()
+    rows_changed = Signal()
 
     def __init__(self, look: DisplayStyle, columns: Sequence[GridColumn]) -> None:
         super().__init__(look, columns)
         self._empty = tuple(column.choices[0][0] if column.choices else "" for column in columns)
         self.add_row()
-        self.typed.connect(self._grow)
+        self.cell_edited.connect(self._grow)
 
     @property
     def rows(self) -> tuple[tuple[str, ...], ...]:
@@ -172,7 +172,7 @@ class GrowingFieldGrid(FieldGrid):
             self.add_row()
         for number, row in enumerate(wanted):
             for place, text in enumerate(row):
-                self.show_text(number, place, text)
+                self.set_text(number, place, text)
 
     def _grow(self, row: int, _place: int, _text: str) -> None:
         last = len(self.cells) - 1
@@ -182,4 +182,4 @@ class GrowingFieldGrid(FieldGrid):
             for cell in self.cells[-1]:
                 QWidget.setTabOrder(before, cell)
                 before = cell
-        self.listed.emit()
+        self.rows_changed.emit()

@@ -52,7 +52,7 @@ class CardField:
     group: KeyPath = ()
 
     @property
-    def whole(self) -> KeyPath:
+    def validated_key(self) -> KeyPath:
         """Return the path of what is checked together with it."""
         return self.group or self.key
 
@@ -60,7 +60,7 @@ class CardField:
         """Return the unit on screen, as it is written in files."""
         return self.us if system == "US" else self.si
 
-    def unit_shown(self, system: str) -> str:
+    def unit_label(self, system: str) -> str:
         """Return the unit on screen."""
         return unit_text(self.unit(system))
 

@@ -41,7 +41,7 @@ class FlightCardPage(PreflightStepPage):
 
     Parameters
     ----------
-    look : DisplayStyle
+    display_style : DisplayStyle
         Colors, sizes, units.
     fail : callable
         Takes an error that the user must see.
@@ -67,8 +67,8 @@ class FlightCardPage(PreflightStepPage):
         self._later.setInterval(_SAVE_MS)
         self._later.timeout.connect(self.flush)
         for form in (self.weighing, self.transmitter, self.loading):
-            form.typed.connect(self._typed_below)
-            form.left.connect(self._left)
+            form.edited.connect(self._typed_below)
+            form.editing_finished.connect(self._left)
         look.changed.connect(self.show_card)
 
     def _head(self) -> None:
@@ -83,9 +83,9 @@ class FlightCardPage(PreflightStepPage):
     def _sections(self) -> None:
         flight = self._section("Flight", FLIGHT_FIELDS)
         weights = self._section("Weight and fuel", WEIGHT_FIELDS)
-        wheels = FormSection(self.look, "On the scales")
+        wheels = FormSection(self.display_style, "On the scales")
         wheels.add(self.weighing)
-        board = FormSection(self.look, "On board beside the aircraft file")
+        board = FormSection(self.display_style, "On board beside the aircraft file")
         board.add(self.loading)
         weather = self._section("Weather at the field", WEATHER_FIELDS)
         sticks = self._section("Transmitter", TRANSMITTER_FIELDS)
@@ -104,46 +104,46 @@ class FlightCardPage(PreflightStepPage):
         )
 
     def _section(self, title: str, values: Sequence[CardField]) -> FormSection:
-        section = FormSection(self.look, title)
+        section = FormSection(self.display_style, title)
         section.add(*(self._field(value) for value in values))
         return section
 
     def _field(self, value: CardField) -> QWidget:
         field = FormField(
-            self.look,
+            self.display_style,
             value.name,
             rows=3 if value.kind == "lines" else 1,
             choices=value.choices,
         )
-        field.typed.connect(lambda text: self._typed(value, text))
-        field.left.connect(self._left)
+        field.text_edited.connect(lambda text: self._typed(value, text))
+        field.editing_finished.connect(self._left)
         self.fields[".".join(value.key)] = (value, field)
         return field
 
     # Showing
 
-    def follow(self, books: PreflightModel) -> None:
+    def set_model(self, books: PreflightModel) -> None:
         """Show the card of another flight, and whose it is."""
         self.flush()
         self.editor, self._aircraft = books.card, books.aircraft
-        self.home.setText(books.home)
+        self.home.setText(books.card_owner_text)
         self.area.setEnabled(books.card is not None)
         self.show_card()
 
     def refresh(self) -> None:
         """Take in what another program wrote into the card."""
-        if self.editor is not None and not self._later.isActive() and self.editor.look_again():
+        if self.editor is not None and not self._later.isActive() and self.editor.reload_if_changed():
             self.show_card()
             self.changed.emit()
 
     def show_card(self) -> None:
         """Show everything that is on the card."""
-        editor, units = self.editor, self.look.units
+        editor, units = self.editor, self.display_style.units
         if editor is None:
             return
         for value, field in self.fields.values():
-            field.show_text(editor.text(value, units))
-            field.show_unit(value.unit_shown(units) if value.kind == "number" else "")
+            field.set_text(editor.field_text(value, units))
+            field.show_unit(value.unit_label(units) if value.kind == "number" else "")
         self.weighing.show_card(editor, self._aircraft)
         self.transmitter.show_card(editor)
         self.loading.show_card(editor)
@@ -155,14 +155,14 @@ class FlightCardPage(PreflightStepPage):
         if editor is None:
             return
         doubts: dict[str, list[str]] = {}
-        for doubt in check_flight_info(editor.file.model, self._aircraft, system=self.look.units):
-            doubts.setdefault(doubt.field, []).append(doubt.words)
+        for doubt in check_flight_info(editor.file.model, self._aircraft, system=self.display_style.units):
+            doubts.setdefault(doubt.field, []).append(doubt.text)
         for name, (value, field) in self.fields.items():
             if value.key in editor.problems:
-                field.say(f"Not on the card: {editor.problems[value.key]}", "warning")
+                field.show_message(f"Not on the card: {editor.problems[value.key]}", "warning")
             else:
-                field.say(" ".join(doubts.get(name, ())), "caution")
-        self.weighing.doubt(" ".join(doubts.get("weighing", ())))
+                field.show_message(" ".join(doubts.get(name, ())), "caution")
+        self.weighing.show_warning(" ".join(doubts.get("weighing", ())))
         self._tell_saved()
 
     def _tell_saved(self) -> None:
@@ -170,26 +170,26 @@ class FlightCardPage(PreflightStepPage):
         if editor is None:
             return
         if editor.problems:
-            self.saved.say("Saved but for what is marked", "warning")
+            self.saved.set_message("Saved but for what is marked", "warning")
         elif editor.file.is_saved:
-            self.saved.say("Saved", "good")
+            self.saved.set_message("Saved", "good")
         elif self._later.isActive():
-            self.saved.say("Saving…")
+            self.saved.set_message("Saving…")
         else:
-            self.saved.say("Not saved", "warning")
+            self.saved.set_message("Not saved", "warning")
 
     # Typing
 
     def _typed(self, value: CardField, text: str) -> None:
         if self.editor is not None:
-            self.editor.type(value, text, self.look.units)
+            self.editor.enter_text(value, text, self.display_style.units)
             self._typed_on()
 
     def _typed_below(self) -> None:
         """Take in what a part of the form has put on the card."""
         if self.editor is not None:
             value, field = self.fields["takeoff_weight"]
-            field.show_text(self.editor.text(value, self.look.units))
+            field.set_text(self.editor.field_text(value, self.display_style.units))
             self._typed_on()
 
     def _typed_on(self) -> None:
@@ -200,7 +200,7 @@ class FlightCardPage(PreflightStepPage):
     def _left(self) -> None:
         """Show what was typed as it is on the card, in the unit of the screen."""
         if self.editor is not None:
-            self.editor.pause()
+            self.editor.end_merge()
             self.flush()
             self.show_card()
 

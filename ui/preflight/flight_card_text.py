@@ -123,14 +123,14 @@ def card_state(
     missing = list_missing_values(info)
     if problems:
         words = f"{count_text(len(problems), 'value')} wrong"
-        return StepStatus(state="warning", words=words, detail=". ".join(problems))
+        return StepStatus(state="warning", text=words, detail=". ".join(problems))
     if missing:
         words = f"{missing[0]} missing" if len(missing) == 1 else f"{len(missing)} missing"
-        return StepStatus(state="caution", words=words, detail=f"Missing: {', '.join(missing)}")
+        return StepStatus(state="caution", text=words, detail=f"Missing: {', '.join(missing)}")
     if doubts:
         return StepStatus(
             state="caution",
-            words=count_text(len(doubts), "doubt"),
-            detail="\n".join(doubt.words for doubt in doubts),
+            text=count_text(len(doubts), "doubt"),
+            detail="\n".join(doubt.text for doubt in doubts),
         )
-    return StepStatus(state="good", words="complete")
+    return StepStatus(state="good", text="complete")

@@ -38,17 +38,17 @@ class FormEditor(Generic[Model]):
 
     # What stands there
 
-    def text(self, value: CardField, system: str) -> str:
+    def field_text(self, value: CardField, system: str) -> str:
         """Return what stands in a field: what is in the file, or what is still wrong there."""
         if value.key in self._pending:
             return self._pending[value.key][1]
         return format_field(value, self.file.value(value.key), system)
 
-    def written(self, key: KeyPath) -> Any:
+    def stored_value(self, key: KeyPath) -> Any:
         """Return what is in the file at a path; None if nothing is."""
         return self.file.value(key)
 
-    def look_again(self) -> bool:
+    def reload_if_changed(self) -> bool:
         """Read the file again if another program changed it; return whether one did.
 
         Raises
@@ -56,7 +56,7 @@ class FormEditor(Generic[Model]):
         FileProblemsError
             If it holds mistakes now.
         """
-        if not self.file.is_saved or may_block(self.file.path) or not self.file.read():
+        if not self.file.is_saved or may_block(self.file.path) or not self.file.reload_if_changed():
             return False
         self.problems.clear()
         self._pending.clear()
@@ -65,14 +65,14 @@ class FormEditor(Generic[Model]):
 
     # Changes
 
-    def type(self, value: CardField, text: str, system: str) -> bool:
+    def enter_text(self, value: CardField, text: str, system: str) -> bool:
         """Take what was typed into a field; return whether it is in the file now.
 
         A table that is only valid as a whole waits until it is; the rest of the file does not.
         """
         self._pending[value.key] = (value, text)
         together = {
-            key: known for key, known in self._pending.items() if known[0].whole == value.whole
+            key: known for key, known in self._pending.items() if known[0].validated_key == value.validated_key
         }
         written: dict[KeyPath, Any] = {}
         for key, (one, typed) in together.items():
@@ -91,7 +91,7 @@ class FormEditor(Generic[Model]):
             self.problems[value.key], self._pending[value.key] = problem, waiting
         return False
 
-    def put(self, values: Mapping[KeyPath, Any]) -> bool:
+    def set_values(self, values: Mapping[KeyPath, Any]) -> bool:
         """Write values as they would stand in the file; return whether they will do."""
         for key in values:
             for waiting in [one for one in self._pending if one[: len(key)] == key]:
@@ -123,15 +123,15 @@ class FormEditor(Generic[Model]):
             fits = [key for key in keys if problem.where == ".".join(key)]
             self.problems[fits[0] if fits else last] = sentence
 
-    def forget(self, group: KeyPath) -> None:
+    def discard_group(self, group: KeyPath) -> None:
         """Drop what waits in a group that is not in the file."""
-        for key in [one for one, (value, _) in self._pending.items() if value.whole == group]:
+        for key in [one for one, (value, _) in self._pending.items() if value.validated_key == group]:
             del self._pending[key]
             self.problems.pop(key, None)
 
-    def pause(self) -> None:
+    def end_merge(self) -> None:
         """Let what is typed next be a change of its own."""
-        self._changes.pause()
+        self._changes.end_merge()
 
     @property
     def can_undo(self) -> bool:

@@ -45,11 +45,11 @@ class FormLineEdit(QLineEdit):
 
     Attributes
     ----------
-    left : Signal
+    editing_finished : Signal
         The keyboard went elsewhere.
     """
 
-    left = Signal()
+    editing_finished = Signal()
 
     def event(self, event: QEvent) -> bool:
         """Leave undo and redo to the page."""
@@ -61,7 +61,7 @@ class FormLineEdit(QLineEdit):
     def focusOutEvent(self, event: QFocusEvent) -> None:
         """Say that typing is over."""
         super().focusOutEvent(event)
-        self.left.emit()
+        self.editing_finished.emit()
 
 
 class FormTextEdit(QPlainTextEdit):
@@ -69,11 +69,11 @@ class FormTextEdit(QPlainTextEdit):
 
     Attributes
     ----------
-    left : Signal
+    editing_finished : Signal
         The keyboard went elsewhere.
     """
 
-    left = Signal()
+    editing_finished = Signal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -90,7 +90,7 @@ class FormTextEdit(QPlainTextEdit):
     def focusOutEvent(self, event: QFocusEvent) -> None:
         """Say that typing is over."""
         super().focusOutEvent(event)
-        self.left.emit()
+        self.editing_finished.emit()
 
 
 class _WidePopupComboBox(QComboBox):
@@ -118,14 +118,14 @@ class FormField(QWidget):
 
     Attributes
     ----------
-    typed : Signal(str)
+    text_edited : Signal(str)
         The user typed or chose something else.
-    left : Signal
+    editing_finished : Signal
         The keyboard went elsewhere.
     """
 
-    typed = Signal(str)
-    left = Signal()
+    text_edited = Signal(str)
+    editing_finished = Signal()
 
     def __init__(
         self,
@@ -166,16 +166,16 @@ class FormField(QWidget):
             box.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
             for key, words in choices:
                 box.addItem(words, key)
-            box.activated.connect(lambda _index: self.typed.emit(self.text))
+            box.activated.connect(lambda _index: self.text_edited.emit(self.text))
             return box
         if rows > 1:
             lines = FormTextEdit()
-            lines.textChanged.connect(lambda: self.typed.emit(self.text))
-            lines.left.connect(self.left)
+            lines.textChanged.connect(lambda: self.text_edited.emit(self.text))
+            lines.editing_finished.connect(self.editing_finished)
             return lines
         line = FormLineEdit()
-        line.textEdited.connect(self.typed)
-        line.left.connect(self.left)
+        line.textEdited.connect(self.text_edited)
+        line.editing_finished.connect(self.editing_finished)
         return line
 
     @property
@@ -186,7 +186,7 @@ class FormField(QWidget):
             return str(edit.currentData() or "")
         return edit.toPlainText() if isinstance(edit, QPlainTextEdit) else edit.text()
 
-    def show_text(self, text: str) -> None:
+    def set_text(self, text: str) -> None:
         """Show another text, or choice; emits nothing, and leaves the cursor where it was."""
         edit = self.edit
         if text == self.text:
@@ -200,7 +200,7 @@ class FormField(QWidget):
             edit.setText(text)
         edit.blockSignals(False)
 
-    def show_choices(self, choices: Sequence[tuple[str, str]], chosen: str) -> None:
+    def set_choices(self, choices: Sequence[tuple[str, str]], chosen: str) -> None:
         """Show other choices with one of them chosen; emits nothing."""
         box = self.edit
         if isinstance(box, QComboBox):
@@ -208,7 +208,7 @@ class FormField(QWidget):
                 box.clear()
                 for key, words in choices:
                     box.addItem(words, key)
-            self.show_text(chosen)
+            self.set_text(chosen)
 
     def select_all(self) -> None:
         """Let what is typed next replace what stands there."""
@@ -225,9 +225,9 @@ class FormField(QWidget):
         if isinstance(self.edit, (QLineEdit, QPlainTextEdit)):
             self.edit.setPlaceholderText(hint)
 
-    def say(self, words: str, state: str = "") -> None:
+    def show_message(self, words: str, state: str = "") -> None:
         """Say something below the field, or nothing."""
-        self.sentence.say(words, state)
+        self.sentence.set_message(words, state)
         self.sentence.setVisible(bool(words))
         self.edit.setAccessibleDescription(words)
 

@@ -24,14 +24,14 @@ class FormPart(QWidget, Generic[T]):
 
     Attributes
     ----------
-    typed : Signal
+    edited : Signal
         The file was changed.
-    left : Signal
+    editing_finished : Signal
         The keyboard went elsewhere.
     """
 
-    typed = Signal()
-    left = Signal()
+    edited = Signal()
+    editing_finished = Signal()
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()

@@ -64,7 +64,7 @@ class PracticeBench(QObject):
     def _launch(self, folder: Path, port: int) -> BenchProcess:
         return BenchProcess(folder, port, seed=self.seed, speed=self.speed)
 
-    def help(self, view: WizardView) -> None:
+    def assist(self, view: WizardView) -> None:
         """Do at the surface what the view asks for: move it, pass the setting, come back to it."""
         instrument, bench = view.instrument, self._flight.process
         if instrument is None or bench is None:
@@ -89,7 +89,7 @@ class PracticeBench(QObject):
             else:
                 bench.set_angle(instrument.channel, view.target)
 
-    def follow(self, view: WizardView) -> None:
+    def return_to_setting(self, view: WizardView) -> None:
         """Come back to a setting once it was passed."""
         reading, bench = view.reading, self._flight.process
         if self._wanted is None or bench is None or reading is None:

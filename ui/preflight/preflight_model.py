@@ -43,7 +43,7 @@ class PreflightModel:
     ----------
     card : FormEditor[FlightInfo] or None
         None where the card cannot be read.
-    home : str
+    card_owner_text : str
         Whose card that is, in words.
     aircraft : Aircraft or None
         What it is held against.
@@ -59,7 +59,7 @@ class PreflightModel:
         self._store = store
         self.session: Session | None = None
         self.card: FormEditor[FlightInfo] | None = None
-        self.home = ""
+        self.card_owner_text = ""
         self.aircraft: Aircraft | None = None
         self.folder = next_flight_path(store.path)
         self.checklist = ChecklistModel(checklist_path(store.path))
@@ -69,7 +69,7 @@ class PreflightModel:
         self._calibration_begun = False
         self._looked = 0.0
 
-    def follow(self, session: Session | None) -> None:
+    def set_session(self, session: Session | None) -> None:
         """Take what belongs to another flight, or to the next one.
 
         Raises
@@ -88,21 +88,21 @@ class PreflightModel:
         folder = FlightFolder(path=self.folder)
         try:
             self.card = FormEditor(FlightInfoFile(folder))
-            self.home = describe_card_owner(
+            self.card_owner_text = describe_card_owner(
                 self.card.file.model,
                 session.name if session is not None else "",
                 next_flight=not own,
                 file_name=session.path.name if session is not None else "",
             )
         except GroundStationError:
-            self.home = (
+            self.card_owner_text = (
                 f"The card {folder.info_file} cannot be read; mend or remove that file, then "
                 "come back."
             )
             raise
         finally:
-            self.cards.follow(session, self.folder, self.aircraft)
-            self.checklist.follow(session, self.folder, self._info, self.aircraft)
+            self.cards.set_flight(session, self.folder, self.aircraft)
+            self.checklist.set_flight(session, self.folder, self._info, self.aircraft)
 
     def _info(self) -> FlightInfo | None:
         """Return the card as it stands, what is being typed included."""
@@ -119,14 +119,14 @@ class PreflightModel:
             # Said where an aircraft is connected with it.
             return None
 
-    def look(self) -> None:
+    def update_checklist(self) -> None:
         """See how the checklist stands, a few times a second at most."""
         now = time.monotonic()
         if now - self._looked >= _CHECK_INTERVAL_SECONDS:
             self._looked = now
-            self.checklist.look(self._store.current.units)
+            self.checklist.update_items(self._store.current.units)
 
-    def states(self) -> Mapping[str, StepStatus]:
+    def step_states(self) -> Mapping[str, StepStatus]:
         """Return how the steps stand."""
         return {
             "card": self._card_state(),
@@ -157,30 +157,30 @@ class PreflightModel:
                 session.failed_checks = failed
                 return
             certificates = load_certificates(settings.calibration)
-            planned = shelf.plan().only(("surface", "vane")).channels
+            planned = shelf.load_plan_in_use().select_kinds(("surface", "vane")).channels
         except GroundStationError as error:
             self._calibration_problem = str(error)
             return
         self._planned = CalibrationInForce(
             certificates=certificates,
-            on=current_local_time(),
-            lacking=[name for name in planned if name not in certificates],
-            failed=failed,
+            flight_date=current_local_time(),
+            missing=[name for name in planned if name not in certificates],
+            failed_checks=failed,
         )
 
     def _calibration_state(self) -> StepStatus:
         in_force = self._planned if self.session is None else self.session.calibration_in_force
         if self._calibration_problem or in_force is None:
             detail = self._calibration_problem
-            return StepStatus(state="warning", words="cannot be read", detail=detail)
-        status = in_force.judge()
+            return StepStatus(state="warning", text="cannot be read", detail=detail)
+        status = in_force.evaluate()
         begun = ". A calibration is not finished" if self._calibration_begun else ""
-        return StepStatus(state=status.state, words=status.words, detail=f"{status.detail}{begun}")
+        return StepStatus(state=status.state, text=status.summary, detail=f"{status.detail}{begun}")
 
     def _card_state(self) -> StepStatus:
         card = self.card
         if card is None:
-            return StepStatus(state="warning", words="cannot be read", detail=self.home)
+            return StepStatus(state="warning", text="cannot be read", detail=self.card_owner_text)
         info = card.file.model
         return card_state(
             info,

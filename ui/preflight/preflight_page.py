@@ -54,12 +54,12 @@ class PreflightPage(MultiStepPage):
     ----------
     changed : Signal
         Other commands are of use now.
-    started : Signal
+    flight_started : Signal
         The crew says that the flight begins.
     """
 
     changed = Signal()
-    started = Signal()
+    flight_started = Signal()
 
     def __init__(
         self,
@@ -93,7 +93,7 @@ class PreflightPage(MultiStepPage):
         self.stack = QStackedWidget()
         column.addWidget(self.stack, 1)
         desk.changed.connect(self._flight_changed)
-        desk.told.connect(self.refresh)
+        desk.refreshed.connect(self.refresh)
 
     # Commands
 
@@ -101,11 +101,11 @@ class PreflightPage(MultiStepPage):
     def handlers(self) -> Mapping[str, Callable[[], object]]:
         """Return what the commands of this place do."""
         steps = {
-            f"preflight_{step.id}": lambda name=step.id: self.go(name) for step in PREFLIGHT_STEPS
+            f"preflight_{step.id}": lambda name=step.id: self.go_to_step(name) for step in PREFLIGHT_STEPS
         }
         return {
             **steps,
-            "preflight_start": self.start,
+            "preflight_start": self.start_flight,
             "preflight_redo": self.redo,
             "checklist_tick": lambda: self._on_page(lambda page: page.tick()),
             "checklist_reset": lambda: self._on_page(lambda page: page.reset()),
@@ -123,7 +123,7 @@ class PreflightPage(MultiStepPage):
         act(self.pages[self.step])
 
     @property
-    def page(self) -> PreflightStepPage | None:
+    def step_page(self) -> PreflightStepPage | None:
         """Return the page on screen that is made for this place; None at the calibration."""
         page = self.pages.get(self.step)
         return page if isinstance(page, PreflightStepPage) else None
@@ -133,7 +133,7 @@ class PreflightPage(MultiStepPage):
         """Return what commands may act on."""
         if not self.shown:
             return ()
-        page = self.page
+        page = self.step_page
         own = page.present if page is not None else ()
         redo: tuple[CommandRequirement, ...] = (
             ("preflight_future",) if page is not None and page.can_redo else ()
@@ -145,7 +145,7 @@ class PreflightPage(MultiStepPage):
     def showEvent(self, event: QShowEvent) -> None:
         """Make the page when it is needed."""
         super().showEvent(event)
-        self.go(self.step or self._store.current.preflight_step, begin=False)
+        self.go_to_step(self.step or self._store.current.preflight_step, begin=False)
 
     def hideEvent(self, event: QHideEvent) -> None:
         """Write what is still being typed; other commands are of use now."""
@@ -158,7 +158,7 @@ class PreflightPage(MultiStepPage):
         super().resizeEvent(event)
         self.steps.fit(self.window().height())
 
-    def go(self, step_id: str, *, begin: bool = True) -> None:
+    def go_to_step(self, step_id: str, *, begin: bool = True) -> None:
         """Go to a step by its id."""
         if step_id != self.step:
             self.flush()
@@ -191,22 +191,22 @@ class PreflightPage(MultiStepPage):
             from ui.preflight.flight_card_page import FlightCardPage
 
             page = FlightCardPage(self._look, self._faults.report)
-            page.follow(self.books)
+            page.set_model(self.model)
         elif step_id == "checklist":
             from ui.preflight.checklist_page import ChecklistPage
 
             page = ChecklistPage(self._look, self._actions, self._faults.report)
-            page.follow(self.books)
+            page.set_model(self.model)
         else:
             from ui.preflight.cards_page import CardsPage
 
             page = CardsPage(self._look, self._actions, self._store, self._faults.report)
-            page.follow(self.books)
+            page.set_model(self.model)
         page.changed.connect(self._page_changed)
         return page
 
     @property
-    def books(self) -> PreflightModel:
+    def model(self) -> PreflightModel:
         """Return what the steps work on; made when it is first needed."""
         if self._books is None:
             from ui.preflight.preflight_model import PreflightModel
@@ -217,7 +217,7 @@ class PreflightPage(MultiStepPage):
 
     def _follow(self, books: PreflightModel) -> None:
         try:
-            books.follow(self._desk.session)
+            books.set_session(self._desk.session)
         except GroundStationError as error:
             self._faults.report(error)
 
@@ -231,13 +231,13 @@ class PreflightPage(MultiStepPage):
         self._follow(self._books)
         for page in self.pages.values():
             if isinstance(page, PreflightStepPage):
-                page.follow(self._books)
+                page.set_model(self._books)
         self.refresh()
         self.changed.emit()
 
     def _page_changed(self) -> None:
         if self.step == "calibration":
-            self.books.read_calibration()
+            self.model.read_calibration()
         self._show_states()
         self.changed.emit()
 
@@ -245,24 +245,24 @@ class PreflightPage(MultiStepPage):
         """Show what changed beside the pages; nothing while another place is on screen."""
         if not self.shown or not self.step:
             return
-        self.books.look()
-        page = self.page
+        self.model.update_checklist()
+        page = self.step_page
         if page is not None:
             page.refresh()
         self._show_states()
 
     def _show_states(self) -> None:
-        for step_id, state in self.books.states().items():
+        for step_id, state in self.model.step_states().items():
             self.steps.show_state(step_id, state)
 
     def flush(self) -> None:
         """Write what is still being typed, as the window closes or another place is shown."""
-        page = self.page
+        page = self.step_page
         if page is not None:
             page.flush()
 
     @property
-    def practices(self) -> bool:
+    def is_practice(self) -> bool:
         """Return whether the flight that is open is for practice."""
         page = self.pages.get("calibration")
         return page is not None and page.practice.running
@@ -274,17 +274,17 @@ class PreflightPage(MultiStepPage):
             page.close_run()
             page.practice.stop()
 
-    def start(self) -> None:
+    def start_flight(self) -> None:
         """Record that the flight begins, as the checklist stands, and go to the charts."""
         words = ""
         try:
-            words = self.books.checklist.start()
+            words = self.model.checklist.record_start()
         except GroundStationError as error:
             self._faults.report(error)
         if words:
-            green = self.books.checklist.state.state == "good"
+            green = self.model.checklist.state.state == "good"
             self._banners.show_banner("note" if green else "caution", words)
-            self.started.emit()
+            self.flight_started.emit()
         else:
             self._banners.show_banner(
                 "note",

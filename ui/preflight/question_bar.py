@@ -48,7 +48,7 @@ class QuestionBar(QFrame):
         self.yes = QPushButton()
         self.yes.setProperty("role", "primary")
         self.no = QPushButton("No   Esc")
-        for button, act in ((self.yes, self.accept), (self.no, self.refuse)):
+        for button, act in ((self.yes, self.accept), (self.no, self.cancel)):
             button.clicked.connect(act)
             button.setSizePolicy(QSizePolicy.Policy.Preferred, high)
             self._row.addWidget(button)
@@ -63,7 +63,7 @@ class QuestionBar(QFrame):
         self.setMinimumHeight(self._look.sizes.control + px(12))
 
     @property
-    def asking(self) -> bool:
+    def is_open(self) -> bool:
         """Return whether a question waits."""
         return self._answer is not None
 
@@ -119,11 +119,11 @@ class QuestionBar(QFrame):
             self.field.setFocus(Qt.FocusReason.OtherFocusReason)
             self.field.selectAll()
             return
-        self.refuse()
+        self.cancel()
         if answer is not None:
             answer(text)
 
-    def refuse(self) -> None:
+    def cancel(self) -> None:
         """Take the question back."""
         self._answer = None
         self.hide()
@@ -135,5 +135,5 @@ class QuestionBar(QFrame):
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self.accept()
         elif event.key() == Qt.Key.Key_Escape:
-            self.refuse()
+            self.cancel()
         event.accept()

@@ -70,25 +70,25 @@ def take_preflight_screenshots(out: Path, guise: WindowAppearance) -> tuple[Path
 
 def _capture_steps(crew: ScreenshotTaker) -> Iterator[Path]:
     """Go from step to step."""
-    crew.await_keyboard()
-    crew.press("F1")
-    crew.press("Alt+1")
-    yield crew.take("card")
-    crew.press("Alt+2")
-    page = crew.window.preflight.pages["calibration"]
+    crew.wait_for_focus()
+    crew.press_key("F1")
+    crew.press_key("Alt+1")
+    yield crew.take_screenshot("card")
+    crew.press_key("Alt+2")
+    page = crew.window.preflight_page.pages["calibration"]
     page.practice.speed = _SPEED
-    crew.press("P")
-    crew.wait(lambda: page.practice.running and crew.window.desk.history.end, "the bench")
-    crew.wait(lambda: crew.window.desk.is_settled, "the bench")
-    crew.press("Alt+2")  # the flight that opened took the keyboard
+    crew.press_key("P")
+    crew.wait_until(lambda: page.practice.running and crew.window.flight_controller.history.end, "the bench")
+    crew.wait_until(lambda: crew.window.flight_controller.is_up_to_date, "the bench")
+    crew.press_key("Alt+2")  # the flight that opened took the keyboard
     crew.pause(_LINK_SECONDS)
-    yield crew.take("calibration")
-    crew.press("Alt+3")
+    yield crew.take_screenshot("calibration")
+    crew.press_key("Alt+3")
     crew.pause(_LINK_SECONDS)
-    yield crew.take("checklist")
-    crew.press("Alt+4")
-    yield crew.take("cards")
-    crew.press("Alt+2")
+    yield crew.take_screenshot("checklist")
+    crew.press_key("Alt+4")
+    yield crew.take_screenshot("cards")
+    crew.press_key("Alt+2")
     yield from _calibrate_surfaces(crew, page)
     yield from _check_elevator(crew, page)
     yield from _calibrate_others(crew, page)
@@ -96,62 +96,62 @@ def _capture_steps(crew: ScreenshotTaker) -> Iterator[Path]:
 
 def _calibrate_surfaces(crew: ScreenshotTaker, page: WizardPage) -> Iterator[Path]:
     """Calibrate both elevators and skip the rest: sign, points, curve, and what came of it."""
-    crew.press("Space")
-    crew.wait(lambda: page.run is not None, "the calibration")
+    crew.press_key("Space")
+    crew.wait_until(lambda: page.run is not None, "the calibration")
     _follow_prompts(crew, page, lambda view: view.phase == "sign")
-    yield crew.take("sign")
+    yield crew.take_screenshot("sign")
     _follow_prompts(crew, page, lambda view: len(view.points) == _POINTS)
-    yield crew.take("points")
+    yield crew.take_screenshot("points")
     _follow_prompts(crew, page, lambda view: view.phase == "fit")
-    yield crew.take("curve")
+    yield crew.take_screenshot("curve")
     _follow_prompts(
         crew,
         page,
         lambda view: _calibrated_channel(view) not in ("elevator_left", "elevator_right"),
     )
     while _calibrated_channel(page.run.view):
-        crew.press("X")
-        crew.press("Return")
+        crew.press_key("X")
+        crew.press_key("Return")
     crew.pause(_LINK_SECONDS)
-    crew.wait(lambda: crew.window.desk.is_settled, "the bench")
-    yield crew.take("done")
-    crew.press("Space")
+    crew.wait_until(lambda: crew.window.flight_controller.is_up_to_date, "the bench")
+    yield crew.take_screenshot("done")
+    crew.press_key("Space")
 
 
 def _check_elevator(crew: ScreenshotTaker, page: WizardPage) -> Iterator[Path]:
     """Check the left elevator against the certificate just made, and go back to look at it."""
-    crew.press("C")
+    crew.press_key("C")
     _follow_prompts(crew, page, lambda view: _calibrated_channel(view) == "elevator_right")
-    crew.press("PgUp")
-    crew.wait(lambda: _is_steady(page.run.view), "the check")
-    yield crew.take("check")
+    crew.press_key("PgUp")
+    crew.wait_until(lambda: _is_steady(page.run.view), "the check")
+    yield crew.take_screenshot("check")
     _abort_calibration(crew)
 
 
 def _calibrate_others(crew: ScreenshotTaker, page: WizardPage) -> Iterator[Path]:
     """Turn the gyros, lay the aircraft down, cover the pitot and blow."""
-    crew.press("G")
+    crew.press_key("G")
     _follow_prompts(crew, page, lambda view: view.phase == "gyro_turn" and view.amount)
-    yield crew.take("gyros")
+    yield crew.take_screenshot("gyros")
     while page.run.view.phase == "gyro_turn":
-        crew.press("PgDown")
+        crew.press_key("PgDown")
     _follow_prompts(
         crew, page, lambda view: view.phase == "accel_position" and view.position == "x_up"
     )
-    yield crew.take("accelerometers")
+    yield crew.take_screenshot("accelerometers")
     _follow_prompts(crew, page, lambda view: view.phase == "pressure_zero")
-    yield crew.take("pressures")
-    crew.press("Space")
+    yield crew.take_screenshot("pressures")
+    crew.press_key("Space")
     _follow_prompts(crew, page, lambda view: view.phase == "pressure_blow")
-    yield crew.take("breath")
+    yield crew.take_screenshot("breath")
     _abort_calibration(crew)
 
 
 def _abort_calibration(crew: ScreenshotTaker) -> None:
     """Leave a calibration for the page on which one begins."""
-    crew.press("Esc")
-    crew.press("Return")
-    crew.press("Space")
+    crew.press_key("Esc")
+    crew.press_key("Return")
+    crew.press_key("Space")
 
 
 def _is_steady(view: WizardView) -> bool:
@@ -171,8 +171,8 @@ def _capture_certificate(folder: Path) -> Path:
     from gsapp.report.certificate_report import certificate_document
     from gsapp.report.document import render_png
 
-    standing = {one.certificate.channel: one for one in load_certificate_overview("b777").standing}
-    (picture,) = certificate_document(standing["elevator_left"]).pictures
+    standing = {one.certificate.channel: one for one in load_certificate_overview("b777").in_force}
+    (picture,) = certificate_document(standing["elevator_left"]).figures
     return write_atomically(folder / "certificate.png", render_png(picture))
 
 
@@ -185,7 +185,7 @@ def _follow_prompts(
     def goes_on() -> bool:
         nonlocal asked
         view = page.run.view
-        if page.run.silent:
+        if page.run.has_no_data:
             # The flight is read anew with the certificates just made.
             return False
         if enough(view):
@@ -193,17 +193,17 @@ def _follow_prompts(
         wanted = (_calibrated_channel(view), view.phase, view.target, view.direction, view.position)
         if _calibrated_channel(view) and wanted != asked:
             asked = wanted
-            crew.press("H")
+            crew.press_key("H")
         return False
 
-    crew.wait(goes_on, "what the helper at the bench does")
+    crew.wait_until(goes_on, "what the helper at the bench does")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Take the pictures; see the module's text."""
     given = screenshot_parser("ui.preflight.screenshots", __doc__).parse_args(arguments)
     try:
-        take_preflight_screenshots(given.out, WindowAppearance.given(given))
+        take_preflight_screenshots(given.out, WindowAppearance.from_arguments(given))
     except GroundStationError as error:
         sys.exit(str(error))
     return 0

@@ -44,30 +44,30 @@ class StatusListItem:
     ----------
     key : str
         What it stands for.
-    words : str
+    text : str
         Strong, on top.
-    more : str
+    detail : str
         Below.
     state : str
         Sign and colors.
-    state_words : str
+    state_text : str
         On the right, in the color of the state.
     note : str
         Below these.
-    box : bool
+    is_checkable : bool
         Whether an empty box stands in place of the sign: something that a hand ticks.
-    settled : bool
+    is_done : bool
         Whether there is nothing left to do about it.
     """
 
     key: str
-    words: str
-    more: str = ""
+    text: str
+    detail: str = ""
     state: IndicatorState = "plain"
-    state_words: str = ""
+    state_text: str = ""
     note: str = ""
-    box: bool = False
-    settled: bool = False
+    is_checkable: bool = False
+    is_done: bool = False
 
 
 class _StatusListModel(QAbstractListModel):
@@ -100,7 +100,7 @@ class _StatusListModel(QAbstractListModel):
         if role not in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.AccessibleTextRole):
             return None
         line = self.lines[index.row()]
-        return ", ".join(filter(None, (line.words, line.state_words, line.more)))
+        return ", ".join(filter(None, (line.text, line.state_text, line.detail)))
 
 
 class _StatusListDelegate(QStyledItemDelegate):
@@ -121,9 +121,9 @@ class _StatusListDelegate(QStyledItemDelegate):
         px = self._look.px
         strong, plain = self._fonts()
         room = max(width - px(_LEFT) - px(_RIGHT) - px(14), px(80))
-        words = QFontMetrics(strong).boundingRect(0, 0, room, 10_000, _WRAP, line.words)
+        words = QFontMetrics(strong).boundingRect(0, 0, room, 10_000, _WRAP, line.text)
         words.moveTo(px(_LEFT), px(6))
-        more = QFontMetrics(plain).boundingRect(0, 0, room, 10_000, _WRAP, line.more)
+        more = QFontMetrics(plain).boundingRect(0, 0, room, 10_000, _WRAP, line.detail)
         more.moveTo(px(_LEFT), words.bottom() + px(2))
         return words, more
 
@@ -152,7 +152,7 @@ class _StatusListDelegate(QStyledItemDelegate):
         side = px(16)
         sign = QRectF(box.left() + px(14), box.top() + px(8), side, side)
         color = look.state_color(line.state)
-        if line.box:
+        if line.is_checkable:
             painter.setPen(look.color("text"))
             painter.drawRect(sign)
         else:
@@ -161,14 +161,14 @@ class _StatusListDelegate(QStyledItemDelegate):
         strong, plain = self._fonts()
         painter.setFont(strong)
         painter.setPen(look.color("text"))
-        painter.drawText(words.translated(box.topLeft()), _WRAP, line.words)
+        painter.drawText(words.translated(box.topLeft()), _WRAP, line.text)
         painter.setFont(plain)
         painter.setPen(look.color("text" if line.state in ("warning", "caution") else "muted"))
-        painter.drawText(more.translated(box.topLeft()), _WRAP, line.more)
+        painter.drawText(more.translated(box.topLeft()), _WRAP, line.detail)
         painter.setFont(strong)
         painter.setPen(color)
         right = QRect(box.right() - px(_RIGHT) - px(10), box.top() + px(6), px(_RIGHT), px(20))
-        painter.drawText(right, Qt.AlignmentFlag.AlignRight, line.state_words)
+        painter.drawText(right, Qt.AlignmentFlag.AlignRight, line.state_text)
         painter.setFont(look.font("label"))
         painter.setPen(look.color("muted"))
         below = right.translated(0, px(20))
@@ -190,20 +190,20 @@ class StatusListView(QListView):
 
     Attributes
     ----------
-    pressed_key : Signal(str)
+    item_activated : Signal(str)
         Key of the line on which Space or Enter was pressed, or the mouse.
-    chosen : Signal(str)
+    current_item_changed : Signal(str)
         Key of the line that the keyboard is on now.
-    moved : Signal(int)
+    move_requested : Signal(int)
         Alt with Up or Down: the line shall go there.
-    deleted : Signal
+    delete_requested : Signal
         Delete.
     """
 
-    pressed_key = Signal(str)
-    chosen = Signal(str)
-    moved = Signal(int)
-    deleted = Signal()
+    item_activated = Signal(str)
+    current_item_changed = Signal(str)
+    move_requested = Signal(int)
+    delete_requested = Signal()
 
     def __init__(self, look: DisplayStyle, name: str, commands: Sequence[QAction] = ()) -> None:
         super().__init__()
@@ -218,18 +218,18 @@ class StatusListView(QListView):
         self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self.setResizeMode(QListView.ResizeMode.Adjust)
         self.clicked.connect(
-            lambda index: self.pressed_key.emit(self.listed.lines[index.row()].key)
+            lambda index: self.item_activated.emit(self.listed.lines[index.row()].key)
         )
         self._given: tuple[StatusListItem, ...] = ()
         look.changed.connect(self._restyle)
 
     def _restyle(self) -> None:
-        self.show_lines(self._given)
+        self.set_items(self._given)
         self.scheduleDelayedItemsLayout()
 
     def _table(self) -> list[tuple[str, ...]]:
         lines = self.listed.lines
-        rows = [(one.words, one.more, one.state_words, one.note) for one in lines]
+        rows = [(one.text, one.detail, one.state_text, one.note) for one in lines]
         return [("Line", "Details", "State", "Note"), *rows]
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -241,9 +241,9 @@ class StatusListView(QListView):
         """Say which line the keyboard is on."""
         super().currentChanged(current, previous)
         if current.isValid():
-            self.chosen.emit(self.current_key)
+            self.current_item_changed.emit(self.current_key)
 
-    def show_lines(self, lines: Sequence[StatusListItem]) -> None:
+    def set_items(self, lines: Sequence[StatusListItem]) -> None:
         """Show the lines, with values in the units of the screen.
 
         The keyboard stays on the same one, but does not follow it to the end.
@@ -253,8 +253,8 @@ class StatusListView(QListView):
         lines = [
             replace(
                 line,
-                words=convert_text_units(line.words, units),
-                more=convert_text_units(line.more, units),
+                text=convert_text_units(line.text, units),
+                detail=convert_text_units(line.detail, units),
             )
             for line in lines
         ]
@@ -263,9 +263,9 @@ class StatusListView(QListView):
         if not self.listed.show(lines) or not lines:
             return
         keys = [line.key for line in lines]
-        left = {line.key for line in lines if not line.settled}
+        left = {line.key for line in lines if not line.is_done}
         stays = former in keys and (former in left or not left)
-        self.choose_row(keys.index(former) if stays else row)
+        self.select_row(keys.index(former) if stays else row)
         self.verticalScrollBar().setValue(scrolled)
 
     @property
@@ -274,13 +274,13 @@ class StatusListView(QListView):
         row = self.currentIndex().row()
         return self.listed.lines[row].key if 0 <= row < len(self.listed.lines) else ""
 
-    def choose(self, key: str) -> None:
+    def select_item(self, key: str) -> None:
         """Put the keyboard on a line, if it is there."""
         keys = [line.key for line in self.listed.lines]
         if key in keys:
-            self.choose_row(keys.index(key))
+            self.select_row(keys.index(key))
 
-    def choose_row(self, row: int) -> None:
+    def select_row(self, row: int) -> None:
         """Put the keyboard on the line that stands there, or nearest to there."""
         last = len(self.listed.lines) - 1
         self.setCurrentIndex(self.listed.index(min(max(row, 0), last)))
@@ -291,10 +291,10 @@ class StatusListView(QListView):
         moves = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1}
         if key in (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter):
             if not event.isAutoRepeat():
-                self.pressed_key.emit(self.current_key)
+                self.item_activated.emit(self.current_key)
         elif key in moves and event.modifiers() & Qt.KeyboardModifier.AltModifier:
-            self.moved.emit(moves[key])
+            self.move_requested.emit(moves[key])
         elif key == Qt.Key.Key_Delete:
-            self.deleted.emit()
+            self.delete_requested.emit()
         else:
             super().keyPressEvent(event)

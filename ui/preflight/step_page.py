@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 class PreflightStepPage(AbstractStepPage):
     """The page of one step."""
 
-    def follow(self, books: PreflightModel) -> None:
+    def set_model(self, books: PreflightModel) -> None:
         """Show what belongs to another flight."""
         raise NotImplementedError
 

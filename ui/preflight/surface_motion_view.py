@@ -60,26 +60,26 @@ class SurfaceFigure:
     target: float | None = None
 
     @property
-    def sides(self) -> tuple[str, str]:
+    def travel_end_texts(self) -> tuple[str, str]:
         """Return where the trailing edge is at the lowest and at the highest angle, in words."""
         first, second = ("up", "down") if self.view == "side" else ("right", "left")
         return (first, second) if self.sense > 0 else (second, first)
 
     @property
-    def words(self) -> str:
+    def accessible_text(self) -> str:
         """Return the picture in a sentence, for those who hear it."""
         if self.angle is None:
             return f"{self.title}: its angle is not known yet"
-        return f"{self.title}: trailing edge {self.leaning}"
+        return f"{self.title}: trailing edge {self.trailing_edge_side}"
 
     @property
-    def leaning(self) -> str:
+    def trailing_edge_side(self) -> str:
         """Return where the trailing edge is now."""
         if self.angle is None:
             return "not known"
         if abs(self.angle) < 1.0:
             return "neutral"
-        return self.sides[1] if self.angle > 0 else self.sides[0]
+        return self.travel_end_texts[1] if self.angle > 0 else self.travel_end_texts[0]
 
 
 class SurfaceMotionView(QWidget):
@@ -112,7 +112,7 @@ class SurfaceMotionView(QWidget):
         if figure == self.figure:
             return
         self.figure = figure
-        self.setAccessibleName("The aircraft" if figure is None else figure.words)
+        self.setAccessibleName("The aircraft" if figure is None else figure.accessible_text)
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
@@ -168,7 +168,7 @@ class SurfaceMotionView(QWidget):
         painter.setPen(pen)
         painter.setBrush(look.color("text"))
         painter.save()
-        if part.turns:
+        if part.rotation_visible:
             painter.translate(*part.hinge)
             painter.rotate(figure.sense * (figure.angle or 0.0))
             painter.translate(-part.hinge[0], -part.hinge[1])
@@ -266,7 +266,7 @@ class SurfaceCloseup:
         look, figure = self._look, self._figure
         hinge, reach = self.layout(box)
         letters = QFontMetrics(look.font("label", strong=True))
-        wide = max(letters.horizontalAdvance(line) for line in ("trailing edge", *figure.sides))
+        wide = max(letters.horizontalAdvance(line) for line in ("trailing edge", *figure.travel_end_texts))
         high, gap = 2 * letters.lineSpacing(), look.px(4)
         slope = math.tan(math.radians(min(self._widest, 60.0)))
         half = self._half_chord(reach)
@@ -339,7 +339,7 @@ class SurfaceCloseup:
         painter.setFont(look.font("label", strong=True))
         painter.setPen(look.color("text"))
         flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextDontClip
-        for words, place in zip(self._figure.sides, self.side_boxes(box), strict=True):
+        for words, place in zip(self._figure.travel_end_texts, self.side_boxes(box), strict=True):
             painter.drawText(place, flags, f"trailing edge\n{words}")
 
     def _paint_fixed(self, painter: QPainter, hinge: QPointF, reach: float) -> None:

@@ -48,7 +48,7 @@ class ValueHistory(Generic[Value]):
         self._future.clear()
         self.value = value
 
-    def pause(self) -> None:
+    def end_merge(self) -> None:
         """Let what is typed next be a change of its own."""
         self._typing = ""
 

@@ -85,7 +85,7 @@ class WizardCalibrationPanel(QWidget):
         self.picture = SurfaceMotionView(look)
         self.remarks = RemarkList(look)
         self.points = CalibrationPointList(look)
-        self.points.chosen.connect(self.point_chosen)
+        self.points.point_selected.connect(self.point_chosen)
         self.quality = NameValueTable(look)
         self.charts = CalibrationCharts(look)
         self._box = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
@@ -108,7 +108,7 @@ class WizardCalibrationPanel(QWidget):
 
     def show_view(self, view: WizardView, choice: int | None, *, catching_up: bool) -> None:
         """Show a view, one of its points being chosen, perhaps while the flight is being read."""
-        self.cue.show_cue(build_prompt(view, catching_up=catching_up))
+        self.cue.show_prompt(build_prompt(view, catching_up=catching_up))
         figure = select_figure(view)
         self.picture.show_figure(figure)
         self.remarks.show_remarks(list_remarks(view, self._look.units))
@@ -116,7 +116,7 @@ class WizardCalibrationPanel(QWidget):
         self.points.show_rows(rows, choice)
         self.points.setVisible(bool(rows))
         self.quality.show_rows(build_quality_rows(view))
-        by_hand = view.instrument is not None and view.instrument.by_hand
+        by_hand = view.instrument is not None and view.instrument.is_angle_sensor
         drawn = by_hand and bool(view.points)
         self.charts.setVisible(drawn)
         if drawn:
@@ -157,7 +157,7 @@ class WizardCalibrationPanel(QWidget):
         self._box.setStretch(0, 1 if wide else 0)
         self._below.setVisible(wide)
         self._scroll.setVisible(self._beside or not wide)
-        self.cue.set_low(low=low)
+        self.cue.set_compact(low=low)
         if low:
             self._column.insertWidget(0, self.cue)
         else:

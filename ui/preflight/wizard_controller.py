@@ -41,14 +41,14 @@ class WizardController(QObject):
 
     Attributes
     ----------
-    viewed : Signal(object)
+    view_changed : Signal(object)
         Another `WizardView` is to be shown.
-    certified : Signal
+    certificates_changed : Signal
         Other certificates are in force.
     """
 
-    viewed = Signal(object)
-    certified = Signal()
+    view_changed = Signal(object)
+    certificates_changed = Signal()
 
     def __init__(
         self,
@@ -68,10 +68,10 @@ class WizardController(QObject):
         self._heard = time.monotonic()
         self._fed: float | None = None  # flight time, s; None once told of silence
         self.view: WizardView = wizard.view
-        desk.told.connect(self._tell)
+        desk.refreshed.connect(self._tell)
         desk.changed.connect(self._begin_anew)
 
-    def listen(self, on: bool) -> None:
+    def set_active(self, on: bool) -> None:
         """Look at the volts from now on, or no longer: sticks are moved for other reasons too."""
         if on != self._listens:
             self._listens = on
@@ -79,10 +79,10 @@ class WizardController(QObject):
 
     def close(self) -> None:
         """Look no longer; everything is in the journal."""
-        self._desk.told.disconnect(self._tell)
+        self._desk.refreshed.disconnect(self._tell)
         self._desk.changed.disconnect(self._begin_anew)
 
-    def act(self, action: WizardAction) -> None:
+    def perform(self, action: WizardAction) -> None:
         """Do what the crew asks."""
         self._guarded(lambda: self._act(action))
 
@@ -99,7 +99,7 @@ class WizardController(QObject):
 
     def _tell_silence(self) -> None:
         """Let the wizard know that no volts come, lest it take those that came last."""
-        if self._fed is None or not self.silent:
+        if self._fed is None or not self.has_no_data:
             return
         times = self._fed + np.linspace(0.0, _NO_DATA_SECONDS, _MAX_NAMED_CHANNELS + 1)[1:]
         self._fed = None
@@ -120,10 +120,10 @@ class WizardController(QObject):
 
     def _feed(self) -> None:
         session = self._desk.session
-        if session is None or session.replaying is not None:
+        if session is None or session.replay_feed is not None:
             # Volts of another day say nothing about the instruments as they are now.
             return
-        if self._next is None and not session.feed.present:
+        if self._next is None and not session.feed.is_up_to_date:
             # What was recorded before is no movement of now.
             return
         history = session.history
@@ -150,7 +150,7 @@ class WizardController(QObject):
             self._wizard.feed(rows)
 
     @property
-    def silent(self) -> bool:
+    def has_no_data(self) -> bool:
         """Return whether no volts have come for a while: what they were is not what they are."""
         return time.monotonic() - self._heard > _NO_DATA_SECONDS
 
@@ -158,16 +158,16 @@ class WizardController(QObject):
     def catching_up(self) -> bool:
         """Return whether none come because the flight is still being read, as after a change."""
         session = self._desk.session
-        return session is not None and not session.feed.present
+        return session is not None and not session.feed.is_up_to_date
 
     def _show(self, view: WizardView) -> None:
-        if self.silent:
-            view = replace(view, reading=None, value_now=None, amount=None)
+        if self.has_no_data:
+            view = replace(view, reading=None, current_value=None, amount=None)
         before, self.view = self.view, view
-        if view.event != before.event and view.tone:
+        if view.event_count != before.event_count and view.tone:
             self._prompter.tone(view.tone)
         if view.spoken != before.spoken and view.spoken:
             self._prompter.say(view.spoken)
-        self.viewed.emit(view)
+        self.view_changed.emit(view)
         if (view.accepted, dict(view.skipped)) != (before.accepted, dict(before.skipped)):
-            self.certified.emit()
+            self.certificates_changed.emit()

@@ -17,23 +17,23 @@ def select_figure(view: WizardView) -> SurfaceFigure | AircraftPoseFigure | None
     instrument = view.instrument
     if instrument is None:
         return None
-    if instrument.by_hand:
+    if instrument.is_angle_sensor:
         return _surface_figure(view, instrument)
     if view.phase == "gyro_turn":
         return AircraftPoseFigure(
             kind="turn",
-            words=view.prompt,
+            accessible_text=view.prompt,
             axis=instrument.channel,
             angle=view.target or 0.0,
             turned=view.amount or 0.0,
         )
     if view.phase == "accel_position" and view.position is not None:
-        return AircraftPoseFigure(kind="lie", words=view.prompt, position=view.position)
+        return AircraftPoseFigure(kind="lie", accessible_text=view.prompt, position=view.position)
     if view.phase == "pressure_zero":
-        return AircraftPoseFigure(kind="cover", words=view.prompt)
+        return AircraftPoseFigure(kind="cover", accessible_text=view.prompt)
     if view.phase == "pressure_blow":
-        return AircraftPoseFigure(kind="blow", words=view.prompt)
-    return AircraftPoseFigure(kind="still", words=view.prompt)
+        return AircraftPoseFigure(kind="blow", accessible_text=view.prompt)
+    return AircraftPoseFigure(kind="still", accessible_text=view.prompt)
 
 
 def _surface_figure(view: WizardView, instrument: InstrumentPlan) -> SurfaceFigure:
@@ -46,7 +46,7 @@ def _surface_figure(view: WizardView, instrument: InstrumentPlan) -> SurfaceFigu
         kind="vane" if instrument.kind == "vane" else "surface",
         sense=1 if where in ("down", "left") else -1,
         ticks=tuple(sorted({*instrument.settings, *settings})),
-        angle=view.value_now,
+        angle=view.current_value,
         target=_target_angle(view, instrument),
     )
 

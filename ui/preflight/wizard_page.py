@@ -103,7 +103,7 @@ class WizardPage(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         self.start = WizardStartPanel(look)
-        self.start.instruments.wanted.connect(self._calibrate_guarded)
+        self.start.instruments.calibration_requested.connect(self._calibrate_guarded)
         self.start.instruments.itemSelectionChanged.connect(self._show_start_offers)
         self.work = WizardCalibrationPanel(look)
         self.work.point_chosen.connect(self._choose)
@@ -116,10 +116,10 @@ class WizardPage(QWidget):
         self.ask = QuestionBar(look, self.begin, self.actions_bar)
         column.addWidget(self.ask)
         self._questions = CalibrationQuestions(self.ask, lambda: look.units)
-        self.actions_bar.pressed.connect(self._do)
+        self.actions_bar.triggered.connect(self._do)
         column.addWidget(self.actions_bar)
         desk.changed.connect(self._flight_changed)
-        desk.told.connect(self._told)
+        desk.refreshed.connect(self._told)
         look.changed.connect(self._refresh)
 
     # The place
@@ -132,28 +132,28 @@ class WizardPage(QWidget):
         """Look at the volts while the page is on screen."""
         super().showEvent(event)
         if self.run is not None:
-            self.run.listen(True)
+            self.run.set_active(True)
         self._refresh()
 
     def hideEvent(self, event: QHideEvent) -> None:
         """Look away: elsewhere the sticks are moved for other reasons."""
         super().hideEvent(event)
         if self.run is not None:
-            self.run.listen(False)
-        self._in_force.read_anew()
+            self.run.set_active(False)
+        self._in_force.reload_flight()
 
     def close_run(self) -> None:
         """Let go of the calibration at hand; it can be resumed."""
         if self.run is not None:
-            self.run.listen(False)
+            self.run.set_active(False)
             self.run.close()
             self.run.deleteLater()
             self.run = None
 
     @property
-    def shelf(self) -> CalibrationFolder:
+    def folder(self) -> CalibrationFolder:
         """Return the calibrations of the aircraft at hand."""
-        return self._in_force.shelf
+        return self._in_force.folder
 
     # Beginning
 
@@ -161,35 +161,35 @@ class WizardPage(QWidget):
         """Begin with all surfaces and vanes; what was begun before is set aside."""
         self._begin_run(_HAND_MOVED_KINDS)
 
-    def calibrate_others(self) -> None:
+    def calibrate_instruments(self) -> None:
         """Begin with gyros, accelerometers and pressures."""
         self._begin_run(_INSTRUMENT_KINDS)
 
-    def calibrate_again(self, channel: str) -> None:
+    def calibrate_instrument(self, channel: str) -> None:
         """Calibrate one instrument; the others keep their certificates.
 
         Accelerometers, which share their positions, are calibrated together.
         """
-        self._begin(self.shelf.plan().together_with(channel))
+        self._begin(self.folder.load_plan_in_use().select_with_dependencies(channel))
 
     def _calibrate_guarded(self, channel: str) -> None:
-        self._guarded(lambda: self.calibrate_again(channel))
+        self._guarded(lambda: self.calibrate_instrument(channel))
 
-    def check(self) -> None:
+    def start_check(self) -> None:
         """Begin the check of a minute: three settings against the certificates in force."""
         self._begin_run(_HAND_MOVED_KINDS, mode="check")
 
     def _begin_run(self, kinds: Sequence[InstrumentKind], mode: CalibrationMode = "full") -> None:
-        self._begin(self.shelf.plan().only(kinds), mode)
+        self._begin(self.folder.load_plan_in_use().select_kinds(kinds), mode)
 
     def _begin(self, plan: CalibrationPlan, mode: CalibrationMode = "full") -> None:
-        shelf = self.shelf
+        shelf = self.folder
         wizard = CalibrationWizard(
             plan,
             shelf.store,
             shelf.journal,
             who=self.start.who.text().strip(),
-            temperature=self.start.kelvin,
+            temperature=self.start.temperature_kelvin,
             now=current_local_time,
             mode=mode,
         )
@@ -197,7 +197,7 @@ class WizardPage(QWidget):
 
     def resume(self) -> None:
         """Go on where the calibration stopped, however it stopped."""
-        shelf = self.shelf
+        shelf = self.folder
         self._take_up(
             CalibrationWizard.resume(shelf.journal, shelf.store, now=current_local_time), shelf
         )
@@ -205,31 +205,31 @@ class WizardPage(QWidget):
     def _take_up(self, wizard: CalibrationWizard, shelf: CalibrationFolder) -> None:
         self.close_run()
         self._choice = None
-        run = WizardController(wizard, self._desk, self._prompter, self._desk.faults)
-        run.viewed.connect(self._show_view)
-        run.certified.connect(lambda: self._certified(shelf))
+        run = WizardController(wizard, self._desk, self._prompter, self._desk.error_reporter)
+        run.view_changed.connect(self._show_view)
+        run.certificates_changed.connect(lambda: self._certified(shelf))
         self.run = run
-        run.listen(self.isVisible())
+        run.set_active(self.isVisible())
         self._show_view(run.view)
         self._prompter.say(run.view.spoken)
         self.begin()
 
-    def leave(self) -> None:
+    def show_start(self) -> None:
         """Go back to the beginning."""
         self.close_run()
-        self._in_force.read_anew()
+        self._in_force.reload_flight()
         self.pages.setCurrentWidget(self.start)
         self._refresh()
         self.begin()
 
     def _certified(self, shelf: CalibrationFolder) -> None:
         try:
-            self._in_force.put(shelf)
+            self._in_force.apply(shelf)
         except GroundStationError as error:
-            self._desk.faults.report(error)
+            self._desk.error_reporter.report(error)
         if self.run is not None and self.run.view.instrument is None:
             # The last one: the live numbers are those of today from here on.
-            self._in_force.read_anew()
+            self._in_force.reload_flight()
         self.changed.emit()
 
     # What is shown
@@ -246,8 +246,8 @@ class WizardPage(QWidget):
 
     def _told(self) -> None:
         if self.isVisible() and self.pages.currentWidget() is self.summary:
-            heard = self.run is not None and not self.run.silent
-            self.summary.show_together(
+            heard = self.run is not None and not self.run.has_no_data
+            self.summary.show_deflections(
                 list_combined_deflections(self._desk.history if heard else None, self._look.units)
             )
 
@@ -257,34 +257,34 @@ class WizardPage(QWidget):
         if self.run is not None:
             self._show_view(self.run.view)
             return
-        shelf = self.shelf
+        shelf = self.folder
         try:
-            standings, who = list_instrument_statuses(shelf.plan(), shelf), shelf.who()
+            standings, who = list_instrument_statuses(shelf.load_plan_in_use(), shelf), shelf.last_operator()
             made = bool(shelf.store.in_force())
         except GroundStationError as error:
-            self.start.show_standings(())
+            self.start.show_statuses(())
             self.start.resume.hide()
-            self.start.sentence.say(f"{error}\nMend it, then come back.", "warning")
-            self.actions_bar.show_offers((PRACTICE_ACTION,))
+            self.start.sentence.set_message(f"{error}\nMend it, then come back.", "warning")
+            self.actions_bar.show_actions((PRACTICE_ACTION,))
             return
-        self.start.show_standings(standings)
-        self.start.offer_who(who)
+        self.start.show_statuses(standings)
+        self.start.suggest_operator(who)
         self._say_whether_live()
         self._left, self._made = has_unfinished_calibration(shelf.journal), made
         self.start.resume.setVisible(self._left)
-        self.start.resume.say("A calibration was not finished: every step of it is kept.")
+        self.start.resume.set_message("A calibration was not finished: every step of it is kept.")
         self._show_start_offers()
 
     def _say_whether_live(self) -> None:
         """Say what to do, or what is missing for it."""
         session, connects = self._desk.session, f"{shortcut_text('Ctrl+L')} connects one."
         if session is None:
-            self.start.sentence.say(f"No aircraft is connected: {connects}", "caution")
-        elif session.replaying is not None:
+            self.start.sentence.set_message(f"No aircraft is connected: {connects}", "caution")
+        elif session.replay_feed is not None:
             words = f"This is a replay, and no aircraft to calibrate: {connects}"
-            self.start.sentence.say(words, "caution")
+            self.start.sentence.set_message(words, "caution")
         else:
-            self.start.sentence.say(
+            self.start.sentence.set_message(
                 "Put the protractor on the surface shown, move it to each angle and hold it: "
                 "points are recorded automatically."
             )
@@ -293,9 +293,9 @@ class WizardPage(QWidget):
         """Show what can be begun; the selected instrument first, else what was not finished."""
         if self.run is not None:
             return
-        chosen = self.start.instruments.chosen
-        plan = self.shelf.plan().together_with(chosen) if chosen else None
-        self.actions_bar.show_offers(
+        chosen = self.start.instruments.selected_channel
+        plan = self.folder.load_plan_in_use().select_with_dependencies(chosen) if chosen else None
+        self.actions_bar.show_actions(
             build_start_actions(plan, chosen, left=self._left, made=self._made)
         )
 
@@ -303,16 +303,16 @@ class WizardPage(QWidget):
         if self._choice is not None and self._choice >= len(view.points):
             self._choice = None
         if view.instrument is None and view.phase in ("done", "aborted"):
-            self._in_force.read_anew()
-            plan = self.shelf.plan()
+            self._in_force.reload_flight()
+            plan = self.folder.load_plan_in_use()
             what = "Calibration" if view.mode == "full" else "Check"
             title = f"{what} done" if view.phase == "done" else f"{what} broken off"
             self.summary.show_outcomes(title, view.prompt, list_outcomes(view, plan))
             self.pages.setCurrentWidget(self.summary)
-            closing = ActionItem(id="leave", text="Done", key="Space", first=True)
+            closing = ActionItem(id="leave", text="Done", key="Space", is_default=True)
             others = tuple(one for one in build_wizard_actions(view) if one.id in ("undo", "back"))
-            paper = (PRINT_ACTION,) if self.shelf.store.in_force() else ()
-            self.actions_bar.show_offers((closing, *paper, *others))
+            paper = (PRINT_ACTION,) if self.folder.store.in_force() else ()
+            self.actions_bar.show_actions((closing, *paper, *others))
             return
         units = self._look.units
         view = replace(
@@ -320,12 +320,12 @@ class WizardPage(QWidget):
             prompt=convert_text_units(view.prompt, units),
             message=convert_text_units(view.message, units),
         )
-        self.practice.follow(view)
+        self.practice.return_to_setting(view)
         self.pages.setCurrentWidget(self.work)
         catching_up = self.run is not None and self.run.catching_up
         self.work.show_view(view, self._choice, catching_up=catching_up)
         helping = (ActionItem(id="help", text="Helper: set it", key="H"),)
-        self.actions_bar.show_offers(
+        self.actions_bar.show_actions(
             (
                 *build_wizard_actions(view)[:1],
                 *(helping if self.practice.running else ()),
@@ -335,7 +335,7 @@ class WizardPage(QWidget):
 
     def _help(self) -> None:
         if self.run is not None:
-            self.practice.help(self.run.view)
+            self.practice.assist(self.run.view)
 
     # What the crew does
 
@@ -356,13 +356,13 @@ class WizardPage(QWidget):
         """Do what a key or a button stands for."""
         own: Mapping[str, Callable[[], object]] = {
             "calibrate": self.calibrate,
-            "again": lambda: self.calibrate_again(self.start.instruments.chosen),
-            "others": self.calibrate_others,
-            "check": self.check,
+            "again": lambda: self.calibrate_instrument(self.start.instruments.selected_channel),
+            "others": self.calibrate_instruments,
+            "check": self.start_check,
             "resume": self.resume,
-            "leave": self.leave,
+            "leave": self.show_start,
             "practice": self.practice.start,
-            "paper": lambda: self.pages_on_paper.write(self.shelf, self._look.units),
+            "paper": lambda: self.pages_on_paper.write(self.folder, self._look.units),
             "help": self._help,
         }
         if name in own:
@@ -371,21 +371,21 @@ class WizardPage(QWidget):
         run = self.run
         if run is None:
             return
-        if self._questions.handles(name):
+        if self._questions.needs_question(name):
             self._questions.ask(name, run)
         elif name == "deny_sign":
-            run.act(WizardAction(kind="confirm_sign", yes=False))
+            run.perform(WizardAction(kind="confirm_sign", yes=False))
         elif name in ("repeat", "delete"):
-            run.act(WizardAction(kind=name, index=self._choice))
+            run.perform(WizardAction(kind=name, index=self._choice))
             self._choice = None
         else:
-            run.act(WizardAction(kind=name))
+            run.perform(WizardAction(kind=name))
 
     def _guarded(self, act: Callable[[], object]) -> None:
         try:
             act()
         except GroundStationError as error:
-            self._desk.faults.report(error)
+            self._desk.error_reporter.report(error)
 
     # Keys
 
@@ -414,7 +414,7 @@ class WizardPage(QWidget):
 
     def _meaning(self, event: QKeyEvent) -> Callable[[], object] | None:
         """Return what a key does now; None if it is not for this page."""
-        if self.ask.asking:
+        if self.ask.is_open:
             return None
         key = Qt.Key(event.key())
         # On macOS the arrows are keys of the keypad.
@@ -436,8 +436,8 @@ class WizardPage(QWidget):
             return lambda: self.work.scroll(0.8 * _ARROW_STEPS[key])
         if not plain:
             return None
-        if key in _FIT_ORDER_KEYS and "choose_degree" in run.view.can:
-            return lambda: run.act(WizardAction(kind="choose_degree", degree=_FIT_ORDER_KEYS[key]))
+        if key in _FIT_ORDER_KEYS and "choose_degree" in run.view.available_actions:
+            return lambda: run.perform(WizardAction(kind="choose_degree", degree=_FIT_ORDER_KEYS[key]))
         if key in _ARROW_STEPS and self.pages.currentWidget() is self.work:
             return lambda: self._step_choice(_ARROW_STEPS[key])
         return None
@@ -445,8 +445,8 @@ class WizardPage(QWidget):
     def _meaning_at_start(self, key: Qt.Key) -> Callable[[], object] | None:
         rows = self.start.instruments
         if key in _ARROW_STEPS:
-            return lambda: rows.step(_ARROW_STEPS[key])
-        if key == Qt.Key.Key_Escape and rows.chosen:
+            return lambda: rows.move_selection(_ARROW_STEPS[key])
+        if key == Qt.Key.Key_Escape and rows.selected_channel:
             return self._choose_none
         return None
 

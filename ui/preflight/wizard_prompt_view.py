@@ -71,18 +71,18 @@ class WizardPromptView(QWidget):
         """Return the least size."""
         return QSize(self._look.px(240), self._look.px(_COMPACT_HEIGHT))
 
-    def set_low(self, *, low: bool) -> None:
+    def set_compact(self, *, low: bool) -> None:
         """Take the least height, or all that it would like."""
         if low != self._low:
             self._low = low
             self.updateGeometry()
 
-    def show_cue(self, cue: WizardPrompt) -> None:
+    def show_prompt(self, cue: WizardPrompt) -> None:
         """Show another cue."""
         if cue == self.cue:
             return
         self.cue = cue
-        self.setAccessibleName(cue.words)
+        self.setAccessibleName(cue.accessible_text)
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
@@ -119,8 +119,8 @@ class WizardPromptView(QWidget):
         look, px = self._look, self._look.px
         painter.setPen(look.color("muted"))
         painter.setFont(look.font("value"))
-        painter.drawText(box, _ALIGN.AlignVCenter | _ALIGN.AlignRight, self.cue.place)
-        taken = QFontMetricsF(painter.font()).horizontalAdvance(self.cue.place)
+        painter.drawText(box, _ALIGN.AlignVCenter | _ALIGN.AlignRight, self.cue.position_text)
+        taken = QFontMetricsF(painter.font()).horizontalAdvance(self.cue.position_text)
         room = box.adjusted(0, 0, -taken - px(8), 0)
         painter.setPen(look.color("text"))
         painter.setFont(fit_text_font(self.cue.title, room, px(22), px(12), bold=True))
@@ -137,23 +137,23 @@ class WizardPromptView(QWidget):
         look, px, cue = self._look, self._look.px, self.cue
         painter.setPen(look.color("muted"))
         painter.setFont(look.font("body"))
-        painter.drawText(box, _ALIGN.AlignTop, cue.lead)
+        painter.drawText(box, _ALIGN.AlignTop, cue.caption)
         number = box.adjusted(0, px(14), 0, 0)
-        beside = min(0.42 * box.width(), px(170)) if cue.beside else 0.0
+        beside = min(0.42 * box.width(), px(170)) if cue.side_text else 0.0
         number.setWidth(box.width() - beside - (px(10) if beside else 0))
-        painter.setPen(look.color("target" if cue.wanted else "text"))
-        painter.setFont(fit_text_font(cue.big, number, px(_MAIN_FONT_SIZE), px(18), bold=True))
-        painter.drawText(number, _ALIGN.AlignVCenter, cue.big)
+        painter.setPen(look.color("target" if cue.is_target else "text"))
+        painter.setFont(fit_text_font(cue.main_text, number, px(_MAIN_FONT_SIZE), px(18), bold=True))
+        painter.drawText(number, _ALIGN.AlignVCenter, cue.main_text)
         if beside:
-            taken = QFontMetricsF(painter.font()).horizontalAdvance(cue.big)
+            taken = QFontMetricsF(painter.font()).horizontalAdvance(cue.main_text)
             words = QRectF(taken + px(10), number.top(), beside, number.height())
-            painter.setFont(fit_text_font(cue.beside, words, px(20), px(11), bold=True, wrap=True))
+            painter.setFont(fit_text_font(cue.side_text, words, px(20), px(11), bold=True, wrap=True))
             flags = Qt.TextFlag.TextWordWrap | _ALIGN.AlignVCenter
-            painter.drawText(words, flags, cue.beside)
+            painter.drawText(words, flags, cue.side_text)
 
     def _paint_measured(self, painter: QPainter, box: QRectF) -> None:
         look, px, cue = self._look, self._look.px, self.cue
-        if not cue.state_words:
+        if not cue.state_text:
             return
         chip = QRectF(box.left(), box.top(), box.width(), 0.37 * box.height())
         fill = _FILLS.get(cue.state)
@@ -165,13 +165,13 @@ class WizardPromptView(QWidget):
         paint_indicator(painter, cue.state, sign, ink)
         words = chip.adjusted(px(34), 0, -px(6), 0)
         painter.setPen(ink)
-        painter.setFont(fit_text_font(cue.state_words, words, px(18), px(10), bold=True))
-        painter.drawText(words, _ALIGN.AlignVCenter, cue.state_words)
+        painter.setFont(fit_text_font(cue.state_text, words, px(18), px(10), bold=True))
+        painter.drawText(words, _ALIGN.AlignVCenter, cue.state_text)
         now = QRectF(box.left(), chip.bottom() + px(2), box.width(), 0.35 * box.height())
         painter.setPen(look.color("text"))
-        painter.setFont(fit_text_font(cue.now, now, px(26), px(12), bold=True))
-        painter.drawText(now, _ALIGN.AlignVCenter | _ALIGN.AlignRight, cue.now)
+        painter.setFont(fit_text_font(cue.value_text, now, px(26), px(12), bold=True))
+        painter.drawText(now, _ALIGN.AlignVCenter | _ALIGN.AlignRight, cue.value_text)
         volts = QRectF(box.left(), now.bottom(), box.width(), 0.24 * box.height())
         painter.setPen(look.color("muted"))
-        painter.setFont(fit_text_font(cue.volts, volts, px(18), px(10)))
-        painter.drawText(volts, _ALIGN.AlignVCenter | _ALIGN.AlignRight, cue.volts)
+        painter.setFont(fit_text_font(cue.volts_text, volts, px(18), px(10)))
+        painter.drawText(volts, _ALIGN.AlignVCenter | _ALIGN.AlignRight, cue.volts_text)

@@ -38,18 +38,18 @@ def list_instrument_statuses(
     plan: CalibrationPlan, shelf: CalibrationFolder
 ) -> tuple[InstrumentStatus, ...]:
     """Return of each instrument whether and since when it is calibrated, and its last check."""
-    known, held, left = shelf.certificates(), shelf.store.in_force(), shelf.store.skipped()
-    checks = shelf.checks()
+    known, held, left = shelf.certificates_in_force(), shelf.store.in_force(), shelf.store.skipped_channels()
+    checks = shelf.last_checks()
     in_force = CalibrationInForce(
         certificates=known,
-        on=current_local_time(),
-        lacking=[name for name in plan.channels if name not in known],
-        failed=shelf.store.failed_checks(),
+        flight_date=current_local_time(),
+        missing=[name for name in plan.channels if name not in known],
+        failed_checks=shelf.store.failed_checks(),
     )
     found = []
     for instrument in plan.instruments:
         name = instrument.channel
-        good = name in held and in_force.judge((name,)).state == "good"
+        good = name in held and in_force.evaluate((name,)).state == "good"
         words, check = _calibrated_text(known.get(name)), checks.get(name)
         if name in left:
             words = f"uncalibrated: {left[name].reason}"
@@ -58,7 +58,7 @@ def list_instrument_statuses(
         if check is not None:
             day = day_text(check.stamp.astimezone(), current_local_time())
             words += f"; check {day} {check.stamp:%H:%M}: {_check_text(check.result, instrument)}"
-        found.append(InstrumentStatus(channel=name, title=instrument.title, words=words, good=good))
+        found.append(InstrumentStatus(channel=name, title=instrument.title, text=words, is_calibrated=good))
     return tuple(found)
 
 
@@ -93,14 +93,14 @@ def build_point_rows(view: WizardView) -> tuple[CalibrationPointRow, ...]:
     if instrument is None:
         return ()
     calibration = view.calibration
-    residuals = view.off_curve
+    residuals = view.residuals
     # What is less than the error of a setting is drawn as little, however little the others are.
     largest = max(*map(abs, residuals), instrument.setting_error or 0.0, _ROUNDING_ERROR)
     odd = calibration.quality.outliers if calibration is not None else ()
     rows = [
         CalibrationPointRow(
             value=quantity_text(point.value, instrument.unit, _digits(point.value)),
-            direction=point.direction if instrument.by_hand else "single",
+            direction=point.direction if instrument.is_angle_sensor else "single",
             volts=volts_text(point.volts),
             residual=signed_error_text(residuals[at], instrument) if residuals else "",
             share=residuals[at] / largest if residuals else 0.0,
@@ -151,7 +151,7 @@ def list_remarks(view: WizardView, units: str) -> tuple[WizardRemark, ...]:
         WizardRemark(
             "warning" if sentence in faults else "caution", _format_sentence(sentence, units)
         )
-        for sentence in view.sentences
+        for sentence in view.problems
     ]
     drift = view.drift
     moved = drift is not None and drift.significant
@@ -177,14 +177,14 @@ def list_outcomes(view: WizardView, plan: CalibrationPlan) -> tuple[InstrumentOu
     for instrument in plan.instruments:
         name = instrument.channel
         certificate = view.certificates.get(name)
-        check = view.checks.get(name)
+        check = view.accepted_checks.get(name)
         if check is not None:
             words = _check_text(check, instrument)
-            found.append(InstrumentOutcome(title=instrument.title, words=words, good=check.passed))
+            found.append(InstrumentOutcome(title=instrument.title, text=words, is_calibrated=check.passed))
         elif name in view.skipped:
             left = "uncalibrated" if view.mode == "full" else "not checked"
             words = f"{left}: {view.skipped[name]}"
-            found.append(InstrumentOutcome(title=instrument.title, words=words, good=False))
+            found.append(InstrumentOutcome(title=instrument.title, text=words, is_calibrated=False))
         elif certificate is not None:
             quality = certificate.quality
             width = quality.uncertainty if quality is not None else None
@@ -196,7 +196,7 @@ def list_outcomes(view: WizardView, plan: CalibrationPlan) -> tuple[InstrumentOu
                 else "",
             ]
             words = ", ".join(part for part in parts if part)
-            found.append(InstrumentOutcome(title=instrument.title, words=words, good=True))
+            found.append(InstrumentOutcome(title=instrument.title, text=words, is_calibrated=True))
     return tuple(found)
 
 
@@ -224,7 +224,7 @@ def list_combined_deflections(
                 CombinedDeflection(
                     title=title,
                     parts="   ".join(shown),
-                    whole=f"{symbol} = {_latest_value_text(history, whole, units)}",
+                    combined=f"{symbol} = {_latest_value_text(history, whole, units)}",
                     rule=rule,
                 )
             )

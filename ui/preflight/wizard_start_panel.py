@@ -36,16 +36,16 @@ class InstrumentStatus:
     ----------
     channel, title : str
         Its id and its name.
-    words : str
+    text : str
         Since when it is calibrated, or that it is not.
-    good : bool
+    is_calibrated : bool
         Whether its certificate counts for a flight now.
     """
 
     channel: str
     title: str
-    words: str
-    good: bool
+    text: str
+    is_calibrated: bool
 
 
 class InstrumentList(QTreeWidget):
@@ -58,11 +58,11 @@ class InstrumentList(QTreeWidget):
 
     Attributes
     ----------
-    wanted : Signal(str)
+    calibration_requested : Signal(str)
         Channel to calibrate: Space or Enter, a double click, or the context menu.
     """
 
-    wanted = Signal(str)
+    calibration_requested = Signal(str)
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -79,23 +79,23 @@ class InstrumentList(QTreeWidget):
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.customContextMenuRequested.connect(self._show_menu)
-        self.itemDoubleClicked.connect(lambda item, _column: self.wanted.emit(_item_channel(item)))
+        self.itemDoubleClicked.connect(lambda item, _column: self.calibration_requested.emit(_item_channel(item)))
 
     @property
-    def chosen(self) -> str:
+    def selected_channel(self) -> str:
         """Return the channel of the selected row; empty for none."""
         return "".join(_item_channel(item) for item in self.selectedItems())
 
-    def show_standings(self, standings: Sequence[InstrumentStatus]) -> None:
+    def show_statuses(self, standings: Sequence[InstrumentStatus]) -> None:
         """Show the rows; the selection stays with its instrument."""
-        chosen = self.chosen
+        chosen = self.selected_channel
         self.clear()
         for standing in standings:
             sign = "✓" if standing.good else "▲"
-            item = QTreeWidgetItem([f"{sign}  {standing.title}", standing.words])
+            item = QTreeWidgetItem([f"{sign}  {standing.title}", standing.text])
             item.setData(0, Qt.ItemDataRole.UserRole, standing.channel)
-            item.setToolTip(1, standing.words)
-            color = self._look.state_color("good" if standing.good else "caution")
+            item.setToolTip(1, standing.text)
+            color = self._look.state_color("good" if standing.is_calibrated else "caution")
             item.setForeground(0, QBrush(color))
             item.setForeground(1, QBrush(color))
             self.addTopLevelItem(item)
@@ -109,13 +109,13 @@ class InstrumentList(QTreeWidget):
         row = self.sizeHintForRow(0) if self.topLevelItemCount() else 0
         self.setFixedHeight(row * self.topLevelItemCount() + self._look.px(4))
 
-    def step(self, rows: int) -> None:
+    def move_selection(self, rows: int) -> None:
         """Select the row so many below the selected one, and take the keyboard."""
         self.setFocus(Qt.FocusReason.OtherFocusReason)
         count = self.topLevelItemCount()
         if count:
-            here = self.indexOfTopLevelItem(self.currentItem()) if self.chosen else -1
-            at = here + rows if self.chosen or rows > 0 else count - 1
+            here = self.indexOfTopLevelItem(self.currentItem()) if self.selected_channel else -1
+            at = here + rows if self.selected_channel or rows > 0 else count - 1
             self.setCurrentItem(self.topLevelItem(min(max(at, 0), count - 1)))
             self.scroll_here()
 
@@ -133,9 +133,9 @@ class InstrumentList(QTreeWidget):
         """Act on the row; letters are keys of the page, no search."""
         key = Qt.Key(event.key())
         if key in (Qt.Key.Key_Up, Qt.Key.Key_Down):
-            self.step(-1 if key == Qt.Key.Key_Up else 1)
-        elif key in (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter) and self.chosen:
-            self.wanted.emit(self.chosen)
+            self.move_selection(-1 if key == Qt.Key.Key_Up else 1)
+        elif key in (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter) and self.selected_channel:
+            self.calibration_requested.emit(self.selected_channel)
         else:
             event.ignore()
 
@@ -145,7 +145,7 @@ class InstrumentList(QTreeWidget):
             self.setCurrentItem(item)
             menu = QMenu(self)
             menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-            menu.addAction("Calibrate again", lambda: self.wanted.emit(self.chosen))
+            menu.addAction("Calibrate again", lambda: self.calibration_requested.emit(self.selected_channel))
             menu.popup(self.viewport().mapToGlobal(spot))
 
 
@@ -215,7 +215,7 @@ class WizardStartPanel(CenteredPage):
         self._field_grid.setRowMinimumHeight(1, self._look.sizes.control)
         self._show_unit()
         if self.standings:
-            self.instruments.show_standings(self.standings)
+            self.instruments.show_statuses(self.standings)
 
     def _show_unit(self) -> None:
         """Ask for the temperature in the units of the screen; what was typed is converted."""
@@ -232,7 +232,7 @@ class WizardStartPanel(CenteredPage):
         self.temperature.setAccessibleName(name)
 
     @property
-    def kelvin(self) -> float | None:
+    def temperature_kelvin(self) -> float | None:
         """Return the temperature entered, K; None where there is none.
 
         Raises
@@ -255,15 +255,15 @@ class WizardStartPanel(CenteredPage):
             )
         return float(to_si(value, self._unit, _TEMPERATURE.quantity))
 
-    def offer_who(self, who: str) -> None:
+    def suggest_operator(self, who: str) -> None:
         """Put the one who calibrated last into the field, if nobody is there yet."""
         if not self.who.text():
             self.who.setText(who)
 
-    def show_standings(self, standings: Sequence[InstrumentStatus]) -> None:
+    def show_statuses(self, standings: Sequence[InstrumentStatus]) -> None:
         """Show how every instrument stands."""
         if tuple(standings) == self.standings:
             return
         self.standings = tuple(standings)
         self._card.setVisible(bool(standings))
-        self.instruments.show_standings(standings)
+        self.instruments.show_statuses(standings)

@@ -17,15 +17,15 @@ class InstrumentOutcome:
 
     Attributes
     ----------
-    title, words : str
+    title, text : str
         Its name, and its curve and bounds, or that it is uncalibrated.
-    good : bool
+    is_calibrated : bool
         Whether it is calibrated.
     """
 
     title: str
-    words: str
-    good: bool
+    text: str
+    is_calibrated: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +38,7 @@ class CombinedDeflection:
         Such as ``Elevator``.
     parts : str
         Left and right.
-    whole : str
+    combined : str
         The deflection that the equations of motion use, with its symbol.
     rule : str
         How it follows, with the number of the equation.
@@ -46,7 +46,7 @@ class CombinedDeflection:
 
     title: str
     parts: str
-    whole: str
+    combined: str
     rule: str
 
 
@@ -89,17 +89,17 @@ class WizardSummaryPanel(CenteredPage):
         self.sentence.setText(sentence)
         self._outcomes.show_rows(
             [
-                ((sign, one.title, one.words), state)
+                ((sign, one.title, one.text), state)
                 for one in outcomes
                 for sign, state in [("✓", "good") if one.good else ("▲", "caution")]
             ]
         )
 
-    def show_together(self, deflections: Sequence[CombinedDeflection]) -> None:
+    def show_deflections(self, deflections: Sequence[CombinedDeflection]) -> None:
         """Show the deflections as they are now."""
         self._live_title.setVisible(bool(deflections))
         self._together.show_rows(
-            [((one.title, one.parts, one.whole, one.rule), "") for one in deflections]
+            [((one.title, one.parts, one.combined, one.rule), "") for one in deflections]
         )
 
 

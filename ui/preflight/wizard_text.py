@@ -35,21 +35,21 @@ class WizardPrompt:
 
     Attributes
     ----------
-    title, place : str
+    title, position_text : str
         The instrument, and the how-manieth it is.
-    lead : str
+    caption : str
         Above the number: what it is.
-    big : str
+    main_text : str
         The number, or a word.
-    beside : str
+    side_text : str
         What the number means on the aircraft.
-    wanted : bool
+    is_target : bool
         Whether it is a target, in the color of targets.
     state : str
         Of the volts: sign and color.
-    state_words : str
+    state_text : str
         The same in words.
-    now, volts : str
+    value_text, volts_text : str
         As measured at this moment.
     prompt : str
         What to do now.
@@ -60,23 +60,23 @@ class WizardPrompt:
     """
 
     title: str = ""
-    place: str = ""
-    lead: str = ""
-    big: str = ""
-    beside: str = ""
-    wanted: bool = False
+    position_text: str = ""
+    caption: str = ""
+    main_text: str = ""
+    side_text: str = ""
+    is_target: bool = False
     state: IndicatorState = "unknown"
-    state_words: str = ""
-    now: str = ""
-    volts: str = ""
+    state_text: str = ""
+    value_text: str = ""
+    volts_text: str = ""
     prompt: str = ""
     message: str = ""
     progress: float = 0.0
 
     @property
-    def words(self) -> str:
+    def accessible_text(self) -> str:
         """Return all of it for those who hear it."""
-        parts = (self.title, self.lead, self.big, self.beside, self.state_words, self.prompt)
+        parts = (self.title, self.caption, self.main_text, self.side_text, self.state_text, self.prompt)
         return ", ".join(part for part in parts if part)
 
 
@@ -166,24 +166,24 @@ def build_prompt(view: WizardView, *, catching_up: bool = False) -> WizardPrompt
     if instrument is None:
         return WizardPrompt(title="Calibration", prompt=view.prompt, message=view.message)
     state, words = _prompt_state(view)
-    if view.reading is None and instrument.by_hand and catching_up:
+    if view.reading is None and instrument.is_angle_sensor and catching_up:
         state, words = "unknown", "Catching up"
     lead, big, beside, wanted = _main_texts(view, instrument)
     now = volts = ""
     if view.reading is not None:
-        now = quantity_text(view.value_now, instrument.unit, instrument_decimals(instrument))
+        now = quantity_text(view.current_value, instrument.unit, instrument_decimals(instrument))
         volts = volts_text(view.reading.volts)
     return WizardPrompt(
         title=_prompt_title(view, instrument),
-        place=f"{view.index + 1} of {view.count}",
-        lead=lead,
-        big=big,
-        beside=beside,
-        wanted=wanted,
+        position_text=f"{view.index + 1} of {view.count}",
+        caption=lead,
+        main_text=big,
+        side_text=beside,
+        is_target=wanted,
         state=state,
-        state_words=words,
-        now=now,
-        volts=volts,
+        state_text=words,
+        value_text=now,
+        volts_text=volts,
         prompt=view.prompt,
         message=view.message,
         progress=view.progress,
@@ -200,14 +200,14 @@ def _prompt_title(view: WizardView, instrument: InstrumentPlan) -> str:
 
 def _prompt_state(view: WizardView) -> tuple[IndicatorState, str]:
     instrument = view.instrument
-    if instrument is not None and instrument.by_hand:
+    if instrument is not None and instrument.is_angle_sensor:
         return describe_reading(view.reading)
     if view.phase in _STATIONARY_PHASES:
         return ("good", "Still") if view.amount else ("caution", "Not still yet")
     if view.phase == "gyro_turn":
         return ("caution", "Turning") if view.amount else ("good", "Ready")
     if view.phase == "fit":
-        return ("caution", "Look at it") if view.sentences else ("good", "Good")
+        return ("caution", "Look at it") if view.problems else ("good", "Good")
     return "unknown", "Waiting"
 
 
@@ -233,13 +233,13 @@ def _main_texts(view: WizardView, instrument: InstrumentPlan) -> tuple[str, str,
 
 
 def _result_texts(view: WizardView, instrument: InstrumentPlan) -> tuple[str, str, str, bool]:
-    check, calibration = view.check, view.calibration
+    check, calibration = view.check_result, view.calibration
     if check is not None:
         holds = "the certificate holds" if check.passed else "calibrate it anew"
         what, size = describe_shift(check, instrument)
         return f"The {what} has moved by", size, holds, False
     if calibration is None:
-        return "", "Look" if view.sentences else "Good", "", False
+        return "", "Look" if view.problems else "Good", "", False
     width = calibration.quality.uncertainty
     text = "no bound" if width is None else f"±{error_text(width, instrument)}"
     return "Any angle within (95 %)", text, fit_order_text(calibration.degree), False
@@ -315,7 +315,7 @@ def build_start_actions(
         text = _KIND_NAMES[one.kind] if several else one.title.lower()
         offers.insert(0, ActionItem(id="again", text=f"Calibrate {text}"))
     first, *others = offers
-    return (ActionItem(id=first.id, text=first.text, key="Space", first=True), *others)
+    return (ActionItem(id=first.id, text=first.text, key="Space", is_default=True), *others)
 
 
 _CHECK_ACTION_TEXTS: Mapping[str, str] = {"skip": "Skip: not checked"}
@@ -332,12 +332,12 @@ def build_wizard_actions(view: WizardView) -> tuple[ActionItem, ...]:
     )
     wanted = False
     for name, usual, key in _WIZARD_ACTIONS:
-        if name not in view.can or (key == "Space" and wanted):
+        if name not in view.available_actions or (key == "Space" and wanted):
             continue
         wanted = wanted or key == "Space"
         words = _CHECK_ACTION_TEXTS.get(name, usual) if view.mode == "check" else usual
         text = _PHASE_ACTION_TEXTS.get((view.phase, name), words).format(what=what)
-        found.append(ActionItem(id=name, text=text, key=key, first=key == "Space"))
+        found.append(ActionItem(id=name, text=text, key=key, is_default=key == "Space"))
         if name == "confirm_sign":
             found.append(ActionItem(id="deny_sign", text="It moved otherwise", key="N"))
     return tuple(found)

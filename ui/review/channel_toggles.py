@@ -25,11 +25,11 @@ class ChannelToggles(QWidget):
 
     Attributes
     ----------
-    chosen : Signal(object)
+    selection_changed : Signal(object)
         The channels to be shown, whether measured in this flight or not.
     """
 
-    chosen = Signal(object)
+    selection_changed = Signal(object)
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -58,17 +58,17 @@ class ChannelToggles(QWidget):
             color = self._look.theme.trace(trace_color(name))
             box.setStyleSheet(f"QCheckBox {{ color: {color}; font-weight: 600; }}")
 
-    def show_wanted(self, channels: Collection[str]) -> None:
+    def set_selected_channels(self, channels: Collection[str]) -> None:
         """Show which channels are wanted; says nothing."""
         for name, box in self.boxes.items():
             box.blockSignals(True)
             box.setChecked(name in channels)
             box.blockSignals(False)
 
-    def show_measured(self, channels: Collection[str]) -> None:
+    def set_available_channels(self, channels: Collection[str]) -> None:
         """Offer the channels that the flight has."""
         for name, box in self.boxes.items():
             box.setVisible(name in channels)
 
     def _toggled(self) -> None:
-        self.chosen.emit(tuple(name for name, box in self.boxes.items() if box.isChecked()))
+        self.selection_changed.emit(tuple(name for name, box in self.boxes.items() if box.isChecked()))

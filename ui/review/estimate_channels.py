@@ -49,7 +49,7 @@ class FitChannelModel(QAbstractTableModel):
         self._look = look
         self.wishes = EstimateForm()
 
-    def show_wishes(self, wishes: EstimateForm) -> None:
+    def set_form(self, wishes: EstimateForm) -> None:
         """Show other wishes."""
         if wishes != self.wishes:
             self.wishes = wishes
@@ -61,19 +61,19 @@ class FitChannelModel(QAbstractTableModel):
         """Return the axis whose channels are shown."""
         return "both" if self.wishes.six_degrees else self.wishes.axis
 
-    def chosen(self, field: str) -> tuple[str, ...]:
+    def selected_channels(self, field: str) -> tuple[str, ...]:
         """Return the channels that a field holds, those of the axis where none were chosen."""
         own: tuple[str, ...] | None = getattr(self.wishes, field)
         return _DEFAULTS_BY_AXIS[field][self.axis] if own is None else own
 
-    def is_open(self, field: str, channel: str) -> bool:
+    def is_cell_editable(self, field: str, channel: str) -> bool:
         """Return whether a cell can be changed: errors are those of compared channels."""
         alone = self.wishes.axis != "both" or self.wishes.six_degrees
         if field == "states":
             return alone and channel in AXIS_STATES["both"]
         if field == "responses":
             return alone
-        return not alone or channel in self.chosen("responses")
+        return not alone or channel in self.selected_channels("responses")
 
     def rowCount(self, parent: ModelIndex | None = None) -> int:
         """Return the number of channels."""
@@ -97,7 +97,7 @@ class FitChannelModel(QAbstractTableModel):
         if index.column() == 0:
             return channel if role == Qt.ItemDataRole.DisplayRole else None
         field, title = CHANNEL_COLUMNS[index.column() - 1]
-        on, open_ = channel in self.chosen(field), self.is_open(field, channel)
+        on, open_ = channel in self.selected_channels(field), self.is_cell_editable(field, channel)
         if role == Qt.ItemDataRole.DisplayRole:
             return ("✓" if on else "·") if open_ or on else ""
         if role == Qt.ItemDataRole.TextAlignmentRole:
@@ -108,20 +108,20 @@ class FitChannelModel(QAbstractTableModel):
             return f"{channel}, {title.lower()}: {'yes' if on else 'no'}"
         return None
 
-    def turn(self, index: ModelIndex) -> None:
+    def toggle_cell(self, index: ModelIndex) -> None:
         """Check a cell, or take its check away."""
         if index.column() == 0:
             return
         channel, field = FIT_CHANNELS[index.row()], CHANNEL_COLUMNS[index.column() - 1][0]
-        if not self.is_open(field, channel):
+        if not self.is_cell_editable(field, channel):
             return
-        chosen = self.chosen(field)
+        chosen = self.selected_channels(field)
         wanted = {*chosen} ^ {channel}
         ordered = tuple(name for name in FIT_CHANNELS if name in wanted)
         usual = field in _DEFAULTS_BY_AXIS and set(ordered) == set(
             _DEFAULTS_BY_AXIS[field][self.axis]
         )
-        self.edited.emit(self.wishes.changed(**{field: None if usual else ordered}))
+        self.edited.emit(self.wishes.with_changes(**{field: None if usual else ordered}))
 
 
 class FitChannelTable(QTableView):
@@ -145,7 +145,7 @@ class FitChannelTable(QTableView):
         header.setHighlightSections(False)
         header.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignCenter)
-        self.clicked.connect(self.model_of.turn)
+        self.clicked.connect(self.model_of.toggle_cell)
         look.changed.connect(self._fit)
         self._fit()
 
@@ -159,6 +159,6 @@ class FitChannelTable(QTableView):
         index = self.currentIndex()
         wanted = (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter)
         if index.isValid() and event.key() in wanted:
-            self.model_of.turn(index)
+            self.model_of.toggle_cell(index)
         else:
             super().keyPressEvent(event)

@@ -91,6 +91,6 @@ class EstimateForm(StrictModel):
             others[name] = wish
         return self.model_copy(update={"derivatives": others})
 
-    def changed(self, **values: object) -> EstimateForm:
+    def with_changes(self, **values: object) -> EstimateForm:
         """Return the wishes with other values."""
         return self.model_copy(update=values)

@@ -57,7 +57,7 @@ class EstimateHeader(QFrame):
         # Two lines, so that nothing jumps as the keyboard goes from field to field.
         self.explained.setMinimumHeight(2 * self.explained.fontMetrics().height() + px(2))
 
-    def explain(self, field: str) -> None:
+    def show_field_help(self, field: str) -> None:
         """Say what a field does and when to change it."""
         words = FIELD_HELP[field]
-        self.explained.setText(f"{words.title}: {words.does}")
+        self.explained.setText(f"{words.title}: {words.help_text}")

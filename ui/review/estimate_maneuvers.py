@@ -27,11 +27,11 @@ def select_maneuvers(
         Id of the maneuver that is chosen.
     """
     if wishes.maneuvers == "chosen":
-        chosen = review.chosen((looked_at,))
+        chosen = review.select_maneuvers((looked_at,))
     elif wishes.maneuvers == "all":
-        chosen = review.chosen([row.id for row in review.rows()])
+        chosen = review.select_maneuvers([row.id for row in review.rows()])
     else:
-        chosen = review.chosen()
+        chosen = review.select_maneuvers()
     if wishes.axis == "both" or wishes.six_degrees:
         return chosen
     return tuple(

@@ -49,7 +49,7 @@ class EstimatePage(ReviewStepPage):
     ----------
     actions : mapping of str to QAction
         The commands.
-    look : DisplayStyle
+    display_style : DisplayStyle
         Colors, sizes, units.
     store : SettingsStore
         Remembers the settings.
@@ -118,27 +118,27 @@ class EstimatePage(ReviewStepPage):
         self.area = area
         column.addWidget(area, 1)
         self.panel.changed.connect(self._wished)
-        self.panel.explained.connect(self.head.explain)
-        self.panel.asked.connect(self.estimate)
+        self.panel.field_focused.connect(self.head.show_field_help)
+        self.panel.run_requested.connect(self.estimate)
         self._runner.changed.connect(self._run_changed)
         self._runner.estimated.connect(self._estimated)
         self.runs.chosen.connect(self.changed)
         self.runs.opened.connect(self.repeat)
-        self.runs.focused.connect(lambda: self.head.explain("runs"))
+        self.runs.focused.connect(lambda: self.head.show_field_help("runs"))
         selection.maneuver_changed.connect(lambda _maneuver: self.refresh())
         look.changed.connect(self._fit)
         self._fit()
-        self.head.explain("run")
+        self.head.show_field_help("run")
         self._checker.loaded.connect(self._loaded)
-        self.book.read()
+        self.book.reload()
 
     def _fit(self) -> None:
-        px = self.look.px
+        px = self.display_style.px
         self._body.setContentsMargins(px(16), px(12), px(16), px(16))
 
     def _loaded(self, models: Sequence[str], weights: Sequence[str]) -> None:
-        self.panel.offer("model", models)
-        self.panel.offer("weights", weights)
+        self.panel.set_file_choices("model", models)
+        self.panel.set_file_choices("weights", weights)
         self.refresh()
 
     # Commands
@@ -149,10 +149,10 @@ class EstimatePage(ReviewStepPage):
         return {
             "review_run": self.estimate,
             "review_repeat": self.repeat,
-            "review_use": self.use_again,
-            "review_mark": self.runs.mark,
-            "review_name": self.runs.name,
-            "review_forget": self.runs.forget,
+            "review_use": self.load_selected_run,
+            "review_mark": self.runs.toggle_mark,
+            "review_name": self.runs.rename,
+            "review_forget": self.runs.remove,
             "review_defaults": self.use_defaults,
         }
 
@@ -162,7 +162,7 @@ class EstimatePage(ReviewStepPage):
         found: list[CommandRequirement] = ["review_panel"]
         if self.can_run:
             found.append("review_ready")
-        if self.runs.current is not None:
+        if self.runs.current_run is not None:
             found.append("review_run")
         return tuple(found)
 
@@ -173,27 +173,27 @@ class EstimatePage(ReviewStepPage):
             self._checker.ready
             and not self._runner.running
             and self._checker.problem is None
-            and bool(self.taken)
+            and bool(self.selected_maneuvers)
         )
 
     @property
     def state(self) -> StepStatus:
         """Return how the chapter stands."""
         if self._runner.running:
-            return StepStatus(state="plain", words="running")
+            return StepStatus(state="plain", text="running")
         if self._checker.problem is not None:
             return StepStatus(
-                state="warning", words="a setting is wrong", detail=str(self._checker.problem)
+                state="warning", text="a setting is wrong", detail=str(self._checker.problem)
             )
         outcome = self._outcome
         if outcome is None:
             kept = len(self.book.runs)
             words = f"{count_text(kept, 'run')} kept" if kept else "no run yet"
-            return StepStatus(state="plain", words=words)
+            return StepStatus(state="plain", text=words)
         count = len(outcome.result.results)
         words = f"run {outcome.number}" if outcome.number is not None else "not kept"
         detail = f"{words}: {count_text(count, 'maneuver')}"
-        return StepStatus(state="plain", words=words, detail=detail)
+        return StepStatus(state="plain", text=words, detail=detail)
 
     @property
     def can_undo(self) -> bool:
@@ -219,12 +219,12 @@ class EstimatePage(ReviewStepPage):
         """Put the keyboard on the button: Enter alone runs."""
         # Where the button must wait for what it needs, the keyboard waits with it.
         (self.button if self.button.isEnabled() else self).setFocus()
-        self.head.explain("run")
+        self.head.show_field_help("run")
 
     def showEvent(self, event: QShowEvent) -> None:
         """Look at what was changed on the other pages, and at the files anew."""
         super().showEvent(event)
-        self._checker.forget()
+        self._checker.invalidate()
         self.refresh()
 
     # What is asked for
@@ -234,28 +234,28 @@ class EstimatePage(ReviewStepPage):
         before, now = self._wishes, self.panel.wishes
         if now != before:
             self._take(now)
-            self._deeds.record(lambda: self._show(before), lambda: self._show(now))
+            self._deeds.push(lambda: self._show(before), lambda: self._show(now))
         else:
             self.refresh()
 
     def _take(self, wishes: EstimateForm) -> None:
         self._wishes = wishes
-        self._told = self._runner.told = ""
+        self._told = self._runner.status_text = ""
         self._store.change(review_estimate=wishes.model_dump())
         self.refresh()
 
     def _show(self, wishes: EstimateForm) -> None:
         """Show other wishes on the panel."""
-        self.panel.show_wishes(wishes)
+        self.panel.show_form(wishes)
         self._take(wishes)
 
     def use_defaults(self) -> None:
         """Put all settings back to what they are at first."""
         self._replace(EstimateForm())
 
-    def use_again(self) -> None:
+    def load_selected_run(self) -> None:
         """Fill the panel with the settings of the kept run that has the keyboard."""
-        run = self.runs.current
+        run = self.runs.current_run
         if run is None:
             return
         try:
@@ -274,11 +274,11 @@ class EstimatePage(ReviewStepPage):
         before = self._wishes
         if wishes != before:
             self._show(wishes)
-            self._deeds.record(lambda: self._show(before), lambda: self._show(wishes))
+            self._deeds.push(lambda: self._show(before), lambda: self._show(wishes))
             self.changed.emit()
 
     @property
-    def taken(self) -> tuple[SelectedManeuver, ...]:
+    def selected_maneuvers(self) -> tuple[SelectedManeuver, ...]:
         """Return the maneuvers that a run would take."""
         if not self._checker.ready:
             return ()
@@ -287,10 +287,10 @@ class EstimatePage(ReviewStepPage):
     def refresh(self) -> None:
         """Say what a run would do as everything stands."""
         self._follow_model()
-        problem = self._checker.judge(self._wishes)
+        problem = self._checker.validate(self._wishes)
         self.panel.show_problem(problem.field if problem else "", str(problem or ""))
         words, state = self._words()
-        self.sentence.say(words, state)
+        self.sentence.set_message(words, state)
         self.changed.emit()
         if self.hasFocus() and self.button.isEnabled():
             self.button.setFocus()
@@ -298,15 +298,15 @@ class EstimatePage(ReviewStepPage):
     def _follow_model(self) -> None:
         """Offer the parameters of the effects of the model that is chosen."""
         flights = self._review.flights
-        if not flights or not self._checker.follow(self._wishes.model, flights[0].aircraft):
+        if not flights or not self._checker.load_model_effects(self._wishes.model, flights[0].aircraft):
             return
         effects = self._checker.effects
         gone = {n for n in self._wishes.derivatives if is_effect_parameter(n)} - set(effects)
         self.panel.derivatives.model_of.show_effects(effects)
         if gone:
             kept = {n: w for n, w in self._wishes.derivatives.items() if n not in gone}
-            self._wishes = self._wishes.changed(derivatives=kept)
-            self.panel.show_wishes(self._wishes)
+            self._wishes = self._wishes.with_changes(derivatives=kept)
+            self.panel.show_form(self._wishes)
 
     def _words(self) -> tuple[str, str]:
         """Return what stands beside the button, and its state."""
@@ -319,12 +319,12 @@ class EstimatePage(ReviewStepPage):
             return join_sentences((str(self._checker.problem),)), "warning"
         if self._runner.running:
             return (
-                f"{describe_selection(self.taken)} Running; {shortcut_text('Ctrl+.')} stops it.",
+                f"{describe_selection(self.selected_maneuvers)} Running; {shortcut_text('Ctrl+.')} stops it.",
                 "",
             )
-        if not self.taken:
+        if not self.selected_maneuvers:
             return describe_empty_selection(self._wishes, self._review), "caution"
-        return f"{self._told or self._runner.told} {describe_selection(self.taken)}".strip(), ""
+        return f"{self._told or self._runner.status_text} {describe_selection(self.selected_maneuvers)}".strip(), ""
 
     # Running
 
@@ -332,12 +332,12 @@ class EstimatePage(ReviewStepPage):
         """Run what is asked for."""
         if not self.can_run:
             field = self._checker.problem.field if self._checker.problem is not None else ""
-            self.panel.go_to(field)
+            self.panel.focus_field(field)
             self.area.ensureWidgetVisible(QApplication.focusWidget() or self.panel)
             return
         try:
             request = build_run_request(
-                self._wishes, self._review.paths, self.taken, self.panel.label.text()
+                self._wishes, self._review.paths, self.selected_maneuvers, self.panel.label.text()
             )
         except FormFieldError as error:
             self.panel.show_problem(error.field, str(error))
@@ -346,7 +346,7 @@ class EstimatePage(ReviewStepPage):
 
     def repeat(self) -> None:
         """Do the kept run that has the keyboard again, exactly."""
-        run = self.runs.current
+        run = self.runs.current_run
         if run is not None:
             self._runner.repeat(run.number)
 
@@ -371,4 +371,4 @@ class EstimatePage(ReviewStepPage):
         values = {} if outcome is None else outcome.summary.derivatives
         found = {name: (one.value.mean, one.value.std) for name, one in values.items()}
         self.panel.derivatives.model_of.show_last(format_last_values(tuple(found), found))
-        self.runs.show_number(None if outcome is None else outcome.number)
+        self.runs.show_run(None if outcome is None else outcome.number)

@@ -53,15 +53,15 @@ class EstimatePanel(QWidget):
     ----------
     changed : Signal
         The wishes are others now.
-    explained : Signal(str)
+    field_focused : Signal(str)
         The keyboard is on a field.
-    asked : Signal
+    run_requested : Signal
         Enter in a field: estimate.
     """
 
     changed = Signal()
-    explained = Signal(str)
-    asked = Signal()
+    field_focused = Signal(str)
+    run_requested = Signal()
 
     def __init__(self, look: DisplayStyle, wishes: EstimateForm) -> None:
         super().__init__()
@@ -88,7 +88,7 @@ class EstimatePanel(QWidget):
         self._sources()
         look.changed.connect(self._fit)
         self._fit()
-        self.show_wishes(wishes)
+        self.show_form(wishes)
 
     def _fit(self) -> None:
         self._column.setSpacing(self._look.px(12))
@@ -124,8 +124,8 @@ class EstimatePanel(QWidget):
     def _follow(self, field: str, edit: QWidget) -> None:
         words = FIELD_HELP[field]
         edit.setAccessibleName(words.title)
-        edit.setAccessibleDescription(words.does)
-        edit.setToolTip(words.does)
+        edit.setAccessibleDescription(words.help_text)
+        edit.setToolTip(words.help_text)
         edit.installEventFilter(self)
         self._fields[edit] = field
 
@@ -215,10 +215,10 @@ class EstimatePanel(QWidget):
         """Take what a control says now."""
         if self._showing or getattr(self.wishes, field) == value:
             return
-        self.wishes = self.wishes.changed(**{field: value})
+        self.wishes = self.wishes.with_changes(**{field: value})
         if field in ("axis", "six_degrees"):
             # Channels were chosen for the other axis.
-            self.wishes = self.wishes.changed(responses=None, states=None, biases=None)
+            self.wishes = self.wishes.with_changes(responses=None, states=None, biases=None)
         self._spread()
         if typed:
             self._typing.start(_TYPING_MS)
@@ -233,9 +233,9 @@ class EstimatePanel(QWidget):
     def _enter(self) -> None:
         self._typing.stop()
         self.changed.emit()
-        self.asked.emit()
+        self.run_requested.emit()
 
-    def show_wishes(self, wishes: EstimateForm) -> None:
+    def show_form(self, wishes: EstimateForm) -> None:
         """Show other wishes; emits nothing."""
         self.wishes = wishes
         self._showing = True
@@ -252,15 +252,15 @@ class EstimatePanel(QWidget):
             self._showing = False
         self._spread()
 
-    def offer(self, field: str, names: Sequence[str]) -> None:
+    def set_file_choices(self, field: str, names: Sequence[str]) -> None:
         """Offer the names of files that come with the program."""
-        self._files[field].offer(names)
+        self._files[field].add_names(names)
 
     def _spread(self) -> None:
         """Show the wishes in the tables, and gray what the method does not heed."""
         wishes = self.wishes
-        self.derivatives.model_of.show_wishes(wishes)
-        self.channels.model_of.show_wishes(wishes)
+        self.derivatives.model_of.set_form(wishes)
+        self.channels.model_of.set_form(wishes)
         takes = METHOD_SETTINGS[wishes.method]
         heeded: Mapping[str, str] = {
             "derivatives": "derivatives", "weights": "weights", "noise": "noise",
@@ -279,7 +279,7 @@ class EstimatePanel(QWidget):
         for name, sentence in self._sentences.items():
             wrong = name == field
             note = "" if wrong else self._note(name)
-            sentence.say(words if wrong else note, "warning" if wrong else "")
+            sentence.set_message(words if wrong else note, "warning" if wrong else "")
             sentence.setVisible(bool(words if wrong else note))
             edit = self._edits[name]
             state = "warning" if wrong else ""
@@ -319,10 +319,10 @@ class EstimatePanel(QWidget):
             event.ignore()
             return True
         if event.type() == QEvent.Type.FocusIn and watched in self._fields:
-            self.explained.emit(self._fields[watched])
+            self.field_focused.emit(self._fields[watched])
         return super().eventFilter(watched, event)
 
-    def go_to(self, field: str) -> None:
+    def focus_field(self, field: str) -> None:
         """Put the keyboard into a field."""
         edit = self._edits.get(field)
         if edit is not None:

@@ -76,7 +76,7 @@ class DerivativeModel(QAbstractTableModel):
         self.last: Mapping[str, str] = {}
         self.effects: Mapping[str, float] = {}
 
-    def show_wishes(self, wishes: EstimateForm) -> None:
+    def set_form(self, wishes: EstimateForm) -> None:
         """Show other wishes."""
         axis = axis_derivatives("both" if wishes.six_degrees else wishes.axis)
         names = (*axis, *self.effects)
@@ -91,7 +91,7 @@ class DerivativeModel(QAbstractTableModel):
     def show_effects(self, effects: Mapping[str, float]) -> None:
         """Show the parameters of the model's effects below the derivatives, with their values."""
         self.effects = effects
-        self.show_wishes(self.wishes)
+        self.set_form(self.wishes)
 
     def show_last(self, last: Mapping[str, str]) -> None:
         """Show what the last run gave, in words."""
@@ -122,7 +122,7 @@ class DerivativeModel(QAbstractTableModel):
             return int(_alignment(section))
         return None
 
-    def wish(self, row: int) -> DerivativeEntry:
+    def entry_at(self, row: int) -> DerivativeEntry:
         """Return the wish of a row."""
         return self.wishes.derivative(self.names[row])
 
@@ -189,16 +189,16 @@ class DerivativeModel(QAbstractTableModel):
         if role != Qt.ItemDataRole.EditRole or index.column() not in _FIELDS:
             return False
         text = str(value).strip()
-        wish = self.wish(index.row())
+        wish = self.entry_at(index.row())
         changes = {_FIELDS[index.column()]: text}
         if index.column() == VALUE_COLUMN and text and text != wish.value:
             changes["treated"] = "held"
         self._change(index.row(), wish.model_copy(update=changes))
         return True
 
-    def turn(self, row: int) -> None:
+    def cycle_treatment(self, row: int) -> None:
         """Treat a derivative in the next way; held, it begins with what the last run gave."""
-        wish = self.wish(row)
+        wish = self.entry_at(row)
         ways = [key for key, _ in TREATMENT_CHOICES]
         treated = ways[(ways.index(wish.treated) + 1) % len(ways)]
         value = wish.value
@@ -209,12 +209,12 @@ class DerivativeModel(QAbstractTableModel):
                 value = repr(self.effects[name])
         self._change(row, wish.model_copy(update={"treated": treated, "value": value}))
 
-    def clear(self, row: int) -> None:
+    def reset_row(self, row: int) -> None:
         """Take back everything that was wished for a derivative."""
         self._change(row, DerivativeEntry())
 
     def _change(self, row: int, wish: DerivativeEntry) -> None:
-        if wish != self.wish(row):
+        if wish != self.entry_at(row):
             self.edited.emit(self.wishes.with_derivative(self.names[row], wish))
 
 
@@ -283,7 +283,7 @@ class DerivativeTable(QTableView):
 
     def _clicked(self, index: QModelIndex) -> None:
         if index.column() == TREATMENT_COLUMN:
-            self.model_of.turn(index.row())
+            self.model_of.cycle_treatment(index.row())
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Turn with Space, take back with Delete, write with any other letter."""
@@ -292,14 +292,14 @@ class DerivativeTable(QTableView):
             # Enter ends the typing and comes by here, too.
             super().keyPressEvent(event)
         elif index.isValid() and event.key() == Qt.Key.Key_Space:
-            self.model_of.turn(index.row())
+            self.model_of.cycle_treatment(index.row())
         elif index.isValid() and event.key() == Qt.Key.Key_Delete:
-            self.model_of.clear(index.row())
+            self.model_of.reset_row(index.row())
         elif index.isValid() and event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             if index.column() in _FIELDS:
                 self.edit(index)
             else:
-                self.model_of.turn(index.row())
+                self.model_of.cycle_treatment(index.row())
         else:
             super().keyPressEvent(event)
 

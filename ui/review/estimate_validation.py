@@ -54,18 +54,18 @@ class EstimateValidator(QObject):
         self.ready = True
         self.loaded.emit(*names)
 
-    def forget(self) -> None:
+    def invalidate(self) -> None:
         """Judge anew: files may be others now."""
         self._judged = None
 
-    def judge(self, wishes: EstimateForm) -> FormFieldError | None:
+    def validate(self, wishes: EstimateForm) -> FormFieldError | None:
         """Return what cannot be asked for; None if all is well, or nothing is loaded yet."""
         if self.ready and self._judged != wishes:
             self.problem = find_form_error(wishes)
             self._judged = wishes
         return self.problem
 
-    def follow(self, model: str, aircraft: Aircraft) -> bool:
+    def load_model_effects(self, model: str, aircraft: Aircraft) -> bool:
         """Find the parameters of the effects of a model; return whether it is another one."""
         if not self.ready or model == self._model:
             return False

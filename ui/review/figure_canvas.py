@@ -86,11 +86,11 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
 
     Attributes
     ----------
-    spot_chosen : Signal(str, str)
+    point_selected : Signal(str, str)
         Name of the chart and maneuver of the point that was chosen.
-    opened : Signal(str)
+    fit_requested : Signal(str)
         Maneuver whose fit is wanted.
-    pane_opened : Signal(str)
+    subplot_opened : Signal(str)
         Name of a chart that is wanted large.
     views_changed : Signal
         Another part is wanted: `views`.
@@ -98,9 +98,9 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         Where the mouse is.
     """
 
-    spot_chosen = Signal(str, str)
-    opened = Signal(str)
-    pane_opened = Signal(str)
+    point_selected = Signal(str, str)
+    fit_requested = Signal(str)
+    subplot_opened = Signal(str)
     views_changed = Signal()
 
     def __init__(self, look: DisplayStyle, describe: Callable[[str, str], str]) -> None:
@@ -114,22 +114,22 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
 
     def _at(self, point: QPointF) -> ManeuverPoint | None:
         return find_nearest_point(
-            self.shown_spots(), point.x(), point.y(), self._look.px(_HIT_RADIUS)
+            self.visible_points(), point.x(), point.y(), self._look.px(_HIT_RADIUS)
         )
 
     def _pane_at(self, point: QPointF) -> Subplot | None:
-        return next((one for one in self.panes if one.holds(point.x(), point.y())), None)
+        return next((one for one in self.subplots if one.contains(point.x(), point.y())), None)
 
     def _choose_spot(self, spot: ManeuverPoint) -> None:
-        pane = self.pane(spot.pane)
+        pane = self.subplot_at(spot.subplot_index)
         self.current = next(
-            one for one in self.spots if (one.pane, one.maneuver) == (spot.pane, spot.maneuver)
+            one for one in self.points if (one.subplot_index, one.maneuver) == (spot.subplot_index, spot.maneuver)
         )
-        self.place = spot.pane
+        self.subplot_index = spot.subplot_index
         self.maneuver = spot.maneuver
         name = pane.name if pane is not None else ""
         self.setAccessibleDescription(self._describe(name, spot.maneuver))
-        self.spot_chosen.emit(name, spot.maneuver)
+        self.point_selected.emit(name, spot.maneuver)
         self.update()
 
     def event(self, event: QEvent) -> bool:
@@ -142,15 +142,15 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
                 return True
         return super().event(event)
 
-    def words_at(self, point: QPointF) -> str:
+    def text_at(self, point: QPointF) -> str:
         """Return what lies under the mouse: a point, or the values of the axes there."""
         spot, pane = self._at(point), self._pane_at(point)
         if spot is not None:
-            of = self.pane(spot.pane)
+            of = self.subplot_at(spot.subplot_index)
             return self._describe(of.name if of is not None else "", spot.maneuver)
         if pane is None:
             return ""
-        return pane.reading(self.view_of(pane), point.x(), point.y())
+        return pane.value_text(self.view_of(pane), point.x(), point.y())
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Begin a click or a drag; the menu is about the point under the mouse."""
@@ -184,7 +184,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
             self.setCursor(Qt.CursorShape.ClosedHandCursor)
             across = -way.x() / max(pane.right - pane.left, 1.0)
             up = way.y() / max(pane.bottom - pane.top, 1.0)
-            self._show_view(pane, pan_view(press.view, across, up, only_x=pane.over_time))
+            self._show_view(pane, pan_view(press.view, across, up, only_x=pane.shares_x_axis))
 
     def _rectangle(self) -> QRectF | None:
         """Return the rectangle that is being drawn; of a history its time where it is flat."""
@@ -194,7 +194,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         pane = press.pane
         plot = QRectF(QPointF(pane.left, pane.top), QPointF(pane.right, pane.bottom))
         drawn = QRectF(press.at, self.pointer).normalized()
-        if pane.over_time and drawn.height() < self._look.px(_TIME_ONLY_HEIGHT):
+        if pane.shares_x_axis and drawn.height() < self._look.px(_TIME_ONLY_HEIGHT):
             drawn = QRectF(drawn.left(), plot.top(), drawn.width(), plot.height())
         return drawn.intersected(plot)
 
@@ -208,11 +208,11 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
             return
         pane, view = press.pane, press.view
         if pane is not None:
-            self.place = pane.place
+            self.subplot_index = pane.index
         if box is not None and pane is not None and view is not None:
             if min(box.width(), box.height()) >= self._look.px(_DRAG):
                 corners = (box.left(), box.top()), (box.right(), box.bottom())
-                self._show_view(pane, pane.boxed(view, *corners))
+                self._show_view(pane, pane.view_in_rectangle(view, *corners))
             return
         spot = self._at(event.position())
         if spot is not None and not press.dragged:
@@ -238,7 +238,7 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
             painter.drawRect(box)
         elif pane is not None and self.pointer is not None and self._pressed is None:
             plot = QRectF(QPointF(pane.left, pane.top), QPointF(pane.right, pane.bottom))
-            words = self.words_at(self.pointer)
+            words = self.text_at(self.pointer)
             paint_readout(painter, plot, self.pointer, words, self._look)
         painter.end()
 
@@ -246,11 +246,11 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         """Open the fit of a point; show everything where it is zoomed; show a chart large."""
         spot, pane = self._at(event.position()), self._pane_at(event.position())
         if spot is not None:
-            self.opened.emit(spot.maneuver)
+            self.fit_requested.emit(spot.maneuver)
         elif self.views:
-            self.show_all()
+            self.reset_views()
         elif pane is not None and pane.name:
-            self.pane_opened.emit(pane.name)
+            self.subplot_opened.emit(pane.name)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Zoom at the mouse; with Shift, and beside the charts, the page scrolls."""
@@ -258,9 +258,9 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
         if pane is None or event.modifiers() & _SHIFT or not event.angleDelta().y():
             event.ignore()
             return
-        across, up = pane.shares(event.position().x(), event.position().y())
+        across, up = pane.to_fractions(event.position().x(), event.position().y())
         factor = _ZOOM ** (event.angleDelta().y() / _WHEEL_STEP)
-        view = zoom_view(self.view_of(pane), across, up, factor, only_x=pane.over_time)
+        view = zoom_view(self.view_of(pane), across, up, factor, only_x=pane.shares_x_axis)
         self._show_view(pane, view)
 
     # Keys
@@ -268,25 +268,25 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Walk, move, zoom, open."""
         key = Qt.Key(event.key())
-        pane = self.pane(self.place)
-        if key in _POINT_STEP_KEYS and self.spots and not event.modifiers() & _SHIFT:
+        pane = self.subplot_at(self.subplot_index)
+        if key in _POINT_STEP_KEYS and self.points and not event.modifiers() & _SHIFT:
             self._walk(_POINT_STEP_KEYS[key])
         elif key in _PAN_KEYS and pane is not None:
             self._move(pane, *_PAN_KEYS[key])
         elif key in _ZOOM_KEYS and pane is not None:
             self._zoom(pane, _ZOOM_KEYS[key])
         elif key == Qt.Key.Key_Home:
-            self.show_all()
+            self.reset_views()
         elif key in _ENTER and self.maneuver:
-            self.opened.emit(self.maneuver)
+            self.fit_requested.emit(self.maneuver)
         elif key == Qt.Key.Key_Space and pane is not None and pane.name:
-            self.pane_opened.emit(pane.name)
+            self.subplot_opened.emit(pane.name)
         else:
             event.ignore()
 
     def _walk(self, way: str) -> None:
         """Go to the next point; the first step goes to the chosen maneuver, or the first point."""
-        spots = self.shown_spots()
+        spots = self.visible_points()
         here = None if self.current is None else find_same_point(spots, self.current)
         if here is not None:
             spot = next_point(spots, here, way)
@@ -297,33 +297,33 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
             self._choose_spot(spot)
 
     def _move(self, pane: Subplot, across: float, up: float) -> None:
-        if pane.over_time and up:
+        if pane.shares_x_axis and up:
             # Of a history only the time is moved; up and down zoom it, as in all charts.
             self._zoom(pane, _ZOOM if up > 0 else 1.0 / _ZOOM)
             return
-        view = pan_view(self.view_of(pane), across, up, only_x=pane.over_time)
+        view = pan_view(self.view_of(pane), across, up, only_x=pane.shares_x_axis)
         self._show_view(pane, view)
 
     def _zoom(self, pane: Subplot, factor: float) -> None:
         across = up = 0.5
-        if self.current is not None and self.current.pane == pane.place:
-            x, y = pane.seen_as(self.view_of(pane), self.current.x, self.current.y)
-            across, up = pane.shares(x, y)
-        view = zoom_view(self.view_of(pane), across, up, factor, only_x=pane.over_time)
+        if self.current is not None and self.current.subplot_index == pane.index:
+            x, y = pane.map_to_view(self.view_of(pane), self.current.x, self.current.y)
+            across, up = pane.to_fractions(x, y)
+        view = zoom_view(self.view_of(pane), across, up, factor, only_x=pane.shares_x_axis)
         self._show_view(pane, view)
 
     def _show_view(self, pane: Subplot, view: ViewRange) -> None:
         """Want another part of a chart, and the same stretch of what shares its axis."""
-        if not is_usable_view(view, self.whole.get(pane.place, view)):
+        if not is_usable_view(view, self.full_views.get(pane.index, view)):
             return
-        for one in self.panes:
+        for one in self.subplots:
             if one.group == pane.group:
                 former = self.view_of(one)
-                self.views[one.place] = view if one is pane else replace(former, x=view.x)
+                self.views[one.index] = view if one is pane else replace(former, x=view.x)
         self.views_changed.emit()
         self.update()
 
-    def show_all(self) -> None:
+    def reset_views(self) -> None:
         """Show everything again."""
         if self.views:
             self.views = {}

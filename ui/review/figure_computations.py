@@ -38,7 +38,7 @@ class FigureComputations(QObject):
     ----------
     changed : Signal
         Something is worked out now, or will not be.
-    heard : tuple of FlightEstimateHistory or None
+    ftr_histories : tuple of FlightEstimateHistory or None
     comparison : LinearModelValidation or None
     """
 
@@ -50,24 +50,24 @@ class FigureComputations(QObject):
         self._outcome: RunOutcome | None = None
         self._asked: set[str] = set()
         self._refused: dict[str, str] = {}
-        self.heard: tuple[FlightEstimateHistory, ...] | None = None
+        self.ftr_histories: tuple[FlightEstimateHistory, ...] | None = None
         self.comparison: LinearModelValidation | None = None
 
-    def forget(self, outcome: RunOutcome) -> None:
+    def reset(self, outcome: RunOutcome) -> None:
         """Look at another run; what was heard over the same flights is kept."""
         if self._outcome is None or _input_key(self._outcome) != _input_key(outcome):
-            self.heard = None
+            self.ftr_histories = None
         self.comparison = None
         self._outcome = outcome
         self._asked.clear()
         self._refused.clear()
 
-    def again(self) -> None:
+    def allow_retry(self) -> None:
         """Let what was stopped or failed be asked for once more."""
         self._asked -= self._refused.keys()
         self._refused.clear()
 
-    def ask(self, what: str, outcome: RunOutcome) -> str:
+    def request(self, what: str, outcome: RunOutcome) -> str:
         """Have something worked out; return what is being done, or why it was not, in words."""
         if what in self._refused:
             return self._refused[what]

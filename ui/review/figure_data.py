@@ -35,11 +35,11 @@ class FigureData:
         The one that is chosen.
     units : str
         ``US`` or ``SI``.
-    heard : tuple of FlightEstimateHistory or None
+    ftr_histories : tuple of FlightEstimateHistory or None
         FTR over the flights; None until it has listened.
     comparison : LinearModelValidation or None
         Linear models against flight; None until they are compared.
-    chosen : mapping of str to str
+    selected_options : mapping of str to str
         What was chosen in the lists above the figures.
     """
 
@@ -47,18 +47,18 @@ class FigureData:
     others: tuple[RunOutcome, ...] = ()
     maneuver: str = ""
     units: str = "US"
-    heard: tuple[FlightEstimateHistory, ...] | None = None
+    ftr_histories: tuple[FlightEstimateHistory, ...] | None = None
     comparison: LinearModelValidation | None = None
-    chosen: Mapping[str, str] = field(default_factory=dict)
+    selected_options: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def looked_at(self) -> ManeuverResult:
+    def current_maneuver(self) -> ManeuverResult:
         """Return the chosen maneuver, or the first of the run."""
         results = self.outcome.result.results
         return find_result(self.outcome, self.maneuver) or results[0]
 
     @property
-    def known(self) -> Mapping[str, float]:
+    def priors(self) -> Mapping[str, float]:
         """Return the derivatives known before: of the model, and those that the fit leaned on."""
         settings = self.outcome.request.settings
         model = {} if settings.model is None else settings.model.derivatives
@@ -112,21 +112,21 @@ def describe_point(material: FigureData, derivative: str, maneuver: str) -> str:
         from gsapp.identification.summary.derivative_points import mean_conditions
 
         lines.append(describe_conditions(mean_conditions(result.maneuver), material.units))
-        if maneuver in material.outcome.summary.without:
+        if maneuver in material.outcome.summary.excluded_maneuvers:
             lines.append(_EXCLUDED_TEXT)
     return typeset("\n".join(line for line in lines if line))
 
 
 def _find_point(summary: DerivativeSummary, maneuver: str) -> DerivativePoint | None:
     return next(
-        (one for one in (*summary.points, *summary.unfit) if one.maneuver == maneuver), None
+        (one for one in (*summary.points, *summary.nonconverged_points) if one.maneuver == maneuver), None
     )
 
 
 def _describe_exclusion(summary: DerivativeSummary, maneuver: str) -> list[str]:
     if any(one.maneuver == maneuver for one in summary.excluded):
         return [_EXCLUDED_TEXT]
-    if any(one.maneuver == maneuver for one in summary.unfit):
+    if any(one.maneuver == maneuver for one in summary.nonconverged_points):
         return ["Left out of the mean: the fit did not converge."]
     return [
         f"Left out of the mean, {one.sigmas:+.1f} sigma off: {'; '.join(one.reasons)}."

@@ -58,7 +58,7 @@ class Subplot:
 
     Attributes
     ----------
-    place : int
+    index : int
         Among all axes of the figure.
     name : str
         What it is about, ``derivative:Cm_alpha``; may be empty.
@@ -67,19 +67,19 @@ class Subplot:
     view : ViewRange
     group : int
         Charts of one group have the x axis in common.
-    over_time : bool
+    shares_x_axis : bool
         Whether it shares its x axis with others: then only that is moved and zoomed.
     x_title, y_title : str
         Along its axes.
     x_log, y_log : bool
         Whether an axis is logarithmic.
-    clock : bool
+    x_is_time : bool
         Whether x is flight time.
     curves : tuple of FigureCurve
         Lines whose values the cursor reads.
     """
 
-    place: int
+    index: int
     name: str
     left: float
     top: float
@@ -87,26 +87,26 @@ class Subplot:
     bottom: float
     view: ViewRange
     group: int
-    over_time: bool
+    shares_x_axis: bool
     x_title: str = ""
     y_title: str = ""
     x_log: bool = False
     y_log: bool = False
-    clock: bool = False
+    x_is_time: bool = False
     curves: tuple[FigureCurve, ...] = field(default=(), compare=False)
 
-    def holds(self, x: float, y: float) -> bool:
+    def contains(self, x: float, y: float) -> bool:
         """Return whether a pixel lies within."""
         return self.left <= x <= self.right and self.top <= y <= self.bottom
 
-    def shares(self, x: float, y: float) -> tuple[float, float]:
+    def to_fractions(self, x: float, y: float) -> tuple[float, float]:
         """Return where a pixel lies: shares of width from the left and height from the bottom."""
         wide, high = max(self.right - self.left, 1.0), max(self.bottom - self.top, 1.0)
         return (x - self.left) / wide, (self.bottom - y) / high
 
-    def reading(self, view: ViewRange, x: float, y: float) -> str:
+    def value_text(self, view: ViewRange, x: float, y: float) -> str:
         """Return the values at a pixel: of the curves where there are any, else of the axes."""
-        across, up = self.shares(x, y)
+        across, up = self.to_fractions(x, y)
         at_x, at_y = (
             10.0**value if log else value
             for value, log in (
@@ -115,7 +115,7 @@ class Subplot:
             )
         )
         said = [f"{self.x_title} {at_x:.5g}"] if self.x_title else []
-        if self.clock:
+        if self.x_is_time:
             said = [clock_text(at_x, decimals=2)]
         values = [(one.label, one.value(at_x)) for one in self.curves]
         values = [(label, value) for label, value in values if np.isfinite(value)]
@@ -129,17 +129,17 @@ class Subplot:
         ]
         return "\n".join(said)
 
-    def boxed(
+    def view_in_rectangle(
         self, view: ViewRange, corner: tuple[float, float], other: tuple[float, float]
     ) -> ViewRange:
         """Return the part of a view within a rectangle, given by two pixels."""
-        (left, low), (right, high) = self.shares(*corner), self.shares(*other)
+        (left, low), (right, high) = self.to_fractions(*corner), self.to_fractions(*other)
         x, y = ((min(a, b), max(a, b)) for a, b in ((left, right), (low, high)))
         return ViewRange(x=_limits_part(view.x, x), y=_limits_part(view.y, y))
 
-    def seen_as(self, view: ViewRange, x: float, y: float) -> tuple[float, float]:
+    def map_to_view(self, view: ViewRange, x: float, y: float) -> tuple[float, float]:
         """Return where what was drawn at a pixel lies when the chart shows another view."""
-        across, up = self.shares(x, y)
+        across, up = self.to_fractions(x, y)
         across = _rescale_fraction(across, self.view.x, view.x)
         up = _rescale_fraction(up, self.view.y, view.y)
         return (
@@ -152,7 +152,7 @@ class Subplot:
 class ManeuverPoint:
     """One point that stands for a maneuver."""
 
-    pane: int
+    subplot_index: int
     maneuver: str
     x: float
     y: float
@@ -236,19 +236,19 @@ def next_point(
     if not spots:
         return None
     if current is None:
-        first = min(one.pane for one in spots)
-        return min((one for one in spots if one.pane == first), key=lambda one: (one.x, one.y))
+        first = min(one.subplot_index for one in spots)
+        return min((one for one in spots if one.subplot_index == first), key=lambda one: (one.x, one.y))
     if key in ("left", "right"):
-        row = sorted((one for one in spots if one.pane == current.pane), key=_point_sort_key)
+        row = sorted((one for one in spots if one.subplot_index == current.subplot_index), key=_point_sort_key)
         place = row.index(current) + (1 if key == "right" else -1)
         return row[min(max(place, 0), len(row) - 1)]
     same = [one for one in spots if one.maneuver == current.maneuver]
     if key == "down":
         return min(
-            (one for one in same if one.pane > current.pane), key=_point_subplot, default=current
+            (one for one in same if one.subplot_index > current.subplot_index), key=_point_subplot, default=current
         )
     return max(
-        (one for one in same if one.pane < current.pane), key=_point_subplot, default=current
+        (one for one in same if one.subplot_index < current.subplot_index), key=_point_subplot, default=current
     )
 
 
@@ -257,4 +257,4 @@ def _point_sort_key(spot: ManeuverPoint) -> tuple[float, float, str]:
 
 
 def _point_subplot(spot: ManeuverPoint) -> int:
-    return spot.pane
+    return spot.subplot_index

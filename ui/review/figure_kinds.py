@@ -65,11 +65,11 @@ class FigureKind:
     Attributes
     ----------
     id, title : str
-    tells : str
+    description : str
         What it shows, in a sentence.
     options : callable
         Returns the lists above it.
-    make : callable
+    build : callable
         Returns the picture, or why there is none.
     needs : {"", "heard", "comparison"}
         What has to be worked out first.
@@ -79,9 +79,9 @@ class FigureKind:
 
     id: str
     title: str
-    tells: str
+    description: str
     options: Callable[[FigureData], tuple[FigureOption, ...]]
-    make: Callable[[FigureData, Palette, FigureSize], DocumentFigure | str]
+    build: Callable[[FigureData, Palette, FigureSize], DocumentFigure | str]
     needs: Literal["", "heard", "comparison"] = ""
     table: Callable[[FigureData], DocumentTable | None] | None = None
 
@@ -119,7 +119,7 @@ def _build_values(material: FigureData, palette: Palette, room: FigureSize) -> D
         return "No maneuver of this run earned a derivative; the page Summary says why."
     return value_figure(
         material.outcome.summary, names, selected_choice(material, abscissa_option(material)), units=material.units,
-        known=material.known, palette=palette, across=best_column_count(len(names), room, _MIN_CHART_WIDTH),
+        known=material.priors, palette=palette, across=best_column_count(len(names), room, _MIN_CHART_WIDTH),
     )  # fmt: skip
 
 
@@ -128,7 +128,7 @@ def _build_values(material: FigureData, palette: Palette, room: FigureSize) -> D
 
 def _missing_fit_text(material: FigureData) -> str:
     """Return why there is nothing to draw of the maneuver that is looked at."""
-    looked_at = material.looked_at
+    looked_at = material.current_maneuver
     if looked_at.estimate is None:
         return f"Maneuver {looked_at.maneuver.id} could not be fitted: {looked_at.failure}."
     estimate = looked_at.estimate
@@ -148,8 +148,8 @@ def _build_fit(material: FigureData, palette: Palette, _room: FigureSize) -> Doc
     place = selected_choice(material, comparison_run_option(material))
     other = material.others[int(place)] if place else None
     picture = fit_figure(
-        material.looked_at, units=material.units, palette=palette,
-        other=None if other is None else find_result(other, material.looked_at.maneuver.id),
+        material.current_maneuver, units=material.units, palette=palette,
+        other=None if other is None else find_result(other, material.current_maneuver.maneuver.id),
         other_name="" if other is None else format_run_name(other),
     )  # fmt: skip
     return picture or _missing_fit_text(material)
@@ -158,7 +158,7 @@ def _build_fit(material: FigureData, palette: Palette, _room: FigureSize) -> Doc
 def _methods_figure_data(material: FigureData) -> DocumentTable | None:
     from gsapp.report.gust_text import method_comparison_table
 
-    return method_comparison_table(material.looked_at)
+    return method_comparison_table(material.current_maneuver)
 
 
 def _build_residuals(
@@ -166,8 +166,8 @@ def _build_residuals(
 ) -> DocumentFigure | str:
     from gsapp.report.fit_figures import residual_figure
 
-    picture = residual_figure(material.looked_at, units=material.units, palette=palette)
-    estimate = material.looked_at.estimate
+    picture = residual_figure(material.current_maneuver, units=material.units, palette=palette)
+    estimate = material.current_maneuver.estimate
     if picture is None and estimate is not None and estimate.method != "ml":
         return _NO_RESIDUALS_TEXT.format(method=_METHOD_TITLES[estimate.method])
     return picture or _missing_fit_text(material)
@@ -179,7 +179,7 @@ def _selected_fit(material: FigureData) -> tuple[Estimate | None, str]:
     if key.startswith(JOINT_PREFIX):
         one = material.outcome.result.joint[int(key.removeprefix(JOINT_PREFIX))]
         return one, f"{len(one.maneuvers)} {axis_text(one)} maneuvers together"
-    looked_at = material.looked_at
+    looked_at = material.current_maneuver
     return looked_at.estimate, f"maneuver {looked_at.maneuver.id} of {looked_at.maneuver.flight}"
 
 
@@ -216,7 +216,7 @@ def _build_ftr_history(
 ) -> DocumentFigure | str:
     from gsapp.report.online_figures import online_estimates_figure
 
-    flights = list(material.heard or ())
+    flights = list(material.ftr_histories or ())
     name = selected_choice(material, flight_option(material))
     one = next((one for one in flights if one.flight == name), None)
     if one is None or not one.histories:
@@ -296,46 +296,46 @@ def _build_mode_table(material: FigureData) -> DocumentTable | None:
 FIGURE_KINDS = (
     FigureKind(
         id="values", title="Values",
-        tells="Each derivative, maneuver by maneuver, with bounds and mean.",
-        options=lambda material: (derivative_group_option(material), abscissa_option(material)), make=_build_values,
+        description="Each derivative, maneuver by maneuver, with bounds and mean.",
+        options=lambda material: (derivative_group_option(material), abscissa_option(material)), build=_build_values,
     ),
     FigureKind(
         id="fit", title="Fit",
-        tells="What was moved, and measured against computed responses or coefficients.",
-        options=lambda material: (maneuver_option(material), comparison_run_option(material)), make=_build_fit,
+        description="What was moved, and measured against computed responses or coefficients.",
+        options=lambda material: (maneuver_option(material), comparison_run_option(material)), build=_build_fit,
         table=_methods_figure_data,
     ),
     FigureKind(
         id="residuals", title="Residuals",
-        tells="What the fit leaves over, and whether it is white.",
-        options=lambda material: (maneuver_option(material),), make=_build_residuals,
+        description="What the fit leaves over, and whether it is white.",
+        options=lambda material: (maneuver_option(material),), build=_build_residuals,
     ),
     FigureKind(
         id="online", title="In flight",
-        tells="Derivatives as FTR formed them, against the points on the ground.",
-        options=lambda material: (flight_option(material), ftr_axis_option(material)), make=_build_ftr_history,
+        description="Derivatives as FTR formed them, against the points on the ground.",
+        options=lambda material: (flight_option(material), ftr_axis_option(material)), build=_build_ftr_history,
         needs="heard",
     ),
     FigureKind(
         id="linear", title="Linear models",
-        tells="Linear models on maneuvers that they never saw.",
-        options=lambda material: (linear_model_axis_option(material), held_out_option(material)), make=_build_linear,
+        description="Linear models on maneuvers that they never saw.",
+        options=lambda material: (linear_model_axis_option(material), held_out_option(material)), build=_build_linear,
         needs="comparison", table=_build_error_table,
     ),
     FigureKind(
         id="correlations", title="Correlations",
-        tells="What a fit cannot tell apart.",
-        options=lambda material: (fit_option(material),), make=_build_correlations,
+        description="What a fit cannot tell apart.",
+        options=lambda material: (fit_option(material),), build=_build_correlations,
     ),
     FigureKind(
         id="bounds", title="Bounds",
-        tells="Bounds in percent, as white noise would have them and corrected.",
-        options=lambda material: (fit_option(material),), make=_build_bounds,
+        description="Bounds in percent, as white noise would have them and corrected.",
+        options=lambda material: (fit_option(material),), build=_build_bounds,
     ),
     FigureKind(
         id="modes", title="Modes",
-        tells="Poles of the linear models with frequency and damping.",
-        options=lambda _material: (), make=_build_modes, table=_build_mode_table,
+        description="Poles of the linear models with frequency and damping.",
+        options=lambda _material: (), build=_build_modes, table=_build_mode_table,
     ),
 )  # fmt: skip
 """In the order in which a review takes them."""

@@ -47,7 +47,7 @@ class FigureOption:
 
 def selected_choice(material: FigureData, option: FigureOption) -> str:
     """Return what is chosen in a list: the first where the last choice is not there."""
-    wanted = material.chosen.get(option.id, "")
+    wanted = material.selected_options.get(option.id, "")
     keys = [key for key, _ in option.choices]
     return wanted if wanted in keys else keys[0] if keys else ""
 
@@ -117,11 +117,11 @@ def maneuver_option(material: FigureData) -> FigureOption:
 
 def comparison_run_option(material: FigureData) -> FigureOption:
     """Return the runs that a fit can be compared with: those that computed the same, too."""
-    shown = _computed_channels(material.looked_at)
+    shown = _computed_channels(material.current_maneuver)
     comparable = [
         (str(place), format_run_name(one))
         for place, one in enumerate(material.others)
-        if (found := find_result(one, material.looked_at.maneuver.id)) is not None
+        if (found := find_result(one, material.current_maneuver.maneuver.id)) is not None
         and shown & _computed_channels(found)
     ]
     return FigureOption(
@@ -155,7 +155,7 @@ def flight_option(material: FigureData) -> FigureOption:
     return FigureOption(
         id="flight",
         title="Flight",
-        choices=tuple((one.flight, one.flight) for one in material.heard or ()),
+        choices=tuple((one.flight, one.flight) for one in material.ftr_histories or ()),
     )
 
 

@@ -24,7 +24,7 @@ def paint_selection(
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     for spot in chosen:
-        here = current is not None and current.pane == spot.pane
+        here = current is not None and current.subplot_index == spot.subplot_index
         radius = look.px(_FOCUS_RADIUS if here else _RING_RADIUS)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         # A light ring within a dark one is seen on every color.
@@ -68,8 +68,8 @@ def paint_transformed(
     source = QRectF(
         box.left() * ratio, box.top() * ratio, box.width() * ratio, box.height() * ratio
     )
-    first = QPointF(*pane.seen_as(view, pane.left, pane.top))
-    last = QPointF(*pane.seen_as(view, pane.right, pane.bottom))
+    first = QPointF(*pane.map_to_view(view, pane.left, pane.top))
+    last = QPointF(*pane.map_to_view(view, pane.right, pane.bottom))
     painter.save()
     painter.setClipRect(box)
     painter.fillRect(box, look.color("panel"))

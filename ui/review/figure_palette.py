@@ -18,11 +18,11 @@ def window_palette(theme: Theme) -> Palette:
     return Palette(
         background=theme.plot,
         ink=theme.text,
-        quiet=theme.muted,
+        secondary_ink=theme.muted,
         faint=mix_colors(theme.plot, theme.axis, 0.55).name(),
         previous=theme.previous,
         band=mix_colors(theme.plot, theme.traces["blue"], _BAND_ON_DARK if dark else _BAND).name(),
-        left_out=theme.previous,
+        excluded=theme.previous,
         traces=theme.traces,
-        weight=theme.line_width / _PRINT_LINE_WIDTH,
+        line_scale=theme.line_width / _PRINT_LINE_WIDTH,
     )

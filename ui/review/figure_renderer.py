@@ -52,9 +52,9 @@ class RenderRequest:
 
     Attributes
     ----------
-    number : int
+    request_id : int
         Orders count up.
-    make : callable
+    build : callable
         Returns the picture for a palette and the room there is, or why there is none, in words.
     palette : callable
         Returns the colors; called in the thread.
@@ -67,8 +67,8 @@ class RenderRequest:
         What charts are to show other than everything, by their place.
     """
 
-    number: int
-    make: Callable[[Palette, FigureSize], DocumentFigure | str]
+    request_id: int
+    build: Callable[[Palette, FigureSize], DocumentFigure | str]
     palette: Callable[[], Palette]
     room: FigureSize
     dpi: float
@@ -82,26 +82,26 @@ class RenderedFigure:
 
     Attributes
     ----------
-    order : RenderRequest
+    request : RenderRequest
     picture : DocumentFigure or None
         None where there is nothing to draw.
-    words : str
+    message : str
         Why not.
     image : QImage or None
     width, height : int
         Logical pixels.
-    panes : tuple of Subplot
-    spots : tuple of ManeuverPoint
+    subplots : tuple of Subplot
+    points : tuple of ManeuverPoint
     """
 
-    order: RenderRequest
+    request: RenderRequest
     picture: DocumentFigure | None = None
-    words: str = ""
+    message: str = ""
     image: QImage | None = None
     width: int = 0
     height: int = 0
-    panes: tuple[Subplot, ...] = ()
-    spots: tuple[ManeuverPoint, ...] = ()
+    subplots: tuple[Subplot, ...] = ()
+    points: tuple[ManeuverPoint, ...] = ()
 
 
 def render_figure(order: RenderRequest) -> RenderedFigure:
@@ -112,9 +112,9 @@ def render_figure(order: RenderRequest) -> RenderedFigure:
     from gsapp.report.document import figure_style
 
     palette = order.palette()
-    picture = order.make(palette, order.room)
+    picture = order.build(palette, order.room)
     if isinstance(picture, str):
-        return RenderedFigure(order=order, words=picture)
+        return RenderedFigure(request=order, message=picture)
     least, most = _MIN_SCALE * picture.height, _MAX_SCALE * picture.height
     height = max(min(order.room.height, most), least)
     with figure_style(palette):
@@ -133,9 +133,9 @@ def render_figure(order: RenderRequest) -> RenderedFigure:
         image = QImage(pixels.tobytes(), wide, high, 4 * wide, QImage.Format.Format_RGBA8888).copy()
         image.setDevicePixelRatio(order.ratio)
         return RenderedFigure(
-            order=order, picture=picture, image=image,
+            request=order, picture=picture, image=image,
             width=round(wide / order.ratio), height=round(high / order.ratio),
-            panes=_extract_subplots(figure, order.ratio), spots=_extract_points(figure, order.ratio),
+            subplots=_extract_subplots(figure, order.ratio), points=_extract_points(figure, order.ratio),
         )  # fmt: skip
 
 
@@ -180,7 +180,7 @@ def _extract_subplots(figure: Figure, ratio: float) -> tuple[Subplot, ...]:
         titles = (one.get_xlabel() for one in sorted(shared, key=places.__getitem__))
         found.append(
             Subplot(
-                place=place,
+                index=place,
                 name=axes.get_gid() or "",
                 left=box.x0 / ratio,
                 top=(tall - box.y1) / ratio,
@@ -191,12 +191,12 @@ def _extract_subplots(figure: Figure, ratio: float) -> tuple[Subplot, ...]:
                     y=_read_limits(axes.get_ylim(), axes.get_yscale()),
                 ),
                 group=min(siblings),
-                over_time=len(siblings) > 1,
+                shares_x_axis=len(siblings) > 1,
                 x_title=mathtext_to_plain(next(filter(None, titles), "")),
                 y_title=mathtext_to_plain(axes.get_ylabel() or axes.get_title(loc="left")),
                 x_log=axes.get_xscale() == "log",
                 y_log=axes.get_yscale() == "log",
-                clock=isinstance(axes.xaxis.get_major_formatter(), ClockFormatter),
+                x_is_time=isinstance(axes.xaxis.get_major_formatter(), ClockFormatter),
                 curves=_extract_curves(axes),
             )
         )
@@ -218,7 +218,7 @@ def _extract_points(figure: Figure, ratio: float) -> tuple[ManeuverPoint, ...]:
             for name, (x, y) in zip(names, pixels, strict=True):
                 if np.isfinite(x + y) and box.contains(x, y):
                     spot = ManeuverPoint(
-                        pane=place, maneuver=name, x=float(x / ratio), y=float((tall - y) / ratio)
+                        subplot_index=place, maneuver=name, x=float(x / ratio), y=float((tall - y) / ratio)
                     )
                     found.append(spot)
     return tuple(found)
@@ -253,14 +253,14 @@ class FigureRenderer(QObject):
         """Return whether an order has not been drawn yet."""
         return self._newest != 0
 
-    def next_number(self) -> int:
+    def next_request_id(self) -> int:
         """Return the number of the next order."""
         return next(self._counter)
 
-    def begin(self, order: RenderRequest) -> None:
+    def submit(self, order: RenderRequest) -> None:
         """Draw this and nothing that was ordered before."""
         with self._something:
-            self._newest = order.number
+            self._newest = order.request_id
             self._waiting = order
             if self._thread is None:
                 # The program waits for it at its end: what draws must not be cut off within.
@@ -282,7 +282,7 @@ class FigureRenderer(QObject):
             except Exception as error:
                 problem = error
             try:
-                self._ended.emit(result if problem is None else order.number, problem)
+                self._ended.emit(result if problem is None else order.request_id, problem)
             except RuntimeError:
                 # The window was closed meanwhile and this object with it.
                 return
@@ -297,7 +297,7 @@ class FigureRenderer(QObject):
         return order if threading.main_thread().is_alive() else None
 
     def _end(self, result: object, problem: object) -> None:
-        number = result.order.number if isinstance(result, RenderedFigure) else result
+        number = result.request.request_id if isinstance(result, RenderedFigure) else result
         if number != self._newest:
             return
         self._newest = 0

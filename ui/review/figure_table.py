@@ -57,7 +57,7 @@ class ReportTable(QWidget):
             self._look, table.caption, table.columns, stretch=0, widths=widths,
             right=table.numeric, most=_MAX_VISIBLE_ROWS,
         )  # fmt: skip
-        self.lines.show_lines(
+        self.lines.show_rows(
             [TableRow(key=place, cells=row) for place, row in enumerate(table.rows)]
         )
         self._column.addWidget(self.lines)

@@ -110,12 +110,12 @@ class FigureView(QScrollArea):
         return timer
 
     @property
-    def drawing(self) -> RenderedFigure | None:
+    def rendered_figure(self) -> RenderedFigure | None:
         """Return what is on screen."""
-        return self.canvas.drawing
+        return self.canvas.rendered_figure
 
     @property
-    def settled(self) -> bool:
+    def is_up_to_date(self) -> bool:
         """Return whether what is on screen is what is wanted."""
         return not (self._soon.isActive() or self.drawer.busy)
 
@@ -131,12 +131,12 @@ class FigureView(QScrollArea):
         self._make = make
         self._fits = False
         if not same:
-            self.canvas.forget_views()
+            self.canvas.discard_views()
             self.verticalScrollBar().setValue(0)
         self._soon.start()
 
     @property
-    def room(self) -> FigureSize:
+    def available_size(self) -> FigureSize:
         """Return the inches there are: beside a scroll bar, above what stands below."""
         wide, high = self._pixels()
         dpi = self._dpi
@@ -176,37 +176,37 @@ class FigureView(QScrollArea):
             return window_palette(theme)
 
         order = RenderRequest(
-            number=self.drawer.next_number(), make=self._make, palette=palette, room=self.room,
+            request_id=self.drawer.next_request_id(), build=self._make, palette=palette, room=self.available_size,
             dpi=self._dpi, ratio=self.devicePixelRatioF(), views=dict(self.canvas.views),
         )  # fmt: skip
-        if self.drawing is None:
+        if self.rendered_figure is None:
             self.canvas.setFixedSize(self.viewport().size())
-        self._ordered = RenderedFigure(order=order)
-        self.drawer.begin(order)
+        self._ordered = RenderedFigure(request=order)
+        self.drawer.submit(order)
         self._hint.start()
 
     def _say(self) -> None:
         if self.drawer.busy:
-            self.canvas.show_waiting("Drawing…")
+            self.canvas.show_progress_text("Drawing…")
 
     def _show(self, drawing: RenderedFigure) -> None:
         self._hint.stop()
-        self.canvas.show_drawing(drawing)
+        self.canvas.show_rendered_figure(drawing)
         if drawing.picture is None:
             self.canvas.setFixedSize(self.viewport().size())
-            self.canvas.setAccessibleDescription(drawing.words)
+            self.canvas.setAccessibleDescription(drawing.message)
         else:
             self.canvas.setFixedSize(drawing.width, drawing.height)
             self.canvas.setAccessibleDescription(drawing.picture.caption)
         self.drawn.emit(drawing)
-        if not self._fits and abs(self.room.height - drawing.order.room.height) > _SIZE_TOLERANCE:
+        if not self._fits and abs(self.available_size.height - drawing.request.room.height) > _SIZE_TOLERANCE:
             # What stands below takes another height than it did: once more, but only once.
             self._fits = True
             self._soon.start()
 
     def _fail(self, error: object) -> None:
         words = f"This figure could not be drawn: {error}."
-        self._show(replace(self._ordered, words=words))
+        self._show(replace(self._ordered, message=words))
         self.failed.emit(error)
 
     def _restyle(self) -> None:

@@ -30,114 +30,114 @@ class FigureWidget(QWidget):
 
     Attributes
     ----------
-    drawing : RenderedFigure or None
+    rendered_figure : RenderedFigure or None
     views : dict of int to ViewRange
         What charts are to show other than everything, by their place.
-    whole : dict of int to ViewRange
+    full_views : dict of int to ViewRange
         What charts show when they show everything.
     maneuver : str
         The one that is ringed.
     current : ManeuverPoint or None
         The point that the keyboard stands on.
-    place : int
+    subplot_index : int
         Of the chart that the keyboard stands in.
     """
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
-        self.drawing: RenderedFigure | None = None
+        self.rendered_figure: RenderedFigure | None = None
         self.views: dict[int, ViewRange] = {}
-        self.whole: dict[int, ViewRange] = {}
+        self.full_views: dict[int, ViewRange] = {}
         self.maneuver = ""
         self.current: ManeuverPoint | None = None
-        self.place = 0
+        self.subplot_index = 0
         self._waiting = ""
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
 
-    def show_drawing(self, drawing: RenderedFigure) -> None:
+    def show_rendered_figure(self, drawing: RenderedFigure) -> None:
         """Show a finished figure; the point that the keyboard stands on stays where it is there."""
         former = self.current
-        self.drawing = drawing
-        if not drawing.order.views:
-            self.whole = {pane.place: pane.view for pane in drawing.panes}
+        self.rendered_figure = drawing
+        if not drawing.request.views:
+            self.full_views = {pane.index: pane.view for pane in drawing.subplots}
         self.current = None
         if former is not None:
-            self.current = find_same_point(drawing.spots, former)
-        if self.place not in {one.place for one in drawing.panes}:
-            self.place = drawing.panes[0].place if drawing.panes else 0
+            self.current = find_same_point(drawing.points, former)
+        if self.subplot_index not in {one.index for one in drawing.subplots}:
+            self.subplot_index = drawing.subplots[0].index if drawing.subplots else 0
         self._waiting = ""
         self.updateGeometry()
         self.update()
 
-    def show_waiting(self, words: str) -> None:
+    def show_progress_text(self, words: str) -> None:
         """Say what is being done in the corner of what is there."""
         self._waiting = words
         self.update()
 
-    def choose(self, maneuver: str) -> None:
+    def select_maneuver(self, maneuver: str) -> None:
         """Ring the points of a maneuver."""
         self.maneuver = maneuver
         if self.current is not None:
-            self.current = find_same_point(self.spots, replace(self.current, maneuver=maneuver))
+            self.current = find_same_point(self.points, replace(self.current, maneuver=maneuver))
         self.update()
 
-    def forget_views(self) -> None:
+    def discard_views(self) -> None:
         """Show everything with the next drawing."""
         self.views = {}
         self.current = None
 
     def sizeHint(self) -> QSize:
         """Return the size of what is drawn."""
-        drawing = self.drawing
+        drawing = self.rendered_figure
         return QSize(drawing.width, drawing.height) if drawing is not None else QSize(0, 0)
 
     @property
-    def panes(self) -> tuple[Subplot, ...]:
+    def subplots(self) -> tuple[Subplot, ...]:
         """Return the charts."""
-        return self.drawing.panes if self.drawing is not None else ()
+        return self.rendered_figure.subplots if self.rendered_figure is not None else ()
 
     @property
-    def spots(self) -> tuple[ManeuverPoint, ...]:
+    def points(self) -> tuple[ManeuverPoint, ...]:
         """Return the points where they were drawn."""
-        return self.drawing.spots if self.drawing is not None else ()
+        return self.rendered_figure.points if self.rendered_figure is not None else ()
 
-    def pane(self, place: int) -> Subplot | None:
+    def subplot_at(self, place: int) -> Subplot | None:
         """Return a chart by its place."""
-        return next((one for one in self.panes if one.place == place), None)
+        return next((one for one in self.subplots if one.index == place), None)
 
-    def shown_spots(self) -> tuple[ManeuverPoint, ...]:
+    def visible_points(self) -> tuple[ManeuverPoint, ...]:
         """Return the points where they lie on screen now, those out of sight left out."""
         if not self.views:
-            return self.spots
+            return self.points
         found = []
-        for one in self.spots:
-            pane = self.pane(one.pane)
+        for one in self.points:
+            pane = self.subplot_at(one.subplot_index)
             if pane is None:
                 continue
-            x, y = pane.seen_as(self.view_of(pane), one.x, one.y)
-            if pane.holds(x, y) or views_match(self.view_of(pane), pane.view):
+            x, y = pane.map_to_view(self.view_of(pane), one.x, one.y)
+            if pane.contains(x, y) or views_match(self.view_of(pane), pane.view):
                 found.append(replace(one, x=x, y=y))
         return tuple(found)
 
     def view_of(self, pane: Subplot) -> ViewRange:
         """Return what a chart is to show."""
-        return self.views.get(pane.place, pane.view)
+        return self.views.get(pane.index, pane.view)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Draw the picture, what is chosen in it, and where the keyboard is."""
         painter = QPainter(self)
         painter.fillRect(self.rect(), self._look.color("panel"))
-        drawing = self.drawing
+        drawing = self.rendered_figure
         if drawing is not None and drawing.image is not None:
             painter.drawImage(0, 0, drawing.image)
-            for pane in drawing.panes:
+            for pane in drawing.subplots:
                 if not views_match(self.view_of(pane), pane.view):
                     paint_transformed(painter, drawing.image, pane, self.view_of(pane), self._look)
-            chosen = [one for one in self.shown_spots() if one.maneuver == self.maneuver]
+            chosen = [one for one in self.visible_points() if one.maneuver == self.maneuver]
             paint_selection(painter, chosen, self.current, self._look)
         elif drawing is not None:
-            paint_message(painter, QRectF(self.rect()), drawing.words, self._look)
+            paint_message(painter, QRectF(self.rect()), drawing.message, self._look)
         if self._waiting:
             paint_busy(painter, QRectF(self.rect()), self._waiting, self._look)
         if self.hasFocus():
@@ -157,5 +157,5 @@ class FigureWidget(QWidget):
 
 def find_same_point(spots: Sequence[ManeuverPoint], wanted: ManeuverPoint) -> ManeuverPoint | None:
     """Return the point of the same maneuver in the same chart."""
-    pair = (wanted.pane, wanted.maneuver)
-    return next((one for one in spots if (one.pane, one.maneuver) == pair), None)
+    pair = (wanted.subplot_index, wanted.maneuver)
+    return next((one for one in spots if (one.subplot_index, one.maneuver) == pair), None)

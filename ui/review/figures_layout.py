@@ -94,7 +94,7 @@ class FiguresLayout(QWidget):
         made.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         for kind in FIGURE_KINDS:
             made.addItem(kind.title)
-            made.item(made.count() - 1).setToolTip(kind.tells)
+            made.item(made.count() - 1).setToolTip(kind.description)
         made.setCurrentRow(0)
         made.currentRowChanged.connect(lambda place: self.kind_chosen.emit(FIGURE_KINDS[place].id))
         return made
@@ -107,7 +107,7 @@ class FiguresLayout(QWidget):
         self._bar = FlowLayout(bar, spacing=self._look.px(8))
         self.figure_choice = LabeledComboBox(self._look, "Figure")
         self.figure_choice.box.currentIndexChanged.connect(
-            lambda _place: self.kind_chosen.emit(self.figure_choice.value)
+            lambda _place: self.kind_chosen.emit(self.figure_choice.current_key)
         )
         self._bar.addWidget(self.figure_choice)
         self.choices: dict[str, LabeledComboBox] = {}
@@ -117,9 +117,9 @@ class FiguresLayout(QWidget):
         """Show which figure of the list is on screen."""
         with QSignalBlocker(self.list):
             self.list.setCurrentRow(FIGURE_KINDS.index(kind))
-        self.figure_choice.show_choices([(one.id, one.title) for one in FIGURE_KINDS], kind.id)
+        self.figure_choice.set_choices([(one.id, one.title) for one in FIGURE_KINDS], kind.id)
         for widget in (self.view, self.view.canvas):
-            widget.setAccessibleName(f"{kind.title}: {kind.tells}")
+            widget.setAccessibleName(f"{kind.title}: {kind.description}")
 
     def show_options(self, options: Sequence[tuple[FigureOption, str]]) -> None:
         """Show the lists above the figure, each with the key that is chosen."""
@@ -128,7 +128,7 @@ class FiguresLayout(QWidget):
                 choice = LabeledComboBox(self._look, option.title, letters=_COMBO_CHARACTERS)
                 choice.box.currentIndexChanged.connect(
                     lambda _place, name=option.id: self.option_chosen.emit(
-                        name, self.choices[name].value
+                        name, self.choices[name].current_key
                     )
                 )
                 self.choices[option.id] = choice
@@ -136,12 +136,12 @@ class FiguresLayout(QWidget):
             choice = self.choices[option.id]
             choice.title.setText(option.title)
             choice.box.setAccessibleName(option.title)
-            choice.show_choices(option.choices, key)
+            choice.set_choices(option.choices, key)
         shown = {option.id for option, _ in options if option.choices}
         for name, choice in self.choices.items():
             choice.setVisible(name in shown)
 
-    def tell(self, words: str) -> None:
+    def show_message(self, words: str) -> None:
         """Say something under the figure: what is chosen in it, or what became of it."""
         self.detail.setText(words)
         self.detail.setVisible(bool(words))

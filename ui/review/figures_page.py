@@ -52,7 +52,7 @@ class FiguresPage(ReviewStepPage):
     ----------
     actions : mapping of str to QAction
         The commands.
-    look : DisplayStyle
+    display_style : DisplayStyle
         Colors, sizes, units.
     store : SettingsStore
         Remembers the folder that figures are saved in.
@@ -94,12 +94,12 @@ class FiguresPage(ReviewStepPage):
         self.view.drawn.connect(self._drawn)
         self.view.failed.connect(_log_failure)
         canvas = self.view.canvas
-        self.menu = FigureMenu(canvas, self._file, self._content, canvas.show_all)
-        self.menu.reported.connect(self.frame.tell)
+        self.menu = FigureMenu(canvas, self._file, self._content, canvas.reset_views)
+        self.menu.message_posted.connect(self.frame.show_message)
         canvas.addActions([actions["review_open_fit"], actions["review_exclude"]])
-        self.view.canvas.spot_chosen.connect(self._spot_chosen)
-        self.view.canvas.opened.connect(self.open_fit)
-        self.view.canvas.pane_opened.connect(self._open_pane)
+        self.view.canvas.point_selected.connect(self._spot_chosen)
+        self.view.canvas.fit_requested.connect(self.open_fit)
+        self.view.canvas.subplot_opened.connect(self._open_pane)
         self._needs.changed.connect(self._needed)
         selection.maneuver_changed.connect(self._maneuver_chosen)
         selection.derivative_changed.connect(self._derivative_chosen)
@@ -119,9 +119,9 @@ class FiguresPage(ReviewStepPage):
             "review_figure_next_maneuver": lambda: self._next_maneuver(1),
             "review_open_fit": lambda: self.open_fit(self._selection.maneuver),
             "review_exclude": self.exclude,
-            "review_figure_copy": self.menu.copy_picture,
+            "review_figure_copy": self.menu.copy_figure,
             "review_figure_copy_numbers": self.menu.copy_numbers,
-            "review_figure_save": self.menu.ask,
+            "review_figure_save": self.menu.save_as,
         }
 
     @property
@@ -139,7 +139,7 @@ class FiguresPage(ReviewStepPage):
     @property
     def _is_drawn(self) -> bool:
         """Return whether a figure is on screen, not a sentence why there is none."""
-        drawing = self.view.drawing
+        drawing = self.view.rendered_figure
         return drawing is not None and drawing.picture is not None
 
     @property
@@ -148,9 +148,9 @@ class FiguresPage(ReviewStepPage):
         if self._material is None:
             return StepStatus(state="unknown")
         outcome = self._material.outcome
-        out = len(outcome.summary.without)
+        out = len(outcome.summary.excluded_maneuvers)
         words = f"{format_run_name(outcome)}, {out} left out" if out else format_run_name(outcome)
-        return StepStatus(state="plain", words=words)
+        return StepStatus(state="plain", text=words)
 
     def begin(self) -> None:
         """Put the keyboard into the figure, or on the list where there is none."""
@@ -167,19 +167,19 @@ class FiguresPage(ReviewStepPage):
             return
         if former is not None and former.outcome.result is outcome.result:
             if former.outcome is not outcome:
-                self._exclusions.show(outcome.summary.without)
+                self._exclusions.set_excluded(outcome.summary.excluded_maneuvers)
                 self._take(replace(former, outcome=outcome), same=True)
             return
         before = () if former is None else (former.outcome, *former.others)
         others = tuple(one for one in before if one.result is not outcome.result)
         self._exclusions = ManeuverExclusions()
-        self._exclusions.show(outcome.summary.without)
-        self._needs.forget(outcome)
+        self._exclusions.set_excluded(outcome.summary.excluded_maneuvers)
+        self._needs.reset(outcome)
         self._follow_flight(outcome, self._selection.maneuver)
         self._take(
             FigureData(
-                outcome=outcome, others=others[:PREVIOUS_RUN_COUNT], units=self.look.units,
-                maneuver=self._selection.maneuver, heard=self._needs.heard, chosen=self._chosen,
+                outcome=outcome, others=others[:PREVIOUS_RUN_COUNT], units=self.display_style.units,
+                maneuver=self._selection.maneuver, ftr_histories=self._needs.ftr_histories, selected_options=self._chosen,
             )
         )  # fmt: skip
 
@@ -192,7 +192,7 @@ class FiguresPage(ReviewStepPage):
         """Show what was worked out meanwhile."""
         if self._material is not None:
             self._take(
-                replace(self._material, heard=self._needs.heard, comparison=self._needs.comparison)
+                replace(self._material, ftr_histories=self._needs.ftr_histories, comparison=self._needs.comparison)
             )
 
     # What is shown
@@ -200,7 +200,7 @@ class FiguresPage(ReviewStepPage):
     def show_kind(self, name: str) -> None:
         """Show another figure."""
         self.kind = next(one for one in FIGURE_KINDS if one.id == name)
-        self._needs.again()
+        self._needs.allow_retry()
         self._refresh()
         self.changed.emit()
 
@@ -210,7 +210,7 @@ class FiguresPage(ReviewStepPage):
 
     def _refresh(self, *, same: bool = False) -> None:
         material, kind, frame = self._material, self.kind, self.frame
-        frame.tell("")
+        frame.show_message("")
         frame.show_kind(kind)
         options = () if material is None else kind.options(material)
         frame.show_options([(one, self._key(one)) for one in options])
@@ -218,12 +218,12 @@ class FiguresPage(ReviewStepPage):
             self.view.show_figure(lambda _palette, _room: _NO_RUN_FIGURES_TEXT)
             return
         if kind.needs and getattr(material, kind.needs) is None:
-            words = self._needs.ask(kind.needs, material.outcome)
+            words = self._needs.request(kind.needs, material.outcome)
             if getattr(self._material, kind.needs) is None:
                 self.view.show_figure(lambda _palette, _room: words)
             return
-        self.view.canvas.choose(self._selection.maneuver)
-        self.view.show_figure(lambda palette, room: kind.make(material, palette, room), same=same)
+        self.view.canvas.select_maneuver(self._selection.maneuver)
+        self.view.show_figure(lambda palette, room: kind.build(material, palette, room), same=same)
 
     def _key(self, option: FigureOption) -> str:
         """Return what is chosen in a list; the maneuver is the one that all pages look at."""
@@ -231,7 +231,7 @@ class FiguresPage(ReviewStepPage):
             return ""
         key = selected_choice(self._material, option)
         if option.id == "maneuver" and not key.startswith(JOINT_PREFIX):
-            return self._material.looked_at.maneuver.id
+            return self._material.current_maneuver.maneuver.id
         return key
 
     def _choose(self, name: str, value: str) -> None:
@@ -240,8 +240,8 @@ class FiguresPage(ReviewStepPage):
         if self._material is None:
             return
         if name == "maneuver" and not value.startswith(JOINT_PREFIX):
-            self._selection.choose_maneuver(value)
-        self._take(replace(self._material, chosen=dict(self._chosen)))
+            self._selection.select_maneuver(value)
+        self._take(replace(self._material, selected_options=dict(self._chosen)))
 
     def _file(self) -> Path:
         return (
@@ -258,7 +258,7 @@ class FiguresPage(ReviewStepPage):
             from gsapp.report.figure_files import export_figure
             from gsapp.report.palette import PRINT_PALETTE
 
-            picture = kind.make(material, PRINT_PALETTE, FigureSize(width=FIGURE_WIDTH, height=0.0))
+            picture = kind.build(material, PRINT_PALETTE, FigureSize(width=FIGURE_WIDTH, height=0.0))
             if isinstance(picture, str):
                 raise FlightError(picture)
             return export_figure(picture, ending)
@@ -282,32 +282,32 @@ class FiguresPage(ReviewStepPage):
     def _show_detail(self) -> None:
         """Describe the chosen maneuver below the figure, if the figure has a point for it."""
         canvas, chosen_name = self.view.canvas, self._selection.maneuver
-        charts = [canvas.pane(one.pane) for one in canvas.spots if one.maneuver == chosen_name]
+        charts = [canvas.subplot_at(one.subplot_index) for one in canvas.points if one.maneuver == chosen_name]
         derivatives = {pane.name.partition(":")[2] for pane in charts if pane is not None}
         if self._material is None or not derivatives:
-            self.frame.tell("")
+            self.frame.show_message("")
             return
         derivative = self._selection.derivative
         words = describe_point(
             self._material, derivative if derivative in derivatives else "", chosen_name
         )
-        self.frame.tell(" · ".join(words.splitlines()))
+        self.frame.show_message(" · ".join(words.splitlines()))
 
     # Choosing
 
     def _spot_chosen(self, pane: str, maneuver: str) -> None:
-        self._selection.choose_derivative(pane.partition(":")[2] or self._selection.derivative)
-        self._selection.choose_maneuver(maneuver)
+        self._selection.select_derivative(pane.partition(":")[2] or self._selection.derivative)
+        self._selection.select_maneuver(maneuver)
         self._show_detail()
 
     def _maneuver_chosen(self, maneuver: str) -> None:
-        self.view.canvas.choose(maneuver)
+        self.view.canvas.select_maneuver(maneuver)
         material = self._material
         if material is None:
             return
         self._chosen.pop("maneuver", None)
         self._follow_flight(material.outcome, maneuver)
-        self._material = replace(material, maneuver=maneuver, chosen=dict(self._chosen))
+        self._material = replace(material, maneuver=maneuver, selected_options=dict(self._chosen))
         if self._follows(material):
             self._refresh()
         self._show_detail()
@@ -337,7 +337,7 @@ class FiguresPage(ReviewStepPage):
             "_0"
         ):
             self._chosen["group"] = derivative
-            self._take(replace(material, chosen=dict(self._chosen)))
+            self._take(replace(material, selected_options=dict(self._chosen)))
         self._show_detail()
 
     def _open_pane(self, pane: str) -> None:
@@ -350,11 +350,11 @@ class FiguresPage(ReviewStepPage):
             return
         alone = selected_choice(material, derivative_group_option(material)) == name
         self._chosen["group"] = name.partition("_")[0] if alone else name
-        self._take(replace(material, chosen=dict(self._chosen)))
+        self._take(replace(material, selected_options=dict(self._chosen)))
 
     def open_fit(self, maneuver: str) -> None:
         """Show the fit of a maneuver."""
-        self._selection.choose_maneuver(maneuver)
+        self._selection.select_maneuver(maneuver)
         self.show_kind("fit")
         self.view.setFocus()
 
@@ -362,10 +362,10 @@ class FiguresPage(ReviewStepPage):
         if self._material is None:
             return
         ids = [one.maneuver.id for one in self._material.outcome.result.results]
-        place = ids.index(self._material.looked_at.maneuver.id)
+        place = ids.index(self._material.current_maneuver.maneuver.id)
         if self._selection.maneuver in ids:
             place = min(max(place + steps, 0), len(ids) - 1)
-        self._selection.choose_maneuver(ids[place])
+        self._selection.select_maneuver(ids[place])
 
     # Maneuvers left out by hand
 
@@ -405,10 +405,10 @@ class FiguresPage(ReviewStepPage):
         self.exclusion_changed.emit(outcome)
 
     def _restyle(self) -> None:
-        margin = self.look.px(12)
+        margin = self.display_style.px(12)
         self.layout().setContentsMargins(margin, margin, margin, margin)
-        if self._material is not None and self._material.units != self.look.units:
-            self._take(replace(self._material, units=self.look.units))
+        if self._material is not None and self._material.units != self.display_style.units:
+            self._take(replace(self._material, units=self.display_style.units))
 
 
 def _log_failure(error: BaseException) -> None:

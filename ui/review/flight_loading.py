@@ -28,7 +28,7 @@ class FlightLoader(QObject):
     failed : Signal(object, object)
         The path, and the exception.
     changed : Signal
-        `doing` says something else.
+        `status_text` says something else.
     """
 
     opened = Signal(object)
@@ -43,7 +43,7 @@ class FlightLoader(QObject):
         self._words = ""
 
     @property
-    def doing(self) -> str:
+    def status_text(self) -> str:
         """Return what is being opened, in words; empty for nothing."""
         if self._work is None:
             return ""
@@ -114,7 +114,7 @@ class CatalogWriter(QObject):
         """Return whether something is still to be kept."""
         return self._work is not None
 
-    def keep(self, flight: ReviewedFlight) -> None:
+    def store(self, flight: ReviewedFlight) -> None:
         """Keep the maneuvers of a flight as they stand now."""
         catalog, maneuvers = self._catalog(), flight.maneuvers
         self._waiting[flight.path] = lambda: save_maneuvers_to_catalog(

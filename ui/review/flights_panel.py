@@ -48,11 +48,11 @@ class FlightsPanel(QWidget):
 
     Attributes
     ----------
-    chosen : Signal(int)
+    flight_selected : Signal(int)
         Place of a flight in the review.
     """
 
-    chosen = Signal(int)
+    flight_selected = Signal(int)
 
     def __init__(self, actions: Mapping[str, QAction], look: DisplayStyle) -> None:
         super().__init__()
@@ -131,7 +131,7 @@ class FlightsPanel(QWidget):
         self.words.setToolTip("\n".join(remarks))
         self.words.setAccessibleDescription(join_sentences(remarks))
 
-    def offer_open(self, offered: bool) -> None:
+    def set_open_flight_available(self, offered: bool) -> None:
         """Offer the flight that is open in the window, or not."""
         self.buttons["review_add_open"].setVisible(offered)
 
@@ -142,7 +142,7 @@ class FlightsPanel(QWidget):
 
     def _moved(self, row: int) -> None:
         if row >= 0:
-            self.chosen.emit(row)
+            self.flight_selected.emit(row)
 
 
 def create_command_button(action: QAction, *, quiet: bool = False) -> QPushButton:

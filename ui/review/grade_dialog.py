@@ -14,7 +14,7 @@ class GradeDialog(FormDialog):
 
     Parameters
     ----------
-    look : DisplayStyle
+    display_style : DisplayStyle
     name : str
         Id of the maneuver among all flights under review.
     maneuver : DetectedManeuver
@@ -50,7 +50,7 @@ class GradeDialog(FormDialog):
         self.add_row("Grade", self.choice)
         self.add_row("Reason", self.reason)
         self.choice.setFocus()
-        self.fit(480)
+        self.fit_to_content(480)
 
     @property
     def grade(self) -> Grade | None:

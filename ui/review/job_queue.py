@@ -83,7 +83,7 @@ class JobQueue(QObject):
         """Return what is being done; empty for nothing."""
         return self._work.title if self._work is not None else ""
 
-    def begin(
+    def submit(
         self, job: RunnableJob, done: DoneCallback, *, failed: FailedCallback | None = None
     ) -> None:
         """Begin a job, or let it wait; see `ui.review.review_jobs.JobSubmitter`."""
@@ -126,7 +126,7 @@ class JobQueue(QObject):
         self._work, self._now = work, asked
         work.progressed.connect(self.progressed)
         work.done.connect(lambda result: self._end("done", asked.done, result))
-        work.cancelled.connect(lambda: self._end("cancelled", asked.failed, JobCanceledError()))
+        work.canceled.connect(lambda: self._end("cancelled", asked.failed, JobCanceledError()))
         work.failed.connect(lambda error: self._failed(asked, error))
         work.start()
         self.began.emit(work.title)

@@ -94,8 +94,8 @@ class LinearModelsPanel(QWidget):
         if outcome is not self._outcome:
             self._outcome = outcome
             self._wanted = False
-            self._needs.forget(outcome)
-        self.modes.show_lines(build_mode_rows(outcome))
+            self._needs.reset(outcome)
+        self.modes.show_rows(build_mode_rows(outcome))
         self.modes.setVisible(bool(outcome.models))
         why_not = [text for text in outcome.remarks if text.startswith("no linear")]
         if not why_not and not outcome.models:
@@ -107,7 +107,7 @@ class LinearModelsPanel(QWidget):
     def compare(self) -> None:
         """Have the models compared with flight, once for each run."""
         self._wanted = True
-        self._needs.again()
+        self._needs.allow_retry()
         self._show_comparison()
 
     def _show_comparison(self) -> None:
@@ -116,9 +116,9 @@ class LinearModelsPanel(QWidget):
             return
         if comparison is not None:
             self.compared.setText(describe_comparison(comparison))
-            self.errors.show_lines(build_error_rows(comparison))
+            self.errors.show_rows(build_error_rows(comparison))
         elif self._wanted:
-            self.compared.setText(self._needs.ask("comparison", outcome))
+            self.compared.setText(self._needs.request("comparison", outcome))
         else:
             self.compared.setText(_NO_COMPARISON_TEXT)
         self.errors.setVisible(comparison is not None and bool(comparison.axes))

@@ -42,7 +42,7 @@ class ManeuverColumn:
     hint: str = ""
 
     @property
-    def right(self) -> bool:
+    def is_right_aligned(self) -> bool:
         """Return whether it holds numbers."""
         return self.text is None or self.id in ("start", "length")
 
@@ -52,7 +52,7 @@ class ManeuverColumn:
             return self.title
         return f"{self.title} [{unit_text(channel(self.quantity).display_unit(units))}]"
 
-    def words(self, row: ManeuverRow, units: str) -> str:
+    def cell_text(self, row: ManeuverRow, units: str) -> str:
         """Return what stands in a cell."""
         if self.text is not None:
             return self.text(row)
@@ -68,7 +68,7 @@ _COLUMN_VALUES: dict[str, Callable[[ManeuverRow], float | None]] = {
 
 
 def _flight_order_key(row: ManeuverRow) -> tuple[int, float]:
-    return row.number, row.maneuver.t_start
+    return row.flight_number, row.maneuver.t_start
 
 
 def _numeric_sort_key(name: str) -> Callable[[ManeuverRow], object]:
@@ -98,7 +98,7 @@ MANEUVER_COLUMNS = (
     ),
     ManeuverColumn(
         id="flight", title="Flight", width=150, key=_flight_order_key,
-        text=lambda row: f"{row.number} {row.flight}",
+        text=lambda row: f"{row.flight_number} {row.flight}",
     ),
     ManeuverColumn(
         id="start", title="Start", width=78, key=lambda row: row.maneuver.t_start,

@@ -81,11 +81,11 @@ class ManeuverDetails(QWidget):
             self.remarks.setText(remarks_text(row))
         self.remarks.setVisible(bool(self.remarks.text()))
 
-    def say_nothing(self, title: str) -> None:
+    def set_empty_title(self, title: str) -> None:
         """Take another title for where no maneuver is looked at."""
         self._nothing = title
 
-    def show_moving(self, maneuver: DetectedManeuver) -> None:
+    def show_edge_preview(self, maneuver: DetectedManeuver) -> None:
         """Show what a maneuver would be with the edges that are being dragged."""
         self._show(maneuver.id if self._row is None else self._row.id, maneuver)
 
@@ -102,7 +102,7 @@ class ManeuverDetails(QWidget):
         words = f"{self.title.text()}, {self.grade.text()}, {self.times.text()}. "
         self.setAccessibleDescription(words + self.reasons.text())
 
-    def say(self, words: str, state: str = "") -> None:
+    def show_message(self, words: str, state: str = "") -> None:
         """Say what came of the last deed; nothing hides the line."""
-        self.said.say(words, state)
+        self.said.set_message(words, state)
         self.said.setVisible(bool(words))

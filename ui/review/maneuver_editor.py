@@ -33,12 +33,12 @@ class ManeuverEditor(QObject):
     ----------
     changed : Signal
         Maneuvers or their use are others now.
-    said : Signal(str, str)
+    message_changed : Signal(str, str)
         What came of the last deed, and its state; empty for nothing worth saying.
     """
 
     changed = Signal()
-    said = Signal(str, str)
+    message_changed = Signal(str, str)
 
     def __init__(
         self,
@@ -77,22 +77,22 @@ class ManeuverEditor(QObject):
         try:
             name = change(flight)
         except GroundStationError as error:
-            self.said.emit(str(error), "warning")
+            self.message_changed.emit(str(error), "warning")
             flight.poll()
         else:
-            self.said.emit("", "")
-            self._keeping.keep(flight)
+            self.message_changed.emit("", "")
+            self._keeping.store(flight)
             if name:
-                self._selection.choose_maneuver(self._review.campaign_id(flight, name))
+                self._selection.select_maneuver(self._review.campaign_id(flight, name))
         self._settle(at)
 
-    def follow(self) -> None:
+    def reload(self) -> None:
         """Take in what other windows changed."""
         at = self._where()
         try:
             changed = self._review.poll()
         except GroundStationError as error:
-            self.said.emit(str(error), "warning")
+            self.message_changed.emit(str(error), "warning")
             return
         if changed:
             self._settle(at)
@@ -105,10 +105,10 @@ class ManeuverEditor(QObject):
     def _settle(self, at: float) -> None:
         """Look at what stands; a maneuver that is gone gives its place to the one next to it."""
         flight = self._flights.flight
-        if flight is not None and self._review.located(self._selection.maneuver) is None:
+        if flight is not None and self._review.find_maneuver(self._selection.maneuver) is None:
             near = min(flight.maneuvers, key=lambda one: abs(one.t_start - at), default=None)
             name = "" if near is None else self._review.campaign_id(flight, near.id)
-            self._selection.choose_maneuver(name)
+            self._selection.select_maneuver(name)
         self.changed.emit()
 
     # Edges
@@ -124,7 +124,7 @@ class ManeuverEditor(QObject):
     def nudge_samples(self, start: int, stop: int) -> None:
         """Move the edges of the chosen maneuver by so many samples."""
         if self._flights.flight is not None:
-            step = self._flights.flight.step
+            step = self._flights.flight.sample_period
             self._nudge(start * step, stop * step)
 
     def _nudge(self, start: float, stop: float) -> None:
@@ -152,7 +152,7 @@ class ManeuverEditor(QObject):
         return tuple(
             one.maneuver.id
             for one in self._review.rows()
-            if one.id in ids and one.number == row.number
+            if one.id in ids and one.flight_number == row.flight_number
         )
 
     def remove(self, ids: Sequence[str]) -> None:
@@ -183,7 +183,7 @@ class ManeuverEditor(QObject):
         self._named(campaign_id, lambda flight, name: flight.annotate(name, note))
 
     def _named(self, campaign_id: str, change: Callable[[ReviewedFlight, str], str | None]) -> None:
-        place = self._review.located(campaign_id)
+        place = self._review.find_maneuver(campaign_id)
         if place is None:
             return
         flight, maneuver = place
@@ -194,11 +194,11 @@ class ManeuverEditor(QObject):
 
     def regrade(self, flight: ReviewedFlight, name: str, grade: Grade | None, reason: str) -> None:
         """Give a maneuver of a flight a grade; None leaves it to the samples."""
-        self._edit(lambda flight: flight.regrade(name, grade, reason), flight)
+        self._edit(lambda flight: flight.set_grade(name, grade, reason), flight)
 
-    def use(self, campaign_id: str, wanted: bool) -> None:
+    def set_in_use(self, campaign_id: str, wanted: bool) -> None:
         """Let a maneuver take part in estimates, or not."""
-        self._named(campaign_id, lambda flight, name: flight.use(name, wanted))
+        self._named(campaign_id, lambda flight, name: flight.set_in_use(name, wanted))
 
     # Taking back
 
@@ -219,4 +219,4 @@ class ManeuverEditor(QObject):
 
         self._edit(change)
         if words:
-            self.said.emit(f"{what}: {words}.", "")
+            self.message_changed.emit(f"{what}: {words}.", "")

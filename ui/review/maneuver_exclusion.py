@@ -21,7 +21,7 @@ class ManeuverExclusions:
         """Return whether there is a change to make again."""
         return bool(self._future)
 
-    def show(self, without: frozenset[str]) -> None:
+    def set_excluded(self, without: frozenset[str]) -> None:
         """Follow what was changed elsewhere."""
         self.now = frozenset(without)
 

@@ -84,7 +84,7 @@ def remarks_text(row: ManeuverRow) -> str:
         )
     if not row.in_use:
         parts.append("Not used in the estimate.")
-    if row.by_hand:
+    if row.is_edited:
         parts.append("Changed by hand.")
     if row.maneuver.note:
         parts.append(f"Note: {row.maneuver.note}")

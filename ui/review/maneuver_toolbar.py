@@ -55,7 +55,7 @@ class ManeuverToolbar(QWidget):
         # As high as the buttons beside it.
         self.use.setMinimumHeight(self._look.px(30))
 
-    def show_use(self, used: bool | None) -> None:
+    def set_in_use(self, used: bool | None) -> None:
         """Show whether the maneuver takes part; None where there is none."""
         self.use.setEnabled(used is not None)
         known = used is not None

@@ -40,7 +40,7 @@ class ManeuversModel(QAbstractTableModel):
         self._look = look
         self.rows: tuple[ManeuverRow, ...] = ()
 
-    def show(self, rows: Sequence[ManeuverRow]) -> None:
+    def set_rows(self, rows: Sequence[ManeuverRow]) -> None:
         """Show other rows; where the maneuvers are the same ones, only what changed."""
         new, old = tuple(rows), self.rows
         if [row.id for row in new] != [row.id for row in old]:
@@ -81,7 +81,7 @@ class ManeuversModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.ToolTipRole:
             return column.hint or column.title
         if role == Qt.ItemDataRole.TextAlignmentRole:
-            return _RIGHT if column.right else _LEFT
+            return _RIGHT if column.is_right_aligned else _LEFT
         return None
 
     def data(self, index: ModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> object:
@@ -93,13 +93,13 @@ class ManeuversModel(QAbstractTableModel):
             # The number of the flight is not to be changed.
             return row.maneuver.id
         if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.EditRole):
-            return column.words(row, self._look.units)
+            return column.cell_text(row, self._look.units)
         if role == Qt.ItemDataRole.CheckStateRole and column.id == "use":
             return Qt.CheckState.Checked if row.in_use else Qt.CheckState.Unchecked
         if role == Qt.ItemDataRole.AccessibleTextRole and column.id == "use":
             return "used in the estimate" if row.in_use else "not used in the estimate"
         if role == Qt.ItemDataRole.TextAlignmentRole:
-            return _RIGHT if column.right else _LEFT
+            return _RIGHT if column.is_right_aligned else _LEFT
         if role == Qt.ItemDataRole.FontRole:
             return self._look.font("body", strong=column.id in ("id", "grade"))
         if role == Qt.ItemDataRole.ForegroundRole:
@@ -116,7 +116,7 @@ class ManeuversModel(QAbstractTableModel):
     def _hint(self, row: ManeuverRow, column: ManeuverColumn) -> str:
         if column.id == "grade":
             return "; ".join(row.maneuver.reasons) or "nothing to object to"
-        return column.hint or column.words(row, self._look.units)
+        return column.hint or column.cell_text(row, self._look.units)
 
     def flags(self, index: ModelIndex) -> Qt.ItemFlag:
         """Return what can be done with a cell."""

@@ -40,7 +40,7 @@ class ManeuversPage(ReviewStepPage):
     ----------
     actions : mapping of str to QAction
         The commands.
-    look : DisplayStyle
+    display_style : DisplayStyle
         Colors, sizes, units.
     store : SettingsStore
         Remembers flights and channels.
@@ -84,40 +84,40 @@ class ManeuversPage(ReviewStepPage):
         self._bind()
         self._poll = QTimer(self)
         self._poll.setInterval(_POLL_MS)
-        self._poll.timeout.connect(self.editing.follow)
-        self.flights.open_remembered()
+        self._poll.timeout.connect(self.editing.reload)
+        self.flights.reopen_last_flights()
         self._refresh()
 
     def _bind(self) -> None:
         flights, editing, timeline, table = self.flights, self.editing, self.timeline, self.table
-        flights.shown.connect(self._show_flight)
+        flights.current_flight_changed.connect(self._show_flight)
         flights.opening.opened.connect(self._opened)
         flights.changed.connect(self._flights_changed)
-        flights.told.connect(self._show_flights)
-        flights.failed.connect(lambda words: self.details.say(words, "warning"))
+        flights.status_changed.connect(self._show_flights)
+        flights.failed.connect(lambda words: self.details.show_message(words, "warning"))
         self._selection.maneuver_changed.connect(self._select)
         editing.changed.connect(self._told_all)
-        editing.said.connect(self.details.say)
+        editing.message_changed.connect(self.details.show_message)
         self.keeping.failed.connect(
-            lambda error: self.details.say(f"Not kept in the catalog: {error}", "caution")
+            lambda error: self.details.show_message(f"Not kept in the catalog: {error}", "caution")
         )
-        self.panel.chosen.connect(lambda place: flights.look_at(self.review.flights[place]))
+        self.panel.flight_selected.connect(lambda place: flights.select_flight(self.review.flights[place]))
         wanted = self._store.current.review_channels
-        self.channels.show_wanted(wanted)
-        self.channels.chosen.connect(self._channels_chosen)
+        self.channels.set_selected_channels(wanted)
+        self.channels.selection_changed.connect(self._channels_chosen)
         timeline.show_channels(wanted)
-        timeline.chosen.connect(self._pressed)
-        timeline.moving.connect(self._moving)
-        timeline.moved.connect(editing.move)
-        timeline.dropped.connect(self._refresh)
-        timeline.marked.connect(self.changed)
+        timeline.maneuver_selected.connect(self._pressed)
+        timeline.edge_dragged.connect(self._moving)
+        timeline.edge_moved.connect(editing.move)
+        timeline.drag_cancelled.connect(self._refresh)
+        timeline.segment_marked.connect(self.changed)
         timeline.deleted.connect(lambda: editing.remove(()))
-        table.chosen.connect(self._selection.choose_maneuver)
+        table.maneuver_selected.connect(self._selection.select_maneuver)
         table.opened.connect(self.zoom)
-        table.deleted.connect(lambda: editing.remove(table.ids))
+        table.deleted.connect(lambda: editing.remove(table.selected_ids))
         table.maneuvers.renamed.connect(editing.rename)
         table.maneuvers.noted.connect(editing.annotate)
-        table.maneuvers.used.connect(editing.use)
+        table.maneuvers.used.connect(editing.set_in_use)
 
     # Commands
 
@@ -130,17 +130,17 @@ class ManeuversPage(ReviewStepPage):
         samples = {"start_back": (-1, 0), "start_on": (1, 0), "end_back": (0, -1),
                    "end_on": (0, 1)}  # fmt: skip
         return {
-            "review_add_open": flights.add_open,
+            "review_add_open": flights.add_open_flight,
             "review_add_folder": flights.add_folder,
             "review_add_files": flights.add_files,
-            "review_take_out": flights.take_out,
+            "review_take_out": flights.remove_flight,
             "review_previous_maneuver": lambda: self.step(-1),
             "review_next_maneuver": lambda: self.step(1),
             "review_zoom": self.zoom,
             "review_whole": self.timeline.show_all,
             "review_add_maneuver": self.add,
-            "review_remove_maneuver": lambda: editing.remove(table.ids),
-            "review_merge": lambda: editing.merge(table.ids),
+            "review_remove_maneuver": lambda: editing.remove(table.selected_ids),
+            "review_merge": lambda: editing.merge(table.selected_ids),
             "review_rename": lambda: self._type("id"),
             "review_note": lambda: self._type("note"),
             "review_grade": self.grade,
@@ -158,27 +158,27 @@ class ManeuversPage(ReviewStepPage):
         found: list[CommandRequirement] = ["review_flights"]
         if self.flights.flight is not None:
             found.append("review_flight")
-        if self.review.located(self._selection.maneuver) is not None:
+        if self.review.find_maneuver(self._selection.maneuver) is not None:
             found.append("review_maneuver")
-        if self.flights.offers_open:
+        if self.flights.can_add_open_flight:
             found.append("review_open")
         return tuple(found)
 
     @property
     def state(self) -> StepStatus:
         """Return how many maneuvers there are, and how many are used."""
-        doing = self.opening.doing
+        doing = self.opening.status_text
         if doing:
-            return StepStatus(state="unknown", words="opening", detail=doing)
+            return StepStatus(state="unknown", text="opening", detail=doing)
         rows = self.review.rows()
         if not rows:
             words = "no maneuver" if self.review.flights else "no flight"
-            return StepStatus(state="unknown", words=words)
+            return StepStatus(state="unknown", text=words)
         used = sum(row.in_use for row in rows)
         words = f"{used} of {len(rows)} used"
         flights = count_text(len(self.review.flights), "flight")
         state = "good" if used else "caution"
-        return StepStatus(state=state, words=words, detail=f"{flights}: {words}")
+        return StepStatus(state=state, text=words, detail=f"{flights}: {words}")
 
     @property
     def can_undo(self) -> bool:
@@ -205,24 +205,24 @@ class ManeuversPage(ReviewStepPage):
         known = self.flights.flight is not None
         (self.timeline if known else self.panel.buttons["review_add_folder"]).setFocus()
 
-    def show_open(self, path: Path | None) -> None:
+    def set_open_flight(self, path: Path | None) -> None:
         """Say which flight is open in the window; the first one of all is taken by itself."""
-        self.flights.show_open(path)
+        self.flights.set_open_flight(path)
 
     # What is looked at
 
     def _select(self, campaign_id: str) -> None:
         """Show another maneuver, wherever it was chosen."""
-        self.details.say("")
+        self.details.show_message("")
         self._refresh()
-        place = self.review.located(campaign_id)
+        place = self.review.find_maneuver(campaign_id)
         if place is not None:
-            self.timeline.bring(place[1].t_start, place[1].t_end)
+            self.timeline.scroll_to(place[1].t_start, place[1].t_end)
 
     def _pressed(self, name: str) -> None:
         flight = self.flights.flight
         if flight is not None:
-            self._selection.choose_maneuver(self.review.campaign_id(flight, name))
+            self._selection.select_maneuver(self.review.campaign_id(flight, name))
 
     def step(self, by: int) -> None:
         """Look at the next maneuver, or the one before, through all flights."""
@@ -230,11 +230,11 @@ class ManeuversPage(ReviewStepPage):
         if ids:
             here = self._selection.maneuver
             place = ids.index(here) + by if here in ids else 0
-            self._selection.choose_maneuver(ids[min(max(place, 0), len(ids) - 1)])
+            self._selection.select_maneuver(ids[min(max(place, 0), len(ids) - 1)])
 
     def zoom(self) -> None:
         """Zoom to the chosen maneuver."""
-        place = self.review.located(self._selection.maneuver)
+        place = self.review.find_maneuver(self._selection.maneuver)
         if place is not None:
             self.timeline.zoom_to(place[1].t_start, place[1].t_end)
 
@@ -250,19 +250,19 @@ class ManeuversPage(ReviewStepPage):
         if flight is None:
             return
         try:
-            self.details.show_moving(flight.moved(name, start, stop))
+            self.details.show_edge_preview(flight.preview_move(name, start, stop))
         except GroundStationError as error:
-            self.details.say(str(error), "caution")
+            self.details.show_message(str(error), "caution")
         else:
-            self.details.say("")
+            self.details.show_message("")
 
     def add(self) -> None:
         """Make the marked stretch a maneuver; else one in the middle of what is in sight."""
-        view, marked = self.timeline.view, self.timeline.stretch
+        view, marked = self.timeline.view, self.timeline.marked_segment
         middle = (view.start + view.stop) / 2.0
         half = min(_NEW_MANEUVER_SECONDS, view.seconds / 2.0) / 2.0
         start, stop = marked or (middle - half, middle + half)
-        self.timeline.mark(None)
+        self.timeline.mark_segment(None)
         self.editing.add(start, stop)
 
     def _type(self, column: str) -> None:
@@ -274,16 +274,16 @@ class ManeuversPage(ReviewStepPage):
         """Let the chosen maneuver take part in estimates, or not."""
         row = self.editing.row
         if row is not None:
-            self.editing.use(row.id, not row.in_use)
+            self.editing.set_in_use(row.id, not row.in_use)
 
     def grade(self) -> None:
         """Ask for a grade and a reason."""
         name = self._selection.maneuver
-        place = self.review.located(name)
+        place = self.review.find_maneuver(name)
         if place is None:
             return
         flight, maneuver = place
-        dialog = GradeDialog(self.look, name, maneuver, self)
+        dialog = GradeDialog(self.display_style, name, maneuver, self)
         if dialog.exec():
             # Another may be chosen by now: other windows go on changing the flight meanwhile.
             self.editing.regrade(flight, maneuver.id, dialog.grade, dialog.reason.text())
@@ -293,7 +293,7 @@ class ManeuversPage(ReviewStepPage):
     def showEvent(self, event: QShowEvent) -> None:
         """Follow other windows while on screen."""
         super().showEvent(event)
-        self.editing.follow()
+        self.editing.reload()
         self._poll.start()
 
     def hideEvent(self, event: QHideEvent) -> None:
@@ -303,14 +303,14 @@ class ManeuversPage(ReviewStepPage):
 
     def _show_flight(self, flight: ReviewedFlight | None) -> None:
         traces = None if flight is None else Traces(flight.flight)
-        self.channels.show_measured(() if traces is None else traces.channels)
+        self.channels.set_available_channels(() if traces is None else traces.channels)
         self.timeline.show_flight(traces)
         self._refresh()
 
     def _opened(self, flight: ReviewedFlight) -> None:
         """Keep changes that never reached the catalog: the window was closed too soon."""
         if flight.changes:
-            self.keeping.keep(flight)
+            self.keeping.store(flight)
 
     def _flights_changed(self) -> None:
         if self.flights.flight is not None and self.panel.has_keyboard:
@@ -324,8 +324,8 @@ class ManeuversPage(ReviewStepPage):
     def _show_flights(self) -> None:
         flights, here = self.review.flights, self.flights.flight
         place = flights.index(here) if here in flights else 0
-        self.panel.show_flights(self.review, place, self.opening.doing)
-        self.panel.offer_open(self.flights.offers_open)
+        self.panel.show_flights(self.review, place, self.opening.status_text)
+        self.panel.set_open_flight_available(self.flights.can_add_open_flight)
         self.changed.emit()
 
     def _hint(self) -> str:
@@ -350,15 +350,15 @@ class ManeuversPage(ReviewStepPage):
         rows, chosen, here = self.review.rows(), self._selection.maneuver, self.flights.flight
         row = next((one for one in rows if one.id == chosen), None)
         self.table.show_rows(rows)
-        self.table.choose(chosen)
+        self.table.select_maneuver(chosen)
         known = here is not None
-        self.board.show_parts(known=known)
-        self.details.say_nothing("No maneuver is chosen" if known else "No flight is under review")
+        self.board.set_flight_known(known=known)
+        self.details.set_empty_title("No maneuver is chosen" if known else "No flight is under review")
         self.details.show_row(row, self._hint())
         number = self.review.flights.index(here) + 1 if here in self.review.flights else 0
-        spans = [_span(one) for one in rows if one.number == number]
+        spans = [_span(one) for one in rows if one.flight_number == number]
         self.timeline.show_spans(spans, row.maneuver.id if row is not None else "")
-        self.bar.show_use(row.in_use if row is not None else None)
+        self.bar.set_in_use(row.in_use if row is not None else None)
         self._show_flights()
 
 

@@ -80,7 +80,7 @@ class ManeuversPanel(QScrollArea):
         self._column.setContentsMargins(px(16), px(10), px(16), px(10))
         self._column.setSpacing(px(8))
 
-    def show_parts(self, *, known: bool) -> None:
+    def set_flight_known(self, *, known: bool) -> None:
         """Show the parts that work on a flight, where one is known: empty ones say nothing."""
         for part in (self.timeline, self.bar, self.channels, self.table):
             part.setVisible(known)

@@ -69,7 +69,7 @@ class ManeuversTable(QTableView):
 
     Attributes
     ----------
-    chosen : Signal(str)
+    maneuver_selected : Signal(str)
         Id in the campaign that the keyboard is on.
     opened : Signal
         Enter, or a double press.
@@ -77,7 +77,7 @@ class ManeuversTable(QTableView):
         Delete.
     """
 
-    chosen = Signal(str)
+    maneuver_selected = Signal(str)
     opened = Signal()
     deleted = Signal()
 
@@ -132,7 +132,7 @@ class ManeuversTable(QTableView):
 
     def _fit(self) -> None:
         px = self._look.px
-        several = len({row.number for row in self.maneuvers.rows}) > 1
+        several = len({row.flight_number for row in self.maneuvers.rows}) > 1
         told = any(row.verdict is not None for row in self.maneuvers.rows)
         self.setColumnHidden(COLUMN_INDEXES["flight"], not several)
         self.setColumnHidden(COLUMN_INDEXES["told"], not told)
@@ -159,9 +159,9 @@ class ManeuversTable(QTableView):
 
     def show_rows(self, rows: Sequence[ManeuverRow]) -> None:
         """Show other rows; those chosen stay chosen, and what is being typed goes on."""
-        chosen, current, begun = self.ids, self.current, self._begun()
+        chosen, current, begun = self.selected_ids, self.current, self._begun()
         self._quiet = True
-        self.maneuvers.show(rows)
+        self.maneuvers.set_rows(rows)
         self._select([name for name in chosen if name != current], current)
         self._quiet = False
         self._fit()
@@ -180,7 +180,7 @@ class ManeuversTable(QTableView):
             return None
         row = self._row(index)
         return _PendingEdit(
-            number=row.number,
+            number=row.flight_number,
             name=row.maneuver.id,
             column=MANEUVER_COLUMNS[index.column()].id,
             text=field.text(),
@@ -193,7 +193,7 @@ class ManeuversTable(QTableView):
         With a second flight all ids of the first begin with its number.
         """
         same = (row for row in self.maneuvers.rows
-                if (row.number, row.maneuver.id) == (begun.number, begun.name))  # fmt: skip
+                if (row.flight_number, row.maneuver.id) == (begun.number, begun.name))  # fmt: skip
         row = next(same, None)
         if row is None:
             return
@@ -206,9 +206,9 @@ class ManeuversTable(QTableView):
             field.insert(begun.text)
             field.setCursorPosition(begun.cursor)
 
-    def choose(self, campaign_id: str) -> None:
+    def select_maneuver(self, campaign_id: str) -> None:
         """Put the keyboard's row on a maneuver."""
-        if campaign_id != self.current or campaign_id not in self.ids:
+        if campaign_id != self.current or campaign_id not in self.selected_ids:
             self._quiet = True
             self._select([], campaign_id)
             self._quiet = False
@@ -249,7 +249,7 @@ class ManeuversTable(QTableView):
         return self._row(index).id if index.isValid() else ""
 
     @property
-    def ids(self) -> tuple[str, ...]:
+    def selected_ids(self) -> tuple[str, ...]:
         """Return the ids in the campaign that are chosen, by flight and time."""
         indices = self.selectionModel().selectedRows()
         rows = sorted(
@@ -273,7 +273,7 @@ class ManeuversTable(QTableView):
 
     def _moved(self, current: QModelIndex, _former: QModelIndex) -> None:
         if not self._quiet and current.isValid():
-            self.chosen.emit(self._row(current).id)
+            self.maneuver_selected.emit(self._row(current).id)
 
     def _double(self, index: QModelIndex) -> None:
         if MANEUVER_COLUMNS[index.column()].id not in (*EDITABLE_COLUMNS, "use"):
@@ -286,7 +286,7 @@ class ManeuversTable(QTableView):
             super().keyPressEvent(event)
         elif key == Qt.Key.Key_Space:
             wanted = not self._row(self.currentIndex()).in_use
-            for name in self.ids or (self.current,):
+            for name in self.selected_ids or (self.current,):
                 self.maneuvers.used.emit(name, wanted)
         elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self.opened.emit()

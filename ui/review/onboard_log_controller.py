@@ -48,13 +48,13 @@ class OnboardLogController(QObject):
 
     Attributes
     ----------
-    placed : Signal(object)
+    log_applied : Signal(object)
         The path of a flight whose samples are others now.
     changed : Signal
         Other commands are of use now.
     """
 
-    placed = Signal(object)
+    log_applied = Signal(object)
     changed = Signal()
 
     def __init__(
@@ -84,21 +84,21 @@ class OnboardLogController(QObject):
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
         """Return what the commands do."""
-        return {"review_onboard": self.ask, "review_onboard_stop": self.work.cancel}
+        return {"review_onboard": self.ask_for_log, "review_onboard_stop": self.work.cancel}
 
     @property
-    def folders(self) -> list[Path]:
+    def flight_folders(self) -> list[Path]:
         """Return the flight folders that a log may go into."""
         paths = [*(flight.path for flight in self._flights()), *self._others()]
         return [path for path in dict.fromkeys(one.resolve() for one in paths) if path.is_dir()]
 
-    def ask(self) -> None:
+    def ask_for_log(self) -> None:
         """Ask for flight and log, and begin."""
         from gsapp.telemetry.log_download import parse_log_link
         from ui.dialog_options import named_serial_ports
         from ui.review.onboard_log_dialog import OnboardLogDialog
 
-        flights = self.offered()
+        flights = self.candidate_flights()
         if not flights:
             return
         dialog = OnboardLogDialog(
@@ -106,15 +106,15 @@ class OnboardLogController(QObject):
             self._parent.window(),
         )  # fmt: skip
         if dialog.exec():
-            self.begin(dialog.job)
+            self.submit(dialog.job)
 
-    def begin(self, job: OnboardLogJob) -> None:
+    def submit(self, job: OnboardLogJob) -> None:
         """Begin a job, or let it wait."""
         if job.link:
             self._store.change(links=self._store.current.with_link(job.link).links)
-        self.work.begin(job, self._done)
+        self.work.submit(job, self._done)
 
-    def offered(self) -> tuple[FlightLogs, ...]:
+    def candidate_flights(self) -> tuple[FlightLogs, ...]:
         """Return the flights that may get a log."""
         from gsapp.flight.folder import FlightFolder
         from gsapp.flight.onboard_log.log_storage import list_logs
@@ -123,7 +123,7 @@ class OnboardLogController(QObject):
 
         opened = {flight.path.resolve(): flight for flight in self._flights()}
         found = []
-        for path in self.folders:
+        for path in self.flight_folders:
             folder = FlightFolder(path=path)
             flight = opened.get(path)
             recorder = find_recorder(path)
@@ -134,7 +134,7 @@ class OnboardLogController(QObject):
                     name=flight.name if flight is not None else path.name,
                     in_force=_applied_log_name(folder),
                     state=flight.onboard if flight is not None else None,
-                    kept=list_logs(folder),
+                    stored_logs=list_logs(folder),
                     link=status.link if status is not None else "",
                 )
             )
@@ -151,10 +151,10 @@ class OnboardLogController(QObject):
         self.changed.emit()
 
     def _told(self, share: float | None, words: str) -> None:
-        self._banner.tell(share, words)
+        self._banner.set_progress(share, words)
 
     def _ended(self, title: str, how: str) -> None:
-        self._banner.drop()
+        self._banner.remove()
         if how == "cancelled":
             self._banners.show_banner(
                 "note", f"{title}: stopped. The flight stands as it stood; what came is kept."
@@ -164,9 +164,9 @@ class OnboardLogController(QObject):
     def _done(self, result: object) -> None:
         if not isinstance(result, OnboardLogResult):
             return
-        back = OnboardLogJob(flight=result.flight, use=result.former)
-        self._banners.show_banner("note", result.words, ("Take back", lambda: self.begin(back)))
-        self.placed.emit(result.flight)
+        back = OnboardLogJob(flight=result.flight, use=result.previous_log)
+        self._banners.show_banner("note", result.text, ("Take back", lambda: self.submit(back)))
+        self.log_applied.emit(result.flight)
 
 
 def _applied_log_name(folder: FlightFolder) -> str:

@@ -44,7 +44,7 @@ class FlightLogs:
         File name of the log in force; empty for none.
     state : OnboardLogState or None
         How it stands; None where the flight has not been opened with it.
-    kept : tuple of str
+    stored_logs : tuple of str
         Logs in the folder, in force or not.
     link : str
         The LINK that is recorded into it now; empty for none.
@@ -54,7 +54,7 @@ class FlightLogs:
     name: str
     in_force: str = ""
     state: OnboardLogState | None = None
-    kept: tuple[str, ...] = ()
+    stored_logs: tuple[str, ...] = ()
     link: str = ""
 
 
@@ -89,7 +89,7 @@ class OnboardLogDialog(FormDialog):
 
     Parameters
     ----------
-    look : DisplayStyle
+    display_style : DisplayStyle
     flights : sequence of FlightLogs
         The one looked at first.
     links : sequence of str
@@ -138,7 +138,7 @@ class OnboardLogDialog(FormDialog):
         self.link.changed.connect(self._judge)
         self._flight_chosen()
         self.origin.setFocus()
-        self.fit()
+        self.fit_to_content()
 
     @property
     def _chosen(self) -> FlightLogs:
@@ -153,18 +153,18 @@ class OnboardLogDialog(FormDialog):
         one = self._chosen
         state, in_force = one.state, one.in_force
         if not in_force:
-            self.now.say("The live record stands alone: what came over the radio.")
+            self.now.set_message("The live record stands alone: what came over the radio.")
         elif state is None or state.file != in_force:
-            self.now.say(f"{in_force} is in force; how its clock stands is said on opening.")
+            self.now.set_message(f"{in_force} is in force; how its clock stands is said on opening.")
         else:
-            self.now.say(
+            self.now.set_message(
                 capitalize_sentence(state.remark()) + ".", "good" if state.in_place else "caution"
             )
         self.origin.blockSignals(True)
         self.origin.clear()
         self.origin.addItem("A file, from a card or the data box", (_FILE, ""))
         self.origin.addItem("The autopilot's, over the link", (_LINK, ""))
-        for name in one.kept:
+        for name in one.stored_logs:
             if name != in_force:
                 self.origin.addItem(f"{name}, in the flight's folder", (_STORED, name))
         if in_force:
@@ -180,20 +180,20 @@ class OnboardLogDialog(FormDialog):
             typed = self.file.edit.text().strip()
             usable = path_kind(typed) == "file" if typed else False
             if not typed:
-                self.verdict.say("ArduPilot .bin, PX4 .ulg, .tlog, or a Flight CSV.")
+                self.verdict.set_message("ArduPilot .bin, PX4 .ulg, .tlog, or a Flight CSV.")
             elif usable:
-                self.verdict.say("Compared with the live record first.", "good")
+                self.verdict.set_message("Compared with the live record first.", "good")
             else:
-                self.verdict.say(f"There is no file {typed}.", "warning")
+                self.verdict.set_message(f"There is no file {typed}.", "warning")
         elif kind == _LINK:
-            usable = self.link.verdict.usable
-            self.verdict.say(
+            usable = self.link.input_check.is_valid
+            self.verdict.set_message(
                 "The aircraft has landed and is disarmed. A fetch that was broken off goes on."
             )
         elif kind == _STORED:
-            self.verdict.say(f"{name} is in force again; the one before stays in the folder.")
+            self.verdict.set_message(f"{name} is in force again; the one before stays in the folder.")
         else:
-            self.verdict.say("The log stays in the folder and can be taken again.")
+            self.verdict.set_message("The log stays in the folder and can be taken again.")
         self.button.setEnabled(usable)
 
     @property

@@ -41,12 +41,12 @@ class OnboardLogResult:
     Attributes
     ----------
     flight : Path
-    words : str
+    text : str
         Which log is in force and how its clock stands; for a banner.
-    former : str
+    previous_log : str
         What was in force before; empty for the live record alone.
     """
 
     flight: Path
-    words: str
-    former: str
+    text: str
+    previous_log: str

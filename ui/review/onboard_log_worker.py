@@ -60,7 +60,7 @@ class OnboardLogJobHandler:
             words = state.remark() if state is not None else "the live record stands alone"
             former = info.onboard_log if info is not None else ""
             return OnboardLogResult(
-                flight=job.flight, words=f"{flight.name}: {words}.", former=former
+                flight=job.flight, text=f"{flight.name}: {words}.", previous_log=former
             )
         placed = self._fetched(job) if job.link is not None else self._placed(job)
         state = placed.flight.onboard
@@ -68,8 +68,8 @@ class OnboardLogJobHandler:
         beside = f" {placed.remark}." if placed.remark else ""
         return OnboardLogResult(
             flight=job.flight,
-            words=f"{placed.flight.name}: {words}.{beside}",
-            former=placed.former,
+            text=f"{placed.flight.name}: {words}.{beside}",
+            previous_log=placed.previous_name,
         )
 
     def _placed(self, job: OnboardLogJob) -> InstalledLog:
@@ -87,12 +87,12 @@ class OnboardLogJobHandler:
         from gsapp.telemetry.log_download import LogFetcher
 
         with LogFetcher(job.flight, job.link or "", tell=self._coming) as fetcher:
-            entry = fetcher.choose()
+            entry = fetcher.select()
             fetched = fetcher.fetch(entry) if entry is not None else None
         if fetched is None:
             raise LinkError("the log was not fetched; begin again")
         self._tell(_FETCH_SHARE, "comparing it with the live record")
-        placed = install_log(job.flight, fetched.path, begun=fetched.begun)
+        placed = install_log(job.flight, fetched.path, begun=fetched.start_time)
         fetched.path.unlink(missing_ok=True)
         return placed
 
@@ -100,8 +100,8 @@ class OnboardLogJobHandler:
         if state.phase != "fetching":
             self._tell(None, _PHASES.get(state.phase, state.phase))
             return
-        share = state.got / state.size if state.size else 0.0
-        words = f"{state.got / 1e6:.1f} of {state.size / 1e6:.1f} MB"
+        share = state.received_bytes / state.size if state.size else 0.0
+        words = f"{state.received_bytes / 1e6:.1f} of {state.size / 1e6:.1f} MB"
         if state.rate > 0.0:
             words += f", {state.rate / 1e3:.0f} kB/s"
         self._tell(_FETCH_SHARE * share, words)

@@ -97,7 +97,7 @@ class RunReportJob:
         HTML, PDF or a folder.
     units : str
         ``US`` or ``SI``.
-    heard, linear : optional
+    ftr_histories, linear : optional
         What came of a `FtrHistoryJob` and a `LinearModelsJob` of the same outcome; done for the
         report where not given.
     """
@@ -105,7 +105,7 @@ class RunReportJob:
     outcome: RunOutcome
     path: Path
     units: str = "US"
-    heard: tuple[FlightEstimateHistory, ...] | None = None
+    ftr_histories: tuple[FlightEstimateHistory, ...] | None = None
     linear: LinearModelValidation | None = None
 
     @property

@@ -56,7 +56,7 @@ class ReviewPage(MultiStepPage):
 
     Attributes
     ----------
-    wanted : Signal
+    show_requested : Signal
         The user wants to see this place.
     changed : Signal
         Other commands are of use now.
@@ -64,7 +64,7 @@ class ReviewPage(MultiStepPage):
         The run that is looked at.
     """
 
-    wanted = Signal()
+    show_requested = Signal()
     changed = Signal()
 
     def __init__(
@@ -95,7 +95,7 @@ class ReviewPage(MultiStepPage):
         self.onboard = OnboardLogController(
             look, store, banners, faults.report, self._reviewed, self._opened, self
         )
-        self.onboard.placed.connect(self._samples_changed)
+        self.onboard.log_applied.connect(self._samples_changed)
         self.onboard.changed.connect(self.changed)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -117,8 +117,8 @@ class ReviewPage(MultiStepPage):
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
         """Return what the commands of this place and its pages do."""
-        own = {f"review_{one.id}": lambda name=one.id: self.go(name) for one in REVIEW_STEPS}
-        own |= {"review_cancel": self.cancel, "review_redo": self.redo, "review_trial": self.try_it}
+        own = {f"review_{one.id}": lambda name=one.id: self.go_to_step(name) for one in REVIEW_STEPS}
+        own |= {"review_cancel": self.cancel, "review_redo": self.redo, "review_trial": self.fly_virtual_flight}
         own |= self.onboard.handlers
         of_pages = {
             command.id: lambda name=command.id: self._on_page(name)
@@ -129,14 +129,14 @@ class ReviewPage(MultiStepPage):
 
     def _on_page(self, command: str) -> None:
         """Let the page on screen do it, or else the one that can."""
-        shown = self.page
+        shown = self.step_page
         for page in (shown, *self.pages.values()):
             if page is not None and command in page.handlers:
                 page.handlers[command]()
                 return
 
     @property
-    def page(self) -> ReviewStepPage | None:
+    def step_page(self) -> ReviewStepPage | None:
         """Return the page on screen."""
         return self.pages.get(self.chapter)
 
@@ -145,11 +145,11 @@ class ReviewPage(MultiStepPage):
         """Return what commands may act on."""
         found: list[CommandRequirement] = ["review_busy"] if self.work.running else []
         found += ["review_log"] if self.onboard.work.running else []
-        page = self.page
+        page = self.step_page
         if not self.shown or page is None:
             return tuple(found)
         found.append("review")
-        if self.onboard.folders:
+        if self.onboard.flight_folders:
             found.append("review_folder")
         if page.can_redo:
             found.append("review_future")
@@ -160,10 +160,10 @@ class ReviewPage(MultiStepPage):
     def showEvent(self, event: QShowEvent) -> None:
         """Make the page when it is needed; the strip tells of work from here on."""
         super().showEvent(event)
-        self._banner.seen()
+        self._banner.clear()
         # The first page opens the flights that all others look at.
         self._made("maneuvers")
-        self.go(self.chapter or self._store.current.review_chapter, begin=False)
+        self.go_to_step(self.chapter or self._store.current.review_chapter, begin=False)
 
     def hideEvent(self, event: QHideEvent) -> None:
         """Tell of work that goes on in a banner."""
@@ -177,7 +177,7 @@ class ReviewPage(MultiStepPage):
         super().resizeEvent(event)
         self.chapters.fit(self.window().height())
 
-    def go(self, chapter: str, *, begin: bool = True) -> None:
+    def go_to_step(self, chapter: str, *, begin: bool = True) -> None:
         """Go to a chapter by its id."""
         self.stack.setCurrentWidget(self._made(chapter))
         self.chapter = chapter
@@ -189,7 +189,7 @@ class ReviewPage(MultiStepPage):
 
     def begin(self) -> None:
         """Put the keyboard where one goes on."""
-        page = self.page
+        page = self.step_page
         if page is not None:
             page.begin()
 
@@ -199,7 +199,7 @@ class ReviewPage(MultiStepPage):
             page = self._make(chapter)
             page.changed.connect(self._page_changed)
             page.show_outcome(self.outcome)
-            page.show_open(self._open)
+            page.set_open_flight(self._open)
             self.pages[chapter] = page
             self.stack.addWidget(page)
         return self.pages[chapter]
@@ -217,7 +217,7 @@ class ReviewPage(MultiStepPage):
             from ui.review.estimate_page import EstimatePage
 
             estimate = EstimatePage(
-                self._actions, look, store, self.selection, self.review, self.work.begin,
+                self._actions, look, store, self.selection, self.review, self.work.submit,
                 self._faults.report,
             )  # fmt: skip
             estimate.estimated.connect(self.show_outcome)
@@ -225,14 +225,14 @@ class ReviewPage(MultiStepPage):
         if chapter == "figures":
             from ui.review.figures_page import FiguresPage
 
-            figures = FiguresPage(self._actions, look, store, self.selection, self.work.begin)
+            figures = FiguresPage(self._actions, look, store, self.selection, self.work.submit)
             figures.exclusion_changed.connect(self._means_changed)
             for former in self._former:
                 figures.show_outcome(former)
             return figures
         from ui.review.summary_page import SummaryPage
 
-        return SummaryPage(self._actions, look, store, self.selection, self.work.begin)
+        return SummaryPage(self._actions, look, store, self.selection, self.work.submit)
 
     @property
     def review(self) -> Review:
@@ -249,17 +249,17 @@ class ReviewPage(MultiStepPage):
         if estimate is not None:
             estimate.refresh()
 
-    def try_it(self) -> None:
+    def fly_virtual_flight(self) -> None:
         """Let the virtual aircraft fly, and review that flight."""
         from ui.gap.virtual_flight_simulation import find_virtual_flight_folder
 
         flights, _why = writable_folder(recording_folder(self._store.current))
         folder = find_virtual_flight_folder(flights, datetime.now().astimezone().date())
-        self.work.begin(VirtualFlightJob(folder=folder), lambda _path: self.add([folder]))
+        self.work.submit(VirtualFlightJob(folder=folder), lambda _path: self.add_flights([folder]))
 
-    def add(self, flights: Sequence[Path]) -> None:
+    def add_flights(self, flights: Sequence[Path]) -> None:
         """Take flights under review, too, and show where they stand."""
-        self.go("maneuvers", begin=self.isVisible())
+        self.go_to_step("maneuvers", begin=self.isVisible())
         self.pages["maneuvers"].opening.open(flights)
 
     def _reviewed(self) -> list[Flight]:
@@ -279,11 +279,11 @@ class ReviewPage(MultiStepPage):
             self.chapters.show_state(name, page.state)
         self.changed.emit()
 
-    def show_open(self, path: Path | None) -> None:
+    def set_open_flight(self, path: Path | None) -> None:
         """Say which flight is open in the window."""
         self._open = path
         for page in self.pages.values():
-            page.show_open(path)
+            page.set_open_flight(path)
 
     def show_outcome(self, outcome: RunOutcome | None) -> None:
         """Look at another run, on all pages."""
@@ -310,16 +310,16 @@ class ReviewPage(MultiStepPage):
         self.changed.emit()
 
     def _told(self, share: float | None, words: str) -> None:
-        self.strip.tell(share, words)
-        self._banner.tell(share, words)
+        self.strip.set_progress(share, words)
+        self._banner.set_progress(share, words)
 
     def _ended(self, title: str, how: str) -> None:
         self.strip.hide()
-        self._banner.drop()
+        self._banner.remove()
         if how == "cancelled":
             self._banners.show_banner("note", f"{title}: stopped.")
         elif how == "done" and not self.isVisible():
-            self._banner.show_end(f"{title}: done.", "Look (F4)", self.wanted.emit)
+            self._banner.show_result(f"{title}: done.", "Look (F4)", self.show_requested.emit)
         self.changed.emit()
 
     def cancel(self) -> None:
@@ -329,7 +329,7 @@ class ReviewPage(MultiStepPage):
             self._told(None, "stopping")
 
     @property
-    def unfinished(self) -> tuple[str, ...]:
+    def unfinished_work_title(self) -> tuple[str, ...]:
         """Return the title of the work that is not done, if there is one."""
         return (self.work.title,) if self.work.running else ()
 

@@ -26,13 +26,13 @@ class ReviewSelection(QObject):
         self.maneuver = ""
         self.derivative = ""
 
-    def choose_maneuver(self, maneuver: str) -> None:
+    def select_maneuver(self, maneuver: str) -> None:
         """Look at another maneuver."""
         if maneuver != self.maneuver:
             self.maneuver = maneuver
             self.maneuver_changed.emit(maneuver)
 
-    def choose_derivative(self, derivative: str) -> None:
+    def select_derivative(self, derivative: str) -> None:
         """Look at another derivative."""
         if derivative != self.derivative:
             self.derivative = derivative

@@ -35,11 +35,11 @@ class ReviewedFlights(QWidget):
 
     Attributes
     ----------
-    shown : Signal(object)
+    current_flight_changed : Signal(object)
         Another flight is on screen, or None.
     changed : Signal
         Others are under review now.
-    told : Signal
+    status_changed : Signal
         Something else is being opened.
     failed : Signal(str)
         Why one could not be opened.
@@ -47,9 +47,9 @@ class ReviewedFlights(QWidget):
         On screen.
     """
 
-    shown = Signal(object)
+    current_flight_changed = Signal(object)
     changed = Signal()
-    told = Signal()
+    status_changed = Signal()
     failed = Signal(str)
 
     def __init__(
@@ -65,10 +65,10 @@ class ReviewedFlights(QWidget):
         self.opening = FlightLoader(lambda: catalog_path(store.current), self)
         self.opening.opened.connect(self._opened)
         self.opening.failed.connect(self._not_opened)
-        self.opening.changed.connect(self.told)
+        self.opening.changed.connect(self.status_changed)
         selection.maneuver_changed.connect(self._follow)
 
-    def open_remembered(self) -> None:
+    def reopen_last_flights(self) -> None:
         """Open the flights that were under review last; those that are gone are named."""
         known = [Path(path) for path in self._store.current.review_flights]
         gone = [path for path in known if path_kind(path) == "missing"]
@@ -79,21 +79,21 @@ class ReviewedFlights(QWidget):
 
     # The flight that is open in the window
 
-    def show_open(self, path: Path | None) -> None:
+    def set_open_flight(self, path: Path | None) -> None:
         """Say which flight is open in the window; the first one of all is taken by itself."""
         self._open = path
-        nothing = not (self._review.flights or self.opening.doing)
+        nothing = not (self._review.flights or self.opening.status_text)
         if path is not None and nothing and not self._store.current.review_flights:
             self.opening.open([path])
-        self.told.emit()
+        self.status_changed.emit()
 
     @property
-    def offers_open(self) -> bool:
+    def can_add_open_flight(self) -> bool:
         """Return whether the flight that is open in the window could be reviewed, too."""
         known = [path.resolve() for path in self._review.paths]
         return self._open is not None and self._open.resolve() not in known
 
-    def add_open(self) -> None:
+    def add_open_flight(self) -> None:
         """Review the flight that is open in the window, too."""
         if self._open is not None:
             self.opening.open([self._open])
@@ -109,7 +109,7 @@ class ReviewedFlights(QWidget):
         """Ask for files and review them, too."""
         self.opening.open(ask_open_files(self, self._store.current))
 
-    def take_out(self) -> None:
+    def remove_flight(self) -> None:
         """Take the flight on screen out of the review; its files stay as they are."""
         flight = self.flight
         if flight is None:
@@ -118,20 +118,20 @@ class ReviewedFlights(QWidget):
         self._review.remove(flight)
         left = self._review.flights
         self._remember()
-        self.look_at(left[min(place, len(left) - 1)] if left else None)
+        self.select_flight(left[min(place, len(left) - 1)] if left else None)
         self.changed.emit()
 
     def _opened(self, flight: ReviewedFlight) -> None:
         chosen = self._selection.maneuver
-        place = None if not chosen else self._review.located(chosen)
+        place = None if not chosen else self._review.find_maneuver(chosen)
         self._review.add(flight)
         self._remember()
         if place is not None and place[0] in self._review.flights:
             # Ids of a campaign begin with the number of the flight.
-            self._selection.choose_maneuver(self._review.campaign_id(place[0], place[1].id))
+            self._selection.select_maneuver(self._review.campaign_id(place[0], place[1].id))
         elif self.flight is None or self.flight not in self._review.flights:
             # The first one, or the one on screen opened anew.
-            self.look_at(flight)
+            self.select_flight(flight)
         self.changed.emit()
 
     def _not_opened(self, path: Path, error: BaseException) -> None:
@@ -145,23 +145,23 @@ class ReviewedFlights(QWidget):
 
     # What is on screen
 
-    def look_at(self, flight: ReviewedFlight | None) -> None:
+    def select_flight(self, flight: ReviewedFlight | None) -> None:
         """Put another flight on screen; its first maneuver is chosen where none of it is."""
         if flight is not self.flight:
             self.flight = flight
-            self.shown.emit(flight)
-        place = self._review.located(self._selection.maneuver)
+            self.current_flight_changed.emit(flight)
+        place = self._review.find_maneuver(self._selection.maneuver)
         if flight is None:
-            self._selection.choose_maneuver("")
+            self._selection.select_maneuver("")
         elif place is None or place[0] is not flight:
             first = flight.maneuvers[0].id if flight.maneuvers else ""
-            self._selection.choose_maneuver(
+            self._selection.select_maneuver(
                 self._review.campaign_id(flight, first) if first else ""
             )
 
     def _follow(self, campaign_id: str) -> None:
         """Put the flight of the chosen maneuver on screen."""
-        place = self._review.located(campaign_id)
+        place = self._review.find_maneuver(campaign_id)
         if place is not None and place[0] is not self.flight:
             self.flight = place[0]
-            self.shown.emit(place[0])
+            self.current_flight_changed.emit(place[0])

@@ -36,7 +36,7 @@ class RunController(QObject):
     estimated : Signal(object)
         An `RunOutcome` is there.
     running : bool
-    told : str
+    status_text : str
         How the last run ended; empty where there is nothing to say any more.
     """
 
@@ -51,7 +51,7 @@ class RunController(QObject):
         self._book = book
         self._kept_before: set[int] | None = None
         self.running = False
-        self.told = ""
+        self.status_text = ""
         book.changed.connect(self._runs_read)
 
     def estimate(self, request: RunRequest) -> None:
@@ -69,32 +69,32 @@ class RunController(QObject):
 
     def _begin(self) -> None:
         self.running = True
-        self.told = ""
+        self.status_text = ""
         self.changed.emit()
 
     def _done(self, found: object) -> None:
         outcome: RunOutcome = found  # type: ignore[assignment]
-        self._book.read()
+        self._book.reload()
         self._end(_describe_run_end(outcome), outcome)
 
     def _repeated(self, found: object) -> None:
         repeated: RepeatedRun = found  # type: ignore[assignment]
-        same = "The same to the last bit." if repeated.same else "It is not the same."
+        same = "The same to the last bit." if repeated.is_identical else "It is not the same."
         self._end(" ".join((same, *(f"{one}." for one in repeated.differences))), repeated.outcome)
 
     def _end(self, words: str, outcome: RunOutcome) -> None:
         self.running = False
-        self.told = words
+        self.status_text = words
         self.estimated.emit(outcome)
         self.changed.emit()
 
     def _failed(self, error: BaseException) -> None:
         self.running = False
-        self.told = ""
+        self.status_text = ""
         if isinstance(error, JobCanceledError):
             # Whether it was stopped before it was kept is known when the catalog is read.
             self._kept_before = {run.number for run in self._book.runs}
-            self._book.read()
+            self._book.reload()
         self.changed.emit()
 
     def _runs_read(self) -> None:
@@ -103,7 +103,7 @@ class RunController(QObject):
             return
         late = [run.number for run in self._book.runs if run.number not in self._kept_before]
         self._kept_before = None
-        self.told = (
+        self.status_text = (
             f"Stopped when run {late[0]} was kept already; Delete in the list forgets it."
             if late
             else "Stopped; nothing was kept."
@@ -123,9 +123,9 @@ def _describe_run_end(outcome: RunOutcome) -> str:
     said += [join_sentences((one,)) for one in outcome.remarks if one.startswith(grave)]
     if failed:
         said.append(f"Not fitted: {', '.join(failed)}.")
-    if outcome.summary.wild:
-        said.append(f"Wild: {', '.join(one.maneuver for one in outcome.summary.wild)}.")
-    gusty = [one.maneuver.id for one in results if one.beside is not None]
+    if outcome.summary.outlying_maneuvers:
+        said.append(f"Wild: {', '.join(one.maneuver for one in outcome.summary.outlying_maneuvers)}.")
+    gusty = [one.maneuver.id for one in results if one.equation_error_estimate is not None]
     if gusty:
         said.append(f"In gusts, equation error beside: {', '.join(gusty)}.")
     said.append(f"Look at Figures ({shortcut_text('Alt+3')}), Summary ({shortcut_text('Alt+4')}).")

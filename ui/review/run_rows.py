@@ -48,7 +48,7 @@ def build_run_rows(
                     f"{METHOD_LABELS.get(one.method, one.method)}, "
                     f"{AXIS_LABELS.get(one.axis, one.axis)}",
                     str(one.maneuver_count),
-                    one.when.astimezone().strftime("%d %b %H:%M"),
+                    one.created_at.astimezone().strftime("%d %b %H:%M"),
                     ", ".join(signs),
                 ),
                 detail=f"run {one.number} of {', '.join(one.flights)}",
@@ -105,8 +105,8 @@ def describe_run(run: StoredRun, comparison: RunComparison | None) -> str:
             said.append(f"Scatter over bounds {run.bounds_ratio:.1f} (1: honest).")
         if run.failures:
             said.append(f"Not fitted: {', '.join(run.failures)}.")
-        if run.wild:
-            said.append(f"Wild: {', '.join(run.wild)}.")
+        if run.outlying_maneuvers:
+            said.append(f"Wild: {', '.join(run.outlying_maneuvers)}.")
         return " ".join(said)
     far = [symbol_text(one.name) for one in comparison.values if one.differs]
     what = (

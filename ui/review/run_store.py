@@ -38,7 +38,7 @@ class RunStore(QObject):
         Other runs are known now.
     runs : tuple of StoredRun
         The newest first.
-    unread : str
+    read_error : str
         Why they could not be read; empty where they were.
     """
 
@@ -59,40 +59,40 @@ class RunStore(QObject):
         self._waiting: list[CatalogAction | None] = []
         self._only_reads = True
         self.runs: tuple[StoredRun, ...] = ()
-        self.unread = ""
+        self.read_error = ""
 
     @property
     def catalog(self) -> Path:
         """Return where the catalog is."""
         return self._catalog()
 
-    def run(self, number: int | None) -> StoredRun | None:
+    def find_run(self, number: int | None) -> StoredRun | None:
         """Return a run by its number; None if it is not known."""
         return next((one for one in self.runs if one.number == number), None)
 
-    def read(self) -> None:
+    def reload(self) -> None:
         """Read the runs anew."""
         self._do(None)
 
     def rename(self, number: int, label: str) -> None:
         """Call a run something else."""
-        before = self.run(number)
+        before = self.find_run(number)
         if before is None or before.label == label.strip():
             return
         former = before.label
         self._rename(number, label)
-        self._deeds.record(
+        self._deeds.push(
             lambda: self._rename(number, former), lambda: self._rename(number, label)
         )
 
-    def forget(self, number: int) -> None:
+    def remove(self, number: int) -> None:
         """Leave a run out; it can be brought back."""
-        if self.run(number) is None:
+        if self.find_run(number) is None:
             return
         self._forget(number)
-        self._deeds.record(lambda: self._recall(number), lambda: self._forget(number))
+        self._deeds.push(lambda: self._recall(number), lambda: self._forget(number))
 
-    def renew(self, outcome: RunOutcome) -> None:
+    def update_means(self, outcome: RunOutcome) -> None:
         """Keep the means of a kept run as they are now."""
         if outcome.number is None:
             return
@@ -158,14 +158,14 @@ class RunStore(QObject):
 
     def _read(self, runs: tuple[StoredRun, ...]) -> None:
         self._work = None
-        self.runs, self.unread = runs, ""
+        self.runs, self.read_error = runs, ""
         self.changed.emit()
         self._next()
 
     def _failed(self, error: BaseException) -> None:
         self._work = None
         if self._only_reads:
-            self.unread = str(error)
+            self.read_error = str(error)
             self.changed.emit()
         self._report_error(error)
         self._next()

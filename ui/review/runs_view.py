@@ -106,7 +106,7 @@ class RunsView(QWidget):
         self.list.selectionModel().currentRowChanged.connect(lambda *_: self._tell())
         self.list.opened.connect(lambda _key: self.opened.emit())
         self.list.deleted.connect(self._delete)
-        self.list.marked.connect(self.mark)
+        self.list.marked.connect(self.toggle_mark)
         self.list.focused.connect(self.focused)
         self.list.lines.edited.connect(self._renamed)
         book.changed.connect(self.refresh)
@@ -118,12 +118,12 @@ class RunsView(QWidget):
         self._column.setSpacing(self._look.px(8))
 
     @property
-    def current(self) -> StoredRun | None:
+    def current_run(self) -> StoredRun | None:
         """Return the run that has the keyboard."""
         key = self.list.current_key()
-        return self._book.run(key if isinstance(key, int) else None)
+        return self._book.find_run(key if isinstance(key, int) else None)
 
-    def show_number(self, number: int | None) -> None:
+    def show_run(self, number: int | None) -> None:
         """Say which run figures and summary show, and put the keyboard's line there.
 
         A run that has just ended is listed once the catalog was read again. A name that is being
@@ -136,53 +136,53 @@ class RunsView(QWidget):
     def refresh(self) -> None:
         """Show the runs as they are known now."""
         runs = self._book.runs
-        if self.marked is not None and self._book.run(self.marked) is None:
+        if self.marked is not None and self._book.find_run(self.marked) is None:
             self.marked = None
-        self.list.show_lines(build_run_rows(runs, self.marked, self._shown))
-        unread = self._book.unread
+        self.list.show_rows(build_run_rows(runs, self.marked, self._shown))
+        unread = self._book.read_error
         self.empty.setText(f"They cannot be read: {unread}." if unread else _NO_RUNS_TEXT)
         self.empty.setVisible(not runs)
         for part in (self.list, self.buttons, self.said, self.values, self.settings):
             part.setVisible(bool(runs))
-        if self.list.typing:
+        if self.list.is_editing:
             self._wanted = None
-        if self._book.run(self._wanted) is not None:
-            self.list.choose(self._wanted)
+        if self._book.find_run(self._wanted) is not None:
+            self.list.select_row(self._wanted)
             self._wanted = None
-        if runs and self.current is None:
+        if runs and self.current_run is None:
             self.list.setCurrentIndex(self.list.lines.index(0, 0))
         self._tell()
 
-    def mark(self) -> None:
+    def toggle_mark(self) -> None:
         """Mark the run with the keyboard, to set others beside it; or take its mark away."""
-        run = self.current
+        run = self.current_run
         if run is not None:
             self.marked = None if self.marked == run.number else run.number
             self.refresh()
 
-    def name(self) -> None:
+    def rename(self) -> None:
         """Let the user type another name for the run."""
-        run = self.current
+        run = self.current_run
         if run is not None:
             self.list.setFocus()
-            self.list.edit_key(run.number, NAME_COLUMN_INDEX)
+            self.list.edit_row(run.number, NAME_COLUMN_INDEX)
 
-    def forget(self) -> None:
+    def remove(self) -> None:
         """Leave the run out of the list."""
-        run = self.current
+        run = self.current_run
         if run is not None:
-            self._book.forget(run.number)
+            self._book.remove(run.number)
 
     def _delete(self, key: object) -> None:
         if isinstance(key, int):
-            self._book.forget(key)
+            self._book.remove(key)
 
     def _renamed(self, key: object, text: str) -> None:
         if isinstance(key, int):
             self._book.rename(key, text)
 
     def _comparison(self, run: StoredRun) -> RunComparison | None:
-        marked = self._book.run(self.marked)
+        marked = self._book.find_run(self.marked)
         if marked is None or marked.number == run.number:
             return None
         from gsapp.identification.runs.run_comparison import compare_runs
@@ -190,12 +190,12 @@ class RunsView(QWidget):
         return compare_runs(run, marked)
 
     def _tell(self) -> None:
-        run = self.current
+        run = self.current_run
         if run is not None:
             comparison = self._comparison(run)
             self.said.setText(describe_run(run, comparison))
-            self.values.show_lines(build_run_value_rows(run, comparison))
-            self.settings.show_lines(build_setting_rows(run, comparison))
+            self.values.show_rows(build_run_value_rows(run, comparison))
+            self.settings.show_rows(build_setting_rows(run, comparison))
             beside = comparison is not None
             for table, columns in ((self.values, (2, 3)), (self.settings, (2,))):
                 for column in columns:

@@ -56,50 +56,50 @@ def take_review_screenshots(
 
 def _capture_steps(crew: ScreenshotTaker, flights: int) -> Iterator[Path]:
     """Go from chapter to chapter."""
-    review = crew.window.review
-    crew.await_keyboard()
-    crew.press("F4")
-    crew.wait(lambda: len(review.review.flights) == flights, "the flights to open")
+    review = crew.window.review_page
+    crew.wait_for_focus()
+    crew.press_key("F4")
+    crew.wait_until(lambda: len(review.review.flights) == flights, "the flights to open")
     for keys in ("Alt+PgDown", "Alt+PgDown", "Alt+PgDown", "Ctrl+Return", "Down", "Down"):
-        crew.press(keys)
-    yield crew.take("maneuvers")
-    crew.press("Alt+2")
+        crew.press_key(keys)
+    yield crew.take_screenshot("maneuvers")
+    crew.press_key("Alt+2")
     estimate = review.pages["estimate"]
     estimate.panel.bound_factor.setFocus()
     for key in ("1", "0"):
-        crew.press(key)
+        crew.press_key(key)
     _run_estimate(crew, "Return")
-    crew.press("Ctrl+Shift+Backspace")
+    crew.press_key("Ctrl+Shift+Backspace")
     _run_estimate(crew, "Ctrl+Return")
     runs = estimate.runs.list
     runs.setFocus()
-    crew.wait(lambda: len(runs.lines.lines) == 2, "the kept runs")
-    crew.press("Down")
-    crew.press("Space")
-    crew.press("Up")
+    crew.wait_until(lambda: len(runs.lines.lines) == 2, "the kept runs")
+    crew.press_key("Down")
+    crew.press_key("Space")
+    crew.press_key("Up")
     estimate.area.verticalScrollBar().setValue(0)
-    yield crew.take("estimate")
-    crew.press("Alt+3")
+    yield crew.take_screenshot("estimate")
+    crew.press_key("Alt+3")
     view = review.pages["figures"].view
     for place, name in enumerate(("values", *_FIGURES)):
         if place:
-            crew.press("Ctrl+PgDown")
+            crew.press_key("Ctrl+PgDown")
         for _ in range(2):
             # What comes of a job is drawn once more.
             crew.pause(_SETTLE_SECONDS)
-            crew.wait(lambda: view.settled and not review.work.running, name)
-        yield crew.take(name)
-    crew.press("Alt+4")
-    yield crew.take("summary")
+            crew.wait_until(lambda: view.settled and not review.work.running, name)
+        yield crew.take_screenshot(name)
+    crew.press_key("Alt+4")
+    yield crew.take_screenshot("summary")
 
 
 def _run_estimate(crew: ScreenshotTaker, keys: str) -> None:
     """Run, and wait for what comes of it."""
-    review = crew.window.review
+    review = crew.window.review_page
     before = review.outcome
-    crew.wait(lambda: review.page is not None and review.page.can_run, "the settings")
-    crew.press(keys)
-    crew.wait(lambda: review.outcome is not before and not review.work.running, "the run")
+    crew.wait_until(lambda: review.step_page is not None and review.step_page.can_run, "the settings")
+    crew.press_key(keys)
+    crew.wait_until(lambda: review.outcome is not before and not review.work.running, "the run")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -114,7 +114,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             take_review_screenshots(
                 given.flight or [write_virtual_flight(Path(scratch), "default")],
                 given.out,
-                WindowAppearance.given(given),
+                WindowAppearance.from_arguments(given),
             )
         except GroundStationError as error:
             sys.exit(str(error))

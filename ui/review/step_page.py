@@ -35,7 +35,7 @@ class ReviewStepPage(AbstractStepPage):
         """Return how the chapter stands, for the row of chapters."""
         return StepStatus(state="plain")
 
-    def show_open(self, path: Path | None) -> None:
+    def set_open_flight(self, path: Path | None) -> None:
         """Say which flight is open in the window; None for none."""
 
     def show_outcome(self, outcome: RunOutcome | None) -> None:

@@ -35,13 +35,13 @@ class SummaryExporter(QObject):
 
     Attributes
     ----------
-    told : Signal(str)
+    status_reported : Signal(str)
         What was written, or why not.
     written : Path or None
         What was written last.
     """
 
-    told = Signal(str)
+    status_reported = Signal(str)
 
     def __init__(self, store: SettingsStore, begin_job: JobSubmitter, parent: QWidget) -> None:
         super().__init__(parent)
@@ -51,16 +51,16 @@ class SummaryExporter(QObject):
         self._work: BackgroundJob | None = None
         self.written: Path | None = None
 
-    def ask_report(
+    def export_report_as(
         self, outcome: RunOutcome, units: str, linear: LinearModelValidation | None
     ) -> None:
         """Ask for a file and write the report there."""
         start = self._folder() / f"{_export_title(outcome)} report.html"
         path = ask_save_file(self._window, "Write the report", start, _REPORT_FILTER)
         if path is not None:
-            self.report(outcome, path, units, linear)
+            self.write_report(outcome, path, units, linear)
 
-    def ask_everything(
+    def export_all_as(
         self, outcome: RunOutcome, units: str, linear: LinearModelValidation | None
     ) -> None:
         """Ask for a folder and write the report, its figures and all files there."""
@@ -68,9 +68,9 @@ class SummaryExporter(QObject):
             self._window, "Write report and files into this folder", str(self._folder())
         )
         if path:
-            self.report(outcome, Path(path), units, linear)
+            self.write_report(outcome, Path(path), units, linear)
 
-    def report(
+    def write_report(
         self, outcome: RunOutcome, path: Path, units: str, linear: LinearModelValidation | None
     ) -> None:
         """Write a report, or everything where `path` is a folder."""
@@ -81,7 +81,7 @@ class SummaryExporter(QObject):
             failed=lambda error: self._failed(path, error),
         )
 
-    def ask_file(
+    def export_file_as(
         self, outcome: RunOutcome, name: str, linear: LinearModelValidation | None
     ) -> None:
         """Ask for a place and write one of the files of a campaign there."""
@@ -90,9 +90,9 @@ class SummaryExporter(QObject):
         kind = f"{ending[1:].upper()} (*{ending})"
         path = ask_save_file(self._window, "Write the file", start, kind)
         if path is not None:
-            self.file(outcome, name, path, linear)
+            self.write_file(outcome, name, path, linear)
 
-    def file(
+    def write_file(
         self, outcome: RunOutcome, name: str, path: Path, linear: LinearModelValidation | None
     ) -> None:
         """Write one of the files of a campaign."""
@@ -110,18 +110,18 @@ class SummaryExporter(QObject):
         self._work = work
         work.start()
 
-    def open(self) -> None:
+    def open_written(self) -> None:
         """Open what was written last with the program that this computer has for it."""
         if self.written is not None:
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(self.written)))
 
     def _done(self, path: object) -> None:
         self.written = Path(str(path))
-        self.told.emit(f"Written: {self.written}")
+        self.status_reported.emit(f"Written: {self.written}")
 
     def _failed(self, path: Path, error: BaseException) -> None:
         why = "stopped; nothing was left behind" if isinstance(error, JobCanceledError) else error
-        self.told.emit(f"{path.name} was not written: {why}")
+        self.status_reported.emit(f"{path.name} was not written: {why}")
 
     def _folder(self) -> Path:
         return initial_dialog_folder(self._store.current, self._store.current.review_folder)

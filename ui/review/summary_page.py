@@ -56,7 +56,7 @@ class SummaryPage(ReviewStepPage):
     ----------
     actions : mapping of str to QAction
         The commands.
-    look : DisplayStyle
+    display_style : DisplayStyle
         Colors, sizes, units.
     store : SettingsStore
         Remembers the folder that reports go to.
@@ -80,7 +80,7 @@ class SummaryPage(ReviewStepPage):
         self._outcome: RunOutcome | None = None
         self.linear = LinearModelsPanel(look, actions, begin_job)
         self.writer = SummaryExporter(store, begin_job, self)
-        self.writer.told.connect(self._told)
+        self.writer.status_reported.connect(self._told)
         self._build()
         selection.maneuver_changed.connect(self._maneuver_chosen)
         selection.derivative_changed.connect(self._derivative_chosen)
@@ -104,12 +104,12 @@ class SummaryPage(ReviewStepPage):
         self._area.setWidget(page)
         outer.addWidget(self._area)
         self._column = QVBoxLayout(page)
-        self.headline = create_label("", "heading", wrap=True, remarks_in=self.look)
-        self.trust = create_label("", wrap=True, remarks_in=self.look)
+        self.headline = create_label("", "heading", wrap=True, remarks_in=self.display_style)
+        self.trust = create_label("", wrap=True, remarks_in=self.display_style)
         self.trust.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._column.addWidget(self.headline)
         self._column.addWidget(self.trust)
-        self._pair = StackingColumns(self.look, (8, 5))
+        self._pair = StackingColumns(self.display_style, (8, 5))
         self._column.addWidget(self._pair)
         self._column.addStretch(1)
         self._derivatives()
@@ -120,14 +120,14 @@ class SummaryPage(ReviewStepPage):
 
     def _derivatives(self) -> None:
         self.table = FittedTableView(
-            self.look, "Derivatives", DERIVATIVE_TITLES, stretch=REMARK_COLUMN,
+            self.display_style, "Derivatives", DERIVATIVE_TITLES, stretch=REMARK_COLUMN,
             widths={0: 84, 1: 84, 2: 84, 3: 62, 4: 74, 5: 74, 6: 32, 7: 42, 8: 80},
             right=frozenset(range(1, REMARK_COLUMN)), least=6, most=40,
         )  # fmt: skip
         self.table.selectionModel().currentRowChanged.connect(lambda *_: self._row_chosen())
         self.table.opened.connect(lambda _key: self._actions["review_figures"].trigger())
         self.table.installEventFilter(self)
-        self.detail = create_label("", wrap=True, remarks_in=self.look)
+        self.detail = create_label("", wrap=True, remarks_in=self.display_style)
         self.detail.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.detail.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._add(self._pair.left, create_label("Derivatives, per radian", "strong"))
@@ -139,7 +139,7 @@ class SummaryPage(ReviewStepPage):
     def _attention(self) -> None:
         self.attention_heading = create_label("Needs attention", "strong")
         self.attention = FittedTableView(
-            self.look, "What to look at", ATTENTION_TITLES, stretch=2, widths={0: 72, 1: 120},
+            self.display_style, "What to look at", ATTENTION_TITLES, stretch=2, widths={0: 72, 1: 120},
             least=2, most=12,
         )  # fmt: skip
         self.attention.selectionModel().currentRowChanged.connect(lambda *_: self._looked_at())
@@ -148,7 +148,7 @@ class SummaryPage(ReviewStepPage):
         self._add(self._pair.right, self.attention)
 
     def _writing(self) -> None:
-        look, actions = self.look, self._actions
+        look, actions = self.display_style, self._actions
         self.file = LabeledComboBox(look, "One file", letters=24)
         self.buttons = {
             name: ActionButton(actions[name], words, look)
@@ -177,11 +177,11 @@ class SummaryPage(ReviewStepPage):
         column.addWidget(widget)
 
     def _restyle(self) -> None:
-        gap = self.look.px(16)
+        gap = self.display_style.px(16)
         # Words of another length must not push about what stands below.
-        self.detail.setMinimumHeight(self.look.px(_DETAIL_HEIGHT))
-        self._column.setContentsMargins(self.look.px(24), gap, self.look.px(24), gap)
-        self._column.setSpacing(self.look.px(8))
+        self.detail.setMinimumHeight(self.display_style.px(_DETAIL_HEIGHT))
+        self._column.setContentsMargins(self.display_style.px(24), gap, self.display_style.px(24), gap)
+        self._column.setSpacing(self.display_style.px(8))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Leave out columns where the table has little room."""
@@ -190,7 +190,7 @@ class SummaryPage(ReviewStepPage):
         return super().eventFilter(watched, event)
 
     def _fit(self) -> None:
-        narrow = self.table.width() < self.look.px(_FULL_TABLE_WIDTH)
+        narrow = self.table.width() < self.display_style.px(_FULL_TABLE_WIDTH)
         for column in _OPTIONAL_COLUMNS:
             if self.table.isColumnHidden(column) != narrow:
                 self.table.setColumnHidden(column, narrow)
@@ -202,16 +202,16 @@ class SummaryPage(ReviewStepPage):
         """Return what the commands of this page do."""
         return {
             "review_report": lambda: self._with_outcome(
-                lambda run: self.writer.ask_report(run, self.look.units, self.linear.comparison)
+                lambda run: self.writer.export_report_as(run, self.display_style.units, self.linear.comparison)
             ),
             "review_everything": lambda: self._with_outcome(
-                lambda run: self.writer.ask_everything(run, self.look.units, self.linear.comparison)
+                lambda run: self.writer.export_all_as(run, self.display_style.units, self.linear.comparison)
             ),
             "review_file": lambda: self._with_outcome(
-                lambda run: self.writer.ask_file(run, self.file.value, self.linear.comparison)
+                lambda run: self.writer.export_file_as(run, self.file.current_key, self.linear.comparison)
             ),
-            "review_open_written": self.writer.open,
-            "review_copy": self.copy,
+            "review_open_written": self.writer.open_written,
+            "review_copy": self.copy_table,
             "review_compare": lambda: self._with_outcome(lambda _run: self.linear.compare()),
         }
 
@@ -234,13 +234,13 @@ class SummaryPage(ReviewStepPage):
         """Return how the chapter stands: how many things there are to look at."""
         if self._outcome is None:
             return StepStatus(state="unknown")
-        wild = len(self._outcome.summary.wild)
+        wild = len(self._outcome.summary.outlying_maneuvers)
         if wild:
-            return StepStatus(state="caution", words=count_text(wild, "wild maneuver"))
+            return StepStatus(state="caution", text=count_text(wild, "wild maneuver"))
         earned = [name for name in self._outcome.summary.derivatives if not name.endswith("_0")]
-        return StepStatus(state="plain", words=count_text(len(earned), "derivative"))
+        return StepStatus(state="plain", text=count_text(len(earned), "derivative"))
 
-    def copy(self) -> None:
+    def copy_table(self) -> None:
         """Put the table on the clipboard, as text with tabs."""
         if self._outcome is not None:
             QGuiApplication.clipboard().setText(format_derivative_table(self._outcome))
@@ -275,15 +275,15 @@ class SummaryPage(ReviewStepPage):
         said = (bound_consistency_text(outcome.summary), *residual_text(outcome.result))
         self.trust.setText(" ".join((*said, *exclusion_text(outcome.summary))))
         with QSignalBlocker(self.table.selectionModel()):
-            self.table.show_lines(build_derivative_rows(outcome))
+            self.table.show_rows(build_derivative_rows(outcome))
         with QSignalBlocker(self.attention.selectionModel()):
             lines = build_attention_rows(outcome)
-            self.attention.show_lines(lines)
+            self.attention.show_rows(lines)
         self.attention.setVisible(bool(lines))
         self.attention_heading.setText("Needs attention" if lines else "Nothing needs attention")
         self.linear.show_outcome(outcome)
         names = [name for name in file_names(outcome) if name in FILE_TITLES]
-        self.file.show_choices([(name, FILE_TITLES[name]) for name in names], self.file.value)
+        self.file.set_choices([(name, FILE_TITLES[name]) for name in names], self.file.current_key)
         self._derivative_chosen(self._selection.derivative)
         self._maneuver_chosen(self._selection.maneuver)
         self._tell_of(self._selection.derivative)
@@ -301,7 +301,7 @@ class SummaryPage(ReviewStepPage):
         key = self.table.current_key()
         if isinstance(key, str):
             self._tell_of(key)
-            self._selection.choose_derivative(key)
+            self._selection.select_derivative(key)
 
     def _tell_of(self, derivative: str) -> None:
         outcome = self._outcome
@@ -311,13 +311,13 @@ class SummaryPage(ReviewStepPage):
     def _looked_at(self) -> None:
         key = self.attention.current_key()
         if isinstance(key, AttentionItem):
-            self._selection.choose_maneuver(key.maneuver)
+            self._selection.select_maneuver(key.maneuver)
             if key.derivative:
-                self._selection.choose_derivative(key.derivative)
+                self._selection.select_derivative(key.derivative)
 
     def _derivative_chosen(self, derivative: str) -> None:
         if self.table.current_key() != derivative:
-            self.table.choose(derivative)
+            self.table.select_row(derivative)
 
     def _maneuver_chosen(self, maneuver: str) -> None:
         current = self.attention.current_key()
@@ -326,5 +326,5 @@ class SummaryPage(ReviewStepPage):
         for line in self.attention.lines.lines:
             if isinstance(line.key, AttentionItem) and line.key.maneuver == maneuver:
                 with QSignalBlocker(self.attention.selectionModel()):
-                    self.attention.choose(line.key)
+                    self.attention.select_row(line.key)
                 return

@@ -60,7 +60,7 @@ def build_derivative_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
     for row in derivative_rows(outcome.summary, known):
         name, mean, bound, percent, scatter, ratio, n, out, before = row
         one = outcome.summary.derivatives[name]
-        scatters = one.honesty is not None and one.honesty.ratio > _SCATTER_RATIO_LIMIT
+        scatters = one.bound_consistency is not None and one.bound_consistency.ratio > _SCATTER_RATIO_LIMIT
         sign = "▲ " if scatters else ""
         lines.append(
             TableRow(
@@ -106,7 +106,7 @@ def _trend_texts(one: DerivativeSummary) -> list[str]:
     return [
         f"changes with {channel(trend.condition).title.lower()}"
         for trend in one.trends
-        if trend.proven
+        if trend.is_significant
     ]
 
 
@@ -131,25 +131,25 @@ def describe_derivative(outcome: RunOutcome, name: str) -> str:
         for found in (fit.derivatives.get(name) for fit in outcome.result.joint)
         if found is not None and found.value is not None and found.std
     ]
-    if one.honesty is None and one.value.n < _MIN_SCATTER_VALUES:
+    if one.bound_consistency is None and one.value.n < _MIN_SCATTER_VALUES:
         said.append(
             f"Fewer than {_MIN_SCATTER_VALUES} values stand: scatter says nothing of its bounds."
         )
-    elif one.honesty is None:
+    elif one.bound_consistency is None:
         said.append(
             "Its bound holds the zero of an instrument, which all maneuvers have in common: "
             "scatter says nothing of it."
         )
     else:
         said.append(
-            f"Scatter is {one.honesty.ratio:.1f} times what the bounds promise (by chance, were "
-            f"they honest: {one.honesty.p_value:.2g})."
+            f"Scatter is {one.bound_consistency.ratio:.1f} times what the bounds promise (by chance, were "
+            f"they honest: {one.bound_consistency.p_value:.2g})."
         )
-        if one.honesty.ratio > _SCATTER_RATIO_LIMIT:
+        if one.bound_consistency.ratio > _SCATTER_RATIO_LIMIT:
             said.append("What differs between maneuvers is in the bound of the mean.")
     said += [
         f"Trend with {channel(trend.condition).title.lower()}: "
-        f"{'proven' if trend.proven else 'not proven'} (chance alone: "
+        f"{'proven' if trend.is_significant else 'not proven'} (chance alone: "
         f"{max(trend.p_value, 1e-9):.2g})."
         for trend in one.trends
     ]
@@ -179,18 +179,18 @@ def build_attention_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
             key=AttentionItem(kind="wild", maneuver=one.maneuver),
             cells=(
                 one.maneuver,
-                f"wild: {len(one.derivatives)} of {one.of} derivatives"
+                f"wild: {len(one.derivatives)} of {one.derivative_count} derivatives"
                 + (", though fitted well" if one.fits_well else ""),
                 typeset(f"{', '.join(one.derivatives)}: {'; '.join(one.reasons)}"),
             ),
             state="caution",
-            strong=True,
+            is_bold=True,
             colored=frozenset({1}),
         )
-        for one in summary.wild
+        for one in summary.outlying_maneuvers
     ]
     # The values of a wild maneuver stand in its own line.
-    wild = {one.maneuver for one in summary.wild}
+    wild = {one.maneuver for one in summary.outlying_maneuvers}
     lines += [
         TableRow(
             key=AttentionItem(kind="outlier", maneuver=outlier.point.maneuver, derivative=name),
@@ -225,7 +225,7 @@ def build_attention_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
             key=AttentionItem(kind="excluded", maneuver=maneuver),
             cells=(maneuver, "left out by hand", "not in any mean"),
         )
-        for maneuver in sorted(summary.without)
+        for maneuver in sorted(summary.excluded_maneuvers)
     ]
     return tuple(lines)
 
@@ -284,7 +284,7 @@ def build_error_rows(comparison: LinearModelValidation) -> tuple[TableRow, ...]:
 
     lines = []
     for axis, one in comparison.axes.items():
-        for words, found in (("", one.errors), (", whole flight", one.whole)):
+        for words, found in (("", one.errors), (", whole flight", one.whole_flight_errors)):
             for name, *errors in error_rows(one.outputs, found) if found else ():
                 cells = (f"{symbol_text(channel(name).symbol)}{words}", *errors)
                 lines.append(TableRow(key=(axis, name, words), cells=cells))

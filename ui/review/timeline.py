@@ -48,20 +48,20 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
 
     Attributes
     ----------
-    chosen : Signal(str)
+    maneuver_selected : Signal(str)
         A maneuver was pressed.
-    moving, moved : Signal(str, float, float)
+    edge_dragged, edge_moved : Signal(str, float, float)
         The edges of a maneuver (s) while one is dragged, and where it was let go.
-    dropped : Signal
+    drag_cancelled : Signal
         What was being dragged is where it was.
     deleted : Signal
         Delete was pressed.
     """
 
-    chosen = Signal(str)
-    moving = Signal(str, float, float)
-    moved = Signal(str, float, float)
-    dropped = Signal()
+    maneuver_selected = Signal(str)
+    edge_dragged = Signal(str, float, float)
+    edge_moved = Signal(str, float, float)
+    drag_cancelled = Signal()
     deleted = Signal()
 
     def __init__(self, look: DisplayStyle) -> None:
@@ -102,7 +102,7 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
         if event.button() != Qt.MouseButton.LeftButton or self._traces is None:
             super().mousePressEvent(event)
             return
-        at, places = event.position(), self.places
+        at, places = event.position(), self.regions
         if places.overview.contains(at):
             self._drag = _Drag(what="overview")
             self._choose_at(self.overview_scale.time(at.x()))
@@ -126,10 +126,10 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
         if name != self._name:
             self._name = name
             self.update()
-            self.chosen.emit(name)
+            self.maneuver_selected.emit(name)
 
     def _center(self, at: QPointF) -> None:
-        if not self.view.whole:
+        if not self.view.shows_all:
             time = self.overview_scale.time(at.x())
             self.view.pan(time - (self.view.start + self.view.stop) / 2.0)
             self._redraw()
@@ -137,11 +137,11 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Drag what is held; else show that an edge can be."""
         at, drag = event.position(), self._drag
-        known = self._traces is not None and self.places.plot.contains(at)
+        known = self._traces is not None and self.regions.plot.contains(at)
         self._reads = False
-        self.point(self.scale.time(at.x()) if known else None)
+        self.set_pointer(self.scale.time(at.x()) if known else None)
         if drag is None or not event.buttons() & Qt.MouseButton.LeftButton:
-            plot = self.places.plot
+            plot = self.regions.plot
             over = plot.top() - self._look.px(20) <= at.y() <= plot.bottom()
             edge = over and self._traces is not None and self._edge_at(at.x()) is not None
             shape = Qt.CursorShape.SizeHorCursor if edge else Qt.CursorShape.ArrowCursor
@@ -153,7 +153,7 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
         time = min(max(self.scale.time(at.x()), self.view.first), self.view.last)
         if drag.what == "stretch":
             if abs(self.scale.x(drag.anchor) - at.x()) > self._look.px(_EDGE_HIT_DISTANCE):
-                self.mark((min(drag.anchor, time), max(drag.anchor, time)))
+                self.mark_segment((min(drag.anchor, time), max(drag.anchor, time)))
             return
         self._drag_edge(drag, time)
 
@@ -161,7 +161,7 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
         """Read nothing where the mouse is not."""
         super().leaveEvent(event)
         if not self._reads:
-            self.point(None)
+            self.set_pointer(None)
 
     def _drag_edge(self, drag: _Drag, time: float) -> None:
         span = next((one for one in self._spans if one.id == drag.name), None)
@@ -171,7 +171,7 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
         if start < stop:
             self._held = replace(span, start=start, stop=stop)
             self.update()
-            self.moving.emit(drag.name, start, stop)
+            self.edge_dragged.emit(drag.name, start, stop)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Let go: an edge stays where it was dragged to."""
@@ -180,11 +180,11 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
         drag, held = self._drag, self._held
         self._drag = self._held = None
         if drag is not None and held is not None:
-            self.moved.emit(held.id, held.start, held.stop)
+            self.edge_moved.emit(held.id, held.start, held.stop)
         elif drag is not None and drag.what == "stretch":
             place = self.scale.x(drag.anchor)
             if abs(place - event.position().x()) <= self._look.px(_EDGE_HIT_DISTANCE):
-                self.mark(None)
+                self.mark_segment(None)
         self.update()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
@@ -192,7 +192,7 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
         if event.button() != Qt.MouseButton.LeftButton or self._traces is None:
             return
         self._drag = self._held = None
-        inside = self.places.overview.contains(event.position())
+        inside = self.regions.overview.contains(event.position())
         scale = self.overview_scale if inside else self.scale
         span = self._span_at(scale.time(event.position().x()))
         if span is None:
@@ -223,9 +223,9 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
         zooms = {Qt.Key.Key_Up: _ZOOM, Qt.Key.Key_Down: 1.0 / _ZOOM}
         if key == Qt.Key.Key_C and not event.modifiers():
             self._reads = not self._reads
-            self.point((view.start + view.stop) / 2.0 if self._reads else None)
+            self.set_pointer((view.start + view.stop) / 2.0 if self._reads else None)
         elif self._reads and self.pointer is not None and key in _POINTER_KEYS:
-            self.point(self.pointer + _POINTER_KEYS[key] * view.seconds)
+            self.set_pointer(self.pointer + _POINTER_KEYS[key] * view.seconds)
         elif key in moves:
             view.pan(moves[key] * view.seconds)
         elif key in zooms:
@@ -249,10 +249,10 @@ class Timeline(TimelineWidget, ArrowKeyNavigation):
         """Drop what is being dragged or marked."""
         held, self._drag, self._held = self._held, None, None
         self._reads = False
-        self.point(None)
-        self.mark(None)
+        self.set_pointer(None)
+        self.mark_segment(None)
         if held is not None:
-            self.dropped.emit()
+            self.drag_cancelled.emit()
 
     def _anchor(self) -> float | None:
         """Return the middle of the chosen maneuver if it is in sight, so that it stays there."""

@@ -42,7 +42,7 @@ class TimelineCurve:
         Name of a trace color.
     times, values : ndarray, shape (n,)
         s, and in the unit of the chart; NaN where missing.
-    dense : bool
+    is_min_max : bool
         Whether each column has its lowest and highest value only.
     display : DisplayFormat
         How its values are shown.
@@ -53,12 +53,12 @@ class TimelineCurve:
     color: str
     times: FloatArray
     values: FloatArray
-    dense: bool
+    is_min_max: bool
     display: DisplayFormat
 
-    def reading(self, value: float) -> str:
+    def value_text(self, value: float) -> str:
         """Return the symbol with a value (SI); a dash for a missing one."""
-        shown = number_text(self.display.shown(value), self.display.decimals)
+        shown = number_text(self.display.to_display(value), self.display.decimals)
         return f"{self.title} {shown}"
 
 
@@ -101,10 +101,10 @@ def _build_chart(
     traces: Traces, names: list[str], start: float, stop: float, columns: int, units: str
 ) -> TimelineChart:
     lines, ends = [], []
-    displays = {name: DisplayFormat.of(channel(name), units) for name in names}
+    displays = {name: DisplayFormat.for_channel(channel(name), units) for name in names}
     for name in names:
         times, values = traces.line(name, start, stop, columns)
-        shown = displays[name].shown(values)
+        shown = displays[name].to_display(values)
         finite = shown[np.isfinite(shown)]
         if finite.size:
             ends += [float(finite.min()), float(finite.max())]
@@ -115,11 +115,11 @@ def _build_chart(
                 color=trace_color(name),
                 times=times,
                 values=shown,
-                dense=times.size > 1 and bool(times[0] == times[1]),
+                is_min_max=times.size > 1 and bool(times[0] == times[1]),
                 display=displays[name],
             )
         )
-    least = max(display.least_span for display in displays.values())
+    least = max(display.min_span for display in displays.values())
     low, high = _axis_range(min(ends, default=math.nan), max(ends, default=math.nan), least)
     return TimelineChart(
         lines=tuple(lines), unit=unit_text(displays[names[0]].unit), low=low, high=high

@@ -76,7 +76,7 @@ class TimeScale:
         share = (x - self.left) / max(self.right - self.left, 1.0)
         return self.start + share * (self.stop - self.start)
 
-    def places(self, times: FloatArray) -> FloatArray:
+    def positions(self, times: FloatArray) -> FloatArray:
         """Return the places of times, shape (n,)."""
         gain = (self.right - self.left) / (self.stop - self.start)
         return np.asarray(self.left + gain * (times - self.start))
@@ -228,7 +228,7 @@ def draw_overview_curve(
     low, span = float(finite.min()), float(np.ptp(finite))
     heights = box.bottom() - 3.0 - (box.height() - 6.0) * (values - low) / span
     painter.setPen(QPen(look.color("previous"), max(look.px(1.5), 1)))
-    painter.drawPath(pyqtgraph.arrayToQPath(scale.places(times), heights, connect="finite"))
+    painter.drawPath(pyqtgraph.arrayToQPath(scale.positions(times), heights, connect="finite"))
 
 
 def draw_chart(
@@ -261,13 +261,13 @@ def draw_chart(
     for line in chart.lines:
         pen = QPen(QColor(look.theme.trace(line.color)))
         wide = look.theme.line_width * look.sizes.scale * 0.75
-        pen.setWidthF(max(wide, 1.0) if not line.dense else max(round(look.sizes.scale), 1))
+        pen.setWidthF(max(wide, 1.0) if not line.is_min_max else max(round(look.sizes.scale), 1))
         pen.setCosmetic(True)
         painter.setPen(pen)
         # Many columns of extremes look alike with hard edges, and are drawn ten times as fast.
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing, not line.dense)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, not line.is_min_max)
         path = pyqtgraph.arrayToQPath(
-            scale.places(line.times), box.bottom() - gain * (line.values - chart.low),
+            scale.positions(line.times), box.bottom() - gain * (line.values - chart.low),
             connect="finite",
         )  # fmt: skip
         painter.drawPath(path)

@@ -43,9 +43,9 @@ class TimelineWidget(QWidget):
 
     Attributes
     ----------
-    marked : Signal
+    segment_marked : Signal
         Another stretch is marked, or none.
-    stretch : tuple of float or None
+    marked_segment : tuple of float or None
         What is marked, s.
     view : VisibleTimeRange
         What is in sight.
@@ -55,7 +55,7 @@ class TimelineWidget(QWidget):
         Where all values are read, s.
     """
 
-    marked = Signal()
+    segment_marked = Signal()
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -71,7 +71,7 @@ class TimelineWidget(QWidget):
         self._boxes: tuple[QRectF, ...] = ()
         self.pointer: float | None = None
         self.shown_charts: tuple[TimelineChart, ...] = ()
-        self.stretch: tuple[float, float] | None = None
+        self.marked_segment: tuple[float, float] | None = None
         self.view = VisibleTimeRange()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setAccessibleName("Time line of the flight")
@@ -83,7 +83,7 @@ class TimelineWidget(QWidget):
         """Show another flight, whole."""
         self._traces = traces
         self._spans, self._name = (), ""
-        self.stretch, self._held, self.pointer = None, None, None
+        self.marked_segment, self._held, self.pointer = None, None, None
         times = None if traces is None else traces.times
         known = times is not None and times.size > 1
         self.view = (
@@ -103,9 +103,9 @@ class TimelineWidget(QWidget):
         self._channels = tuple(channels)
         self._redraw()
 
-    def bring(self, start: float, stop: float) -> None:
+    def scroll_to(self, start: float, stop: float) -> None:
         """Move so that a stretch (s) is in sight."""
-        self.view.bring(start, stop)
+        self.view.scroll_to(start, stop)
         self._redraw()
 
     def zoom_to(self, start: float, stop: float) -> None:
@@ -118,17 +118,17 @@ class TimelineWidget(QWidget):
         self.view.show_all()
         self._redraw()
 
-    def mark(self, stretch: tuple[float, float] | None) -> None:
+    def mark_segment(self, stretch: tuple[float, float] | None) -> None:
         """Mark a stretch (s), or none."""
-        if stretch != self.stretch:
-            self.stretch = stretch
+        if stretch != self.marked_segment:
+            self.marked_segment = stretch
             self.update()
-            self.marked.emit()
+            self.segment_marked.emit()
 
     # Geometry
 
     @property
-    def places(self) -> TimelineRegions:
+    def regions(self) -> TimelineRegions:
         """Return where the parts stand."""
         px = self._look.px
         left, right = px(56), self.width() - px(10)
@@ -143,7 +143,7 @@ class TimelineWidget(QWidget):
     @property
     def scale(self) -> TimeScale:
         """Return where times lie on the charts."""
-        plot = self.places.plot
+        plot = self.regions.plot
         return TimeScale(
             start=self.view.start, stop=self.view.stop, left=plot.left(), right=plot.right()
         )
@@ -151,7 +151,7 @@ class TimelineWidget(QWidget):
     @property
     def overview_scale(self) -> TimeScale:
         """Return where times lie on the whole flight."""
-        box = self.places.overview
+        box = self.regions.overview
         return TimeScale(
             start=self.view.first, stop=self.view.last, left=box.left(), right=box.right()
         )
@@ -201,7 +201,7 @@ class TimelineWidget(QWidget):
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Draw everything; lines come from a picture that is made once for each view."""
-        look, places = self._look, self.places
+        look, places = self._look, self.regions
         painter = QPainter(self)
         painter.fillRect(self.rect(), look.color("background"))
         for box in (places.overview, places.plot):
@@ -222,11 +222,11 @@ class TimelineWidget(QWidget):
         if self._overview is None:
             self._overview = self._pixmap(self._draw_overview)
         painter.drawPixmap(0, 0, self._overview)
-        if self.stretch is not None:
-            drawing.draw_segment(painter, look, self.stretch, scale, box)
+        if self.marked_segment is not None:
+            drawing.draw_segment(painter, look, self.marked_segment, scale, box)
         painter.restore()
         drawing.draw_frame(painter, look, box)
-        if not self.view.whole:
+        if not self.view.shows_all:
             left, right = scale.x(self.view.start), scale.x(self.view.stop)
             painter.setPen(QPen(look.color("accent"), max(look.px(2), 2)))
             painter.drawRect(QRectF(left, box.top(), max(right - left, 3.0), box.height()))
@@ -239,7 +239,7 @@ class TimelineWidget(QWidget):
 
     def _draw_overview(self, painter: QPainter) -> None:
         """Draw how the flight went, in gray: height, or else airspeed or what moved."""
-        traces, box = self._traces, self.places.overview
+        traces, box = self._traces, self.regions.overview
         if traces is None:
             return
         known = [name for name in _OVERVIEW_CHANNELS if name in traces.channels]
@@ -266,8 +266,8 @@ class TimelineWidget(QWidget):
             if span.id == self._name:
                 drawing.draw_inputs(painter, look, span, scale, plot)
                 drawing.draw_edges(painter, look, span.start, span.stop, scale, plot)
-        if self.stretch is not None:
-            drawing.draw_segment(painter, look, self.stretch, scale, plot)
+        if self.marked_segment is not None:
+            drawing.draw_segment(painter, look, self.marked_segment, scale, plot)
         painter.restore()
         drawing.draw_labels(painter, look, self.spans, scale, places.lane, self._name)
         drawing.draw_timeline_axis(painter, look, scale, places.axis, self._tick)
@@ -279,9 +279,9 @@ class TimelineWidget(QWidget):
         traces, time = self._traces, self.pointer
         if traces is None or time is None:
             return [line.title for line in chart.lines]
-        return [line.reading(traces.value(line.channel, time)) for line in chart.lines]
+        return [line.value_text(traces.value(line.channel, time)) for line in chart.lines]
 
-    def point(self, time: float | None) -> None:
+    def set_pointer(self, time: float | None) -> None:
         """Read all values at a time (s), or at none."""
         inside = time is not None and self.view.start <= time <= self.view.stop
         pointer = time if inside else None
@@ -301,7 +301,7 @@ class TimelineWidget(QWidget):
         return made
 
     def _draw_charts(self, painter: QPainter) -> None:
-        traces, look, scale, plot = self._traces, self._look, self.scale, self.places.plot
+        traces, look, scale, plot = self._traces, self._look, self.scale, self.regions.plot
         if traces is None:
             return
         self._tick = drawing.time_tick_step(look, scale)
@@ -338,8 +338,8 @@ class TimelineWidget(QWidget):
                     0,
                     f"maneuver {span.label}, {_clock_text(span.start)} to {_clock_text(span.stop)}",
                 )
-        if self.stretch is not None:
-            words.append(f"{_clock_text(self.stretch[0])} to {_clock_text(self.stretch[1])} marked")
+        if self.marked_segment is not None:
+            words.append(f"{_clock_text(self.marked_segment[0])} to {_clock_text(self.marked_segment[1])} marked")
         if self.pointer is not None:
             values = [name for chart in self.shown_charts for name in self._names(chart)]
             words.append(f"at {_clock_text(self.pointer)} {', '.join(values)}")

@@ -34,7 +34,7 @@ class UndoStack:
         """Return whether there is a change to make again."""
         return bool(self._future)
 
-    def record(self, undo: Callable[[], object], redo: Callable[[], object]) -> None:
+    def push(self, undo: Callable[[], object], redo: Callable[[], object]) -> None:
         """Note a change that was made just now."""
         self._past = [*self._past, UndoCommand(undo=undo, redo=redo)][-_UNDO_LIMIT:]
         self._future.clear()

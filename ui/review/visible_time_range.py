@@ -32,7 +32,7 @@ class VisibleTimeRange:
         return self.stop - self.start
 
     @property
-    def whole(self) -> bool:
+    def shows_all(self) -> bool:
         """Return whether all of the flight is in sight."""
         return self.start <= self.first and self.stop >= self.last
 
@@ -64,7 +64,7 @@ class VisibleTimeRange:
         room = _ZOOM_MARGIN * (stop - start)
         self.show(start - room, stop + room)
 
-    def bring(self, start: float, stop: float) -> None:
+    def scroll_to(self, start: float, stop: float) -> None:
         """Move as far as needed to see a stretch; zoom out where it is longer than the sight."""
         if self.start <= start and stop <= self.stop:
             return

@@ -28,7 +28,7 @@ class AutoRange:
         self.low = math.nan
         self.high = math.nan
 
-    def wanted(self, low: float, high: float) -> tuple[float, float]:
+    def target_range(self, low: float, high: float) -> tuple[float, float]:
         """Return the round range for values from `low` to `high`."""
         span = high - low
         if span < self._least:
@@ -52,7 +52,7 @@ class AutoRange:
         """
         if math.isnan(low) or math.isnan(high):
             return False
-        wanted = self.wanted(low, high)
+        wanted = self.target_range(low, high)
         if math.isnan(self.low):
             self.low, self.high = wanted
             return True

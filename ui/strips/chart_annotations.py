@@ -63,7 +63,7 @@ class OriginInfo(Protocol):
         """Return whether a calibration was in force."""
 
     @property
-    def covered(self) -> Mapping[str, tuple[float, float]]:
+    def calibrated_ranges(self) -> Mapping[str, tuple[float, float]]:
         """Return the values (SI) that the instruments behind it were calibrated for."""
 
 
@@ -117,7 +117,7 @@ class DisplayFormat:
     step: float
 
     @classmethod
-    def of(cls, spec: ChannelSpec, system: str) -> DisplayFormat:
+    def for_channel(cls, spec: ChannelSpec, system: str) -> DisplayFormat:
         """Return the display of a channel in ``US`` or ``SI`` units."""
         unit = spec.display_unit(system)
         offset = float(from_si(0.0, unit, spec.quantity))
@@ -131,15 +131,15 @@ class DisplayFormat:
             step=abs(factor) * spec.precision,
         )
 
-    def shown(self, value: float) -> float:
+    def to_display(self, value: float) -> float:
         """Return an SI value in the displayed unit."""
         return self.factor * value + self.offset
 
-    def si(self, shown: float) -> float:
+    def to_si(self, shown: float) -> float:
         """Return a displayed value in SI."""
         return (shown - self.offset) / self.factor
 
     @property
-    def least_span(self) -> float:
+    def min_span(self) -> float:
         """Return the smallest span of an automatic axis: 20 steps of the sensor."""
         return 20.0 * self.step

@@ -163,7 +163,7 @@ def measure_column_widths(
 
 
 def _widest_value_text(spec: ChannelSpec, display: DisplayFormat) -> str:
-    ends = (number_text(display.shown(value), display.decimals) for value in spec.limits)
+    ends = (number_text(display.to_display(value), display.decimals) for value in spec.limits)
     return max(ends, key=len)
 
 
@@ -237,7 +237,7 @@ def _draw_name(
     if count == 1:
         spec, display = chart.specs[0], chart.displays[0]
         center = box.center - (pen.px(8) if titled else 0)
-        _draw_symbol(painter, pen, x, center, spec.symbol, chart.inks[0], display.unit, room)
+        _draw_symbol(painter, pen, x, center, spec.symbol, chart.text_colors[0], display.unit, room)
         if titled:
             below = box.center + pen.px(9)
             pen.text(painter, x, below, spec.title, theme.muted, _LABEL_SIZE, room=room)
@@ -245,14 +245,14 @@ def _draw_name(
     fitting = max(min(count, int(box.height // pen.px(15))), 1)
     if fitting < count:
         # One line for all: the letters alone, each in its color.
-        for spec, color in zip(chart.specs, chart.inks, strict=True):
+        for spec, color in zip(chart.specs, chart.text_colors, strict=True):
             used = _draw_symbol(painter, pen, x, box.center, spec.symbol, color, "", room)
             x, room = x + used + pen.px(6), room - used - pen.px(6)
             if room <= pen.px(10):
                 break
         return
     step = min(box.height / count, pen.px(18))
-    for place, (spec, color) in enumerate(zip(chart.specs, chart.inks, strict=True)):
+    for place, (spec, color) in enumerate(zip(chart.specs, chart.text_colors, strict=True)):
         # What hangs below the last line stays within the chart.
         center = box.center + (place - (count - 1) / 2.0) * step
         center = min(center, box.bottom - pen.px(10))
@@ -366,7 +366,7 @@ def _draw_displayed_value(
     pixels: int,
 ) -> None:
     theme = pen.theme
-    color = chart.inks[index]
+    color = chart.text_colors[index]
     if reading.stale:
         color = theme.muted
         _draw_hatching(painter, pen, cell, unit_x)
@@ -411,7 +411,7 @@ def _draw_tags(
     if reading.state:
         fill = theme.warning_fill if reading.state == "warning" else theme.caution_fill
         sign = "▲" if reading.word == "HIGH" else "▼"
-        tags.append((f"{sign} {reading.word}", theme.fill_text, fill))
+        tags.append((f"{sign} {reading.state_text}", theme.fill_text, fill))
     if reading.uncalibrated:
         tags.append(("uncal", theme.caution, ""))
     if reading.extrapolated:
@@ -478,7 +478,7 @@ def draw_cursor_values(
             column.right - pen.px(6),
             middle,
             text,
-            pen.theme.text if name == "delta" else chart.inks[index],
+            pen.theme.text if name == "delta" else chart.text_colors[index],
             _BODY_SIZE,
             bold=name == "delta",
             align="right",

@@ -31,13 +31,13 @@ class FrameChanges:
 
     Attributes
     ----------
-    moved : bool
+    scrolled : bool
         Whether another stretch of time is in sight, so that every pixel is elsewhere.
     first, last : int
         Columns painted, ``first <= c < last``; none if equal.
     """
 
-    moved: bool = False
+    scrolled: bool = False
     first: int = 0
     last: int = 0
 
@@ -122,7 +122,7 @@ class ChartRaster:
         )
 
     @property
-    def free(self) -> float:
+    def free_rows(self) -> float:
         """Return the rows that charts leave free at either end."""
         return self._free
 
@@ -148,11 +148,11 @@ class ChartRaster:
         self._end = history.end
         if before is None:
             self.raster.paint(view.scale, first, last)
-            return FrameChanges(moved=True, first=first, last=last)
+            return FrameChanges(scrolled=True, first=first, last=last)
         self.raster.paint(view.scale, first, min(before[0], last))
         oldest = self._paint_arrived(view, max(min(before[1], last), first), arrived)
         if before != (first, last):
-            return FrameChanges(moved=True, first=first, last=last)
+            return FrameChanges(scrolled=True, first=first, last=last)
         return FrameChanges(first=oldest, last=last)
 
     def _load(
@@ -237,7 +237,7 @@ class ChartRaster:
                 samples = None
         return NewSamples(samples, first, scale.column(time) + 1, tuple(names), list(places))
 
-    def follow_ranges(self, view: StripView, *, at_once: bool) -> bool:
+    def update_auto_ranges(self, view: StripView, *, at_once: bool) -> bool:
         """Let automatic y axes follow what is in sight; return whether one changed."""
         raster = self.raster
         if not raster.low.size:
@@ -249,10 +249,10 @@ class ChartRaster:
             if chart.strip.range != "auto":
                 continue
             rows = [raster.trace_number(place, index) for index in range(len(chart.specs))]
-            shown = chart.displays[0].shown
+            shown = chart.displays[0].to_display
             low, high = float(np.fmin.reduce(lows[rows])), float(np.fmax.reduce(highs[rows]))
-            if chart.steady.update(shown(low), shown(high), view.now or 0.0, at_once=at_once):
-                chart.low, chart.high = chart.steady.low, chart.steady.high
+            if chart.auto_range.update(shown(low), shown(high), view.now or 0.0, at_once=at_once):
+                chart.low, chart.high = chart.auto_range.low, chart.auto_range.high
                 update_ticks(chart, self._geometry.charts[place], self._free, self._geometry.ratio)
                 raster.set_chart(place, self._paint_of(place))
                 changed.append(place)

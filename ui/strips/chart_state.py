@@ -45,12 +45,12 @@ class ChartState:
     ----------
     strip : Strip
         Its place in the layout.
-    specs, displays, colors, inks, dashed : tuple
+    specs, displays, colors, text_colors, dashed : tuple
         For each line: channel, how its values are shown, ``#rrggbb`` of the line and of its text,
         whether it is dashed.
     limits : ChannelLimits or None
         Of the first channel.
-    steady : AutoRange
+    auto_range : AutoRange
         The automatic range.
     low, high : float
         The range in force, displayed units.
@@ -62,10 +62,10 @@ class ChartState:
     specs: tuple[ChannelSpec, ...]
     displays: tuple[DisplayFormat, ...]
     colors: tuple[str, ...]
-    inks: tuple[str, ...]
+    text_colors: tuple[str, ...]
     dashed: tuple[bool, ...]
     limits: ChannelLimits | None
-    steady: AutoRange
+    auto_range: AutoRange
     low: float
     high: float
     ticks: list[float] = field(default_factory=list)
@@ -81,7 +81,7 @@ class DisplayedValue:
         The number, or a dash.
     stale : bool
         Nothing came lately, or ever: hatched.
-    state, word : str
+    state, state_text : str
         Beyond a limit, and on which side.
     estimated, uncalibrated, extrapolated : bool
         Said beside the value.
@@ -90,7 +90,7 @@ class DisplayedValue:
     text: str
     stale: bool = False
     state: LimitState = ""
-    word: str = ""
+    state_text: str = ""
     estimated: bool = False
     uncalibrated: bool = False
     extrapolated: bool = False
@@ -144,27 +144,27 @@ def create_chart(
         for trace, name in zip(strip.traces, names, strict=True)
     ]
     specs = tuple(channel(trace.channel) for trace in strip.traces)
-    displays = tuple(DisplayFormat.of(spec, system) for spec in specs)
-    steady = AutoRange(displays[0].least_span)
-    low, high = steady.wanted(displays[0].shown(0.0), displays[0].shown(0.0))
+    displays = tuple(DisplayFormat.for_channel(spec, system) for spec in specs)
+    steady = AutoRange(displays[0].min_span)
+    low, high = steady.target_range(displays[0].to_display(0.0), displays[0].to_display(0.0))
     chart = ChartState(
         strip=strip,
         specs=specs,
         displays=displays,
         colors=tuple(colors),
         # The gray of previous lines is too faint to be read.
-        inks=tuple(theme.muted if color == theme.previous else color for color in colors),
+        text_colors=tuple(theme.muted if color == theme.previous else color for color in colors),
         dashed=tuple(trace.style == "computed" for trace in strip.traces),
         limits=limits,
-        steady=steady,
+        auto_range=steady,
         low=low,
         high=high,
     )
     if strip.range == "fixed" and strip.low is not None and strip.high is not None:
-        chart.low, chart.high = displays[0].shown(strip.low), displays[0].shown(strip.high)
+        chart.low, chart.high = displays[0].to_display(strip.low), displays[0].to_display(strip.high)
     elif strip.range == "limits":
         ends = _range_of_limits(specs[0], limits)
-        chart.low, chart.high = displays[0].shown(ends[0]), displays[0].shown(ends[1])
+        chart.low, chart.high = displays[0].to_display(ends[0]), displays[0].to_display(ends[1])
     return chart
 
 
@@ -198,14 +198,14 @@ def create_chart_paint(
     return ChartPaint(
         top=top,
         height=height,
-        low=display.si(chart.low),
-        high=display.si(chart.high),
+        low=display.to_si(chart.low),
+        high=display.to_si(chart.high),
         traces=tuple(
             TracePaint(channel=spec.id, color=parse_rgb(color), dash=dash if dashed else 0)
             for spec, color, dashed in zip(chart.specs, chart.colors, chart.dashed, strict=True)
         ),
         bands=_create_bands(chart.limits, theme),
-        grid=tuple(display.si(value) for value in chart.ticks),
+        grid=tuple(display.to_si(value) for value in chart.ticks),
     )
 
 
@@ -264,9 +264,9 @@ def find_displayed_value(
         return DisplayedValue(text=DASH, stale=True, estimated=estimated, uncalibrated=uncalibrated)
     state, word = find_limit_state(latest[1], limits)
     return DisplayedValue(
-        text=number_text(display.shown(latest[1]), display.decimals),
+        text=number_text(display.to_display(latest[1]), display.decimals),
         state=state,
-        word=word,
+        state_text=word,
         estimated=estimated,
         uncalibrated=uncalibrated,
         extrapolated=is_beyond_calibration(source, lambda name: _latest_sample(history, name)),
@@ -283,7 +283,7 @@ def is_beyond_calibration(source: OriginInfo | None, value_of: Callable[[str], f
     value_of : callable
         From the id of an instrument's channel to its value (SI) at the same time; NaN for none.
     """
-    for name, (low, high) in source.covered.items() if source is not None else ():
+    for name, (low, high) in source.calibrated_ranges.items() if source is not None else ():
         value = value_of(name)
         if value < low or value > high:
             return True

@@ -32,7 +32,7 @@ class RepaintRegion:
             for x, y, width, height in (part.getRect() for part in region)
         ]
 
-    def touches(self, box: PixelBox) -> bool:
+    def intersects(self, box: PixelBox) -> bool:
         """Return whether some of a box is to be painted."""
         # A pixel of the design that two parts share does not make both of them new.
         left, top = math.ceil(box.x / self._density), math.ceil(box.y / self._density)
@@ -52,21 +52,21 @@ class RepaintRegion:
             for part in self._parts
         )
 
-    def begin(self, box: PixelBox) -> bool:
+    def clip_to(self, box: PixelBox) -> bool:
         """Confine the painter to a box; return whether some of it is to be painted.
 
         Within a clip of several rectangles every stroke of the painter is many times as dear.
         Cut down to a part, the clip is a single one.
         """
-        if not self.touches(box):
+        if not self.intersects(box):
             return False
         self._painter.setClipRect(QRect(box.x, box.y, box.width, box.height))
         return True
 
-    def columns(self, box: PixelBox) -> tuple[int, int]:
+    def exposed_columns(self, box: PixelBox) -> tuple[int, int]:
         """Return first and one past the last column of a box to be painted, from its left edge.
 
-        Unlike in `touches`, the columns it shares with its neighbors count: one of them may be
+        Unlike in `intersects`, the columns it shares with its neighbors count: one of them may be
         all that changed.
         """
         top, bottom = box.y / self._density, box.bottom / self._density

@@ -233,7 +233,7 @@ class StripChart(QWidget):
         self._sources = dict(sources)
         self._read_at = -math.inf
 
-    def set_patience(self, patience: Mapping[str, float]) -> None:
+    def set_stale_ages(self, patience: Mapping[str, float]) -> None:
         """Say at which age (s) values are stale that come seldom; by channel id."""
         self._patience = dict(patience)
         self._read_at = -math.inf
@@ -257,13 +257,13 @@ class StripChart(QWidget):
             self._shows_cursor_values = shown
             self._rebuild()
 
-    def set_newest(self, words: str) -> None:
+    def set_newest_text(self, words: str) -> None:
         """Say what the newest flight time is: that of now, or as far as a record was read."""
         if words != self._newest:
             self._newest = words
             self.update()
 
-    def set_empty(self, words: str) -> None:
+    def set_empty_text(self, words: str) -> None:
         """Say why there is no sample at all; shown while there is none."""
         if words != self._empty:
             self._empty = words
@@ -287,11 +287,11 @@ class StripChart(QWidget):
         return self._geometry
 
     @property
-    def picture(self) -> ChartRaster | None:
+    def raster(self) -> ChartRaster | None:
         """Return what is painted of the charts; None before it was shown."""
         return self._picture
 
-    def readings(self, number_of_chart: int) -> tuple[DisplayedValue, ...]:
+    def displayed_values(self, number_of_chart: int) -> tuple[DisplayedValue, ...]:
         """Return the current values of a chart as they are shown."""
         return self._readings.get(number_of_chart, ())
 
@@ -322,7 +322,7 @@ class StripChart(QWidget):
             end = max(end, self._given_now)
         if end is None:
             return
-        self.view.follow(end)
+        self.view.set_now(end)
         self.view.start = history.start
 
     def _follow(self, history: SampleSource) -> None:
@@ -331,7 +331,7 @@ class StripChart(QWidget):
             return
         changes = picture.advance(history, self.view)
         plot = geometry.plot
-        if changes.moved:
+        if changes.scrolled:
             self._expose(plot)
             self._expose(geometry.axis)
             self._expose(geometry.lane)
@@ -345,7 +345,7 @@ class StripChart(QWidget):
         picture, geometry = self._picture, self._geometry
         if picture is None or geometry is None:
             return
-        if picture.follow_ranges(self.view, at_once=at_once):
+        if picture.update_auto_ranges(self.view, at_once=at_once):
             self._expose(geometry.plot)
             self._expose(PixelBox(x=0, y=0, width=geometry.plot.x, height=geometry.axis.bottom))
 
@@ -411,7 +411,7 @@ class StripChart(QWidget):
                 for spec in chart.specs
             ]
             shown[name] = [
-                display.shown(value)
+                display.to_display(value)
                 for value, display in zip(values[name], chart.displays, strict=True)
             ]
         if "a" in values and "b" in values:
@@ -493,7 +493,7 @@ class StripChart(QWidget):
         history = self._history
         if history is not None and self.view.now is not None:
             picture.advance(history, self.view)
-            picture.follow_ranges(self.view, at_once=True)
+            picture.update_auto_ranges(self.view, at_once=True)
         self._describe()
         self.update()
 
@@ -563,7 +563,7 @@ class StripChart(QWidget):
         if not exposed.is_within(geometry.plot):
             self._paint_above(painter, geometry, exposed)
             self._paint_beside(painter, geometry, exposed)
-        first, last = exposed.columns(geometry.plot)
+        first, last = exposed.exposed_columns(geometry.plot)
         if first < last:
             painter.setClipRect(_rect(geometry.plot))
             self._paint_plot(painter, geometry, first, last)
@@ -576,22 +576,22 @@ class StripChart(QWidget):
         pen, view, background = self._pen, self.view, QColor(self._theme.background)
         lane = geometry.lane
         header = replace(geometry.header, width=geometry.values.x)
-        if exposed.begin(header):
+        if exposed.clip_to(header):
             painter.fillRect(_rect(header), background)
             chart_painter.draw_header(
                 painter, pen, geometry, view, self._layout.name, recording=self._recording
             )
         clock = _newest_time_box(geometry)
-        if exposed.begin(clock):
+        if exposed.clip_to(clock):
             painter.fillRect(_rect(clock), background)
             chart_painter.draw_clock(painter, pen, geometry, view, self._newest)
-        if exposed.begin(lane):
+        if exposed.clip_to(lane):
             painter.fillRect(_rect(lane), background)
             chart_painter.draw_lane(painter, pen, geometry, view, self._spans, self._marks)
             chart_painter.draw_lane_alarms(painter, pen, geometry, view, self._alarms)
         for left, right in ((0, lane.x), (lane.right, geometry.values.right)):
             box = PixelBox(x=left, y=lane.y, width=right - left, height=lane.height)
-            if exposed.begin(box):
+            if exposed.clip_to(box):
                 painter.fillRect(_rect(box), background)
 
     def _paint_beside(
@@ -601,18 +601,18 @@ class StripChart(QWidget):
         pen, view, background = self._pen, self.view, QColor(self._theme.background)
         plot, axis = geometry.plot, geometry.axis
         left = PixelBox(x=0, y=plot.y, width=plot.x, height=plot.height)
-        if exposed.begin(left):
+        if exposed.clip_to(left):
             painter.fillRect(_rect(left), background)
             chart_painter.draw_names(
                 painter, pen, geometry, self._charts, view.selected, self.hasFocus()
             )
-        units = exposed.touches(geometry.units)
+        units = exposed.intersects(geometry.units)
         end = geometry.values.right if units else geometry.units.x
         right = PixelBox(x=plot.right, y=plot.y, width=end - plot.right, height=plot.height)
-        if exposed.begin(right):
+        if exposed.clip_to(right):
             painter.fillRect(_rect(right), background)
             self._paint_values(painter, geometry, right, exposed, units=units)
-        if exposed.begin(axis):
+        if exposed.clip_to(axis):
             painter.fillRect(_rect(axis), background)
             chart_painter.draw_time_axis(painter, pen, geometry, view, self._tick, geometry.hidden)
 
@@ -625,10 +625,10 @@ class StripChart(QWidget):
         *,
         units: bool,
     ) -> None:
-        beside = bool(geometry.cursors) and exposed.touches(geometry.cursors[0])
+        beside = bool(geometry.cursors) and exposed.intersects(geometry.cursors[0])
         for number_of_chart, box in zip(geometry.numbers, geometry.charts, strict=True):
             row = PixelBox(x=right.x, y=box.y, width=right.width, height=box.height)
-            if not exposed.touches(row):
+            if not exposed.intersects(row):
                 continue
             chart = self._charts[number_of_chart]
             readings = self._readings.get(number_of_chart) or tuple(
@@ -730,7 +730,7 @@ class StripChart(QWidget):
         Over a value axis, or with Ctrl, the values of that chart are scaled.
         """
         along, up = scroll_steps(event)
-        steps = self._notches.turn(up)
+        steps = self._notches.add(up)
         ctrl = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
         if steps and (ctrl or self._is_over_axis(event.position())):
             self._scale_values(event.position(), steps)
@@ -800,8 +800,8 @@ class StripChart(QWidget):
         ):
             return math.nan
         box = geometry.charts[geometry.numbers.index(self.view.selected)]
-        row = y * self._density() - box.y - picture.free
-        return chart.high - row / (box.height - 2.0 * picture.free) * (chart.high - chart.low)
+        row = y * self._density() - box.y - picture.free_rows
+        return chart.high - row / (box.height - 2.0 * picture.free_rows) * (chart.high - chart.low)
 
     def _scale_values(self, where: QPointF, steps: int) -> None:
         """Show a smaller (positive) or larger range of values, about the one at a point."""
@@ -1021,7 +1021,7 @@ class StripChart(QWidget):
             return
         values: dict[str, object] = {"range": "auto", "low": None, "high": None}
         if ends is not None:
-            low, high = sorted(chart.displays[0].si(end) for end in ends)
+            low, high = sorted(chart.displays[0].to_si(end) for end in ends)
             values = {"range": "fixed", "low": low, "high": high}
         self._change(
             self._layout.with_strip(self.view.selected, chart.strip.model_copy(update=values))
@@ -1050,7 +1050,7 @@ class StripChart(QWidget):
         if not strips:
             return
         strip = strips[self.view.selected]
-        changed = self._layout.moved(self.view.selected, by)
+        changed = self._layout.with_strip_moved(self.view.selected, by)
         if changed != self._layout:
             places = [index for index, other in enumerate(changed.strips) if other is strip]
             self.view.selected = places[0] if places else self.view.selected

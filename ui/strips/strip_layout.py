@@ -109,7 +109,7 @@ class Strip(StrictModel):
         """Return the channel of the first line, which gives the chart its name and unit."""
         return self.traces[0].channel
 
-    def content(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Return what a file holds: short where it can be, values with their unit."""
         if len(self.traces) == 1:
             found = self.traces[0].model_dump(exclude_defaults=True)
@@ -160,7 +160,7 @@ class StripLayout(StrictModel):
         found = [trace.channel for strip in self.strips for trace in strip.traces]
         return tuple(dict.fromkeys(found))
 
-    def place(self, number: int) -> tuple[int, int]:
+    def find_position(self, number: int) -> tuple[int, int]:
         """Return (group, chart within it) of the chart of that number."""
         for index, group in enumerate(self.groups):
             if number < len(group.strips):
@@ -170,14 +170,14 @@ class StripLayout(StrictModel):
 
     def with_strip(self, number: int, strip: Strip | None) -> StripLayout:
         """Return a layout with a chart replaced, or taken away with None."""
-        index, within = self.place(number)
+        index, within = self.find_position(number)
         strips = list(self.groups[index].strips)
         strips[within : within + 1] = [] if strip is None else [strip]
         return self._with_group(index, strips)
 
-    def moved(self, number: int, by: int) -> StripLayout:
+    def with_strip_moved(self, number: int, by: int) -> StripLayout:
         """Return a layout with a chart moved up (-1) or down (+1), across groups if need be."""
-        index, within = self.place(number)
+        index, within = self.find_position(number)
         strips = list(self.groups[index].strips)
         strip = strips.pop(within)
         if 0 <= within + by <= len(strips):
@@ -195,13 +195,13 @@ class StripLayout(StrictModel):
         groups[index] = StripGroup(name=groups[index].name, strips=tuple(strips))
         return StripLayout(name=self.name, window=self.window, groups=tuple(groups))
 
-    def content(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Return what a TOML or JSON file holds; ``StripLayout.model_validate`` reads it."""
         return {
             "name": self.name,
             "window": self.window,
             "groups": [
-                {"name": group.name, "strips": [strip.content() for strip in group.strips]}
+                {"name": group.name, "strips": [strip.to_dict() for strip in group.strips]}
                 for group in self.groups
             ],
         }
@@ -214,7 +214,7 @@ def load_layout(path: Path | str) -> StripLayout:
 
 def save_layout(path: Path | str, layout: StripLayout) -> Path:
     """Write a layout as TOML, atomically."""
-    return write_toml(path, layout.content())
+    return write_toml(path, layout.to_dict())
 
 
 _DEFAULT_GROUPS = (

@@ -138,7 +138,7 @@ class StripView:
         if steps and choice:
             self.set_window(choice[min(abs(steps), len(choice)) - 1], anchor)
 
-    def follow(self, now: float) -> None:
+    def set_now(self, now: float) -> None:
         """Take a new newest time, s; one before the paused picture, as in a replay, goes on."""
         self.now = now
         if self._held is not None and self._held > now:

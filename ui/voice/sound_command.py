@@ -24,11 +24,11 @@ class SoundCommand(QProcess):
 
     Attributes
     ----------
-    over : Signal(bool)
+    ended : Signal(bool)
         It ended by itself: well or not. One that was cut off says nothing.
     """
 
-    over = Signal(bool)
+    ended = Signal(bool)
 
     def __init__(self, command: Sequence[str], parent: QObject) -> None:
         super().__init__(parent)
@@ -45,7 +45,7 @@ class SoundCommand(QProcess):
             self.write(text.encode())
             self.closeWriteChannel()
 
-    def cut_off(self) -> None:
+    def abort(self) -> None:
         """Kill it, without waiting for its end."""
         self._cut_off = True
         if self.state() == QProcess.ProcessState.NotRunning:
@@ -62,7 +62,7 @@ class SoundCommand(QProcess):
 
     def _end(self, well: bool) -> None:
         if not self._cut_off:
-            self.over.emit(well)
+            self.ended.emit(well)
         self.deleteLater()
 
 

@@ -82,7 +82,7 @@ class ToneSpeaker(Speaker):
         name = PRIORITY_TONES[utterance.priority]
         self._spoken = utterance
         self._sound(name)
-        self._timer.start(round(1000 * (TONES[name].seconds + _PAUSE_SECONDS)))
+        self._timer.start(round(1000 * (TONES[name].duration + _PAUSE_SECONDS)))
 
     def stop(self) -> None:
         """Wait for nothing; a tone is over before it could be cut off."""
@@ -114,14 +114,14 @@ class CommandSpeaker(Speaker):
         self.stop()
         self._spoken = utterance
         self._running = SoundCommand(self._command, self)
-        self._running.over.connect(self._over)
-        self._running.begin(f"{utterance.words}\n")
+        self._running.ended.connect(self._over)
+        self._running.begin(f"{utterance.text}\n")
 
     def stop(self) -> None:
         """Kill the program."""
         running, self._running = self._running, None
         if running is not None:
-            running.cut_off()
+            running.abort()
 
     def _over(self, well: bool) -> None:
         self._running = None
@@ -158,7 +158,7 @@ class QtSpeaker(Speaker):
         """Give the words to the engine."""
         self.stop()
         self._spoken, self._began = utterance, False
-        self._engine.say(utterance.words)
+        self._engine.say(utterance.text)
 
     def stop(self) -> None:
         """Let the engine fall silent."""

@@ -41,15 +41,15 @@ class Utterance:
 
     Attributes
     ----------
-    words : str
+    text : str
     priority : UtterancePriority
-    through : bool
+    allowed_in_quiet : bool
         Whether it may be heard in a hush.
     """
 
-    words: str
+    text: str
     priority: UtterancePriority
-    through: bool = False
+    allowed_in_quiet: bool = False
 
 
 class SpeechQueue:
@@ -66,9 +66,9 @@ class SpeechQueue:
         To be heard now. Whoever speaks compares it with what it speaks after every call.
     waiting : Utterance or None
         To be heard next.
-    muted : bool
+    is_muted : bool
         Whether nothing is.
-    hushed : bool
+    is_quiet : bool
         Whether only what belongs to the hush is.
     """
 
@@ -76,12 +76,12 @@ class SpeechQueue:
         self._clock = clock
         self.speaking: Utterance | None = None
         self.waiting: Utterance | None = None
-        self.muted = False
-        self.hushed = False
+        self.is_muted = False
+        self.is_quiet = False
         self._last = ""
         self._said_at = -math.inf
 
-    def offer(self, words: str, priority: UtterancePriority, *, through: bool = False) -> None:
+    def enqueue(self, words: str, priority: UtterancePriority, *, through: bool = False) -> None:
         """Take words to be said, now, next, or not at all.
 
         Parameters
@@ -92,14 +92,14 @@ class SpeechQueue:
             Whether they may be heard in a hush, because whoever offers them knows of it.
         """
         words = words.strip()
-        if self.muted or not words or self._is_repeat(words, priority):
+        if self.is_muted or not words or self._is_repeat(words, priority):
             return
-        held = self.hushed and not through
+        held = self.is_quiet and not through
         if held and priority < UtterancePriority.WARNING:
             return
-        if self.waiting is not None and self.waiting.words == words:
+        if self.waiting is not None and self.waiting.text == words:
             self.waiting = None  # the same, and less urgent
-        offered = Utterance(words=words, priority=priority, through=through)
+        offered = Utterance(text=words, priority=priority, allowed_in_quiet=through)
         if held:
             if self.waiting is None or priority >= self.waiting.priority:
                 self.waiting = offered
@@ -119,11 +119,11 @@ class SpeechQueue:
         self.speaking = None
         self._go_on()
 
-    def hush(self, hushed: bool) -> None:
+    def set_quiet(self, hushed: bool) -> None:
         """Begin a hush, cutting off all but warnings, or end it and say what waits."""
-        if hushed == self.hushed:
+        if hushed == self.is_quiet:
             return
-        self.hushed = hushed
+        self.is_quiet = hushed
         if hushed:
             if self.waiting is not None and self.waiting.priority < UtterancePriority.WARNING:
                 self.waiting = None
@@ -134,29 +134,29 @@ class SpeechQueue:
         else:
             self._go_on()
 
-    def mute(self, muted: bool) -> None:
+    def set_muted(self, muted: bool) -> None:
         """Fall silent at once, or be ready to speak again."""
-        self.muted = muted
+        self.is_muted = muted
         if muted:
             self.speaking = self.waiting = None
             # Whoever turns the sound on again wants to hear what holds then.
             self._last = ""
 
     def _is_repeat(self, words: str, priority: UtterancePriority) -> bool:
-        if self.speaking is not None and self.speaking.words == words:
+        if self.speaking is not None and self.speaking.text == words:
             return True
-        if self.waiting is not None and self.waiting.words == words:
+        if self.waiting is not None and self.waiting.text == words:
             return self.waiting.priority >= priority
         return words == self._last and self._clock() - self._said_at < REPEAT_INTERVAL
 
     def _go_on(self) -> None:
         """Say what waits, if it may be said and nothing else is."""
         waiting = self.waiting
-        if self.speaking is None and waiting is not None and (waiting.through or not self.hushed):
+        if self.speaking is None and waiting is not None and (waiting.allowed_in_quiet or not self.is_quiet):
             self.waiting = None
             self._begin(waiting)
 
     def _begin(self, utterance: Utterance) -> None:
         self.speaking = utterance
-        self._last = utterance.words
+        self._last = utterance.text
         self._said_at = self._clock()

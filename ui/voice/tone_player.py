@@ -85,14 +85,14 @@ class CommandTonePlayer(QObject):
         """Play a tone."""
         self.stop()
         self._running = SoundCommand((*self._command, self._files.path(name)), self)
-        self._running.over.connect(self._over)
+        self._running.ended.connect(self._over)
         self._running.begin()
 
     def stop(self) -> None:
         """Fall silent."""
         running, self._running = self._running, None
         if running is not None:
-            running.cut_off()
+            running.abort()
 
     def _over(self, well: bool) -> None:
         self._running = None

@@ -40,7 +40,7 @@ class ToneSequence:
     priority: UtterancePriority = UtterancePriority.PROMPT
 
     @property
-    def seconds(self) -> float:
+    def duration(self) -> float:
         """Return how long it lasts."""
         return sum(length for _, length in self.notes)
 

@@ -30,11 +30,11 @@ class Voice(QObject):
 
     Attributes
     ----------
-    said : Signal(str)
+    spoken : Signal(str)
         A sentence begins; for those who would rather read it.
     """
 
-    said = Signal(str)
+    spoken = Signal(str)
 
     def __init__(
         self,
@@ -46,7 +46,7 @@ class Voice(QObject):
     ) -> None:
         super().__init__(parent)
         self._queue = SpeechQueue(time.monotonic)
-        self._queue.mute(muted)
+        self._queue.set_muted(muted)
         self._player = player
         self._speaker: Speaker | None = None
         if speaker is not None:
@@ -57,7 +57,7 @@ class Voice(QObject):
     @property
     def muted(self) -> bool:
         """Return whether nothing is heard."""
-        return self._queue.muted
+        return self._queue.is_muted
 
     def say(
         self,
@@ -67,15 +67,15 @@ class Voice(QObject):
         through: bool = False,
     ) -> None:
         """Say a sentence now, next or not at all, even in a hush if `through`."""
-        self._queue.offer(words, priority, through=through)
+        self._queue.enqueue(words, priority, through=through)
         self._follow()
 
-    def hush(self, hushed: bool) -> None:
+    def set_quiet(self, hushed: bool) -> None:
         """Let nothing begin but what is said through it, until it ends; tones go on."""
-        self._queue.hush(hushed)
+        self._queue.set_quiet(hushed)
         self._follow()
 
-    def tone(self, name: str) -> None:
+    def play_tone(self, name: str) -> None:
         """Play a tone of `ui.voice.tones`, at once and beside the words.
 
         A more urgent sentence is not disturbed, and a tone that sounds is not begun again.
@@ -90,9 +90,9 @@ class Voice(QObject):
         if not self.muted and (spoken is None or spoken.priority <= tone.priority):
             self._sound(name)
 
-    def mute(self, muted: bool) -> None:
+    def set_muted(self, muted: bool) -> None:
         """Fall silent at once, or be ready to be heard again."""
-        self._queue.mute(muted)
+        self._queue.set_muted(muted)
         self._follow()
         self._toned = ("", 0.0)
         if muted and self._player is not None:
@@ -102,7 +102,7 @@ class Voice(QObject):
         now = time.monotonic()
         sounding, until = self._toned
         if name != sounding or now >= until:
-            self._toned = (name, now + TONES[name].seconds)
+            self._toned = (name, now + TONES[name].duration)
             self._tones().play(name)
 
     def _tones(self) -> TonePlayer:
@@ -133,7 +133,7 @@ class Voice(QObject):
         if wanted is None:
             self._voice().stop()
             return
-        self.said.emit(wanted.words)
+        self.spoken.emit(wanted.text)
         self._voice().speak(wanted)
 
     def _done(self, utterance: Utterance) -> None:

@@ -59,14 +59,14 @@ class BannerMessage:
     level : str
         As of its banner.
     text : str
-    choices : tuple of (str, callable)
+    actions : tuple of (str, callable)
         What it offers; empty once that is out of date.
     """
 
     time: datetime
     level: MessageLevel
     text: str
-    choices: tuple[BannerAction, ...]
+    actions: tuple[BannerAction, ...]
 
 
 class _LevelIcon(QWidget):
@@ -153,12 +153,12 @@ class Banner(QFrame):
     ----------
     closed : Signal
         The banner was closed.
-    unfolded : Signal
+    details_requested : Signal
         A sentence too long for the line was pressed.
     """
 
     closed = Signal()
-    unfolded = Signal()
+    details_requested = Signal()
 
     def __init__(
         self,
@@ -181,18 +181,18 @@ class Banner(QFrame):
             word.setProperty("role", "strong")
             row.addWidget(word)
         self.label = _ElidedLabel(look, text)
-        self.label.pressed.connect(self.unfolded)
+        self.label.pressed.connect(self.details_requested)
         look.changed.connect(self._name)
         self._name()
         row.addWidget(self.label, 1)
-        self.meter: QProgressBar | None = None
+        self.progress_bar: QProgressBar | None = None
         if level == "work":
-            self.meter = QProgressBar()
-            self.meter.setRange(0, 0)
-            self.meter.setTextVisible(False)
-            self.meter.setFixedSize(QSize(look.px(160), look.px(8)))
-            self.meter.setAccessibleName("Progress")
-            row.addWidget(self.meter)
+            self.progress_bar = QProgressBar()
+            self.progress_bar.setRange(0, 0)
+            self.progress_bar.setTextVisible(False)
+            self.progress_bar.setFixedSize(QSize(look.px(160), look.px(8)))
+            self.progress_bar.setAccessibleName("Progress")
+            row.addWidget(self.progress_bar)
         self.buttons: list[QPushButton] = []
         for words, act in choices:
             button = _button(row, words, lambda run=act: self._choose(run))
@@ -211,20 +211,20 @@ class Banner(QFrame):
         text, word = self.label.text(), LEVEL_TITLES[self.level]
         self.setAccessibleName(f"{word}: {text}" if word else text)
 
-    def say(self, text: str) -> None:
+    def set_text(self, text: str) -> None:
         """Change the sentence."""
         self.label.setText(text)
         self._name()
 
-    def show_share(self, share: float | None) -> None:
+    def set_progress(self, share: float | None) -> None:
         """Show how much of a work is done; None = unknown."""
-        if self.meter is None:
+        if self.progress_bar is None:
             return
         if share is None:
-            self.meter.setRange(0, 0)
+            self.progress_bar.setRange(0, 0)
         else:
-            self.meter.setRange(0, 1000)
-            self.meter.setValue(round(1000 * share))
+            self.progress_bar.setRange(0, 1000)
+            self.progress_bar.setValue(round(1000 * share))
 
     def close_banner(self) -> None:
         """Remove the banner."""
@@ -244,23 +244,23 @@ class BannerStack(QWidget):
 
     Attributes
     ----------
-    passing_ms : int
+    note_timeout_ms : int
         Milliseconds after which a note that offers nothing closes.
     messages : list of BannerMessage
         All of this session, newest first.
     changed : Signal
         A message came, or was closed.
-    listed : Signal
+    list_requested : Signal
         The list is wanted.
     """
 
     changed = Signal()
-    listed = Signal()
+    list_requested = Signal()
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
         self._look = look
-        self.passing_ms = 10_000
+        self.note_timeout_ms = 10_000
         self.banners: list[Banner] = []
         self.messages: list[BannerMessage] = []
         self._shown: dict[Banner, BannerMessage] = {}
@@ -273,8 +273,8 @@ class BannerStack(QWidget):
         self._pile = QStackedLayout()
         self._pile.addWidget(QWidget())
         self._row.addLayout(self._pile, 1)
-        self.next = _button(self._row, "", self._show_next, quiet=True)
-        self.list = _button(self._row, "Messages", self.listed.emit, quiet=True)
+        self.next_button = _button(self._row, "", self._show_next, quiet=True)
+        self.list_button = _button(self._row, "Messages", self.list_requested.emit, quiet=True)
         look.changed.connect(self._restyle)
         self._restyle()
         self._refresh()
@@ -301,12 +301,12 @@ class BannerStack(QWidget):
             self._pile.setCurrentIndex(0)
         else:
             self._pile.setCurrentWidget(self._front)
-            self.next.setText(f"{self.banners.index(self._front) + 1} of {count}")
-        self.next.setVisible(count > 1)
-        self.next.setAccessibleName(f"Next of {count} messages")
-        self.next.setToolTip("Next message")
-        self.list.setEnabled(bool(self.messages))
-        self.list.setToolTip("All messages since the start" if self.messages else "No message yet")
+            self.next_button.setText(f"{self.banners.index(self._front) + 1} of {count}")
+        self.next_button.setVisible(count > 1)
+        self.next_button.setAccessibleName(f"Next of {count} messages")
+        self.next_button.setToolTip("Next message")
+        self.list_button.setEnabled(bool(self.messages))
+        self.list_button.setToolTip("All messages since the start" if self.messages else "No message yet")
         self.changed.emit()
 
     def _show_next(self) -> None:
@@ -323,13 +323,13 @@ class BannerStack(QWidget):
                 self.remove(banner)
         banner = Banner(level, text, self._look, choices)
         banner.closed.connect(lambda: self._close(banner))
-        banner.unfolded.connect(self.listed)
+        banner.details_requested.connect(self.list_requested)
         if level == "note" and not choices:
             # Nothing hangs on it.
-            QTimer.singleShot(self.passing_ms, banner, banner.close_banner)
+            QTimer.singleShot(self.note_timeout_ms, banner, banner.close_banner)
         if level != "work":
             message = BannerMessage(
-                time=datetime.now().astimezone(), level=level, text=text, choices=choices
+                time=datetime.now().astimezone(), level=level, text=text, actions=choices
             )
             self._shown[banner] = message
             self.messages[:] = [message, *self.messages][:_MAX_MESSAGES]
@@ -344,12 +344,12 @@ class BannerStack(QWidget):
     def show_again(self, message: BannerMessage) -> None:
         """Show a message of the list again, with what it offers."""
         self.messages.remove(message)
-        self.show_banner(message.level, message.text, *message.choices)
+        self.show_banner(message.level, message.text, *message.actions)
 
     def remove(self, banner: Banner) -> None:
         """Withdraw a banner whose matter has ended, with what it offers."""
         if banner in self._shown:
-            self._shown[banner].choices = ()
+            self._shown[banner].actions = ()
         self._close(banner)
 
     def _close(self, banner: Banner) -> None:

@@ -17,7 +17,7 @@ class ExclusiveButtonGroup(QButtonGroup):
         super().__init__(parent)
         self.buttonToggled.connect(_set_tab_stop)
 
-    def add(self, button: QAbstractButton) -> None:
+    def add_button(self, button: QAbstractButton) -> None:
         """Add a button that is not chosen yet."""
         self.addButton(button)
         _set_tab_stop(button, chosen=False)

@@ -27,30 +27,30 @@ class JobBanner:
 
     def show(self, title: str) -> None:
         """Tell of a work from now on."""
-        self.drop()
+        self.remove()
         self._title = title
         self._banner = self._banners.show_banner("work", title, ("Stop", self._stop))
 
-    def tell(self, share: float | None, words: str) -> None:
+    def set_progress(self, share: float | None, words: str) -> None:
         """Say how far it is, where the banner is there."""
         if self._banner is not None:
-            self._banner.show_share(share)
-            self._banner.say(f"{self._title}: {words}")
+            self._banner.set_progress(share)
+            self._banner.set_text(f"{self._title}: {words}")
 
-    def drop(self) -> None:
+    def remove(self) -> None:
         """Take the banner away."""
         if self._banner is not None:
             self._banners.remove(self._banner)
             self._banner = None
 
-    def show_end(self, words: str, offer: str, look: Callable[[], object]) -> None:
+    def show_result(self, words: str, offer: str, look: Callable[[], object]) -> None:
         """Tell what came of a work, and offer to look at it."""
-        self.seen()
+        self.clear()
         self._end = self._banners.show_banner("note", words, (offer, look))
 
-    def seen(self) -> None:
+    def clear(self) -> None:
         """Tell nothing here of what the place itself shows now."""
-        self.drop()
+        self.remove()
         if self._end is not None:
             self._banners.remove(self._end)
             self._end = None

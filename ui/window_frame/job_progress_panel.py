@@ -32,34 +32,34 @@ class JobProgressPanel(QFrame):
         row.setContentsMargins(look.px(16), look.px(6), look.px(8), look.px(6))
         row.setSpacing(look.px(12))
         self.title = ""
-        self.words = create_label("", wrap=True)
-        self.words.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        row.addWidget(self.words, 1)
-        self.meter = QProgressBar()
-        self.meter.setTextVisible(False)
-        self.meter.setAccessibleName(f"Progress of the {name}")
-        row.addWidget(self.meter)
-        self.stop = ActionButton(cancel, "Stop", look)
-        row.addWidget(self.stop)
+        self.text_label = create_label("", wrap=True)
+        self.text_label.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        row.addWidget(self.text_label, 1)
+        self.progress_bar = QProgressBar()
+        self.progress_bar.setTextVisible(False)
+        self.progress_bar.setAccessibleName(f"Progress of the {name}")
+        row.addWidget(self.progress_bar)
+        self.stop_button = ActionButton(cancel, "Stop", look)
+        row.addWidget(self.stop_button)
         look.changed.connect(self._rescale)
         self._rescale()
         self.hide()
 
     def _rescale(self) -> None:
-        self.meter.setFixedSize(self._look.px(160), self._look.px(8))
+        self.progress_bar.setFixedSize(self._look.px(160), self._look.px(8))
 
     def begin(self, title: str) -> None:
         """Show a work that begins."""
         self.title = title
-        self.words.setText(f"{title}: starting")
-        self.meter.setRange(0, 0)
+        self.text_label.setText(f"{title}: starting")
+        self.progress_bar.setRange(0, 0)
         self.show()
 
-    def tell(self, share: float | None, words: str) -> None:
+    def set_progress(self, share: float | None, words: str) -> None:
         """Show how far it is."""
         if share is None:
-            self.meter.setRange(0, 0)
+            self.progress_bar.setRange(0, 0)
         else:
-            self.meter.setRange(0, 1000)
-            self.meter.setValue(round(1000 * share))
-        self.words.setText(f"{self.title}: {words}")
+            self.progress_bar.setRange(0, 1000)
+            self.progress_bar.setValue(round(1000 * share))
+        self.text_label.setText(f"{self.title}: {words}")

@@ -21,13 +21,13 @@ class NavigationButton(QAbstractButton):
 
     def __init__(self, place: PageInfo, look: DisplayStyle) -> None:
         super().__init__()
-        self.place = place
+        self.page = place
         self._look = look
         self.narrow = False
         self.setCheckable(True)
         self.setText(place.title)
-        self.setAccessibleName(f"{place.title}, {place.key}")
-        self.setToolTip(f"{place.title} ({place.key}): {place.purpose}")
+        self.setAccessibleName(f"{place.title}, {place.shortcut}")
+        self.setToolTip(f"{place.title} ({place.shortcut}): {place.purpose}")
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
@@ -49,17 +49,17 @@ class NavigationButton(QAbstractButton):
         side = look.px(24)
         top = (box.height() - side) / 2 if self.narrow else look.px(8)
         paint_icon(
-            painter, self.place.glyph, QRectF((box.width() - side) / 2, top, side, side), ink
+            painter, self.page.icon, QRectF((box.width() - side) / 2, top, side, side), ink
         )
         if not self.narrow:
             painter.setPen(ink)
             painter.setFont(look.font("label", strong=chosen))
             line = QRectF(0, look.px(34), box.width(), look.px(14))
-            painter.drawText(line, Qt.AlignmentFlag.AlignCenter, self.place.title)
+            painter.drawText(line, Qt.AlignmentFlag.AlignCenter, self.page.title)
             painter.setPen(look.color("muted"))
             painter.setFont(look.font("small"))
             line = QRectF(0, look.px(47), box.width(), look.px(13))
-            painter.drawText(line, Qt.AlignmentFlag.AlignCenter, self.place.key)
+            painter.drawText(line, Qt.AlignmentFlag.AlignCenter, self.page.shortcut)
         if self.hasFocus():
             painter.setPen(look.color("accent"))
             painter.drawRect(box.adjusted(1, 1, -2, -2))
@@ -71,11 +71,11 @@ class NavigationRail(QWidget):
 
     Attributes
     ----------
-    chosen : Signal(str)
+    page_selected : Signal(str)
         Id of the place the user pressed.
     """
 
-    chosen = Signal(str)
+    page_selected = Signal(str)
 
     def __init__(self, look: DisplayStyle) -> None:
         super().__init__()
@@ -90,14 +90,14 @@ class NavigationRail(QWidget):
         self._group = ExclusiveButtonGroup(self)
         for place in PAGES:
             button = NavigationButton(place, look)
-            button.clicked.connect(lambda _checked=False, name=place.id: self.chosen.emit(name))
-            self._group.add(button)
+            button.clicked.connect(lambda _checked=False, name=place.id: self.page_selected.emit(name))
+            self._group.add_button(button)
             column.addWidget(button)
             self.buttons[place.id] = button
         column.addStretch(1)
         look.changed.connect(self._refresh)
 
-    def show_place(self, place_id: str) -> None:
+    def show_page(self, place_id: str) -> None:
         """Show a place as the chosen one."""
         self.buttons[place_id].setChecked(True)
 
@@ -111,7 +111,7 @@ class NavigationRail(QWidget):
 
     def bind(self, actions: Mapping[str, QAction]) -> None:
         """Run the same commands as the keys do."""
-        self.chosen.connect(lambda name: actions[f"place_{name}"].trigger())
+        self.page_selected.connect(lambda name: actions[f"place_{name}"].trigger())
 
     def _refresh(self) -> None:
         for button in self.buttons.values():

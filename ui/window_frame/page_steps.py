@@ -26,12 +26,12 @@ class StepStatus:
     ----------
     state : str
         Sign and color; the words say it too.
-    words : str
+    text : str
         A few words: ``2 not green``.
     detail : str
         The whole of it, for the tool tip.
     """
 
     state: IndicatorState = "unknown"
-    words: str = ""
+    text: str = ""
     detail: str = ""

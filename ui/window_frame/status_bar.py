@@ -33,7 +33,7 @@ class StatusItemWidget(QWidget):
 
     Attributes
     ----------
-    flat : bool
+    is_flat : bool
         Whether word and value share one line, for windows that are low for their scale.
     pressed : Signal(str)
         Id of the part.
@@ -43,26 +43,26 @@ class StatusItemWidget(QWidget):
 
     def __init__(self, part: StatusItem, look: DisplayStyle) -> None:
         super().__init__()
-        self.part = part
-        self.flat = False
+        self.item = part
+        self.is_flat = False
         self._look = look
-        wide = QSizePolicy.Policy.Expanding if part.grows else QSizePolicy.Policy.Preferred
+        wide = QSizePolicy.Policy.Expanding if part.stretches else QSizePolicy.Policy.Preferred
         self.setSizePolicy(wide, QSizePolicy.Policy.Fixed)
         self._describe()
 
-    def show_part(self, part: StatusItem) -> bool:
+    def show_item(self, part: StatusItem) -> bool:
         """Show other words; return whether the width it asks for changed."""
-        if part == self.part:
+        if part == self.item:
             return False
         former = self.sizeHint()
-        self.part = part
+        self.item = part
         self._describe()
         self.update()
         return self.sizeHint() != former
 
     def _describe(self) -> None:
-        part = self.part
-        text = f"{part.word} {part.value} {part.note}".strip()
+        part = self.item
+        text = f"{part.title} {part.value} {part.note}".strip()
         self.setAccessibleName(text if part.state in ("plain", "good") else f"{text}, {part.state}")
         self.setAccessibleDescription(part.detail)
         self.setToolTip(part.detail)
@@ -70,22 +70,22 @@ class StatusItemWidget(QWidget):
     def sizeHint(self) -> QSize:
         """Return the reserved size."""
         look = self._look
-        if self.flat:
+        if self.is_flat:
             step = look.px(_FLAT_STEP)
-            needed = sum(self._flat_widths()) + look.px(24 if self.part.state == "plain" else 40)
+            needed = sum(self._flat_widths()) + look.px(24 if self.item.state == "plain" else 40)
             return QSize(math.ceil(needed / step) * step, look.px(28))
-        return QSize(look.px(self.part.width + 16), look.px(48))
+        return QSize(look.px(self.item.width + 16), look.px(48))
 
     def minimumSizeHint(self) -> QSize:
         """Return the same: parts do not shrink, they wrap; only sentences give way."""
         size = self.sizeHint()
-        if self.part.grows:
-            size.setWidth(min(size.width(), self._look.px(self.part.width)))
+        if self.item.stretches:
+            size.setWidth(min(size.width(), self._look.px(self.item.width)))
         return size
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Draw word above, value and note below."""
-        look, part = self._look, self.part
+        look, part = self._look, self.item
         painter = QPainter(self)
         box = QRectF(self.rect())
         if part.state in ("caution", "warning"):
@@ -94,7 +94,7 @@ class StatusItemWidget(QWidget):
             brush = QBrush(look.color("line"), Qt.BrushStyle.BDiagPattern)
             painter.fillRect(box, brush)
         left = look.px(8)
-        top = look.px(7 if self.flat else 6)
+        top = look.px(7 if self.is_flat else 6)
         line = QRectF(left, top, box.width() - 2 * left, look.px(14))
         if part.state != "plain":
             side = look.px(10)
@@ -103,7 +103,7 @@ class StatusItemWidget(QWidget):
             line.setLeft(left + side + look.px(5))
         self._word(painter, line)
         below = QRectF(left, look.px(20), box.width() - 2 * left, look.px(24))
-        if self.flat:
+        if self.is_flat:
             word = self._flat_word(line.width()) + look.px(8)
             below = QRectF(line.left() + word, 0, line.width() - word, box.height())
         self._value(painter, below)
@@ -113,7 +113,7 @@ class StatusItemWidget(QWidget):
         painter.end()
 
     def _value_font(self) -> QFont:
-        if self.flat and self.part.grows:
+        if self.is_flat and self.item.stretches:
             return self._look.font("label", strong=True)
         font = self._look.font("body", strong=True)
         font.setPixelSize(self._look.px(15))
@@ -122,10 +122,10 @@ class StatusItemWidget(QWidget):
     def _flat_widths(self) -> tuple[float, float]:
         """Return what the word, and value and note beside it, need on one line."""
         small = QFontMetricsF(self._look.font("label"))
-        part, gap = self.part, self._look.px(8)
+        part, gap = self.item, self._look.px(8)
         value = QFontMetricsF(self._value_font()).horizontalAdvance(part.value)
         note = gap + small.horizontalAdvance(part.note) if part.note else 0.0
-        return small.horizontalAdvance(part.word), value + note
+        return small.horizontalAdvance(part.title), value + note
 
     def _flat_word(self, width: float) -> float:
         """Return the room for the word on one line; the value goes first."""
@@ -135,20 +135,20 @@ class StatusItemWidget(QWidget):
     def _word(self, painter: QPainter, line: QRectF) -> None:
         font = self._look.font("label")
         painter.setFont(font)
-        painter.setPen(self._look.color("muted" if self.part.state != "warning" else "text"))
+        painter.setPen(self._look.color("muted" if self.item.state != "warning" else "text"))
         # A pixel more, as the widths are rounded.
-        room = self._flat_word(line.width()) + 1.0 if self.flat else line.width()
-        words = self.part.word
-        if self.part.hint and not self.flat:
-            words = f"{words}   {self.part.hint}"
+        room = self._flat_word(line.width()) + 1.0 if self.is_flat else line.width()
+        words = self.item.title
+        if self.item.hint and not self.is_flat:
+            words = f"{words}   {self.item.hint}"
         word = QFontMetricsF(font).elidedText(words, Qt.TextElideMode.ElideRight, room)
         painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, word)
 
     def _value(self, painter: QPainter, line: QRectF) -> None:
-        look, part = self._look, self.part
+        look, part = self._look, self.item
         font = self._value_font()
         metrics = QFontMetricsF(font)
-        if part.grows and not self.flat and metrics.horizontalAdvance(part.value) > line.width():
+        if part.stretches and not self.is_flat and metrics.horizontalAdvance(part.value) > line.width():
             self._sentence(painter, line)
             return
         role = part.state if part.state in ("caution", "warning") else "text"
@@ -167,7 +167,7 @@ class StatusItemWidget(QWidget):
 
     def _sentence(self, painter: QPainter, line: QRectF) -> None:
         """Draw a long value in two small lines; what still does not fit is in the tool tip."""
-        look, part = self._look, self.part
+        look, part = self._look, self.item
         font = look.font("label", strong=True)
         painter.setFont(font)
         painter.setPen(look.color(part.state if part.state in ("caution", "warning") else "text"))
@@ -184,9 +184,9 @@ class StatusItemWidget(QWidget):
         if event.button() != Qt.MouseButton.LeftButton:
             event.ignore()
             return
-        self.pressed.emit(self.part.id)
-        if self.part.detail and QApplication.activePopupWidget() is None:
-            QToolTip.showText(event.globalPosition().toPoint(), self.part.detail, self)
+        self.pressed.emit(self.item.id)
+        if self.item.detail and QApplication.activePopupWidget() is None:
+            QToolTip.showText(event.globalPosition().toPoint(), self.item.detail, self)
 
 
 class StatusBar(QWidget):
@@ -218,28 +218,28 @@ class StatusBar(QWidget):
         policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
         policy.setHeightForWidth(True)
         self.setSizePolicy(policy)
-        self.views: dict[str, StatusItemWidget] = {}
+        self.item_widgets: dict[str, StatusItemWidget] = {}
         self._flat = False
         look.changed.connect(self._resized)
 
-    def show_parts(self, parts: Iterable[StatusItem]) -> None:
+    def show_items(self, parts: Iterable[StatusItem]) -> None:
         """Show the parts; those that did not change are not painted again."""
         wider = False
         for part in parts:
-            view = self.views.get(part.id)
+            view = self.item_widgets.get(part.id)
             if view is None:
                 view = StatusItemWidget(part, self._look)
                 view.pressed.connect(self.pressed)
-                self.views[part.id] = view
+                self.item_widgets[part.id] = view
                 self._flow.addWidget(view)
                 if part.id in self._buttons:
                     self._flow.addWidget(self._buttons[part.id])
                 wider = True
             else:
-                wider = view.show_part(part) or wider
+                wider = view.show_item(part) or wider
             button = self._buttons.get(part.id)
-            if button is not None and button.isVisibleTo(self) != part.action:
-                button.setVisible(part.action)
+            if button is not None and button.isVisibleTo(self) != part.shows_button:
+                button.setVisible(part.shows_button)
                 wider = True
         if wider:
             self._resized()
@@ -252,9 +252,9 @@ class StatusBar(QWidget):
             self._resized()
 
     def _resized(self) -> None:
-        for view in self.views.values():
-            view.flat = self._flat
-        for view in self.views.values():
+        for view in self.item_widgets.values():
+            view.is_flat = self._flat
+        for view in self.item_widgets.values():
             view.updateGeometry()
             view.update()
         self._flow.invalidate()

@@ -39,7 +39,7 @@ class AlarmSummary:
 
     sentences: tuple[str, ...] = ()
     severe: bool = False
-    standing: int = 0
+    active: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,7 +72,7 @@ class StatusBarData:
         Alarms.
     muted : bool
         Whether the sound is off.
-    read, watched : float
+    read_share, monitored_share : float
         How much of the flight so far was read, and how much looked through for alarms, 0 to 1.
     """
 
@@ -90,8 +90,8 @@ class StatusBarData:
     other_calibration: str = ""
     alarms: AlarmSummary = field(default_factory=AlarmSummary)
     muted: bool = False
-    read: float = 1.0
-    watched: float = 1.0
+    read_share: float = 1.0
+    monitored_share: float = 1.0
 
 
 def create_status_items(facts: StatusBarData) -> tuple[StatusItem, ...]:
@@ -110,14 +110,14 @@ def create_status_items(facts: StatusBarData) -> tuple[StatusItem, ...]:
 def _flight(facts: StatusBarData) -> StatusItem:
     if not facts.name:
         return StatusItem(
-            id="flight", word="FLIGHT", value="none open", state="plain", width=168,
+            id="flight", title="FLIGHT", value="none open", state="plain", width=168,
             detail="No flight is open.",
         )  # fmt: skip
     time = DASH if facts.stale else clock_text(facts.time, decimals=1)
     kind = "REPLAY" if facts.replay else "FLIGHT"
     return StatusItem(
         id="flight",
-        word=f"{kind}  {facts.name}",
+        title=f"{kind}  {facts.name}",
         value=time,
         note="" if not facts.stale else "no new samples",
         state="unknown" if facts.stale else "plain",
@@ -130,7 +130,7 @@ def _link(facts: StatusBarData) -> StatusItem:
     link = facts.link
     if link is None:
         return StatusItem(
-            id="link", word="LINK", value="none", state="plain", detail="No link.", width=176
+            id="link", title="LINK", value="none", state="plain", detail="No link.", width=176
         )
     port = facts.recorder.source_state if facts.recorder is not None else ""
     said = (link.problem, *link.remarks, f"{port}." if port else "")
@@ -141,7 +141,7 @@ def _link(facts: StatusBarData) -> StatusItem:
         value = percent_text(link.loss) if link.good or link.lost else DASH
         return StatusItem(
             id="link",
-            word=f"{name}  AS RECORDED",
+            title=f"{name}  AS RECORDED",
             value=value,
             note="lost",
             state="plain",
@@ -151,20 +151,20 @@ def _link(facts: StatusBarData) -> StatusItem:
                 f"{link.lost} lost. {remarks}"
             ).strip(),
         )
-    if link.age is None or link.words in _STATES_WITHOUT_NUMBERS:
+    if link.age is None or link.state in _STATES_WITHOUT_NUMBERS:
         age = f" {duration_text(link.age)}" if link.age is not None else ""
         return StatusItem(
             id="link",
-            word=name,
-            note=f"{link.words}{age}{_share(facts.read)}",
+            title=name,
+            note=f"{link.state}{age}{_share(facts.read_share)}",
             state=state if link.severity is not Severity.NORMAL else "unknown",
             width=176,
-            detail=f"The link: {link.words}{age}. {remarks}".strip(),
+            detail=f"The link: {link.state}{age}. {remarks}".strip(),
         )
     lost = f"{percent_text(link.loss)} lost"
     return StatusItem(
         id="link",
-        word=name if link.words == "ok" else f"{name}  {link.words}",
+        title=name if link.state == "ok" else f"{name}  {link.state}",
         value=f"{link.rate:.0f}/s",
         note=f"{link.age:.1f} s old, {lost}",
         state=state,
@@ -179,22 +179,22 @@ def _link(facts: StatusBarData) -> StatusItem:
 def _recorder(facts: StatusBarData) -> StatusItem:
     recorder, disk = facts.recorder, facts.disk
     others = ", ".join(facts.others)
-    if recorder is None or recorder.words in ("none", "stopped"):
+    if recorder is None or recorder.state in ("none", "stopped"):
         if others:
             several = len(facts.others) > 1
             return StatusItem(
                 id="record",
-                word="REC",
+                title="REC",
                 value=f"{len(facts.others)} flights" if several else others,
                 note="click to attach",
                 state="good",
                 width=192,
                 detail=f"Being recorded: {others}. Click to attach.",
             )
-        stopped = recorder is not None and recorder.words == "stopped"
+        stopped = recorder is not None and recorder.state == "stopped"
         return StatusItem(
             id="record",
-            word="REC",
+            title="REC",
             value="stopped" if stopped else "off",
             state="plain",
             width=192,
@@ -209,15 +209,15 @@ def _recorder(facts: StatusBarData) -> StatusItem:
         left = duration_text(disk.seconds_left)
         note = f"{free} left" if disk.seconds_left is None else f"disk full in {left}"
     if recorder.severity is not Severity.NORMAL:
-        note = f"recorder {recorder.words}"
+        note = f"recorder {recorder.state}"
     state = _STATES[severity]
     if state == "good" and not recorder.growing:
         state = "caution"
     more = f" Also being recorded: {others}. Click to attach." if others else ""
     return StatusItem(
         id="record",
-        word=_recorder_text(recorder, len(facts.others)),
-        action=recorder.pid is not None,
+        title=_recorder_text(recorder, len(facts.others)),
+        shows_button=recorder.pid is not None,
         value=size,
         note=note,
         state=state,
@@ -227,14 +227,14 @@ def _recorder(facts: StatusBarData) -> StatusItem:
 
 
 def _recorder_text(recorder: RecorderSummary, others: int) -> str:
-    state = "" if recorder.words == "recording" else f"  {recorder.words}"
+    state = "" if recorder.state == "recording" else f"  {recorder.state}"
     return f"REC{state}  +{others} more" if others else f"REC{state}"
 
 
 def _aircraft(facts: StatusBarData) -> StatusItem:
     return StatusItem(
         id="aircraft",
-        word="AIRCRAFT",
+        title="AIRCRAFT",
         value=facts.aircraft or DASH,
         state="plain",
         width=88,
@@ -247,14 +247,14 @@ def _aircraft(facts: StatusBarData) -> StatusItem:
 def _calibration(facts: StatusBarData) -> StatusItem:
     status = facts.calibration_status
     if status is None:
-        return StatusItem(id="calibration", word="CALIBRATION", state="plain", width=128)
+        return StatusItem(id="calibration", title="CALIBRATION", state="plain", width=128)
     other = facts.other_calibration
     instead = f"Those of '{other}' instead of the flight's own. " if other else ""
     state: IndicatorState = "plain" if status.state == "unknown" else status.state
-    note = other if other and state == "good" else status.words
+    note = other if other and state == "good" else status.summary
     return StatusItem(
         id="calibration",
-        word="CALIBRATION  OTHER" if other else "CALIBRATION",
+        title="CALIBRATION  OTHER" if other else "CALIBRATION",
         value=facts.calibration or "none",
         note="" if state == "plain" else note,
         state="caution" if other and state == "good" else state,
@@ -265,29 +265,29 @@ def _calibration(facts: StatusBarData) -> StatusItem:
 
 def _alarms(facts: StatusBarData) -> StatusItem:
     alarms = facts.alarms
-    if not alarms.sentences and facts.watched < 1.0:
+    if not alarms.sentences and facts.monitored_share < 1.0:
         return StatusItem(
-            id="alarms", word="ALARMS", value="catching up", note=_share(facts.watched).strip(),
-            state="unknown", width=184, grows=True,
+            id="alarms", title="ALARMS", value="catching up", note=_share(facts.monitored_share).strip(),
+            state="unknown", width=184, stretches=True,
             detail="The flight so far is being looked through for alarms and cues.",
         )  # fmt: skip
     if not alarms.sentences:
-        standing = alarms.standing
+        standing = alarms.active
         value = f"{standing} seen" if standing else "none"
         return StatusItem(
-            id="alarms", word="ALARMS", value=value, width=184, grows=True,
+            id="alarms", title="ALARMS", value=value, width=184, stretches=True,
             state="caution" if standing else ("good" if facts.name else "plain"),
             detail=f"{count_text(standing, 'alarm')} standing, all acknowledged",
         )  # fmt: skip
     count = len(alarms.sentences)
     return StatusItem(
         id="alarms",
-        word=count_text(count, "ALARM", "ALARMS"),
+        title=count_text(count, "ALARM", "ALARMS"),
         hint="K acknowledges",
         value=alarms.sentences[0],
         state="warning" if alarms.severe else "caution",
         width=184,
-        grows=True,
+        stretches=True,
         detail="\n".join(alarms.sentences),
     )
 
@@ -300,7 +300,7 @@ def _share(done: float) -> str:
 def _sound(facts: StatusBarData) -> StatusItem:
     return StatusItem(
         id="sound",
-        word="SOUND",
+        title="SOUND",
         value="off" if facts.muted else "on",
         state="caution" if facts.muted else "plain",
         width=64,

@@ -16,7 +16,7 @@ class StatusItem:
     ----------
     id : str
         Name in code.
-    word : str
+    title : str
         What it is about, such as ``LINK``.
     value : str
         The number, or a dash.
@@ -30,19 +30,19 @@ class StatusItem:
         Points reserved for value and note, so that nothing moves when numbers change.
     hint : str
         What can be done, beside the word where there is room.
-    action : bool
+    shows_button : bool
         Whether the button beside it is shown.
-    grows : bool
+    stretches : bool
         Whether it takes what is left of the bar, and breaks a long value into two lines.
     """
 
     id: str
-    word: str
+    title: str
     value: str = DASH
     note: str = ""
     state: IndicatorState = "unknown"
     detail: str = ""
     width: int = 96
     hint: str = ""
-    action: bool = False
-    grows: bool = False
+    shows_button: bool = False
+    stretches: bool = False

@@ -25,8 +25,8 @@ class StepButton(QAbstractButton, ArrowKeyNavigation):
     def __init__(self, number: int, step: PageStep, action: QAction, look: DisplayStyle) -> None:
         super().__init__()
         self.step = step
-        self.shown = StepStatus()
-        self.low = False
+        self.state = StepStatus()
+        self.is_low = False
         self._look = look
         self._keys = shortcut_text(action.shortcut().toString())
         self.setText(f"{number}  {step.title}")
@@ -38,20 +38,20 @@ class StepButton(QAbstractButton, ArrowKeyNavigation):
 
     def show_state(self, state: StepStatus) -> None:
         """Show another state."""
-        if state != self.shown:
-            self.shown = state
+        if state != self.state:
+            self.state = state
             self._describe()
             self.update()
 
     def _describe(self) -> None:
-        words = self.shown.words
+        words = self.state.text
         said = f"{self.step.title}: {words}" if words else self.step.title
         self.setAccessibleName(f"{said}, {self._keys}")
-        self.setToolTip(f"{self.shown.detail or self.step.purpose} ({self._keys})")
+        self.setToolTip(f"{self.state.detail or self.step.purpose} ({self._keys})")
 
     def sizeHint(self) -> QSize:
         """Return the size: as wide as there is room, as high as gloves need."""
-        return QSize(self._look.px(120), self._look.px(48 if self.low else 56))
+        return QSize(self._look.px(120), self._look.px(48 if self.is_low else 56))
 
     def _title_font(self) -> QFont:
         font = self._look.font("body", strong=True)
@@ -77,16 +77,16 @@ class StepButton(QAbstractButton, ArrowKeyNavigation):
         title = QFontMetricsF(font).elidedText(self.text(), Qt.TextElideMode.ElideRight, wide)
         painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, title)
         room = wide
-        if not self.low:
+        if not self.is_low:
             used = QFontMetricsF(font).horizontalAdvance(title) + look.px(10)
             painter.setFont(look.font("small"))
             painter.setPen(look.color("muted"))
             painter.drawText(
                 line.adjusted(used, 1, 0, 1), Qt.AlignmentFlag.AlignVCenter, self._keys
             )
-        shown = self.shown
+        shown = self.state
         top = look.px(26)
-        if shown.state != "plain" and shown.words:
+        if shown.state != "plain" and shown.text:
             color = look.state_color(shown.state)
             paint_indicator(painter, shown.state, QRectF(left, top + look.px(2), side, side), color)
             left += side + look.px(6)
@@ -102,8 +102,8 @@ class StepButton(QAbstractButton, ArrowKeyNavigation):
     def _words(self, painter: QPainter, box: QRectF) -> None:
         """Draw the words in one line, or in two; what does not fit is in the tool tip."""
         metrics = QFontMetricsF(painter.font())
-        lines = 1 if self.low or box.height() < 2 * metrics.height() else 2
-        words = self.shown.words
+        lines = 1 if self.is_low or box.height() < 2 * metrics.height() else 2
+        words = self.state.text
         if lines == 1 or metrics.horizontalAdvance(words) <= box.width():
             words = metrics.elidedText(words, Qt.TextElideMode.ElideRight, box.width())
         painter.drawText(box, Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignTop, words)
@@ -147,7 +147,7 @@ class StepList(QWidget):
         self.buttons: dict[str, StepButton] = {}
         for number, step in enumerate(steps, start=1):
             button = StepButton(number, step, actions[f"{prefix}_{step.id}"], look)
-            self._group.add(button)
+            self._group.add_button(button)
             row.addWidget(button, 1)
             self.buttons[step.id] = button
         look.changed.connect(self._refresh)
@@ -164,8 +164,8 @@ class StepList(QWidget):
         """Take less height where the window is low for its scale."""
         low = window_height < self._look.px(_LOW_WINDOW_HEIGHT)
         for button in self.buttons.values():
-            if button.low != low:
-                button.low = low
+            if button.is_low != low:
+                button.is_low = low
                 self._refresh()
 
     def _refresh(self) -> None:

@@ -14,7 +14,7 @@ class AbstractStepPage(QWidget):
 
     Parameters
     ----------
-    look : DisplayStyle
+    display_style : DisplayStyle
         Colors, sizes, units.
     name : str
         For those who hear it.
@@ -29,7 +29,7 @@ class AbstractStepPage(QWidget):
 
     def __init__(self, look: DisplayStyle, name: str) -> None:
         super().__init__()
-        self.look = look
+        self.display_style = look
         self.setAccessibleName(name)
 
     @property
@@ -65,7 +65,7 @@ class MultiStepPage(QWidget):
     """A place that shows one page at a time, and whose undo is that of the page on screen."""
 
     @property
-    def page(self) -> AbstractStepPage | None:
+    def step_page(self) -> AbstractStepPage | None:
         """Return the page on screen; None where there is none that can be undone."""
         raise NotImplementedError
 
@@ -77,17 +77,17 @@ class MultiStepPage(QWidget):
     @property
     def can_undo(self) -> bool:
         """Return whether there is a change to take back on the page on screen."""
-        page = self.page
+        page = self.step_page
         return page is not None and page.can_undo
 
     def undo(self) -> None:
         """Take back the last change on the page on screen."""
-        page = self.page
+        page = self.step_page
         if page is not None:
             page.undo()
 
     def redo(self) -> None:
         """Make again what was taken back."""
-        page = self.page
+        page = self.step_page
         if page is not None:
             page.redo()

@@ -38,15 +38,15 @@ class NoiseGain(NamedTuple):
     ----------
     weight : float
         s of noise that the instant stands for.
-    state : ndarray, shape (n_x, n_x)
+    state_gain : ndarray, shape (n_x, n_x)
         To the state at the end of the block.
-    channels : ndarray, shape (n_channels, n_x)
+    output_gain : ndarray, shape (n_channels, n_x)
         To the means of the channels over the block.
     """
 
     weight: float
-    state: FloatArray
-    channels: FloatArray
+    state_gain: FloatArray
+    output_gain: FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,7 +109,7 @@ class BlockLinearization:
     ----------
     linearization : Linearization
     motion : NominalMotion
-    lengths : tuple of float, optional
+    gust_lengths : tuple of float, optional
         Effective scale lengths of the gusts, m; without them gusts stay as they are.
     """
 
@@ -118,7 +118,7 @@ class BlockLinearization:
     ) -> None:
         record = linearization.record
         n_states, n = linearization.states.shape
-        self.linearization, self.gust, self.lengths = linearization, motion.gust, lengths
+        self.linearization, self.gust, self.gust_lengths = linearization, motion.gust, lengths
         self.V = float(np.mean(linearization.states[0]))
         self._late = _DelayedInstruments(linearization)
         size = n_states + len(GUST_ROWS) + len(self._late.readings)
@@ -131,7 +131,7 @@ class BlockLinearization:
             stepwise[:, column, column] = np.exp(-rate * record.dt)
         for one in self._late.readings:
             if one.source is None:
-                goes_in = linearization.by_state[:, one.channel]
+                goes_in = linearization.output_by_state[:, one.channel]
                 stepwise[:, one.row, :n_states] = one.old * goes_in[:-1]
                 stepwise[:, one.row] += one.new * (goes_in[1:, None] @ stepwise[:, :n_states])[:, 0]
                 stepwise[:, one.row, one.row] = one.decay
@@ -151,12 +151,12 @@ class BlockLinearization:
         wide = shows.transpose(0, 2, 1, 3).reshape(n_blocks, -1, block * size)
         self.by_state = wide @ reach[:, :block].reshape(n_blocks, -1, size) / block
         counted = (
-            record.counted[:whole].reshape(n_blocks, block, -1).mean(axis=1) > _MIN_VALID_SHARE
+            record.valid[:whole].reshape(n_blocks, block, -1).mean(axis=1) > _MIN_VALID_SHARE
         )
-        self.counted: BoolArray = counted
-        self.block = block
+        self.valid: BoolArray = counted
+        self.block_size = block
         self.stepwise = stepwise
-        self.reach = reach[:, :block]
+        self.state_response = reach[:, :block]
         self.transition = np.ascontiguousarray(reach[:-1, block])
 
     @property
@@ -164,7 +164,7 @@ class BlockLinearization:
         """Return the number of states of the equations, which come first."""
         return len(self.linearization.states)
 
-    def unsure(self, process: FloatArray) -> FloatArray:
+    def interpolation_variance(self, process: FloatArray) -> FloatArray:
         """Return the variance in means of channels that are shown as of between two samples.
 
         Process noise of intensity `process`, (n_states, n_states), is not straight in between.
@@ -174,18 +174,18 @@ class BlockLinearization:
         for channel, path in found.paths.items():
             between = path_delay(path) / dt % 1.0
             if path_lag(path) is None:
-                slopes = found.by_state[:, channel].mean(axis=0)
+                slopes = found.output_by_state[:, channel].mean(axis=0)
                 intensity = float(slopes @ process @ slopes)
-                variances[channel] = between * (1.0 - between) * dt * intensity / self.block
+                variances[channel] = between * (1.0 - between) * dt * intensity / self.block_size
         return variances
 
     @cached_property
     def _shows(self) -> FloatArray:
         """Return what channels show of all states, (n, n_channels, n_x)."""
         found = self.linearization
-        n, n_channels, n_states = found.by_state.shape
+        n, n_channels, n_states = found.output_by_state.shape
         shows = np.zeros((n, n_channels, len(self.scales)))
-        shows[:, :, :n_states] = found.by_state
+        shows[:, :, :n_states] = found.output_by_state
         for channel, shares in self._late.shown.items():
             shows[:, channel] *= shares.get(None, 0.0)
             for row, share in shares.items():
@@ -194,9 +194,9 @@ class BlockLinearization:
         return shows
 
     @property
-    def at_rest(self) -> FloatArray:
+    def initial_state_map(self) -> FloatArray:
         """Return all states by those of the equations and gusts, at the start, (n_x, ...)."""
-        first = self.linearization.by_state[0]
+        first = self.linearization.output_by_state[0]
         rest = np.eye(len(self.scales))[:, : self.n_states + len(GUST_ROWS)]
         for one in self._late.readings:
             rest[one.row, : self.n_states] = first[one.channel]
@@ -210,24 +210,24 @@ class BlockLinearization:
         return np.array((*_SCALES, *own, *_GUST_SCALES, *late))
 
     @cached_property
-    def ways(self) -> tuple[NoiseGain, ...]:
+    def noise_gains(self) -> tuple[NoiseGain, ...]:
         """Return how noise in each step of a block comes through."""
         found = self.linearization
         step = self.stepwise.mean(axis=0)
         half = 0.5 * (np.eye(len(step)) + step)
-        goes_in = found.by_state.mean(axis=0)
+        goes_in = found.output_by_state.mean(axis=0)
         for one in self._late.readings:
             half[one.row] = one.new * (goes_in[one.channel] @ half[: self.n_states])
         shares = np.stack(
             [
-                visible_shares(found.paths.get(channel, ()), found.record.dt, self.block)
+                visible_shares(found.paths.get(channel, ()), found.record.dt, self.block_size)
                 for channel in range(len(goes_in))
             ]
         )
         return _noise_gains(step, half, self._shows.mean(axis=0), shares, found.record.dt)
 
     @cached_property
-    def reaching(self) -> FloatArray:
+    def rate_response(self) -> FloatArray:
         """Return what rates at each sample of a block, and at the one after it, change.
 
         Rates run in straight lines from sample to sample, as in the residual, where half a sample's
@@ -240,7 +240,7 @@ class BlockLinearization:
             what must be taken from it.
         """
         found = self.linearization
-        n_states, block, dt = self.n_states, self.block, found.record.dt
+        n_states, block, dt = self.n_states, self.block_size, found.record.dt
         n_blocks, n_channels, n_x = self.by_state.shape
         whole = n_blocks * block
         shows = self._shows[:whole].reshape(n_blocks, block, n_channels, n_x)
@@ -279,11 +279,11 @@ class BlockLinearization:
             other half comes after it, and not in what the next reading makes of that sample.
         """
         found = self.linearization
-        now = np.zeros((len(found.by_state), len(self.scales), self.n_states))
+        now = np.zeros((len(found.output_by_state), len(self.scales), self.n_states))
         after = np.zeros_like(now)
         for one in self._late.readings:
             if one.source is None:
-                goes_in = found.by_state[:, one.channel]
+                goes_in = found.output_by_state[:, one.channel]
                 now[:, one.row], after[:, one.row] = one.new * goes_in, one.old * goes_in
         return now, after
 
@@ -292,24 +292,24 @@ class BlockLinearization:
         """Return by how much the model misses the motion in each step, shape (n - 1, n_x)."""
         found = self.linearization
         n_states, n_moved = self.n_states, self.n_states + len(GUST_ROWS)
-        gone = np.vstack((found.stepped, np.zeros_like(self.gust[:, 1:])))
+        gone = np.vstack((found.next_states, np.zeros_like(self.gust[:, 1:])))
         by_gust = self.stepwise[:, :n_moved, n_states:n_moved] @ self.gust[:, :-1].T[:, :, None]
         missed = gone + by_gust[:, :, 0].T - np.vstack((found.states, self.gust))[:, 1:]
         defects = np.zeros((missed.shape[1], len(self.scales)))
         defects[:, :n_moved] = missed.T
         for one in self._late.readings:
-            goes_in = found.by_state[1:, one.channel]
+            goes_in = found.output_by_state[1:, one.channel]
             defects[:, one.row] = one.new * (goes_in * defects[:, :n_states]).sum(axis=1)
         return defects
 
     @cached_property
     def _zeros(self) -> FloatArray:
-        return self.means(self.linearization.zeros)
+        return self.block_means(self.linearization.bias_sensitivity)
 
     @cached_property
     def _unbiased(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         found = self.linearization
-        record, size = found.record, self.block
+        record, size = found.record, self.block_size
         defects = self.defects
         n_blocks, _, n_x = self.by_state.shape
         within = np.zeros((n_blocks, size + 1, n_x))
@@ -326,7 +326,7 @@ class BlockLinearization:
         shows = self._shows[:whole].reshape(n_blocks, size, -1, n_x)
         seen = (shows @ within[:, :size, :, None])[:, :, :, 0]
         z = (record.measured - found.computed)[:whole].reshape(n_blocks, size, -1) - seen
-        counted = record.counted[:whole].reshape(n_blocks, size, -1)
+        counted = record.valid[:whole].reshape(n_blocks, size, -1)
         z = (z * counted).sum(axis=1) / np.maximum(counted.sum(axis=1), 1)
         return z, within[:-1, size], within[:, :size]
 
@@ -341,15 +341,15 @@ class BlockLinearization:
             What the defects of a block's motion add up to, at its samples.
         """
         z, b, within = self._unbiased
-        return (z - bias * self._zeros) * self.counted, b, within
+        return (z - bias * self._zeros) * self.valid, b, within
 
-    def means(self, history: FloatArray) -> FloatArray:
+    def block_means(self, history: FloatArray) -> FloatArray:
         """Return the means over the blocks of histories along the first axis."""
-        whole = len(self.by_state) * self.block
-        total = history[0 : whole : self.block].copy()
-        for sample in range(1, self.block):
-            total += history[sample : whole : self.block]
-        total /= self.block
+        whole = len(self.by_state) * self.block_size
+        total = history[0 : whole : self.block_size].copy()
+        for sample in range(1, self.block_size):
+            total += history[sample : whole : self.block_size]
+        total /= self.block_size
         return total
 
 

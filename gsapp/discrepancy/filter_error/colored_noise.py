@@ -16,38 +16,38 @@ from gsapp.quantities import FloatArray
 class ColoredNoise:
     """The channels with colored noise, and what a block makes of it.
 
-    With e of variance `added` from sample to sample, noise goes ``n' = rho n + e``.
+    With e of variance `driving_variance` from sample to sample, noise goes ``n' = rho n + e``.
 
     Attributes
     ----------
-    places : ndarray of int, shape (n_colored,)
+    channel_indices : ndarray of int, shape (n_colored,)
         Of the channels.
-    added : ndarray, shape (n_colored,)
+    driving_variance : ndarray, shape (n_colored,)
         Variance of what each sample adds, SI squared.
-    sizes : ndarray, shape (n_colored,)
+    stds : ndarray, shape (n_colored,)
         Standard deviation of the noise.
     variance_of_means : ndarray, shape (n_colored,)
         Of its mean over a block.
-    kept : ndarray, shape (n_colored,)
+    decay : ndarray, shape (n_colored,)
         Share of the noise at a block's start that is left at its end.
-    shown : ndarray, shape (n_colored,)
+    mean_share : ndarray, shape (n_colored,)
         Share of it in the mean over the block.
     by_end, by_mean : ndarray, shape (n_colored, block)
         Share of what the second sample of a block, the third ... and the one after it add, in the
         noise at the block's end and in the mean over it.
     """
 
-    places: NDArray[np.intp]
-    added: FloatArray
-    sizes: FloatArray
+    channel_indices: NDArray[np.intp]
+    driving_variance: FloatArray
+    stds: FloatArray
     variance_of_means: FloatArray
-    kept: FloatArray
-    shown: FloatArray
+    decay: FloatArray
+    mean_share: FloatArray
     by_end: FloatArray
     by_mean: FloatArray
 
     @classmethod
-    def of(cls, noise: NoiseModel | None, channels: Sequence[str], block: int) -> ColoredNoise:
+    def from_noise_model(cls, noise: NoiseModel | None, channels: Sequence[str], block: int) -> ColoredNoise:
         """Return what a noise model makes of these channels in blocks of so many samples."""
         known = {} if noise is None else noise.correlations
         names = [name for name in channels if name in known]
@@ -60,12 +60,12 @@ class ColoredNoise:
         shown = sums[:, -1]
         variance = added / (1.0 - rho**2)
         return cls(
-            places=np.array([channels.index(name) for name in names], dtype=np.intp),
-            added=added,
-            sizes=np.sqrt(variance),
+            channel_indices=np.array([channels.index(name) for name in names], dtype=np.intp),
+            driving_variance=added,
+            stds=np.sqrt(variance),
             variance_of_means=shown**2 * variance + (by_mean**2).sum(axis=1) * added,
-            kept=powers[:, block],
-            shown=shown,
+            decay=powers[:, block],
+            mean_share=shown,
             by_end=powers[:, :block][:, ::-1],
             by_mean=by_mean,
         )

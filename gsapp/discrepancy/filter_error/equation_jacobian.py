@@ -75,7 +75,7 @@ class ColumnLayout:
         first = self.coefficients.stop
         return slice(first, first + len(self.free))
 
-    def stacked(self, rows: Sequence[SparseGradient], columns: slice, count: int) -> FloatArray:
+    def stack_columns(self, rows: Sequence[SparseGradient], columns: slice, count: int) -> FloatArray:
         """Return some columns as an array, shape (n, n_rows, n_columns), in memory time last."""
         table = np.zeros((len(rows), columns.stop - columns.start, count))
         for row, slopes in enumerate(rows):
@@ -95,23 +95,23 @@ class EquationJacobian:
     totals : ModelEvaluation
     rates : ndarray, shape (n_states, n)
         Of the states but heading.
-    rate_slopes : list of SparseGradient
-    force_slopes : tuple of SparseGradient
+    rate_gradients : list of SparseGradient
+    force_gradients : tuple of SparseGradient
         Of X, Y, Z.
-    mass_slopes : SparseGradient
-    cg_slopes : tuple of SparseGradient
-    place_slopes : dict of str to tuple of SparseGradient
+    mass_gradient : SparseGradient
+    cg_gradients : tuple of SparseGradient
+    position_gradients : dict of str to tuple of SparseGradient
         Of how far instruments sit from where the aircraft file says.
     """
 
     layout: ColumnLayout
     totals: ModelEvaluation
     rates: FloatArray
-    rate_slopes: list[SparseGradient]
-    force_slopes: tuple[SparseGradient, SparseGradient, SparseGradient]
-    mass_slopes: SparseGradient
-    cg_slopes: tuple[SparseGradient, SparseGradient, SparseGradient]
-    place_slopes: dict[str, tuple[SparseGradient, SparseGradient, SparseGradient]]
+    rate_gradients: list[SparseGradient]
+    force_gradients: tuple[SparseGradient, SparseGradient, SparseGradient]
+    mass_gradient: SparseGradient
+    cg_gradients: tuple[SparseGradient, SparseGradient, SparseGradient]
+    position_gradients: dict[str, tuple[SparseGradient, SparseGradient, SparseGradient]]
 
 
 def add_scaled(out: SparseGradient, factor: Value, slopes: SparseGradient) -> None:
@@ -167,7 +167,7 @@ class _Chain:
             states = slice(place, place + len(term.states))
             place = states.stop
             self._placed.append((term, parameters, states))
-        self._totals = model.totals(state, inputs, values)
+        self._totals = model.evaluate(state, inputs, values)
         self._layout = ColumnLayout(n_states=len(model.state_names) - 1, free=free)
         self._sums: dict[str, SparseGradient] = {name: {} for name in TARGETS}
         first = self._layout.coefficients.start
@@ -291,17 +291,17 @@ class _Chain:
             layout=self._layout,
             totals=totals,
             rates=rates,
-            rate_slopes=rows,
-            force_slopes=forces,
-            mass_slopes=sums["mass"],
-            cg_slopes=d_cg,
-            place_slopes={
+            rate_gradients=rows,
+            force_gradients=forces,
+            mass_gradient=sums["mass"],
+            cg_gradients=d_cg,
+            position_gradients={
                 name: (
                     sums[f"place.{name}.x"],
                     sums[f"place.{name}.y"],
                     sums[f"place.{name}.z"],
                 )
-                for name in model.misplaced
+                for name in model.displaced_instruments
             },
         )
 

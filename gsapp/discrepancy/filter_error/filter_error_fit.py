@@ -85,7 +85,7 @@ class FilterErrorFit:
     # --- making ---------------------------------------------------------------------------------
 
     @classmethod
-    def begin(
+    def create(
         cls,
         records: Sequence[ManeuverRecord],
         model: Model,
@@ -125,7 +125,7 @@ class FilterErrorFit:
 
     def with_model(self, model: Model, free: Sequence[str]) -> FilterErrorFit:
         """Return a fit of another model that starts where this one stands."""
-        fit = FilterErrorFit.begin([one.record for one in self.maneuvers], model, free, self.noise)
+        fit = FilterErrorFit.create([one.record for one in self.maneuvers], model, free, self.noise)
         fit.biases = dict(self.biases)
         for new, old in zip(fit.maneuvers, self.maneuvers, strict=True):
             own = new.motion.states[8:]
@@ -134,7 +134,7 @@ class FilterErrorFit:
             )
         return fit
 
-    def only(self, ids: Sequence[str]) -> FilterErrorFit:
+    def subset(self, ids: Sequence[str]) -> FilterErrorFit:
         """Return a fit of some of the maneuvers, sharing their states."""
         return FilterErrorFit(
             model=self.model,
@@ -234,7 +234,7 @@ class FilterErrorFit:
             if name in paths:
                 columns.append(paths[name])
             elif name in found.free:
-                columns.append((SensitivityEntry(place=f"free.{name}", history=ones),))
+                columns.append((SensitivityEntry(target=f"free.{name}", history=ones),))
             else:
                 coefficient, _, suffix = name.partition("_")
                 read = (
@@ -242,23 +242,23 @@ class FilterErrorFit:
                     if suffix == "0"
                     else found.variables[linear_variables(coefficient)[suffix]]
                 )
-                columns.append((SensitivityEntry(place=coefficient, history=read),))
+                columns.append((SensitivityEntry(target=coefficient, history=read),))
         return columns
 
-    def whitened(self, one: ManeuverState, extra: ExtraColumns | None = None) -> FilteredColumns:
+    def whitened_columns(self, one: ManeuverState, extra: ExtraColumns | None = None) -> FilteredColumns:
         """Return free parameters, extra columns and biases, in this order, as the filter sees them.
 
         The maneuver's filter must be up to date.
         """
-        linearization = one.filtered.linearization
+        linearization = one.current_filter.linearization
         columns = self.model_columns(one, linearization)
         if extra is not None:
             columns += extra(linearization)
         columns += [
-            (SensitivityEntry(place=f"channel.{name}", history=linearization.zeros[:, place]),)
+            (SensitivityEntry(target=f"channel.{name}", history=linearization.bias_sensitivity[:, place]),)
             for place, name in enumerate(one.record.channels)
         ]
-        return filter_columns(one.filtered, columns, self.bias_of(one.record))
+        return filter_columns(one.current_filter, columns, self.bias_of(one.record))
 
     def linearize(self) -> None:
         """Linearize along all motions as they stand, and filter with the noise as it stands."""
@@ -269,7 +269,7 @@ class FilterErrorFit:
     def refilter(self) -> None:
         """Filter anew where only the noise changed."""
         for one in self.maneuvers:
-            one.filter = one.filtered.with_noise(self.noise[one.record.flight])
+            one.filter = one.current_filter.with_noise(self.noise[one.record.flight])
 
     def information(
         self, extra: tuple[tuple[str, ...], ExtraColumns] | None = None
@@ -279,12 +279,12 @@ class FilterErrorFit:
         Parameters
         ----------
         extra : tuple of names and function, optional
-            Columns of candidates. Without them what was seen stays, for `step`.
+            Columns of candidates. Without them what was seen stays, for `apply_step`.
         """
         parts = (self.information_of(one, extra, keep=extra is None) for one in self.maneuvers)
-        return self.total(parts, () if extra is None else extra[0])
+        return self.sum_information(parts, () if extra is None else extra[0])
 
-    def total(
+    def sum_information(
         self, parts: Iterable[InformationMatrix], extra: tuple[str, ...] = ()
     ) -> InformationMatrix:
         """Return the sum of what maneuvers say, with so many columns of candidates."""
@@ -294,7 +294,7 @@ class FilterErrorFit:
             total = total + one
         return total
 
-    def pass_(self) -> InformationMatrix:
+    def linearize_and_sum(self) -> InformationMatrix:
         """Linearize, filter, and return the information of all maneuvers."""
         self.linearize()
         return self.information()
@@ -308,13 +308,13 @@ class FilterErrorFit:
     ) -> InformationMatrix:
         """Return the information of one maneuver; its filter must be up to date.
 
-        With `keep` what was seen of it stays, for `step`.
+        With `keep` what was seen of it stays, for `apply_step`.
         """
         names, columns_of = ((), None) if extra is None else extra
-        seen = self.whitened(one, columns_of)
+        seen = self.whitened_columns(one, columns_of)
         if keep:
-            one.seen = seen
-        rows, n_local = seen.rows, seen.n_local
+            one.filtered_columns = seen
+        rows, n_local = seen.rows, seen.n_initial_states
         basis, _ = np.linalg.qr(rows[:, -1 - n_local : -1])
         rest = np.hstack((rows[:, : -1 - n_local], rows[:, -1:]))
         rest -= basis @ (basis.T @ rest)
@@ -323,19 +323,19 @@ class FilterErrorFit:
         return InformationMatrix(
             names=(*self.free, *names, *biases),
             matrix=rest.T @ rest,
-            samples=float(one.filtered.counted.sum()) - n_local,
+            samples=float(one.current_filter.valid.sum()) - n_local,
         )
 
-    def cost(self) -> float:
+    def deviance(self) -> float:
         """Return minus two log likelihoods of all innovations, as last filtered."""
         left = self.information().with_priors(self.priors())
         left = left.projected((*self.free, *self.bias_names()))
-        sizes = sum(one.filtered.log_size for one in self.maneuvers)
+        sizes = sum(one.current_filter.log_determinant for one in self.maneuvers)
         return float(left.matrix[-1, -1]) + sizes
 
     # --- going on -------------------------------------------------------------------------------
 
-    def step(self, information: InformationMatrix) -> float:
+    def apply_step(self, information: InformationMatrix) -> float:
         """Move to the solution of the last pass; return the largest move over its deviation."""
         names = (*self.free, *self.bias_names())
         moves, covariance = information.with_priors(self.priors()).solution(names)
@@ -355,7 +355,7 @@ class FilterErrorFit:
         sizes = np.abs(moves) / np.sqrt(covariance.diagonal())
         return float(sizes[: len(self.free)].max()) if self.free else 0.0
 
-    def settle(self) -> None:
+    def update_motion(self) -> None:
         """Take the filter's prediction as the new motion, values as they are."""
         for one in self.maneuvers:
             self._follow(one, {})
@@ -364,12 +364,12 @@ class FilterErrorFit:
         """Move the motion of a maneuver to what the filter predicts with the moved parameters."""
         flight = one.record.flight
         names = (*self.free, *(bias_name(flight, name) for name in one.record.channels))
-        chosen = names if one.seen is not None else ()
+        chosen = names if one.filtered_columns is not None else ()
         moved = np.array([moves.get(name, 0.0) for name in chosen])
         one.motion = predicted_motion(one, moved, self.bias_of(one.record))
 
     def residual_innovations(self, one: ManeuverState) -> FloatArray:
         """Return innovations (n_blocks, n_channels) as values and motion stand, not whitened."""
-        z, b, _ = one.filtered.residual(self.bias_of(one.record))
-        found, _ = one.filtered.innovations(z[:, :, None], b[:, :, None])
+        z, b, _ = one.current_filter.residual(self.bias_of(one.record))
+        found, _ = one.current_filter.innovations(z[:, :, None], b[:, :, None])
         return np.asarray(found[:, :, 0])

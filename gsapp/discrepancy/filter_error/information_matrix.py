@@ -51,7 +51,7 @@ class InformationMatrix:
             total[np.ix_(places, places)] += one.matrix
         return InformationMatrix(names=names, matrix=total, samples=samples)
 
-    def places(self, names: Iterable[str]) -> list[int]:
+    def indices(self, names: Iterable[str]) -> list[int]:
         """Return where names stand."""
         table = {name: index for index, name in enumerate(self.names)}
         return [table[name] for name in names]
@@ -71,7 +71,7 @@ class InformationMatrix:
 
     def projected(self, nuisance: Sequence[str]) -> InformationMatrix:
         """Return what is left of all columns when the nuisance parameters have taken their part."""
-        out = self.places(nuisance)
+        out = self.indices(nuisance)
         kept = [index for index in range(len(self.names)) if index not in set(out)]
         places = [*kept, len(self.names)]
         block = self.matrix[np.ix_(out, out)]
@@ -91,7 +91,7 @@ class InformationMatrix:
 
         One that nothing is known of is zero, with a bound beyond any other.
         """
-        places = self.places(names)
+        places = self.indices(names)
         block = self.matrix[np.ix_(places, places)]
         known = block.diagonal()
         scale = np.sqrt(np.where(known > 0.0, known, 1.0))
@@ -101,7 +101,7 @@ class InformationMatrix:
 
     def misfit(self, values: Mapping[str, float]) -> float:
         """Return the sum of squares that is left with these values, all others zero."""
-        places = self.places(values)
+        places = self.indices(values)
         x = np.array([*values.values()])
         block = self.matrix[np.ix_(places, places)]
         return float(self.matrix[-1, -1] - 2.0 * x @ self.matrix[places, -1] + x @ block @ x)
@@ -114,7 +114,7 @@ class InformationMatrix:
         of : InformationMatrix
             The same before projection: a column of which next to nothing is left gains nothing.
         """
-        raw = of.matrix.diagonal()[of.places(self.names)]
+        raw = of.matrix.diagonal()[of.indices(self.names)]
         own = self.matrix.diagonal()[:-1]
         seen = own > _MIN_INFORMATION_SHARE * np.maximum(raw, 1e-300)
         safe = np.where(seen, own, 1.0)

@@ -76,11 +76,11 @@ class SteadyStateFilter:
         Phi K, zero for channels that do not count in a block.
     whitener : ndarray, shape (n_blocks, n_channels, n_channels)
         Turns innovations into uncorrelated ones of unit variance.
-    log_size : float
+    log_determinant : float
         Sum of the logarithms of the determinants of the innovations' covariances.
     mean_injection : ndarray, shape (n_x + n_colored, n_channels)
         For the mean dynamics.
-    predicted : ndarray, shape (n_x + n_colored, n_x + n_colored)
+    predicted_covariance : ndarray, shape (n_x + n_colored, n_x + n_colored)
         Covariance of the predicted states.
     """
 
@@ -90,9 +90,9 @@ class SteadyStateFilter:
     propagation: FloatArray
     injection: FloatArray
     whitener: FloatArray
-    log_size: float
+    log_determinant: float
     mean_injection: FloatArray
-    predicted: FloatArray
+    predicted_covariance: FloatArray
 
     @property
     def linearization(self) -> Linearization:
@@ -100,14 +100,14 @@ class SteadyStateFilter:
         return self.blocks.linearization
 
     @property
-    def block(self) -> int:
+    def block_size(self) -> int:
         """Return the number of samples taken together."""
-        return self.blocks.block
+        return self.blocks.block_size
 
     @property
-    def counted(self) -> BoolArray:
+    def valid(self) -> BoolArray:
         """Return which channels count in which block, shape (n_blocks, n_channels)."""
-        return self.blocks.counted
+        return self.blocks.valid
 
     def residual(self, bias: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the residual, `bias` given for each channel; see `BlockLinearization.residual`."""
@@ -115,7 +115,7 @@ class SteadyStateFilter:
 
     def with_noise(self, noise: NoiseModel) -> SteadyStateFilter:
         """Return the filter of the same maneuver for other noise."""
-        if noise.lengths != self.blocks.lengths:
+        if noise.gust_lengths != self.blocks.gust_lengths:
             raise ValueError("scale lengths are part of the blocks; make the filter anew")
         return _filter(self.blocks, noise)
 
@@ -146,8 +146,8 @@ class SteadyStateFilter:
         """Return innovations, and deviations of all states with colored noise."""
         n, _, m = z.shape
         n_x = b.shape[1]
-        if not self.counted.all():
-            z = z * self.counted[:, :, None]
+        if not self.valid.all():
+            z = z * self.valid[:, :, None]
         rows = np.zeros((n, self.by_state.shape[2], m))
         np.matmul(self.injection, z[:-1], out=rows[1:])
         rows[1:, :n_x] += b
@@ -155,8 +155,8 @@ class SteadyStateFilter:
             rows[0, :n_x] = start
         deviations = solve_forward(self.propagation, rows)
         found = z - self.by_state @ deviations
-        if not self.counted.all():
-            found *= self.counted[:, :, None]
+        if not self.valid.all():
+            found *= self.valid[:, :, None]
         return found, deviations
 
     def adjoints(self, innovations: FloatArray) -> Adjoints:
@@ -165,12 +165,12 @@ class SteadyStateFilter:
         measurement[:-1] -= (adjoint[1:, None] @ self.injection)[:, 0]
         n_x = len(self.blocks.scales)
         process = [
-            adjoint[1:, :n_x] @ way.state + measurement[:-1] @ way.channels
-            for way in self.blocks.ways
+            adjoint[1:, :n_x] @ way.state_gain + measurement[:-1] @ way.output_gain
+            for way in self.blocks.noise_gains
         ]
         own = self.colors
         colors = adjoint[1:, n_x:, None] * own.by_end
-        colors += measurement[:-1, own.places, None] * own.by_mean
+        colors += measurement[:-1, own.channel_indices, None] * own.by_mean
         return Adjoints(process=process, measurement=measurement, colors=colors)
 
     def _backward(self, innovations: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -189,7 +189,7 @@ class SteadyStateFilter:
         precision = flat.T @ flat / len(self.whitener)
         M = self.propagation.mean(axis=0)
         C = self.by_state.mean(axis=0)
-        scales = np.concatenate((self.blocks.scales, self.colors.sizes))
+        scales = np.concatenate((self.blocks.scales, self.colors.stds))
         C_s, M_s = C * scales, M * scales / scales[:, None]
         try:
             state = solve_lyapunov(M_s, C_s.T @ precision @ C_s)
@@ -197,7 +197,7 @@ class SteadyStateFilter:
             raise FlightError(_DIVERGED) from error
         return state / scales[:, None] / scales, precision
 
-    def kept_colors(self, z: FloatArray, b: FloatArray) -> FloatArray:
+    def smoothed_decay(self, z: FloatArray, b: FloatArray) -> FloatArray:
         """Return what share of colored noise the smoother sees from block to block, (n_colored,).
 
         The root of E[(n[k+1] - kappa n[k]) n[k]] = 0, given all measurements of the maneuver.
@@ -210,17 +210,17 @@ class SteadyStateFilter:
         n_x = len(self.blocks.scales)
         innovations, deviations = self._followed(z[:, :, None], b[:, :, None])
         adjoint, _ = self._backward(innovations[:, :, 0])
-        smooth = deviations[:, n_x:, 0] + adjoint @ self.predicted[:, n_x:]
+        smooth = deviations[:, n_x:, 0] + adjoint @ self.predicted_covariance[:, n_x:]
         information, _ = self._expected_backward()
-        left = np.eye(len(self.predicted)) - information @ self.predicted
-        same = np.diag(self.predicted @ left)[n_x:]
-        next_ = np.diag(self.predicted @ self.propagation.mean(axis=0).T @ left)[n_x:]
+        left = np.eye(len(self.predicted_covariance)) - information @ self.predicted_covariance
+        same = np.diag(self.predicted_covariance @ left)[n_x:]
+        next_ = np.diag(self.predicted_covariance @ self.propagation.mean(axis=0).T @ left)[n_x:]
         count = len(smooth) - 1
         held = (smooth[1:] * smooth[:-1]).sum(axis=0) + count * next_
         found: FloatArray = held / ((smooth[:-1] ** 2).sum(axis=0) + count * same)
         return found
 
-    def expected(self) -> Adjoints:
+    def expected_adjoints(self) -> Adjoints:
         """Return the covariances of `adjoints` where the noise model holds."""
         state, precision = self._expected_backward()
         J = self.mean_injection
@@ -228,16 +228,16 @@ class SteadyStateFilter:
         measurement = precision + J.T @ crossing
         n_x = len(self.blocks.scales)
         process = []
-        for _, N, O in self.blocks.ways:  # noqa: E741
+        for _, N, O in self.blocks.noise_gains:  # noqa: E741
             crossed = N.T @ crossing[:n_x] @ O
             process.append(
                 N.T @ state[:n_x, :n_x] @ N - crossed - crossed.T + O.T @ measurement @ O
             )
         own = self.colors
-        rows = np.arange(n_x, n_x + len(own.places))
+        rows = np.arange(n_x, n_x + len(own.channel_indices))
         colors = state[rows, rows, None] * own.by_end**2
-        colors -= 2.0 * crossing[rows, own.places, None] * own.by_end * own.by_mean
-        colors += measurement[own.places, own.places, None] * own.by_mean**2
+        colors -= 2.0 * crossing[rows, own.channel_indices, None] * own.by_end * own.by_mean
+        colors += measurement[own.channel_indices, own.channel_indices, None] * own.by_mean**2
         return Adjoints(process=process, measurement=measurement, colors=colors)
 
 
@@ -246,21 +246,21 @@ def create_filter(
 ) -> SteadyStateFilter:
     """Return the filter for a linearized maneuver; without noise model, none: output error."""
     return _filter(
-        BlockLinearization(linearization, motion, None if noise is None else noise.lengths), noise
+        BlockLinearization(linearization, motion, None if noise is None else noise.gust_lengths), noise
     )
 
 
 def _filter(blocks: BlockLinearization, noise: NoiseModel | None) -> SteadyStateFilter:
     channels = blocks.linearization.record.channels
-    colors = ColoredNoise.of(noise, channels, blocks.block)
-    n_x, n_all = len(blocks.scales), len(blocks.scales) + len(colors.places)
+    colors = ColoredNoise.from_noise_model(noise, channels, blocks.block_size)
+    n_x, n_all = len(blocks.scales), len(blocks.scales) + len(colors.channel_indices)
     transition = np.zeros((len(blocks.transition), n_all, n_all))
     transition[:, :n_x, :n_x] = blocks.transition
-    transition[:, range(n_x, n_all), range(n_x, n_all)] = colors.kept
+    transition[:, range(n_x, n_all), range(n_x, n_all)] = colors.decay
     by_state = np.zeros((*blocks.by_state.shape[:2], n_all))
     by_state[:, :, :n_x] = blocks.by_state
-    by_state[:, colors.places, range(n_x, n_all)] = colors.shown
-    n_blocks, n_channels = blocks.counted.shape
+    by_state[:, colors.channel_indices, range(n_x, n_all)] = colors.mean_share
+    n_blocks, n_channels = blocks.valid.shape
     if noise is None:
         injection = np.zeros((n_blocks - 1, n_all, n_channels))
         whitener = np.broadcast_to(np.eye(n_channels), (n_blocks, n_channels, n_channels))
@@ -277,8 +277,8 @@ def _filter(blocks: BlockLinearization, noise: NoiseModel | None) -> SteadyState
         injection = transition @ crossed[:-1].transpose(0, 2, 1) + shared
         injection = injection @ precision[:-1]
         log_size = -2.0 * float(np.log(np.diagonal(whitener, axis1=1, axis2=2)).sum())
-    if not blocks.counted.all():
-        injection *= blocks.counted[:-1, None, :]
+    if not blocks.valid.all():
+        injection *= blocks.valid[:-1, None, :]
     return SteadyStateFilter(
         blocks=blocks,
         colors=colors,
@@ -286,9 +286,9 @@ def _filter(blocks: BlockLinearization, noise: NoiseModel | None) -> SteadyState
         propagation=transition - injection @ by_state[:-1],
         injection=injection,
         whitener=whitener,
-        log_size=log_size,
+        log_determinant=log_size,
         mean_injection=injection.mean(axis=0),
-        predicted=P,
+        predicted_covariance=P,
     )
 
 
@@ -313,27 +313,27 @@ def _steady_covariance(
     """
     channels = blocks.linearization.record.channels
     n_x = len(blocks.scales)
-    scales = np.concatenate((blocks.scales, colors.sizes))
+    scales = np.concatenate((blocks.scales, colors.stds))
     A = transition / scales[:, None] * scales
     C = by_state * scales
-    measured = noise.of_means(channels, blocks.block)
+    measured = noise.block_mean_variances(channels, blocks.block_size)
     n_states = blocks.n_states
     Q = np.zeros((n_x, n_x))
-    Q[: n_states + 3, : n_states + 3] = noise.process(blocks.V, n_states)
+    Q[: n_states + 3, : n_states + 3] = noise.process_noise(blocks.V, n_states)
     moved = blocks.linearization.rate_by_control
-    Q[:n_states, :n_states] += np.einsum("nic,c,njc->ij", moved, noise.controls, moved) / len(moved)
-    measured += blocks.unsure(Q[:n_states, :n_states])
+    Q[:n_states, :n_states] += np.einsum("nic,c,njc->ij", moved, noise.control_intensities, moved) / len(moved)
+    measured += blocks.interpolation_variance(Q[:n_states, :n_states])
     Q = Q / blocks.scales[:, None] / blocks.scales
     # Channels in units of their noise: the equation is badly scaled otherwise.
     units = np.sqrt(measured)
-    units[colors.places] = np.sqrt(colors.variance_of_means)
+    units[colors.channel_indices] = np.sqrt(colors.variance_of_means)
     C, R = C / units[:, None], np.diag(measured / units**2)
     ways = [
-        (way.weight, way.state / scales[:n_x, None] * scales[:n_x],
-         way.channels * scales[:n_x] / units[:, None])
-        for way in blocks.ways
+        (way.weight, way.state_gain / scales[:n_x, None] * scales[:n_x],
+         way.output_gain * scales[:n_x] / units[:, None])
+        for way in blocks.noise_gains
     ]  # fmt: skip
-    rows, places = np.arange(n_x, len(scales)), colors.places
+    rows, places = np.arange(n_x, len(scales)), colors.channel_indices
     for least in (_MIN_INTENSITY, 1e3 * _MIN_INTENSITY, 1e6 * _MIN_INTENSITY):
         own = Q + least * np.eye(n_x)
         arrived = np.zeros(A.shape)
@@ -343,14 +343,14 @@ def _steady_covariance(
             arrived[:n_x, :n_x] += weight * N @ own @ N.T
             shared[:n_x] += weight * N @ own @ O.T
             noise_of_means += weight * O @ own @ O.T
-        arrived[rows, rows] += (colors.by_end**2).sum(axis=1) * colors.added / colors.sizes**2
+        arrived[rows, rows] += (colors.by_end**2).sum(axis=1) * colors.driving_variance / colors.stds**2
         shared[rows, places] += (
             (colors.by_end * colors.by_mean).sum(axis=1)
-            * colors.added
-            / (colors.sizes * units[places])
+            * colors.driving_variance
+            / (colors.stds * units[places])
         )
         noise_of_means[places, places] += (
-            (colors.by_mean**2).sum(axis=1) * colors.added / units[places] ** 2
+            (colors.by_mean**2).sum(axis=1) * colors.driving_variance / units[places] ** 2
         )
         try:
             P = steady_covariance(A, C, arrived, noise_of_means, shared)

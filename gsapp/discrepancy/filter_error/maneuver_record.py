@@ -30,7 +30,7 @@ class ManeuverRecord:
     channels : tuple of str
     measured : ndarray, shape (n, n_channels)
         SI; zero where a sample does not count.
-    counted : ndarray of bool, shape (n, n_channels)
+    valid : ndarray of bool, shape (n, n_channels)
     """
 
     maneuver: Maneuver
@@ -38,7 +38,7 @@ class ManeuverRecord:
     dt: float
     channels: tuple[str, ...]
     measured: FloatArray
-    counted: BoolArray
+    valid: BoolArray
 
     @property
     def id(self) -> str:
@@ -70,7 +70,7 @@ def create_maneuver_record(maneuver: Maneuver) -> ManeuverRecord:
             samples = maneuver.samples(name)
             if not np.isfinite(samples).any() and name == "V":
                 # Airspeed that follows from pressures.
-                samples = np.where(motion.filled.get("V", False), np.nan, motion.state("V"))
+                samples = np.where(motion.interpolated.get("V", False), np.nan, motion.state("V"))
             if np.isfinite(samples).any():
                 columns[name] = samples
     stacked = np.column_stack([*columns.values()])
@@ -81,5 +81,5 @@ def create_maneuver_record(maneuver: Maneuver) -> ManeuverRecord:
         dt=maneuver.dt,
         channels=tuple(columns),
         measured=np.where(counted, stacked, 0.0),
-        counted=counted,
+        valid=counted,
     )

@@ -24,13 +24,13 @@ class FilteredColumns(NamedTuple):
     innovations : ndarray, shape (n_blocks, n_channels, m + n_local + 1)
         Whitened: the columns, the initial states, the residual.
     deviations : ndarray, shape (n_blocks, n_x, m + n_local + 1)
-    n_local : int
+    n_initial_states : int
         Number of initial states.
     """
 
     innovations: FloatArray
     deviations: FloatArray
-    n_local: int
+    n_initial_states: int
 
     @property
     def rows(self) -> FloatArray:
@@ -46,10 +46,10 @@ class ManeuverState:
     flight_model: FlightModel
     motion: NominalMotion
     filter: SteadyStateFilter | None = None
-    seen: FilteredColumns | None = None
+    filtered_columns: FilteredColumns | None = None
 
     @property
-    def filtered(self) -> SteadyStateFilter:
+    def current_filter(self) -> SteadyStateFilter:
         """Return its filter.
 
         Raises
@@ -73,7 +73,7 @@ def filter_columns(
     columns : sequence of SensitivityColumn
     bias : ndarray, shape (n_channels,)
     """
-    rest = own.blocks.at_rest
+    rest = own.blocks.initial_state_map
     (n_x, n_local), count = rest.shape, len(columns)
     own_z, own_b, _ = own.blocks.residual(bias)
     z, b = filter_inputs(own, columns, room=n_local + 1)
@@ -97,16 +97,16 @@ def predicted_motion(one: ManeuverState, moves: FloatArray, bias: FloatArray) ->
         Of the columns that were seen; empty where none were.
     bias : ndarray, shape (n_channels,)
     """
-    own = one.filtered
-    seen = one.seen or filter_columns(own, (), bias)
-    one.seen = None
+    own = one.current_filter
+    seen = one.filtered_columns or filter_columns(own, (), bias)
+    one.filtered_columns = None
     count = len(moves)
     rows = seen.rows
     residual = rows[:, -1] - rows[:, :count] @ moves
     local = np.linalg.lstsq(rows[:, count:-1], residual, rcond=None)[0]
     change = seen.deviations[:, :, -1] - seen.deviations[:, :, :-1] @ np.concatenate((moves, local))
     _, _, within = own.blocks.residual(bias)
-    moved = (own.blocks.reach @ change[:, None, :, None])[:, :, :, 0] + within
+    moved = (own.blocks.state_response @ change[:, None, :, None])[:, :, :, 0] + within
     moved = moved.reshape(-1, moved.shape[2])
     # Samples beyond the last whole block follow from the last one in it.
     rest = [moved[-1]]

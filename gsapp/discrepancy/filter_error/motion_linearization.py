@@ -76,13 +76,13 @@ class Linearization:
         Effects on the paths of channels, by the channel's place.
     states : ndarray, shape (n_states, n)
     transition : ndarray, shape (n - 1, n_states, n_states)
-    stepped : ndarray, shape (n_states, n - 1)
+    next_states : ndarray, shape (n_states, n - 1)
         Where the model goes in one step from each sample.
-    exposed, exposed_rates : ndarray, shape (n, n_channels)
+    sensor_inputs, sensor_input_rates : ndarray, shape (n, n_channels)
         What the instruments are exposed to, and its time derivatives.
     computed : ndarray, shape (n, n_channels)
         What they make of it; without free biases.
-    by_state : ndarray, shape (n, n_channels, n_states)
+    output_by_state : ndarray, shape (n, n_channels, n_states)
         What is late on their paths is left out.
     output_by_coefficient, rate_by_coefficient : ndarray, shape (n, ..., 6)
         Derivatives of channels and rates by CN, CA, CY, Cl, Cm, Cn.
@@ -92,7 +92,7 @@ class Linearization:
         What terms may read.
     output_rates : ndarray, shape (n, n_channels)
         Time derivatives of `computed`.
-    zeros : ndarray, shape (n, n_channels)
+    bias_sensitivity : ndarray, shape (n, n_channels)
         What a zero error of 1 changes; see `bias_sensitivity`.
     inputs : ndarray, shape (8, n)
         After the model's control paths.
@@ -105,18 +105,18 @@ class Linearization:
     paths: dict[int, PathTerms]
     states: FloatArray
     transition: FloatArray
-    stepped: FloatArray
-    exposed: FloatArray
-    exposed_rates: FloatArray
+    next_states: FloatArray
+    sensor_inputs: FloatArray
+    sensor_input_rates: FloatArray
     computed: FloatArray
-    by_state: FloatArray
+    output_by_state: FloatArray
     output_by_coefficient: FloatArray
     rate_by_coefficient: FloatArray
     output_by_control: FloatArray
     rate_by_control: FloatArray
     variables: dict[str, FloatArray]
     output_rates: FloatArray
-    zeros: FloatArray
+    bias_sensitivity: FloatArray
     inputs: FloatArray
     free: tuple[str, ...]
     rate_by_free: FloatArray
@@ -127,7 +127,7 @@ def initial_motion(record: ManeuverRecord, model: FlightModel) -> NominalMotion:
     """Return the measured motion, with the model's own states at rest."""
     polar = record.motion.states.T[: len(INTEGRATED_STATES)]
     full = record.motion.states.T
-    own = model.resting_states(tuple(full), tuple(record.motion.inputs.T))
+    own = model.steady_states(tuple(full), tuple(record.motion.inputs.T))
     rows = [polar, *(np.broadcast_to(np.asarray(one, float), (1, len(record))) for one in own)]
     return NominalMotion(states=np.vstack(rows), gust=np.zeros((3, len(record))))
 
@@ -172,11 +172,11 @@ def linearize_along(
         rows[column] = linear_combination((scale, rows[column]))
         output_rates[:, column] *= scale
     states = slice(0, layout.n_states)
-    jacobian = np.ascontiguousarray(layout.stacked(found.rate_slopes, states, count))
+    jacobian = np.ascontiguousarray(layout.stack_columns(found.rate_gradients, states, count))
     step = 0.5 * dt * (jacobian[1:] + jacobian[:-1])
     square = step @ step
     transition = np.eye(layout.n_states) + step + 0.5 * square + (square @ step) / 6.0
-    by_state = np.ascontiguousarray(layout.stacked(rows, states, count))
+    by_state = np.ascontiguousarray(layout.stack_columns(rows, states, count))
     computed, paths = outputs.copy(), _instrument_paths(record, model)
     for column, path in paths.items():
         computed[:, column] = instrument_output(
@@ -190,22 +190,22 @@ def linearize_along(
         paths=paths,
         states=x,
         transition=transition,
-        stepped=_next_states(model, x, heading, inputs, found.rates, dt, parameters),
-        exposed=outputs,
-        exposed_rates=exposed_rates,
+        next_states=_next_states(model, x, heading, inputs, found.rates, dt, parameters),
+        sensor_inputs=outputs,
+        sensor_input_rates=exposed_rates,
         computed=computed,
-        by_state=by_state,
-        output_by_coefficient=layout.stacked(rows, layout.coefficients, count),
-        rate_by_coefficient=layout.stacked(found.rate_slopes, layout.coefficients, count),
-        output_by_control=layout.stacked(rows, layout.controls, count),
-        rate_by_control=layout.stacked(found.rate_slopes, layout.controls, count),
+        output_by_state=by_state,
+        output_by_coefficient=layout.stack_columns(rows, layout.coefficients, count),
+        rate_by_coefficient=layout.stack_columns(found.rate_gradients, layout.coefficients, count),
+        output_by_control=layout.stack_columns(rows, layout.controls, count),
+        rate_by_control=layout.stack_columns(found.rate_gradients, layout.controls, count),
         variables=_variables(record, model, found, x[0]),
         output_rates=output_rates,
-        zeros=zeros,
+        bias_sensitivity=zeros,
         inputs=inputs,
         free=free,
-        rate_by_free=layout.stacked(found.rate_slopes, layout.parameters, count),
-        output_by_free=layout.stacked(rows, layout.parameters, count),
+        rate_by_free=layout.stack_columns(found.rate_gradients, layout.parameters, count),
+        output_by_free=layout.stack_columns(rows, layout.parameters, count),
     )
 
 

@@ -55,25 +55,25 @@ class NoiseModel:
         sample adds to it.
     correlations : mapping of str to float
         Of colored noise from sample to sample, 0 to 1; channels with white noise are left out.
-    gusts : tuple of float
+    gust_intensities : tuple of float
         Intensity of the white noise behind the gusts along x, y, z, m^2/s^3.
-    lengths : tuple of float
+    gust_lengths : tuple of float
         Effective scale lengths, m.
-    moments : float
+    moment_intensity : float
         Intensity of white noise in p', q', r', rad^2/s^3: what no channel shows.
-    controls : tuple of float
+    control_intensities : tuple of float
         Intensity of the noise in the measured de, da, dr, flap, throttle, rad^2 s: the model flies
         with it, the aircraft does not.
     """
 
     variances: Mapping[str, float]
-    gusts: tuple[float, float, float] = (_INITIAL_GUST_INTENSITY,) * 3
-    lengths: tuple[float, float, float] = (150.0, 60.0, 40.0)
-    moments: float = _INITIAL_MOMENT_INTENSITY
+    gust_intensities: tuple[float, float, float] = (_INITIAL_GUST_INTENSITY,) * 3
+    gust_lengths: tuple[float, float, float] = (150.0, 60.0, 40.0)
+    moment_intensity: float = _INITIAL_MOMENT_INTENSITY
     correlations: Mapping[str, float] = field(default_factory=dict)
-    controls: tuple[float, ...] = (0.0,) * len(CONTROLS)
+    control_intensities: tuple[float, ...] = (0.0,) * len(CONTROLS)
 
-    def of_means(self, channels: Sequence[str], block: int) -> FloatArray:
+    def block_mean_variances(self, channels: Sequence[str], block: int) -> FloatArray:
         """Return the variance of the white noise in means over blocks, shape (n_channels,).
 
         With colored noise little of it is white: steps of the converter.
@@ -88,46 +88,46 @@ class NoiseModel:
     def with_value(self, name: str, value: float) -> NoiseModel:
         """Return the model with one number changed: ``gust.w``, ``length.w``, ``moments``."""
         if name == "moments":
-            return replace(self, moments=value)
+            return replace(self, moment_intensity=value)
         kind, _, axis = name.partition(".")
         place = GUSTS.index(axis)
-        old = self.gusts if kind == "gust" else self.lengths
+        old = self.gust_intensities if kind == "gust" else self.gust_lengths
         new = tuple(value if index == place else one for index, one in enumerate(old))
         if kind == "gust":
-            return replace(self, gusts=(new[0], new[1], new[2]))
-        return replace(self, lengths=(new[0], new[1], new[2]))
+            return replace(self, gust_intensities=(new[0], new[1], new[2]))
+        return replace(self, gust_lengths=(new[0], new[1], new[2]))
 
     def value(self, name: str) -> float:
         """Return one of its numbers; see `with_value`."""
         if name == "moments":
-            return self.moments
+            return self.moment_intensity
         kind, _, axis = name.partition(".")
-        return (self.gusts if kind == "gust" else self.lengths)[GUSTS.index(axis)]
+        return (self.gust_intensities if kind == "gust" else self.gust_lengths)[GUSTS.index(axis)]
 
     def with_variances(self, variances: Mapping[str, float]) -> NoiseModel:
         """Return the model with other instrument noise."""
         bounded = {name: max(one, _MIN_STD[name] ** 2) for name, one in variances.items()}
         return replace(self, variances=bounded)
 
-    def process(self, V: float, n_states: int) -> FloatArray:
+    def process_noise(self, V: float, n_states: int) -> FloatArray:
         """Return the intensity of process noise, shape (n_states + 3, n_states + 3)."""
         scales = (1.0, 1.0 / V**2, 1.0 / V**2)
         found = np.zeros((n_states + 3, n_states + 3))
         for place, (row, intensity, scale) in enumerate(
-            zip(GUST_ROWS, self.gusts, scales, strict=True)
+            zip(GUST_ROWS, self.gust_intensities, scales, strict=True)
         ):
             entry = np.zeros(n_states + 3)
             entry[row] = entry[n_states + place] = 1.0
             found += intensity * scale * np.outer(entry, entry)
         for row in (3, 4, 5):
-            found[row, row] += self.moments
+            found[row, row] += self.moment_intensity
         return found
 
     def gust_rms(self, V: float) -> dict[str, float]:
         """Return the standard deviation (m/s) of the gusts along u, v, w at airspeed V."""
         return {
             name: float(np.sqrt(0.5 * intensity * length / V))
-            for name, intensity, length in zip(GUSTS, self.gusts, self.lengths, strict=True)
+            for name, intensity, length in zip(GUSTS, self.gust_intensities, self.gust_lengths, strict=True)
         }
 
 
@@ -142,7 +142,7 @@ def initial_noise(records: Sequence[ManeuverRecord]) -> NoiseModel:
     variances = {name: float(np.median(values)) for name, values in found.items()}
     return NoiseModel(
         variances=variances,
-        controls=tuple(
+        control_intensities=tuple(
             float(np.median([_intensity(record, name) for record in records])) for name in CONTROLS
         ),
         correlations={
@@ -157,7 +157,7 @@ def _from_differences(record: ManeuverRecord, name: str) -> float:
     Robust, so that the corners of an input do not count.
     """
     column = record.channels.index(name)
-    samples = np.where(record.counted[:, column], record.measured[:, column], np.nan)
+    samples = np.where(record.valid[:, column], record.measured[:, column], np.nan)
     found = _third_differences(samples)
     return _MIN_STD[name] ** 2 if found is None else found
 
@@ -185,7 +185,7 @@ def sample_variance(record: ManeuverRecord, name: str, correlation: float) -> fl
     as a first-order recursion with this correlation from sample to sample.
     """
     column = record.channels.index(name)
-    if not record.counted[:, column].all():
+    if not record.valid[:, column].all():
         return 0.0
     power, angle = _periodogram(record.measured[:, column])
     high = angle > 2.0 * np.pi * _MAX_MOTION_FREQUENCY * record.dt
@@ -204,7 +204,7 @@ def _correlation(records: Sequence[ManeuverRecord], name: str) -> float:
     cost = np.zeros(len(_RHO))
     for record in records:
         column = record.channels.index(name) if name in record.channels else -1
-        if column < 0 or not record.counted[:, column].all():
+        if column < 0 or not record.valid[:, column].all():
             continue
         power, angle = _periodogram(record.measured[:, column])
         high = angle > 2.0 * np.pi * _MAX_MOTION_FREQUENCY * record.dt

@@ -57,7 +57,7 @@ def select_noise_correlation(fit: FilterErrorFit, rounds: int) -> None:
         tried.append(wanted)
         fit.noise = {name: replace(one, correlations=wanted[name]) for name, one in first.items()}
         tune_noise(fit, rounds)
-        cost = fit.cost()
+        cost = fit.deviance()
         if cost < least:
             best, least = fit.noise, cost
     fit.noise = dict(best)
@@ -74,7 +74,7 @@ def _try_common_correlation(fit: FilterErrorFit, rounds: int) -> None:
     One recorder's filter colors them all. In turbulence the smoother takes some of the flow's own
     changes for color, and a color that is too slow takes what an effect would show.
     """
-    own, cost = fit.noise, fit.cost()
+    own, cost = fit.noise, fit.deviance()
     colored = {name: noise.correlations for name, noise in own.items() if noise.correlations}
     if not colored:
         return
@@ -86,7 +86,7 @@ def _try_common_correlation(fit: FilterErrorFit, rounds: int) -> None:
         fit.noise[flight] = replace(own[flight], correlations=same)
     tune_noise(fit, rounds)
     saved = sum(len(correlations) - 1 for correlations in colored.values())
-    if fit.cost() > cost + _AIC_PENALTY * saved:
+    if fit.deviance() > cost + _AIC_PENALTY * saved:
         fit.noise = own
         fit.refilter()
 
@@ -140,12 +140,12 @@ def _update_correlations(fit: FilterErrorFit) -> None:
     for flight, noise in fit.noise.items():
         found: dict[str, list[float]] = {}
         for one in fit.maneuvers:
-            if one.record.flight != flight or not len(one.filtered.colors.places):
+            if one.record.flight != flight or not len(one.current_filter.colors.channel_indices):
                 continue
-            own = one.filtered
+            own = one.current_filter
             z, b, _ = own.residual(fit.bias_of(one.record))
-            kept = np.clip(own.kept_colors(z, b), _LEAST_COLOR**own.block, 1.0)
-            for place, share in zip(own.colors.places, kept ** (1.0 / own.block), strict=True):
+            kept = np.clip(own.smoothed_decay(z, b), _LEAST_COLOR**own.block_size, 1.0)
+            for place, share in zip(own.colors.channel_indices, kept ** (1.0 / own.block_size), strict=True):
                 found.setdefault(one.record.channels[place], []).append(float(share))
         moved = {name: min(float(np.median(values)), _MOST_COLOR) for name, values in found.items()}
         fit.noise[flight] = replace(noise, correlations={**noise.correlations, **moved})
@@ -156,10 +156,10 @@ def _update_variances(
 ) -> NoiseModel:
     found: dict[str, list[float]] = {}
     for one in chosen:
-        own = one.filter = one.filtered.with_noise(noise)
+        own = one.filter = one.current_filter.with_noise(noise)
         held: dict[str, float] = {}
         expected: dict[str, float] = {}
-        seen_of, usual_of = own.adjoints(fit.residual_innovations(one)), own.expected()
+        seen_of, usual_of = own.adjoints(fit.residual_innovations(one)), own.expected_adjoints()
         steps = slice(_SKIPPED, None)
         n_states = len(one.motion.states)
         V = float(np.mean(one.motion.states[0]))
@@ -167,7 +167,7 @@ def _update_variances(
             entry = np.zeros(len(own.blocks.scales))
             entry[row] = entry[n_states + place] = 1.0 if name == "u" else 1.0 / V
             for way, seen, usual in zip(
-                own.blocks.ways, seen_of.process, usual_of.process, strict=True
+                own.blocks.noise_gains, seen_of.process, usual_of.process, strict=True
             ):
                 _add(
                     held,
@@ -178,7 +178,7 @@ def _update_variances(
                 )
         for row in (3, 4, 5):
             for way, seen, usual in zip(
-                own.blocks.ways, seen_of.process, usual_of.process, strict=True
+                own.blocks.noise_gains, seen_of.process, usual_of.process, strict=True
             ):
                 _add(
                     held,
@@ -187,10 +187,10 @@ def _update_variances(
                     way.weight * float((seen[steps, row] ** 2).sum()),
                     way.weight * len(seen[steps]) * float(usual[row, row]),
                 )
-        counted = own.counted[steps]
+        counted = own.valid[steps]
         measurement = seen_of.measurement[steps]
         for column, name in enumerate(one.record.channels):
-            white = 1.0 if name not in noise.correlations else WHITE_SHARE / own.block
+            white = 1.0 if name not in noise.correlations else WHITE_SHARE / own.block_size
             _add(
                 held,
                 expected,
@@ -198,7 +198,7 @@ def _update_variances(
                 white * float((measurement[counted[:, column], column] ** 2).sum()),
                 white * float(counted[:, column].sum() * usual_of.measurement[column, column]),
             )
-        for color, column in enumerate(own.colors.places):
+        for color, column in enumerate(own.colors.channel_indices):
             here = counted[: len(seen_of.colors) - _SKIPPED, column]
             _add(
                 held,

@@ -54,7 +54,7 @@ def sensor_inputs(
     """
     exposed = _SensorInputs(model, state, found)
     partner = {name: name for name in channels}
-    for one, other in model.exchanged:
+    for one, other in model.swapped_channels:
         partner[one], partner[other] = partner.get(other, other), partner.get(one, one)
     return [exposed.channel(partner[name]) for name in channels]
 
@@ -106,14 +106,14 @@ class _SensorInputs:
         """Return where an instrument sits from the center of gravity."""
         x, y, z = getattr(self._model.aircraft.sensors, instrument).position
         totals, found = self._found.totals, self._found
-        if instrument in totals.places:
-            off = totals.places[instrument]
+        if instrument in totals.position_offsets:
+            off = totals.position_offsets[instrument]
             x, y, z = x + off[0], y + off[1], z + off[2]
         cg = totals.cg
-        own = found.place_slopes.get(instrument, ({}, {}, {}))
+        own = found.position_gradients.get(instrument, ({}, {}, {}))
         dx, dy, dz = (
             linear_combination((1.0, one), (-1.0, gone))
-            for one, gone in zip(own, found.cg_slopes, strict=True)
+            for one, gone in zip(own, found.cg_gradients, strict=True)
         )
         return (x - cg[0], y - cg[1], z - cg[2]), (dx, dy, dz)
 
@@ -132,16 +132,16 @@ class _SensorInputs:
         found, totals = self._found, self._found.totals
         p, q, r = self._state[3:6]
         p_dot, q_dot, r_dot = self._spin
-        by_spin = found.rate_slopes[3:6]
+        by_spin = found.rate_gradients[3:6]
         mass = totals.body.mass
         rows, specific = [], []
         for sign, force, slopes in zip(
-            (1.0, 1.0, -1.0), totals.loads[:3], found.force_slopes, strict=True
+            (1.0, 1.0, -1.0), totals.loads[:3], found.force_gradients, strict=True
         ):
             specific.append(sign * force / mass)
             rows.append(
                 linear_combination(
-                    (sign / mass, slopes), (-sign * force / (mass * mass), found.mass_slopes)
+                    (sign / mass, slopes), (-sign * force / (mass * mass), found.mass_gradient)
                 )
             )
         ax, ay, an = rows

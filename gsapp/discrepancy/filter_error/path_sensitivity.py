@@ -35,22 +35,22 @@ def path_columns(model: FlightModel, found: Linearization) -> dict[str, Sensitiv
         for key, slope in _path_derivatives(
             terms, _control_path(simulate_control_path, signal, dt)
         ):
-            columns[key] = (SensitivityEntry(place=name, history=slope),)
+            columns[key] = (SensitivityEntry(target=name, history=slope),)
     for channel, terms in model.sensor_terms.items():
         if channel in CONTROLS:
             signal = record.motion.inputs.T[MODEL_INPUTS.index(channel)]
             for key, slope in _path_derivatives(terms, _control_path(invert_path, signal, dt)):
                 columns[key] = (
                     *columns.get(key, ()),
-                    SensitivityEntry(place=channel, history=slope),
+                    SensitivityEntry(target=channel, history=slope),
                 )
         if channel in record.channels:
             column = record.channels.index(channel)
-            signal, rate = found.exposed[:, column], found.exposed_rates[:, column]
+            signal, rate = found.sensor_inputs[:, column], found.sensor_input_rates[:, column]
             late = delay_sensitivity(found.paths[column], signal, rate, dt)
             for key, slope in _path_derivatives(terms, _sensor_path(signal, rate, dt), late):
                 old = columns.get(key, ())
-                columns[key] = (*old, SensitivityEntry(place=f"channel.{channel}", history=slope))
+                columns[key] = (*old, SensitivityEntry(target=f"channel.{channel}", history=slope))
     return columns
 
 

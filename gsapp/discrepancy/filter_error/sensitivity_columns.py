@@ -24,13 +24,13 @@ class SensitivityEntry:
 
     Attributes
     ----------
-    place : str
+    target : str
         A coefficient (``Cm``), a control (``de``), a channel, as ``channel.q``, or ``free.<name>``:
         all that a free parameter of the equations changes, times the history.
     history : ndarray, shape (n,)
     """
 
-    place: str
+    target: str
     history: FloatArray
 
 
@@ -54,7 +54,7 @@ def filter_inputs(
     by_place: dict[str, list[tuple[int, FloatArray]]] = {}
     for number, column in enumerate(columns):
         for entry in column:
-            by_place.setdefault(entry.place, []).append((number, entry.history))
+            by_place.setdefault(entry.target, []).append((number, entry.history))
     for place, entries in by_place.items():
         numbers = [number for number, _ in entries]
         histories = _samples(np.column_stack([history for _, history in entries]), own)
@@ -64,8 +64,8 @@ def filter_inputs(
                 out[:, channels.index(name), numbers] += histories[:, :-1].mean(axis=1)
             continue
         rate, output = (_samples(one, own) for one in _target_gains(found, place))
-        by_sample = (own.blocks.reaching @ rate[:, :, :, None])[:, :, :, 0].transpose(0, 2, 1)
-        by_sample[:, :n_channels, :-1] += output[:, :-1].transpose(0, 2, 1) / own.block
+        by_sample = (own.blocks.rate_response @ rate[:, :, :, None])[:, :, :, 0].transpose(0, 2, 1)
+        by_sample[:, :n_channels, :-1] += output[:, :-1].transpose(0, 2, 1) / own.block_size
         changes = by_sample @ histories
         for part, run in _consecutive_runs(numbers):
             out[:, :, run] += changes[:, :, part]
@@ -83,7 +83,7 @@ def _consecutive_runs(numbers: Sequence[int]) -> list[tuple[slice, slice]]:
 
 def _samples(history: FloatArray, own: SteadyStateFilter) -> FloatArray:
     """Return the samples of each block and the one after it, (n_blocks, block + 1, ...)."""
-    n_blocks, block = len(own.by_state), own.block
+    n_blocks, block = len(own.by_state), own.block_size
     taken = np.empty((n_blocks, block + 1, history.shape[1]))
     taken[:, :-1] = history[: n_blocks * block].reshape(n_blocks, block, -1)
     after = history[block::block][:n_blocks]

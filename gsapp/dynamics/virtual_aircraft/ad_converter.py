@@ -68,7 +68,7 @@ class AnalogDigitalConverter:
         raw = np.nan_to_num(np.column_stack(columns), nan=0.0)
         return quantize(raw)
 
-    def measured(self, volts: FloatArray) -> dict[str, FloatArray]:
+    def convert_volts(self, volts: FloatArray) -> dict[str, FloatArray]:
         """Return what the ground makes of converted volts, shape (n, 20): channel -> (n,)."""
         excitation = volts[:, DAQ_CHANNELS.index("excitation")]
         values = {}
@@ -79,9 +79,9 @@ class AnalogDigitalConverter:
                 values[name] = self._certificates[name].evaluate(volts[:, index], excitation)
         return values
 
-    def measured_block(self, times: FloatArray, volts: FloatArray) -> Block:
-        """Return `measured` as a block over times (s), shape (n,)."""
-        values = self.measured(volts)
+    def convert_to_block(self, times: FloatArray, volts: FloatArray) -> Block:
+        """Return `convert_volts` as a block over times (s), shape (n,)."""
+        values = self.convert_volts(volts)
         return Block(
             channels=DAQ_CHANNELS, times=times, values=np.column_stack(list(values.values()))
         )

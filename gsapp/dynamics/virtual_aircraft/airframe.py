@@ -132,7 +132,7 @@ class Airframe:
         self.simulator.start_on_ground(
             heading=conditions.runway_heading,
             height=self._gear.height,
-            position=runway.north_east(TAKEOFF_RUN_START_ALONG, 0.0),
+            position=runway.to_north_east(TAKEOFF_RUN_START_ALONG, 0.0),
             commands=self._commands(self._sticks),
         )
         for _ in range(round(_SETTLING / dt)):
@@ -150,14 +150,14 @@ class Airframe:
             alpha=feel.pitch,
             attitude=(0.0, feel.pitch, conditions.runway_heading),
             height=self._resting_height + pattern.height,
-            position=RunwayFrame(conditions, pattern.side).north_east(*upwind_start(pattern)),
+            position=RunwayFrame(conditions, pattern.side).to_north_east(*upwind_start(pattern)),
             commands=self._commands(self._sticks),
         )
         self._note()
 
     # --- motion ---------------------------------------------------------------------------------
 
-    def situation(self) -> AircraftState:
+    def aircraft_state(self) -> AircraftState:
         """Return where the aircraft is and how it moves."""
         now = self._now
         return AircraftState(
@@ -179,7 +179,7 @@ class Airframe:
         )
 
     @property
-    def broken(self) -> bool:
+    def has_crashed(self) -> bool:
         """Return whether the aircraft lies on the runway in another way than on its wheels."""
         now, height = self._now, self._gear.height
         upset = abs(now["phi"]) > math.radians(35.0) or abs(now["theta"]) > math.radians(30.0)
@@ -245,7 +245,7 @@ class Airframe:
         values = {**self._now, **extra}
         return tuple(values[name] for name in TRUTH_CHANNELS)
 
-    def exposed(self) -> tuple[float, ...]:
+    def instrument_inputs(self) -> tuple[float, ...]:
         """Return what the instruments are exposed to now, in the order of `INSTRUMENT_INPUT_CHANNELS`."""
         now, sensors = self._now, self._aircraft.sensors
         rates: Vector = (now["p"], now["q"], now["r"])
@@ -272,7 +272,7 @@ class Airframe:
             "ay": ay,
             "an": an,
         }
-        for one, other in self.simulator.model.exchanged:
+        for one, other in self.simulator.model.swapped_channels:
             shown[one], shown[other] = shown[other], shown[one]
         speed = self._through("V", shown["V"])
         return (
@@ -307,10 +307,10 @@ class Airframe:
         path = self._sensor_paths.get(channel)
         return value if path is None else path.step(value)
 
-    def board(self) -> tuple[float, ...]:
+    def onboard_values(self) -> tuple[float, ...]:
         """Return what the board knows now, in the order of `ONBOARD_CHANNELS`."""
         now, sticks, conditions = self._now, self._sticks, self._plan.conditions
-        situation = self.situation()
+        situation = self.aircraft_state()
         longitude = situation.east / (EARTH_RADIUS * math.cos(conditions.latitude))
         controls = self._aircraft.controls
         values = {
@@ -350,11 +350,11 @@ def _instrument_positions(model: FlightModel, aircraft: Aircraft) -> dict[str, V
     """Return where the instruments sit from the CG, m; effects move both once and for all."""
     state = (30.0, *(0.0,) * 8)
     inputs = (*(0.0,) * 6, SEA_LEVEL_DENSITY, aircraft.mass.mass)
-    totals = model.totals((*state, *model.resting_states(state, inputs)), inputs)
+    totals = model.evaluate((*state, *model.steady_states(state, inputs)), inputs)
     found = {}
     for name in POSITIONED_INSTRUMENTS:
         position = getattr(aircraft.sensors, name).position
-        off = totals.places.get(name, (0.0, 0.0, 0.0))
+        off = totals.position_offsets.get(name, (0.0, 0.0, 0.0))
         x, y, z = (float(p + d - c) for p, d, c in zip(position, off, totals.cg, strict=True))
         found[name] = (x, y, z)
     return found

@@ -40,7 +40,7 @@ class EngineVibration:
         self._phase = random.uniform(0.0, 2.0 * np.pi, engines)
         self._speed: FloatArray | None = None
 
-    def shake(self, speeds: FloatArray, dt: float) -> FloatArray:
+    def vibration_rates(self, speeds: FloatArray, dt: float) -> FloatArray:
         """Return the rates at the next samples.
 
         Parameters

@@ -82,22 +82,22 @@ class HumanPilot:
         return self._finished
 
     @property
-    def flown(self) -> list[tuple[float, float, PlannedManeuver]]:
+    def flown_maneuvers(self) -> list[tuple[float, float, PlannedManeuver]]:
         """Return start, end (s) and intention of the maneuvers so far."""
-        return self._mission.flown
+        return self._mission.flown_maneuvers
 
     @property
-    def trims(self) -> tuple[float, float, float]:
+    def trim_sticks(self) -> tuple[float, float, float]:
         """Return the sticks that hold level flight: pitch, roll and yaw."""
         return (
-            self._pitch.hold,
-            self._runway.sign * self._roll.hold,
+            self._pitch.trim_stick,
+            self._runway.sign * self._roll.trim_stick,
             (self._runway.sign * self._yaw_trim),
         )
 
     def move(self, situation: AircraftState) -> StickPositions:
         """Return the sticks at this moment."""
-        view = self._eyes.look(situation)
+        view = self._eyes.perceive(situation)
         try:
             self._intent = self._stages.send(view)
         except StopIteration:
@@ -105,17 +105,17 @@ class HumanPilot:
         intent = self._intent
         pitch, roll, yaw = self._wanted(view, intent)
         inputs = _CENTERED
-        if intent.stick is not None:
-            inputs = intent.stick.at(intent.stick_time)
-        high_rate = intent.stick is None or intent.stick.high_rate
+        if intent.stick_input is not None:
+            inputs = intent.stick_input.at(intent.stick_time)
+        high_rate = intent.stick_input is None or intent.stick_input.high_rate
         scale = (1.0, 1.0, 1.0) if high_rate else self._feel.low_rate
         sign = self._runway.sign
         return StickPositions(
-            pitch=self._hands["pitch"].move(pitch / scale[0] + inputs["de"], resting=intent.quiet),
+            pitch=self._hands["pitch"].move(pitch / scale[0] + inputs["de"], resting=intent.hands_off),
             roll=self._hands["roll"].move(
-                sign * roll / scale[1] + inputs["da"], resting=intent.quiet
+                sign * roll / scale[1] + inputs["da"], resting=intent.hands_off
             ),
-            yaw=self._hands["yaw"].move(sign * yaw / scale[2] + inputs["dr"], resting=intent.quiet),
+            yaw=self._hands["yaw"].move(sign * yaw / scale[2] + inputs["dr"], resting=intent.hands_off),
             throttle=self._speed.throttle(view, intent),
             flap=intent.flap / self._flap_travel,
             high_rate=high_rate,
@@ -125,10 +125,10 @@ class HumanPilot:
 
     def _wanted(self, view: PilotView, intent: GuidanceCommand) -> tuple[float, float, float]:
         """Return the sticks wanted without any input: pitch, and roll and yaw to the pattern."""
-        if intent.quiet:
+        if intent.hands_off:
             if self._released is None:
                 # Let go where the stick is held on average, not where it happens to be.
-                self._released = (self._pitch.usual, self._roll.hold, self._yaw_trim)
+                self._released = (self._pitch.mean_stick, self._roll.trim_stick, self._yaw_trim)
             return self._released
         self._released = None
         if intent.brake >= 1.0:

@@ -238,7 +238,7 @@ class Instruments:
             Before the converter; NaN where an instrument gives nothing.
         """
         shaken = dict(
-            zip(GYRO_CHANNELS, self._vibration.shake(engine_speeds, self._dt).T, strict=True)
+            zip(GYRO_CHANNELS, self._vibration.vibration_rates(engine_speeds, self._dt).T, strict=True)
         )
         count = len(engine_speeds)
         # Row by row, so that the numbers do not depend on the length of the stretch.
@@ -253,6 +253,6 @@ class Instruments:
             shown[instrument.name] = np.clip(values, *instrument.range)
         for failing in self._failing:
             name = failing.fault.channel
-            shown[name] = failing.act(shown[name], self._count)
+            shown[name] = failing.apply(shown[name], self._count)
         self._count += count
         return shown

@@ -81,13 +81,13 @@ class KeyboardPilot:
 
     def take_over(self) -> bool:
         """Give the aircraft to the trainee; return whether that can be now."""
-        if not self._mission.can_be_taken:
+        if not self._mission.can_hand_over:
             return False
         self._silence = 0.0
         if not self._mission.trainee_flies:
             self._mission.trainee_flies = True
-            self._mission.landing_asked = False
-            self._keyed.begin(self._sticks, self._pilot.trims)
+            self._mission.landing_requested = False
+            self._keyed.begin(self._sticks, self._pilot.trim_sticks)
         return True
 
     def hand_back(self, why: str = "") -> None:
@@ -100,29 +100,29 @@ class KeyboardPilot:
     def land(self) -> None:
         """Have the built-in pilot land it."""
         self.hand_back()
-        self._mission.landing_asked = True
+        self._mission.landing_requested = True
 
-    def push(self, keys: KeyPositions) -> None:
+    def set_keys(self, keys: KeyPositions) -> None:
         """Take where the keys push from now on."""
         self._silence = 0.0
-        self._keyed.push(keys)
+        self._keyed.set_keys(keys)
 
-    def click(self, axis: str, by: float) -> None:
+    def step_lever(self, axis: str, by: float) -> None:
         """Move a trim lever, or the throttle; see `KeyboardSticks.click`."""
         self._silence = 0.0
-        self._keyed.click(axis, by)
+        self._keyed.step_lever(axis, by)
 
-    def choose_size(self, share: float) -> None:
+    def set_key_travel(self, share: float) -> None:
         """Choose how far a key pushes; see `KeyboardSticks.choose_size`."""
         self._silence = 0.0
-        self._keyed.choose_size(share)
+        self._keyed.set_key_travel(share)
 
-    def choose_rate(self, *, high: bool) -> None:
+    def set_rate_switch(self, *, high: bool) -> None:
         """Set the rate switch."""
         self._silence = 0.0
         self._keyed.high_rate = high
 
-    def reason(self) -> str:
+    def take_handback_reason(self) -> str:
         """Return, once, why the built-in pilot took the aircraft by itself; empty for nothing."""
         said, self._said = self._said, ""
         return said

@@ -61,7 +61,7 @@ class KeyboardSticks:
         self._trim: dict[StickAxis, float] = dict.fromkeys(STICK_AXES, 0.0)
         self._pushed: dict[StickAxis, float] = dict.fromkeys(STICK_AXES, 0.0)
         self._throttle = self._lever = 0.0
-        self.size = DEFAULT_KEY_TRAVEL
+        self.key_travel = DEFAULT_KEY_TRAVEL
         self.high_rate = True
 
     def begin(self, sticks: StickPositions, trim: tuple[float, float, float]) -> None:
@@ -75,7 +75,7 @@ class KeyboardSticks:
         self._throttle = self._lever = sticks.throttle
         self.high_rate = sticks.high_rate
 
-    def push(self, keys: KeyPositions) -> None:
+    def set_keys(self, keys: KeyPositions) -> None:
         """Take where the keys push from now on; what lies beyond full stick is full stick."""
         self._keys = replace(
             keys, **{axis: _limit_travel(getattr(keys, axis), -1.0) for axis in STICK_AXES}
@@ -83,7 +83,7 @@ class KeyboardSticks:
         if keys.throttle is not None:
             self._throttle = _limit_travel(keys.throttle, 0.0)
 
-    def click(self, axis: str, by: float) -> None:
+    def step_lever(self, axis: str, by: float) -> None:
         """Move a trim lever, or the throttle, by a share of its travel; it stays there.
 
         Raises
@@ -100,7 +100,7 @@ class KeyboardSticks:
             hint = did_you_mean(axis, known, f"choose one of {', '.join(known)}")
             raise FlightError(f"'{axis}' has no trim lever; {hint}")
 
-    def choose_size(self, share: float) -> None:
+    def set_key_travel(self, share: float) -> None:
         """Choose how far a key pushes: a share of full stick.
 
         Raises
@@ -112,13 +112,13 @@ class KeyboardSticks:
             raise FlightError(
                 f"a key cannot push by {share:g} of full stick; choose {MIN_KEY_TRAVEL:g} to 1"
             )
-        self.size = share
+        self.key_travel = share
 
     def move(self) -> StickPositions:
         """Return where the sticks are after one more sample."""
         step = STICK_RATE * self._dt
         for axis in STICK_AXES:
-            wanted = self.size * getattr(self._keys, axis)
+            wanted = self.key_travel * getattr(self._keys, axis)
             self._pushed[axis] = step_toward(self._pushed[axis], wanted, step)
         self._lever = step_toward(self._lever, self._throttle, THROTTLE_LEVER_RATE * self._dt)
         pitch, roll, yaw = (

@@ -42,11 +42,11 @@ class GuidanceCommand:
     ----------
     phase : str
         In words, for the crew.
-    path : float or None
+    path_angle : float or None
         Flight path angle wanted, rad.
     pitch : float or None
         Pitch attitude wanted instead, rad; with neither, the stick stays.
-    firmness : float
+    path_gain : float
         How quickly an error of the path is answered with the attitude.
     bank : float
         Wanted, rad, towards the pattern.
@@ -56,11 +56,11 @@ class GuidanceCommand:
         Throttle wanted instead; with neither, the throttle stays.
     steer : float or None
         Course wanted on the ground, rad.
-    stick : StickInput or None
+    stick_input : StickInput or None
         An input under way, and since when.
     stick_time : float
         s since it began.
-    quiet : bool
+    hands_off : bool
         Hands off: keep what is held.
     flap : float
         Wanted, rad.
@@ -71,16 +71,16 @@ class GuidanceCommand:
     """
 
     phase: str
-    path: float | None = None
+    path_angle: float | None = None
     pitch: float | None = None
-    firmness: float = 0.25
+    path_gain: float = 0.25
     bank: float = 0.0
     speed: float | None = None
     throttle: float | None = None
     steer: float | None = None
-    stick: StickInput | None = None
+    stick_input: StickInput | None = None
     stick_time: float = 0.0
-    quiet: bool = False
+    hands_off: bool = False
     flap: float = 0.0
     brake: float = 0.0
     engines: bool = True
@@ -97,11 +97,11 @@ class Leg:
     across: float
     end: float
 
-    def gone(self, view: PilotView) -> float:
+    def distance_past_end(self, view: PilotView) -> float:
         """Return how far the aircraft is beyond the end, m."""
         return (view.along - self.end) * math.cos(self.course)
 
-    def off_course(self, view: PilotView) -> float:
+    def course_error(self, view: PilotView) -> float:
         """Return the turn needed to fly along, rad, positive towards the pattern."""
         return math.remainder(self.course - view.course, 2.0 * math.pi)
 
@@ -111,7 +111,7 @@ class Leg:
         correction = min(max(0.006 * aside, -0.2), 0.2)
         # What the bank now held will still turn before another one is rolled in.
         coming = 0.35 * view.bank
-        wanted = 1.1 * (self.off_course(view) + correction - coming)
+        wanted = 1.1 * (self.course_error(view) + correction - coming)
         return min(max(wanted, -most), most)
 
 
@@ -140,7 +140,7 @@ class Mission:
         across = across_start + 2.0 * self._radius
         self._upwind = Leg(course=0.0, across=across_start, end=half)
         self._downwind = Leg(course=math.pi, across=across, end=-half)
-        self.flown: list[tuple[float, float, PlannedManeuver]] = []
+        self.flown_maneuvers: list[tuple[float, float, PlannedManeuver]] = []
         """Start and end of each maneuver, s, as it was flown."""
 
     def stages(self) -> MissionStage:
@@ -171,7 +171,7 @@ class Mission:
                 phase="range check" if checking else "engines running",
                 throttle=throttle,
                 brake=1.0,
-                stick=pulses[index] if checking else None,
+                stick_input=pulses[index] if checking else None,
                 stick_time=since - check.spacing * index,
             )
 
@@ -190,11 +190,11 @@ class Mission:
             )
         pattern = self._plan.pattern
         straight = Leg(course=0.0, across=0.0, end=0.8 * self._upwind.end)
-        while straight.gone(view) < 0.0 or view.height < 0.3 * pattern.height:
+        while straight.distance_past_end(view) < 0.0 or view.height < 0.3 * pattern.height:
             view = yield GuidanceCommand(
                 phase="climb",
                 throttle=takeoff.throttle,
-                path=self._climb_path(view),
+                path_angle=self._climb_path(view),
                 bank=straight.bank(view, 15.0 * DEGREE) if view.height > 6.0 else 0.0,
             )
 
@@ -233,10 +233,10 @@ class Mission:
         """Turn towards the pattern onto a leg."""
         pattern = self._plan.pattern
         view = yield GuidanceCommand(
-            phase="pattern", path=0.0, bank=0.5 * pattern.bank, speed=pattern.speed
+            phase="pattern", path_angle=0.0, bank=0.5 * pattern.bank, speed=pattern.speed
         )
         while True:
-            left = leg.off_course(view)
+            left = leg.course_error(view)
             if left < -1.5:
                 left += 2.0 * math.pi
             # Rolling out takes as long as rolling in did: half the bank is turned away meanwhile.
@@ -244,7 +244,7 @@ class Mission:
                 return
             view = yield GuidanceCommand(
                 phase="pattern",
-                path=self._turning_path(view),
+                path_angle=self._turning_path(view),
                 bank=self._turning_bank(view, leg, left),
                 speed=pattern.speed,
             )
@@ -262,8 +262,8 @@ class Mission:
         return min(max(bank, usual - 10.0 * DEGREE), usual + 4.0 * DEGREE)
 
     def _straight(self, leg: Leg) -> MissionStage:
-        view = yield GuidanceCommand(phase="pattern", path=0.0, speed=self._plan.pattern.speed)
-        while leg.gone(view) < 0.0:
+        view = yield GuidanceCommand(phase="pattern", path_angle=0.0, speed=self._plan.pattern.speed)
+        while leg.distance_past_end(view) < 0.0:
             view = yield self._along(leg, view, "pattern")
 
     def _along(
@@ -271,7 +271,7 @@ class Mission:
     ) -> GuidanceCommand:
         return GuidanceCommand(
             phase=phase,
-            path=self._level(view),
+            path_angle=self._level(view),
             bank=leg.bank(view, 15.0 * DEGREE),
             speed=self._plan.pattern.speed if speed is None else speed,
         )
@@ -281,13 +281,13 @@ class Mission:
     ) -> Generator[GuidanceCommand, PilotView, bool]:
         """Fly a leg with a maneuver; return whether it was flown."""
         speed = self._plan.pattern.speed if maneuver.speed is None else maneuver.speed
-        view = yield GuidanceCommand(phase="pattern", path=0.0, speed=speed)
+        view = yield GuidanceCommand(phase="pattern", path_angle=0.0, speed=speed)
         entered, steady_since = view.time, math.inf
         # What is left of the leg must hold the input and its first answer.
         last_start = -speed * (maneuver.duration + 1.0)
         while True:
-            if leg.gone(view) > last_start:
-                while leg.gone(view) < 0.0:
+            if leg.distance_past_end(view) > last_start:
+                while leg.distance_past_end(view) < 0.0:
                     view = yield self._along(leg, view, "pattern", speed)
                 return False
             # Time runs on a short leg: what is not good enough at first is so in the end.
@@ -303,13 +303,13 @@ class Mission:
             view = yield self._along(leg, view, "pattern", speed)
         stick = StickInput(maneuver, self._plan.human, self._random)
         began = view.time
-        number = len(self.flown) + 1
+        number = len(self.flown_maneuvers) + 1
         phase = f"maneuver {number}"
         length = stick.duration + maneuver.quiet * float(self._random.uniform(0.8, 1.2))
         while (time := view.time - began) < length and not _is_upset(view):
-            view = yield GuidanceCommand(phase=phase, stick=stick, stick_time=time, quiet=True)
-        self.flown.append((began, view.time, maneuver))
-        while leg.gone(view) < 0.0:
+            view = yield GuidanceCommand(phase=phase, stick_input=stick, stick_time=time, hands_off=True)
+        self.flown_maneuvers.append((began, view.time, maneuver))
+        while leg.distance_past_end(view) < 0.0:
             view = yield self._along(leg, view, "pattern", speed)
         return True
 
@@ -330,21 +330,21 @@ class Mission:
             course=math.pi, across=2.0 * self._radius * 1.1, end=AIM_POINT_ALONG - final_length
         )
         fast = landing.speed + 3.0
-        view = yield GuidanceCommand(phase="approach", path=0.0, speed=fast)
-        while downwind.gone(view) < 0.0:
+        view = yield GuidanceCommand(phase="approach", path_angle=0.0, speed=fast)
+        while downwind.distance_past_end(view) < 0.0:
             view = yield GuidanceCommand(
                 phase="approach",
-                path=max(self._level(view, low), -7.0 * DEGREE),
+                path_angle=max(self._level(view, low), -7.0 * DEGREE),
                 bank=downwind.bank(view, 25.0 * DEGREE),
                 speed=fast,
                 flap=0.5 * landing.flap,
             )
         final = Leg(course=0.0, across=0.0, end=AIM_POINT_ALONG)
-        while final.off_course(view) > 0.3 or final.off_course(view) < -1.5:
-            left = final.off_course(view) % (2.0 * math.pi)
+        while final.course_error(view) > 0.3 or final.course_error(view) < -1.5:
+            left = final.course_error(view) % (2.0 * math.pi)
             view = yield GuidanceCommand(
                 phase="approach",
-                path=self._glide(view, arc=self._radius * left),
+                path_angle=self._glide(view, arc=self._radius * left),
                 bank=min(self._turning_bank(view, final, left), 42.0 * DEGREE),
                 speed=fast,
                 flap=0.5 * landing.flap,
@@ -353,7 +353,7 @@ class Mission:
         while view.height + 1.2 * view.climb > 2.5:
             view = yield GuidanceCommand(
                 phase="final",
-                path=self._glide(view, arc=0.0),
+                path_angle=self._glide(view, arc=0.0),
                 bank=final.bank(view, 20.0 * DEGREE if view.height > 12.0 else 10.0 * DEGREE),
                 speed=landing.speed,
                 flap=landing.flap,
@@ -369,8 +369,8 @@ class Mission:
         sink += 0.15 * max(0.85 * self._plan.landing.speed - view.speed, 0.0)
         return GuidanceCommand(
             phase=phase,
-            path=math.atan2(-min(sink, 2.0), max(view.speed, 15.0)),
-            firmness=1.0,
+            path_angle=math.atan2(-min(sink, 2.0), max(view.speed, 15.0)),
+            path_gain=1.0,
             # Near the ground the wings are kept level before anything else.
             bank=final.bank(view, 4.0 * DEGREE),
             speed=self._plan.landing.speed,
@@ -443,7 +443,7 @@ def _is_steady(view: PilotView, leg: Leg, patience: float) -> bool:
         and abs(view.climb) < 1.5 * patience
         and abs(view.roll_rate) < 5.0 * DEGREE * patience
         and abs(view.pitch_rate) < 4.0 * DEGREE * patience
-        and abs(leg.off_course(view)) < 0.2 * patience
+        and abs(leg.course_error(view)) < 0.2 * patience
     )
 
 

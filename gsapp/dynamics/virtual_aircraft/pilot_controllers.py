@@ -73,11 +73,11 @@ class PitchController:
         self._offset = 0.0
         self._wanted = 0.0
         self._lift = 0.0
-        self.usual = self._hold
+        self.mean_stick = self._hold
         """Where the stick was held on average over the last half second."""
 
     @property
-    def hold(self) -> float:
+    def trim_stick(self) -> float:
         """Return the pitch stick kept in level flight."""
         return self._hold
 
@@ -88,17 +88,17 @@ class PitchController:
 
     def stick(self, view: PilotView, intent: GuidanceCommand) -> float:
         """Return the pitch stick."""
-        if intent.path is not None:
-            error = intent.path - view.path
+        if intent.path_angle is not None:
+            error = intent.path_angle - view.path
             if not view.on_ground:
                 if abs(view.bank) < 20.0 * DEGREE:
                     self._offset += 0.06 * error * self._dt
                 self._offset = min(max(self._offset, -3.0 * DEGREE), 3.0 * DEGREE)
-            target = self._hang(view) + self._offset + intent.path + intent.firmness * error
+            target = self._hang(view) + self._offset + intent.path_angle + intent.path_gain * error
         elif intent.pitch is not None:
             target = intent.pitch
         else:
-            return self.usual
+            return self.mean_stick
         target = min(max(target, -14.0 * DEGREE), 20.0 * DEGREE)
         step = 14.0 * DEGREE * self._dt
         self._wanted += min(max(target - self._wanted, -step), step)
@@ -118,7 +118,7 @@ class PitchController:
         firmness = min((self._feel.speed / max(view.speed, 0.6 * self._feel.speed)) ** 2, 2.5)
         damping = 0.15 * self._gain * view.pitch_rate
         stick = self._hold + self._lift + firmness * self._gain * miss - damping + pull
-        self.usual += self._dt / 0.5 * (stick - self.usual)
+        self.mean_stick += self._dt / 0.5 * (stick - self.mean_stick)
         return stick
 
 
@@ -151,7 +151,7 @@ class RollController:
         return roll, yaw
 
     @property
-    def hold(self) -> float:
+    def trim_stick(self) -> float:
         """Return the roll stick kept with the hands off."""
         return self._hold
 
@@ -177,7 +177,7 @@ class SpeedController:
             self._hold = min(max(self._hold + 0.004 * error * self._dt, -0.15), 0.15)
             level = feel.throttle + feel.throttle_slope * (intent.speed - feel.speed)
             # Thrust over weight is climb over speed: less of it going down, more going up.
-            slope = 0.0 if intent.path is None else 1.8 * intent.path
+            slope = 0.0 if intent.path_angle is None else 1.8 * intent.path_angle
             turn = 0.12 * (1.0 / math.cos(min(abs(view.bank), 60.0 * DEGREE)) - 1.0)
             target = level + self._hold + 0.035 * error + slope + turn
         miss = min(max(target, 0.0), 1.0) - self._lever

@@ -119,14 +119,14 @@ class RunwayFrame:
         self.sign = 1.0 if side == "right" else -1.0
         self._cos, self._sin = math.cos(self.heading), math.sin(self.heading)
 
-    def place(self, north: float, east: float) -> tuple[float, float]:
+    def to_runway(self, north: float, east: float) -> tuple[float, float]:
         """Return (along, across) of a place, m."""
         return (
             north * self._cos + east * self._sin,
             self.sign * (east * self._cos - north * self._sin),
         )
 
-    def north_east(self, along: float, across: float) -> tuple[float, float]:
+    def to_north_east(self, along: float, across: float) -> tuple[float, float]:
         """Return (north, east) of a place, m."""
         right = self.sign * across
         return (
@@ -185,12 +185,12 @@ class PilotPerception:
         self._climb = _PerceptionError(random, 2.0, dt)
         self._speed = _PerceptionError(random, 12.0, dt)
 
-    def look(self, situation: AircraftState) -> PilotView:
+    def perceive(self, situation: AircraftState) -> PilotView:
         """Return what the pilot sees at this moment."""
         self._late.append(situation)
         seen = self._late[0]
         human, sign = self._human, self._runway.sign
-        along, across = self._runway.place(seen.north, seen.east)
+        along, across = self._runway.to_runway(seen.north, seen.east)
         distance = math.hypot(along, across - PILOT_POSITION_ACROSS, seen.height)
         blur = human.distance_error * distance
         # A model at arm's length is judged to a hand's breadth, its attitude to a degree.

@@ -131,7 +131,7 @@ class SensorFaultInjector:
             self._end = self._begin
             self._await_next()
 
-    def act(self, shown: FloatArray, first: int) -> FloatArray:
+    def apply(self, shown: FloatArray, first: int) -> FloatArray:
         """Return what remains of successive samples, shape (n,); `first` counts from the start."""
         values = shown.copy()
         after = first + len(values)

@@ -43,10 +43,10 @@ class TrainingMission(Mission):
         self._airborne = airborne
         self._in_pattern = False
         self.trainee_flies = False
-        self.landing_asked = False
+        self.landing_requested = False
 
     @property
-    def can_be_taken(self) -> bool:
+    def can_hand_over(self) -> bool:
         """Return whether the trainee may take over: in the pattern, not at the ground."""
         return self._in_pattern
 
@@ -58,7 +58,7 @@ class TrainingMission(Mission):
             if self.trainee_flies:
                 own.close()
                 while self.trainee_flies:
-                    view = yield GuidanceCommand(phase=TRAINEE_PHASE, quiet=True)
+                    view = yield GuidanceCommand(phase=TRAINEE_PHASE, hands_off=True)
                 own = self._home()
                 view = yield next(own)
                 continue
@@ -81,7 +81,7 @@ class TrainingMission(Mission):
 
     def _round(self, leg: Leg) -> MissionStage:
         """Fly the pattern from a leg on, until the landing."""
-        while not (self.landing_asked and leg is self._downwind):
+        while not (self.landing_requested and leg is self._downwind):
             yield from self._straight(leg)
             leg = self._upwind if leg is self._downwind else self._downwind
             yield from self._turn(leg)
@@ -96,17 +96,17 @@ class TrainingMission(Mission):
             upset = abs(view.bank) > _UPSET
             view = yield GuidanceCommand(
                 phase=RECOVERY_PHASE,
-                path=None if upset else self._level(view),
+                path_angle=None if upset else self._level(view),
                 speed=self._plan.pattern.speed,
             )
             if abs(view.bank) < _STEADY_BANK and abs(self._plan.pattern.height - view.height) > 15:
                 break  # it climbs or sinks because it should
         # The leg that leads back over the field.
         leg = self._downwind if view.along > 0.0 else self._upwind
-        while abs(leg.across - view.across) > _ON_LINE or abs(leg.off_course(view)) > 0.3:
+        while abs(leg.across - view.across) > _ON_LINE or abs(leg.course_error(view)) > 0.3:
             view = yield GuidanceCommand(
                 phase="pattern",
-                path=self._level(view),
+                path_angle=self._level(view),
                 bank=_joining_bank(leg, view),
                 speed=self._plan.pattern.speed,
             )
@@ -118,6 +118,6 @@ def _joining_bank(leg: Leg, view: PilotView) -> float:
     aside = (leg.across - view.across) * math.cos(leg.course)
     intercept = math.atan(aside / _INTERCEPT_RANGE)
     intercept = min(max(intercept, -_STEEPEST_INTERCEPT), _STEEPEST_INTERCEPT)
-    turn = math.remainder(leg.off_course(view) + intercept, 2.0 * math.pi)
+    turn = math.remainder(leg.course_error(view) + intercept, 2.0 * math.pi)
     wanted = 1.1 * (turn - 0.35 * view.bank)
     return min(max(wanted, -_JOINING_BANK), _JOINING_BANK)

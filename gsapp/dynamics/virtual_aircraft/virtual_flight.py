@@ -48,7 +48,7 @@ class FlightSegment:
 
     Attributes
     ----------
-    first : int
+    first_index : int
         Number of the first sample since the box was switched on.
     times : ndarray, shape (n,)
         s since then.
@@ -56,19 +56,19 @@ class FlightSegment:
         What really happened, SI.
     volts : ndarray, shape (n, 20)
         The converter's readings, V.
-    board_names : tuple of str
-    board : ndarray, shape (n, len(board_names))
+    onboard_names : tuple of str
+    onboard : ndarray, shape (n, len(board_names))
         What the autopilot-like board knows besides.
     phases : tuple of str
         What was being done.
     """
 
-    first: int
+    first_index: int
     times: FloatArray
     truth: FloatArray
     volts: FloatArray
-    board_names: tuple[str, ...]
-    board: FloatArray
+    onboard_names: tuple[str, ...]
+    onboard: FloatArray
     phases: tuple[str, ...]
 
     def __len__(self) -> int:
@@ -247,15 +247,15 @@ class FlightSimulation:
         phases: list[str] = []
         airframe, hands = self._airframe, self._hands
         while len(phases) < count and not self.finished:
-            situation = airframe.situation()
+            situation = airframe.aircraft_state()
             sticks = hands.move(situation)
             truth.append(airframe.truth())
-            exposed.append(airframe.exposed())
-            board.append(airframe.board())
+            exposed.append(airframe.instrument_inputs())
+            board.append(airframe.onboard_values())
             phases.append(hands.phase)
             self._count += 1
             airframe.advance(sticks)
-            if airframe.broken:
+            if airframe.has_crashed:
                 self._crashed = True
                 phases[-1] = "crashed"
         columns = (
@@ -267,12 +267,12 @@ class FlightSimulation:
         speeds = np.column_stack([signals["rpm_left"], signals["rpm_right"]])
         shown = self._instruments.read(signals, speeds)
         return FlightSegment(
-            first=first,
+            first_index=first,
             times=np.arange(first, self._count, dtype=np.float64) * self._dt,
             truth=np.array(truth, dtype=np.float64).reshape(len(phases), len(TRUTH_CHANNELS)),
             volts=self._converter.volts(shown),
-            board_names=ONBOARD_CHANNELS,
-            board=np.array(board, dtype=np.float64).reshape(len(phases), len(ONBOARD_CHANNELS)),
+            onboard_names=ONBOARD_CHANNELS,
+            onboard=np.array(board, dtype=np.float64).reshape(len(phases), len(ONBOARD_CHANNELS)),
             phases=tuple(phases),
         )
 
@@ -284,7 +284,7 @@ def _human_pilot(
 
 
 def _flown_maneuvers(hands: StickSource) -> list[tuple[float, float, PlannedManeuver]]:
-    return hands.flown if isinstance(hands, HumanPilot) else []
+    return hands.flown_maneuvers if isinstance(hands, HumanPilot) else []
 
 
 def simulate_flight(
@@ -352,7 +352,7 @@ def simulate_flight(
                 phases.append((phase, float(time)))
     return VirtualFlight(
         truth=truth_block(stretches),
-        measured=combine_surfaces(flight.converter.measured_block(times, volts)),
+        measured=combine_surfaces(flight.converter.convert_to_block(times, volts)),
         volts=volts,
         phases=tuple(phases),
         maneuvers=flight.maneuvers,

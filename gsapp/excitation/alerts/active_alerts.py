@@ -23,9 +23,9 @@ class AlertCondition:
     """One thing found wrong in one frame; see `Alert`."""
 
     key: str
-    urgency: AlertLevel
-    words: str
-    spoken: str
+    level: AlertLevel
+    text: str
+    spoken_text: str
     channels: tuple[str, ...] = ()
 
 
@@ -48,7 +48,7 @@ class ActiveAlerts:
         self._sorted: tuple[Alert, ...] = ()
 
     @property
-    def now(self) -> tuple[Alert, ...]:
+    def alerts(self) -> tuple[Alert, ...]:
         """Return what stands, the most urgent first."""
         return self._sorted
 
@@ -57,33 +57,33 @@ class ActiveAlerts:
         """Return each danger as it arose or grew worse, in order of time."""
         return tuple(self._log)
 
-    def note(self, time: float, findings: Iterable[AlertCondition]) -> None:
+    def update(self, time: float, findings: Iterable[AlertCondition]) -> None:
         """Take in what was found until `time` (s); what was not found for long is over."""
         changed = False
         for found in findings:
             entry = self._entries.get(found.key)
-            if entry is None or found.urgency > entry.danger.urgency:
+            if entry is None or found.level > entry.danger.level:
                 danger = Alert(
                     key=found.key,
-                    urgency=found.urgency,
+                    level=found.level,
                     since=time,
-                    words=found.words,
-                    spoken=found.spoken,
+                    text=found.text,
+                    spoken_text=found.spoken_text,
                     channels=found.channels,
                 )
                 seen = {} if entry is None else entry.seen
                 entry = self._entries[found.key] = _Entry(danger, seen)
                 self._log.append(danger)
                 changed = True
-            entry.seen[found.urgency] = time
-            if found.urgency < entry.danger.urgency and self._past(
-                time, entry.seen[entry.danger.urgency]
+            entry.seen[found.level] = time
+            if found.level < entry.danger.level and self._past(
+                time, entry.seen[entry.danger.level]
             ):
                 entry.danger = replace(
                     entry.danger,
-                    urgency=found.urgency,
-                    words=found.words,
-                    spoken=found.spoken,
+                    level=found.level,
+                    text=found.text,
+                    spoken_text=found.spoken_text,
                     channels=found.channels,
                 )
                 changed = True
@@ -107,4 +107,4 @@ class ActiveAlerts:
 def _order(danger: Alert) -> tuple[int, int, float, str]:
     kind = danger.key.partition(".")[0]
     place = _FIRST.index(kind) if kind in _FIRST else len(_FIRST)
-    return -int(danger.urgency), place, danger.since, danger.key
+    return -int(danger.level), place, danger.since, danger.key

@@ -21,20 +21,20 @@ class Alert:
     ----------
     key : str
         What it is about: ``nose``, ``alpha``, ``gyro.q``, ``stall``, ``fence``, ``clip.r`` ...
-    urgency : AlertLevel
+    level : AlertLevel
     since : float
         Flight time, s.
-    words : str
+    text : str
         A sentence to be read, with what to do.
-    spoken : str
+    spoken_text : str
         A few words to be heard: "nose sensors lost: land".
     channels : tuple of str
         Channels that are not to be trusted while it stands.
     """
 
     key: str
-    urgency: AlertLevel
+    level: AlertLevel
     since: float
-    words: str
-    spoken: str
+    text: str
+    spoken_text: str
     channels: tuple[str, ...] = ()

@@ -70,15 +70,15 @@ class AlertMonitor:
             if part is not None:
                 part.restart()
 
-    def take(self, rows: FlightRows) -> None:
+    def process_rows(self, rows: FlightRows) -> None:
         """Take in the next rows."""
-        for frame in self._frames.cut(rows):
+        for frame in self._frames.split(rows):
             self._judge(frame)
 
     @property
-    def standing(self) -> tuple[Alert, ...]:
+    def active_alerts(self) -> tuple[Alert, ...]:
         """Return what calls for attention now, the most urgent first."""
-        return self._standing.now
+        return self._standing.alerts
 
     @property
     def log(self) -> tuple[Alert, ...]:
@@ -86,19 +86,19 @@ class AlertMonitor:
         return self._standing.log
 
     @property
-    def distrusted(self) -> tuple[str, ...]:
+    def invalid_channels(self) -> tuple[str, ...]:
         """Return the channels that are not to be believed now."""
-        return tuple(sorted({name for danger in self.standing for name in danger.channels}))
+        return tuple(sorted({name for danger in self.active_alerts for name in danger.channels}))
 
     def _judge(self, rows: FlightRows) -> None:
-        frame, doubted, findings = self._instruments.judge(rows)
-        doubted |= frozenset(self.distrusted)
-        findings += self._clips.judge(frame, doubted)
-        findings += self._stall.judge(frame, doubted, self.system)
+        frame, doubted, findings = self._instruments.evaluate(rows)
+        doubted |= frozenset(self.invalid_channels)
+        findings += self._clips.evaluate(frame, doubted)
+        findings += self._stall.evaluate(frame, doubted, self.system)
         if self._fence is not None:
-            findings += self._fence.judge(frame, self.system)
-        findings += self._endurance.judge(frame)
-        self._standing.note(frame.time, findings)
+            findings += self._fence.evaluate(frame, self.system)
+        findings += self._endurance.evaluate(frame)
+        self._standing.update(frame.time, findings)
 
 
 @cache

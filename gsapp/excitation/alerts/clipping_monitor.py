@@ -66,7 +66,7 @@ class ClippingMonitor:
         self._runs = np.full((_MEMORY, count), -1)
         self._samples = np.full((_MEMORY, count), -1)
 
-    def judge(self, frame: FlightFrame, doubted: frozenset[str]) -> list[AlertCondition]:
+    def evaluate(self, frame: FlightFrame, doubted: frozenset[str]) -> list[AlertCondition]:
         """Return which sensors stand at an end of their range in this frame.
 
         Parameters
@@ -161,7 +161,7 @@ def _clipping_condition(name: str) -> AlertCondition:
     title = INSTRUMENT_TITLES[name]
     return AlertCondition(
         key=f"clip.{name}",
-        urgency=AlertLevel.CAUTION,
-        words=f"{title[0].upper()}{title[1:]} saturated: use a smaller input",
-        spoken=f"{title} clips",
+        level=AlertLevel.CAUTION,
+        text=f"{title[0].upper()}{title[1:]} saturated: use a smaller input",
+        spoken_text=f"{title} clips",
     )

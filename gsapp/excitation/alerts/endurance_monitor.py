@@ -45,7 +45,7 @@ class EnduranceMonitor:
         self._battery: list[float] = []
         self._fuel_full = math.nan
 
-    def judge(self, frame: FlightFrame) -> list[AlertCondition]:
+    def evaluate(self, frame: FlightFrame) -> list[AlertCondition]:
         """Return what runs out."""
         if not frame.airborne:
             return []
@@ -54,24 +54,24 @@ class EnduranceMonitor:
     def _time(self, frame: FlightFrame) -> list[AlertCondition]:
         if self._flight_time is None:
             return []
-        left = self._flight_time - frame.flown
+        left = self._flight_time - frame.time_airborne
         if left <= 0.0:
             return [
                 AlertCondition(
                     key="time",
-                    urgency=AlertLevel.WARNING,
-                    words=f"The flight time of {_minutes(self._flight_time)} is over; land",
-                    spoken="time is over: land",
+                    level=AlertLevel.WARNING,
+                    text=f"The flight time of {_minutes(self._flight_time)} is over; land",
+                    spoken_text="time is over: land",
                 )
             ]
         if left <= _RESERVE:
             return [
                 AlertCondition(
                     key="time",
-                    urgency=AlertLevel.CAUTION,
-                    words=f"{_RESERVE:.0f} s are left of the flight time of "
+                    level=AlertLevel.CAUTION,
+                    text=f"{_RESERVE:.0f} s are left of the flight time of "
                     f"{_minutes(self._flight_time)}; land",
-                    spoken="time: land",
+                    spoken_text="time: land",
                 )
             ]
         return []
@@ -95,10 +95,10 @@ class EnduranceMonitor:
         return [
             AlertCondition(
                 key="battery",
-                urgency=AlertLevel.WARNING,
-                words=f"The battery sinks by {60.0 * sink:.1f} V a minute and is empty within "
+                level=AlertLevel.WARNING,
+                text=f"The battery sinks by {60.0 * sink:.1f} V a minute and is empty within "
                 f"{_RESERVE:.0f} s; land",
-                spoken="battery: land",
+                spoken_text="battery: land",
             )
         ]
 
@@ -113,9 +113,9 @@ class EnduranceMonitor:
         return [
             AlertCondition(
                 key="fuel",
-                urgency=AlertLevel.WARNING,
-                words=f"{100.0 * fuel / self._fuel_full:.0f} % of the fuel is left; land",
-                spoken="fuel: land",
+                level=AlertLevel.WARNING,
+                text=f"{100.0 * fuel / self._fuel_full:.0f} % of the fuel is left; land",
+                spoken_text="fuel: land",
             )
         ]
 

@@ -45,7 +45,7 @@ class FlightPhaseMonitor:
         self._field = np.nan
         self._flown = 0.0
 
-    def judge(self, rows: FlightRows, distrusted: frozenset[str]) -> FlightFrame:
+    def evaluate(self, rows: FlightRows, distrusted: frozenset[str]) -> FlightFrame:
         """Return a frame with the state of the flight.
 
         Parameters
@@ -69,8 +69,8 @@ class FlightPhaseMonitor:
         height = self._height(rows, float(means[SIGNAL_COLUMNS["altitude"]]), airborne=airborne)
         return FlightFrame(
             rows=rows,
-            aloft=float(rows.times[-1]) - self._watch.since if airborne else -1.0,
-            flown=self._flown,
+            time_since_takeoff=float(rows.times[-1]) - self._watch.since if airborne else -1.0,
+            time_airborne=self._flown,
             height=height,
             near_ground=height < _NEAR_GROUND,
         )

@@ -94,7 +94,7 @@ class GeofenceMonitor:
         self._heights: list[tuple[float, float]] = []
         self._climbs: list[float] = []
 
-    def judge(self, frame: FlightFrame, system: str = "US") -> list[AlertCondition]:
+    def evaluate(self, frame: FlightFrame, system: str = "US") -> list[AlertCondition]:
         """Return what of the fence is left, or soon will be, in units ``US`` or ``SI``."""
         return [*self._around(frame, system), *self._above(frame, system)]
 
@@ -114,19 +114,19 @@ class GeofenceMonitor:
             return [
                 AlertCondition(
                     key="fence.side",
-                    urgency=AlertLevel.WARNING,
-                    words=f"Outside the fence: {format_amount('north', distance, system)} away, "
+                    level=AlertLevel.WARNING,
+                    text=f"Outside the fence: {format_amount('north', distance, system)} away, "
                     f"{format_amount('north', radius, system)} allowed; turn back",
-                    spoken="outside the fence: turn back",
+                    spoken_text="outside the fence: turn back",
                 )
             ]
         if coming > radius:
             return [
                 AlertCondition(
                     key="fence.side",
-                    urgency=AlertLevel.CAUTION,
-                    words=f"Leaving the fence within {self._fence.ahead:.0f} s; turn",
-                    spoken="fence: turn",
+                    level=AlertLevel.CAUTION,
+                    text=f"Leaving the fence within {self._fence.ahead:.0f} s; turn",
+                    spoken_text="fence: turn",
                 )
             ]
         return []
@@ -163,20 +163,20 @@ class GeofenceMonitor:
             return [
                 AlertCondition(
                     key="fence.top",
-                    urgency=AlertLevel.WARNING,
-                    words=f"Too high: {format_amount('height', height, system)}, "
+                    level=AlertLevel.WARNING,
+                    text=f"Too high: {format_amount('height', height, system)}, "
                     f"{format_amount('height', fence.ceiling, system)} allowed; descend",
-                    spoken="too high: descend",
+                    spoken_text="too high: descend",
                 )
             ]
         if coming > fence.ceiling:
             return [
                 AlertCondition(
                     key="fence.top",
-                    urgency=AlertLevel.CAUTION,
-                    words=f"Through the ceiling of {format_amount('height', fence.ceiling, system)} "
+                    level=AlertLevel.CAUTION,
+                    text=f"Through the ceiling of {format_amount('height', fence.ceiling, system)} "
                     f"within {fence.ahead:.0f} s; level off",
-                    spoken="ceiling: level off",
+                    spoken_text="ceiling: level off",
                 )
             ]
         lands = frame.mean("flap") > _LANDING_FLAP
@@ -193,10 +193,10 @@ class GeofenceMonitor:
         return [
             AlertCondition(
                 key="fence.floor",
-                urgency=AlertLevel.WARNING if low else AlertLevel.CAUTION,
-                words=f"{'Below' if low else 'About to sink below'} the floor of "
+                level=AlertLevel.WARNING if low else AlertLevel.CAUTION,
+                text=f"{'Below' if low else 'About to sink below'} the floor of "
                 f"{format_amount('height', floor, system)}; climb",
-                spoken="too low: climb",
+                spoken_text="too low: climb",
             )
         ]
 

@@ -49,7 +49,7 @@ class GyroMonitor:
         self._lost: dict[str, str] = {}
         self._agreed: dict[str, int] = {}
 
-    def judge(self, rows: FlightRows) -> dict[str, str]:
+    def evaluate(self, rows: FlightRows) -> dict[str, str]:
         """Return the gyros that are outvoted, and by what, in words.
 
         Parameters
@@ -57,7 +57,7 @@ class GyroMonitor:
         rows : FlightRows
             Of one frame.
         """
-        if rows.fresh:
+        if rows.starts_segment:
             self._apart, self._before = {}, None
         angles = np.array([_angle(rows[name]) for name in ("phi", "theta", "psi")])
         rates = np.array(

@@ -64,7 +64,7 @@ class InstrumentMonitor:
             part.restart()
         self._since: dict[str, int] = {}
 
-    def judge(self, rows: FlightRows) -> tuple[FlightFrame, frozenset[str], list[AlertCondition]]:
+    def evaluate(self, rows: FlightRows) -> tuple[FlightFrame, frozenset[str], list[AlertCondition]]:
         """Return the frame with the state of the flight, what is not believed, and what to tell.
 
         Parameters
@@ -72,15 +72,15 @@ class InstrumentMonitor:
         rows : FlightRows
             Of one frame.
         """
-        doubts = self._signs.judge(rows)
-        for name, why in self._gyros.judge(rows).items():
+        doubts = self._signs.evaluate(rows)
+        for name, why in self._gyros.evaluate(rows).items():
             doubts.setdefault(name, why)
-        frame = self._phase.judge(rows, frozenset(doubts))
-        for name, why in self._motion.judge(frame, frozenset(doubts)).items():
+        frame = self._phase.evaluate(rows, frozenset(doubts))
+        for name, why in self._motion.evaluate(frame, frozenset(doubts)).items():
             doubts.setdefault(name, why)
         self._since = {name: self._since.get(name, 0) + 1 for name in doubts}
         told = {name: why for name, why in doubts.items() if self._since[name] >= _TOLD_AFTER}
-        findings = _instrument_conditions(told) if frame.aloft >= _SETTLED else []
+        findings = _instrument_conditions(told) if frame.time_since_takeoff >= _SETTLED else []
         return frame, frozenset(doubts), findings
 
 
@@ -90,9 +90,9 @@ def _instrument_conditions(doubts: dict[str, str]) -> list[AlertCondition]:
         found.append(
             AlertCondition(
                 key="nose",
-                urgency=AlertLevel.WARNING,
-                words="Nose sensors lost: alpha, beta and airspeed; land",
-                spoken="nose sensors lost: land",
+                level=AlertLevel.WARNING,
+                text="Nose sensors lost: alpha, beta and airspeed; land",
+                spoken_text="nose sensors lost: land",
                 channels=("alpha", "beta", *_DERIVED),
             )
         )
@@ -105,9 +105,9 @@ def _instrument_conditions(doubts: dict[str, str]) -> list[AlertCondition]:
         found.append(
             AlertCondition(
                 key={"alpha": "alpha", "beta": "beta", "V": "airspeed"}.get(name, f"gyro.{name}"),
-                urgency=AlertLevel.CAUTION,
-                words=f"The {title} {why}: {meaning}",
-                spoken=f"{title} lost",
+                level=AlertLevel.CAUTION,
+                text=f"The {title} {why}: {meaning}",
+                spoken_text=f"{title} lost",
                 channels=_DERIVED if name == "V" else (name,),
             )
         )

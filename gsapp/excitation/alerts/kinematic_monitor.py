@@ -99,7 +99,7 @@ class KinematicMonitor:
     """
 
     def __init__(self, aircraft: Aircraft | None, rate: float) -> None:
-        self._places = SensorPositions.of(aircraft)
+        self._places = SensorPositions.from_aircraft(aircraft)
         self._flat = _flatness(aircraft)
         length = max(1, round(ALERT_FRAME_DURATION * rate))
         self._per_frame = max(k for k in range(1, _PER_FRAME + 1) if length % k == 0)
@@ -113,7 +113,7 @@ class KinematicMonitor:
         self._truths: dict[str, int] = {}
         self._found: dict[str, str] = {}
 
-    def judge(self, frame: FlightFrame, doubted: frozenset[str]) -> dict[str, str]:
+    def evaluate(self, frame: FlightFrame, doubted: frozenset[str]) -> dict[str, str]:
         """Return the sensors that lie, and how, in words.
 
         Parameters
@@ -122,14 +122,14 @@ class KinematicMonitor:
         doubted : frozenset of str
             Sensors of which others say so already; nothing is compared with those.
         """
-        if frame.rows.fresh:
+        if frame.rows.starts_segment:
             self._samples[:] = np.nan
         fresh = self._per_frame
         self._samples[:-fresh] = self._samples[fresh:]
         known = not doubted & set(MOTION_COLUMNS)
         self._samples[-fresh:] = self._means(frame) if known else np.nan
-        long_enough = frame.aloft > _STRETCH * ALERT_FRAME_DURATION + _SETTLED
-        due = frame.rows.first // len(frame.rows) % _EVERY == 0
+        long_enough = frame.time_since_takeoff > _STRETCH * ALERT_FRAME_DURATION + _SETTLED
+        due = frame.rows.first_index // len(frame.rows) % _EVERY == 0
         if due and long_enough and not frame.near_ground and np.isfinite(self._samples).all():
             self._compare()
         return self._found
@@ -166,12 +166,12 @@ class KinematicMonitor:
             return {}, turning  # nothing can be compared with a rate that is wrong
         lies, truths = {}, turning
         for name, least in _MUST_MOVE.items():
-            made, shown = _rms(motion.made[name]), _rms(motion.shown[name])
+            made, shown = _rms(motion.reconstructed[name]), _rms(motion.measured[name])
             if made > least and shown < min(_STUCK * made, self._flat[name]):
                 lies[name] = _WORDS[name]
             elif made > least and shown > _FREE * made:
                 truths.add(name)
-        alike = _correlation(motion.made["V"], motion.shown["V"])
+        alike = _correlation(motion.reconstructed["V"], motion.measured["V"])
         against = self._against(motion, alike)
         if against and not lies and self._gyros_live(motion):
             lies["V"] = _AGAINST
@@ -187,7 +187,7 @@ class KinematicMonitor:
             shown = _rms(detrend(motion.rates[:, axis]))
             if shown > _RATE_STILL:
                 continue
-            rate, left = motion.rate_made(axis)
+            rate, left = motion.reconstruct_rate(axis)
             made = _rms(detrend(rate))
             if made > _RATE_MUST_MOVE and shown < _RATE_STUCK * made and left < least:
                 best, least = name, left
@@ -196,13 +196,13 @@ class KinematicMonitor:
     @staticmethod
     def _against(motion: ReconstructedMotion, alike: float) -> bool:
         """Return whether the airspeed goes another way than gusts could send it."""
-        along, across, down = (float(miss) for miss in np.sqrt(np.mean(motion.miss**2, axis=0)))
+        along, across, down = (float(miss) for miss in np.sqrt(np.mean(motion.residual**2, axis=0)))
         gusts = max(_GUST_SHARES[0] * across, _GUST_SHARES[1] * down, _CALM)
         if along > max(_LIE * gusts, _LEAST_LIE) and all(
-            motion.rate_made(axis)[1] > _EXPLAINED for axis in range(3)
+            motion.reconstruct_rate(axis)[1] > _EXPLAINED for axis in range(3)
         ):
             return True
-        moves = _rms(motion.made["V"]) > _MUST_MOVE["V"]
+        moves = _rms(motion.reconstructed["V"]) > _MUST_MOVE["V"]
         return alike < _REVERSED and moves and along > _BESIDE * gusts
 
     @staticmethod

@@ -61,7 +61,7 @@ class SensorPositions:
     swivel: bool = False
 
     @classmethod
-    def of(cls, aircraft: Aircraft | None) -> SensorPositions:
+    def from_aircraft(cls, aircraft: Aircraft | None) -> SensorPositions:
         """Return those of an aircraft; without one all sit together."""
         if aircraft is None:
             return cls()
@@ -90,27 +90,27 @@ class ReconstructedMotion:
     ----------
     dt : float
         s.
-    rates, force : ndarray, shape (n, 3)
+    rates, specific_force : ndarray, shape (n, 3)
         rad/s; specific force, m/s^2.
-    start, gravity : ndarray, shape (3,)
+    initial_velocity, gravity : ndarray, shape (3,)
         Velocity, m/s, and gravity, m/s^2, along the axes of the first sample, as fitted.
-    miss : ndarray, shape (n, 3)
+    residual : ndarray, shape (n, 3)
         u, v, w shown less what rates and accelerations make of them, m/s.
-    shown, made : mapping of str to ndarray, shape (n,)
+    measured, reconstructed : mapping of str to ndarray, shape (n,)
         V (m/s), alpha and beta (rad) as shown, and as rates and accelerations make them; each
         without its straight line.
     """
 
     dt: float
     rates: FloatArray
-    force: FloatArray
-    start: FloatArray
+    specific_force: FloatArray
+    initial_velocity: FloatArray
     gravity: FloatArray
-    miss: FloatArray
-    shown: dict[str, FloatArray]
-    made: dict[str, FloatArray]
+    residual: FloatArray
+    measured: dict[str, FloatArray]
+    reconstructed: dict[str, FloatArray]
 
-    def rate_made(self, axis: int) -> tuple[FloatArray, float]:
+    def reconstruct_rate(self, axis: int) -> tuple[FloatArray, float]:
         """Return what all other sensors make of one rate.
 
         Parameters
@@ -127,7 +127,7 @@ class ReconstructedMotion:
         """
         count = len(self.rates)
         hats = _hat_functions(count)
-        path = reconstruct_path(self.rates, self.force, self.dt, self.start, self.gravity)
+        path = reconstruct_path(self.rates, self.specific_force, self.dt, self.initial_velocity, self.gravity)
         slopes = sensitivities_to_rates(path, self.dt, np.full(_HATS, axis), hats)
         back = path.C.transpose(0, 2, 1)
         matrix = np.zeros((3 * count + _HATS, 6 + _HATS))
@@ -135,13 +135,13 @@ class ReconstructedMotion:
             (back, path.times[:, None, None] * back, slopes.velocity), axis=2
         ).reshape(3 * count, -1)
         matrix[3 * count :, 6:] = np.eye(_HATS) * (_USUAL_MISS / _USUAL_ERROR)
-        wanted = np.concatenate((self.miss.ravel(), np.zeros(_HATS)))
+        wanted = np.concatenate((self.residual.ravel(), np.zeros(_HATS)))
         normal = matrix.T @ matrix
         solved = np.linalg.solve(
             normal + 1e-9 * np.trace(normal) * np.eye(len(normal)), matrix.T @ wanted
         )
-        misses = self.miss.ravel() - matrix[: 3 * count] @ solved
-        before = float(np.sum(self.miss**2))
+        misses = self.residual.ravel() - matrix[: 3 * count] @ solved
+        before = float(np.sum(self.residual**2))
         left = float(misses @ misses) / before if before > 0.0 else 1.0
         return self.rates[:, axis] + hats @ solved[6:], left
 
@@ -185,12 +185,12 @@ def reconstruct_motion(
     return ReconstructedMotion(
         dt=dt,
         rates=rates,
-        force=force,
-        start=start,
+        specific_force=force,
+        initial_velocity=start,
         gravity=gravity,
-        miss=miss,
-        shown={name: detrend(values) for name, values in shown.items()},
-        made={name: detrend(values) for name, values in other.items()},
+        residual=miss,
+        measured={name: detrend(values) for name, values in shown.items()},
+        reconstructed={name: detrend(values) for name, values in other.items()},
     )
 
 

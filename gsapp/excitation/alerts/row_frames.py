@@ -31,10 +31,10 @@ class FlightFrame:
     ----------
     rows : FlightRows
         One frame's worth; ``rows.fresh`` says whether nothing leads up to it.
-    aloft : float
+    time_since_takeoff : float
         Seconds since the take-off; negative on the ground, infinite where the record begins in
         the air.
-    flown : float
+    time_airborne : float
         Seconds in the air so far.
     height : float
         Above the field, m; NaN where unknown.
@@ -43,8 +43,8 @@ class FlightFrame:
     """
 
     rows: FlightRows
-    aloft: float = -1.0
-    flown: float = 0.0
+    time_since_takeoff: float = -1.0
+    time_airborne: float = 0.0
     height: float = math.nan
     near_ground: bool = False
 
@@ -56,7 +56,7 @@ class FlightFrame:
     @property
     def airborne(self) -> bool:
         """Return whether the aircraft flies."""
-        return self.aloft >= 0.0
+        return self.time_since_takeoff >= 0.0
 
     def mean(self, name: str) -> float:
         """Return the mean of a channel, NaN where it has no sample."""
@@ -92,16 +92,16 @@ class FrameSplitter:
         self._held = 0
         self._fresh = True
 
-    def cut(self, rows: FlightRows) -> Iterator[FlightRows]:
+    def split(self, rows: FlightRows) -> Iterator[FlightRows]:
         """Take in rows; give the frames that are complete."""
-        if rows.fresh:
+        if rows.starts_segment:
             self.restart()
         start = 0
         while start < len(rows):
-            begun = (rows.first + start - self._held) % self._length
+            begun = (rows.first_index + start - self._held) % self._length
             stop = min(start + self._length - self._held - begun, len(rows))
             if begun == 0:  # else a stretch begins within a frame, the rest of which is let go
-                self._parts.append(rows.part(start, stop))
+                self._parts.append(rows.slice_rows(start, stop))
                 self._held += stop - start
             start = stop
             if self._held == self._length:
@@ -114,8 +114,8 @@ class FrameSplitter:
         with np.errstate(invalid="ignore"):
             values[~(np.abs(values) < _ABSURD)] = np.nan
         return FlightRows(
-            first=parts[0].first,
+            first_index=parts[0].first_index,
             times=np.concatenate([part.times for part in parts]),
             values=values,
-            fresh=fresh,
+            starts_segment=fresh,
         )

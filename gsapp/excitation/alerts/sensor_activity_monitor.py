@@ -93,7 +93,7 @@ class SensorActivityMonitor:
         self._lives = {name: _SensorHistory() for name in MONITORED_SENSORS}
         self._airspeed = "V"
 
-    def judge(self, rows: FlightRows) -> dict[str, str]:
+    def evaluate(self, rows: FlightRows) -> dict[str, str]:
         """Return the sensors without signs of life, and what each does, in words.
 
         Parameters

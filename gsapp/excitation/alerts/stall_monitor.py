@@ -60,7 +60,7 @@ class StallMonitor:
         self._before: float | None = None
         self._slow = {AlertLevel.CAUTION: 0, AlertLevel.WARNING: 0}
 
-    def judge(
+    def evaluate(
         self, frame: FlightFrame, distrusted: frozenset[str], system: str = "US"
     ) -> list[AlertCondition]:
         """Return how near the stall is.
@@ -74,7 +74,7 @@ class StallMonitor:
             Units of the words.
         """
         limits = self._limits
-        if limits is None or frame.aloft < _SETTLED or frame.near_ground:
+        if limits is None or frame.time_since_takeoff < _SETTLED or frame.near_ground:
             self.restart()
             return []
         speed, least = self._speeds(frame, distrusted, limits.stall_speed)
@@ -157,8 +157,8 @@ def _stall_text(nearness: list[tuple[AlertLevel, str]], least: AlertLevel) -> st
 def _stall_condition(urgency: AlertLevel, why: str) -> AlertCondition:
     if urgency is AlertLevel.WARNING:
         return AlertCondition(
-            key="stall", urgency=urgency, words=f"Stall: {why}; push", spoken="stall: push"
+            key="stall", level=urgency, text=f"Stall: {why}; push", spoken_text="stall: push"
         )
     return AlertCondition(
-        key="stall", urgency=urgency, words=f"Near the stall: {why}; ease the pull", spoken="slow"
+        key="stall", level=urgency, text=f"Near the stall: {why}; ease the pull", spoken_text="slow"
     )

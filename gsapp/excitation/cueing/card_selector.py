@@ -47,7 +47,7 @@ class CardSelector:
     Attributes
     ----------
     cards : CardSet or None
-    flown : CardSetProgress or None
+    card_progress : CardSetProgress or None
         How the cards stand.
     next_card : NextCard or None
         To be flown now.
@@ -67,7 +67,7 @@ class CardSelector:
         self.cards = cards
         self.restart()
 
-    def use(self, cards: CardSet | None) -> None:
+    def use_cards(self, cards: CardSet | None) -> None:
         """Take other cards; what was flown so far is to be told again."""
         self.cards = cards
         self.restart()
@@ -80,7 +80,7 @@ class CardSelector:
 
     def restart(self) -> None:
         """Forget what was flown and chosen; the flight begins anew."""
-        self.flown: CardSetProgress | None = None
+        self.card_progress: CardSetProgress | None = None
         self.next_card: NextCard | None = None
         self._points.restart()
         self._capture.restart()
@@ -92,13 +92,13 @@ class CardSelector:
         self._settled: tuple[object, ...] = ()
         self._looked_at: tuple[object, ...] = (self,) * 5
         self._changes = 0
-        self.note(())
+        self.update_progress(())
 
     # --- what happens ---------------------------------------------------------------------------
 
-    def take(self, rows: FlightRows) -> None:
+    def process_rows(self, rows: FlightRows) -> None:
         """Take in the rows of a tick; they are looked at twice a second of flight time."""
-        if rows.fresh:
+        if rows.starts_segment:
             self._waiting.clear()
         self._waiting.append(rows)
         if len(self._waiting) < _EVERY:
@@ -106,38 +106,38 @@ class CardSelector:
         rows = concatenate_rows(self._waiting)
         self._waiting.clear()
         if self._aimed:
-            self._capture.take(rows)
+            self._capture.process_rows(rows)
         self._breathe(rows)
         switch = rows["rate_switch"]
         switch = switch[np.isfinite(switch)]
         if switch.size:
             self._rate_switch = float(switch[-1])
 
-    def choose(self, card_id: str) -> None:
+    def select_card(self, card_id: str) -> None:
         """Let the crew's choice count until that card is done; an empty one ends it."""
         self._chosen = card_id
 
-    def note(self, verdicts: Sequence[InputVerdict]) -> None:
+    def update_progress(self, verdicts: Sequence[InputVerdict]) -> None:
         """Take in all verdicts given so far."""
         self._changes += 1
         if verdicts:
-            self._points.flew_level(verdicts[-1])
+            self._points.update_trim_alpha(verdicts[-1])
         if self.cards is not None:
-            self.flown = evaluate_cards(self.cards, verdicts)
+            self.card_progress = evaluate_cards(self.cards, verdicts)
             points = [self._points.point(one.card)[0] for one in self._open()]
             aims = [point for point in points if point is not None]
             self._aimed = bool(aims)
-            self._capture.aim(aims)
+            self._capture.set_points(aims)
 
-    def earned(self, estimates: Mapping[str, LiveEstimate]) -> None:
+    def set_estimates(self, estimates: Mapping[str, LiveEstimate]) -> None:
         """Let wanted inputs follow from derivatives estimated in this flight."""
         self._changes += 1
-        self._points.earned(estimates)
+        self._points.set_estimates(estimates)
 
-    def hear(self, noise: Mapping[str, float]) -> None:
+    def set_noise(self, noise: Mapping[str, float]) -> None:
         """Let wanted inputs follow from the noise of the day, by channel, SI."""
         self._changes += 1
-        self._points.hear(noise)
+        self._points.set_noise(noise)
 
     def _breathe(self, rows: FlightRows) -> None:
         """Learn the air of the day, once."""
@@ -147,11 +147,11 @@ class CardSelector:
         self._air += density[np.isfinite(density)].tolist()
         if len(self._air) >= _AIR_OF:
             self._changes += 1
-            self._points.breathe(float(np.mean(self._air)))
+            self._points.set_density(float(np.mean(self._air)))
 
     # --- which card -----------------------------------------------------------------------------
 
-    def look(self, outlook: Outlook | None, *, stay: bool = False) -> bool:
+    def update_selection(self, outlook: Outlook | None, *, stay: bool = False) -> bool:
         """Settle which card is to be flown; return whether that or what it asks for changed.
 
         Parameters
@@ -179,7 +179,7 @@ class CardSelector:
         open_ids = {one.card.id for one in self._open()}
         if now is None or now.card.id not in open_ids or self._chosen in open_ids:
             return (None, "next on the list") if now is None else self._pick(None)
-        return now.card, now.why
+        return now.card, now.reason
 
     def _pick(self, outlook: Outlook | None) -> tuple[TestCard | None, CardSelectionReason]:
         open_ones = {one.card.id: one.card for one in self._open()}
@@ -209,35 +209,35 @@ class CardSelector:
         self, cards: Sequence[TestCard], outlook: Outlook | None
     ) -> tuple[TestCard | None, CardSelectionReason]:
         known = {card.id: card for card in cards}
-        ranked = [] if outlook is None or outlook.next is None else list(outlook.prospects)
+        ranked = [] if outlook is None or outlook.best_forecast is None else list(outlook.forecasts)
         for prospect in ranked:
             if prospect.card in known:
                 return known[prospect.card], "most to gain"
         return (cards[0] if cards else None), "next on the list"
 
     def _open(self) -> list[CardProgress]:
-        return [] if self.flown is None else [one for one in self.flown.cards if one.missing]
+        return [] if self.card_progress is None else [one for one in self.card_progress.cards if one.remaining_count]
 
     def _asked(self, card: TestCard, why: CardSelectionReason) -> NextCard:
         point, problem = self._points.point(card)
-        wanted = self._points.wanted(card)
+        wanted = self._points.target_input(card)
         best = {name: band.best for name, band in wanted.amplitudes.items()}
         stick = format_sticks(self._aircraft, best, rate_switch=self._rate_switch)
         progress = next((one for one in self._open() if one.card.id == card.id), None)
         return NextCard(
             card=card,
-            good=0 if progress is None else progress.good,
+            good_repeats=0 if progress is None else progress.good_count,
             point=point,
-            wanted=wanted,
-            stick=stick,
-            words=f"{format_card(card, self._system)}, {format_stick_input(stick)}",
-            why=why,
+            target_input=wanted,
+            stick_text=stick,
+            text=f"{format_card(card, self._system)}, {format_stick_input(stick)}",
+            reason=why,
             problem=problem,
         )
 
     # --- what is wanted -------------------------------------------------------------------------
 
-    def wanted_for(self, surfaces: Sequence[str], kind: str, V: float | None) -> TargetInput | None:
+    def target_for(self, surfaces: Sequence[str], kind: str, V: float | None) -> TargetInput | None:
         """Return what is wanted of an input that was not expected, at an airspeed (m/s).
 
         An open card that asks for such an input there says so, else the model.
@@ -246,22 +246,22 @@ class CardSelector:
             card = one.card
             near = V is None or abs(V - card.speed) <= card.tolerance.speed
             if set(card.surfaces) == set(surfaces) and card.kind == kind and near:
-                return self._points.wanted(card)
-        return self._points.without_card(tuple(surfaces), kind, V)
+                return self._points.target_input(card)
+        return self._points.target_without_card(tuple(surfaces), kind, V)
 
-    def wanted_of(self, verdict: InputVerdict) -> TargetInput | None:
+    def target_of(self, verdict: InputVerdict) -> TargetInput | None:
         """Return what was wanted of an input that was judged."""
         card = None if self.cards is None else self.cards.card(verdict.card)
         if card is not None:
-            return self._points.wanted(card)
-        return self._points.without_card(verdict.surfaces, verdict.kind, verdict.V)
+            return self._points.target_input(card)
+        return self._points.target_without_card(verdict.surfaces, verdict.kind, verdict.V)
 
     def point_of(self, verdict: InputVerdict) -> TestPoint | None:
         """Return the test point of an input that was judged; None where no card asks for it."""
         card = None if self.cards is None else self.cards.card(verdict.card)
         return None if card is None else self._points.point(card)[0]
 
-    def guidance(self, speed: float | None, alpha: float | None) -> str:
+    def guidance_text(self, speed: float | None, alpha: float | None) -> str:
         """Return short advice towards the test point; empty where there is nothing to say."""
         point = None if self.next_card is None else self.next_card.point
         return guidance.guidance_text(point, speed=speed, alpha=alpha, system=self._system)

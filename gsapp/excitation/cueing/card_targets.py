@@ -61,22 +61,22 @@ class CardTargets:
         self._system = system
         self._points.clear()
 
-    def breathe(self, density: float) -> None:
+    def set_density(self, density: float) -> None:
         """Take the air of the day, kg/m^3."""
         self._density = density
         self._forget()
 
-    def hear(self, noise: Mapping[str, float]) -> None:
+    def set_noise(self, noise: Mapping[str, float]) -> None:
         """Take the noise of the day, by channel, SI: what an input must stand out of."""
         self._noise = noise
         self._wanted.clear()
 
-    def earned(self, estimates: Mapping[str, LiveEstimate]) -> None:
+    def set_estimates(self, estimates: Mapping[str, LiveEstimate]) -> None:
         """Let wanted inputs follow from derivatives estimated in this flight."""
         self._estimates = estimates
         self._wanted.clear()
 
-    def flew_level(self, verdict: InputVerdict) -> None:
+    def update_trim_alpha(self, verdict: InputVerdict) -> None:
         """Learn where the vane stands in trimmed flight, from an input that began in trim."""
         off = any(finding.result == "not-trimmed" for finding in verdict.findings)
         if verdict.V is None or verdict.alpha is None or off:
@@ -97,7 +97,7 @@ class CardTargets:
             self._points[card.id] = found
         return found
 
-    def wanted(self, card: TestCard) -> TargetInput:
+    def target_input(self, card: TestCard) -> TargetInput:
         """Return what a card wants, within what the aircraft and its sensors allow."""
         found = self._wanted.get((card.id,))
         if found is None:
@@ -113,7 +113,7 @@ class CardTargets:
             )
         return found
 
-    def without_card(self, surfaces: tuple[str, ...], kind: str, V: float | None) -> TargetInput:
+    def target_without_card(self, surfaces: tuple[str, ...], kind: str, V: float | None) -> TargetInput:
         """Return what is wanted of an input that no card asks for, at an airspeed (m/s)."""
         near = None if V is None else round(V / _SAME_SPEED)
         key = (surfaces, kind, near)
@@ -147,5 +147,5 @@ class CardTargets:
             made = TrimCurve(self._aircraft, self._model, rho=self._density, flap=flap)
             self._curves[flap] = made
         if flap not in self._shifted:
-            self._shifted[flap] = self._curves[flap].retrimmed(self._steady)
+            self._shifted[flap] = self._curves[flap].with_measured_alpha(self._steady)
         return self._shifted[flap]

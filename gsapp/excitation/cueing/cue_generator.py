@@ -67,7 +67,7 @@ class CueGenerator:
 
     Attributes
     ----------
-    spoken : list of Announcement
+    announcements : list of Announcement
         All that was to be heard so far, by flight time; `reset` alone takes something away.
     maneuvers : list of EvaluatedManeuver
         All inputs judged so far, for the debrief.
@@ -91,7 +91,7 @@ class CueGenerator:
         self._trim = TrimMonitor(aircraft, rate)
         self._dangers = AlertMonitor(aircraft, rate, fence=fence or Geofence(), system=system)
         self._doublets = DoubletMonitor(
-            aircraft, rate, model=model, wanted_for=self._desk.wanted_for, system=system
+            aircraft, rate, model=model, wanted_for=self._desk.target_for, system=system
         )
         self._lessons = EstimationProgress(aircraft, model, rate, system)
         self._announcer = Announcer(system)
@@ -108,7 +108,7 @@ class CueGenerator:
         self._heard = 0  # how many events the announcer has heard
         self._noisy = False  # whether the noise of the day is known
         self._doubted: dict[str, float] = {}  # when each channel was last not believed, s
-        self.spoken: list[Announcement] = []
+        self.announcements: list[Announcement] = []
         self.maneuvers: list[EvaluatedManeuver] = []
         self._aim()
 
@@ -122,19 +122,19 @@ class CueGenerator:
     def settle(self) -> None:
         """Judge what is complete, after all blocks of a step."""
         ticks = 0
-        for rows in self._stream.complete():
+        for rows in self._stream.take_complete_rows():
             self._take(rows)
             ticks += len(rows) // self._stream.tick
         # Live, what was just judged is to be told at once; the look ahead has the steps between.
         if not ticks or ticks > _FEW:
-            self._lessons.work()
+            self._lessons.run_slice()
 
     def busy(self, time: float) -> bool:
         """Return whether a look ahead is unfinished that is shown by a flight time, s.
 
         Each `settle` goes on with it by a slice; what is not done by then is done at once.
         """
-        return self._lessons.busy(time)
+        return self._lessons.has_pending_work(time)
 
     def finish(self) -> None:
         """Judge what was held back: nothing more comes."""
@@ -156,7 +156,7 @@ class CueGenerator:
 
     # --- what the crew does ---------------------------------------------------------------------
 
-    def choose(self, card_id: str, *, at: float | None = None) -> float:
+    def select_card(self, card_id: str, *, at: float | None = None) -> float:
         """Let the crew's choice of a card count until that card is flown; an empty one ends it.
 
         Parameters
@@ -191,9 +191,9 @@ class CueGenerator:
         """Take other test cards; what was flown so far counts for them."""
         self._choices.clear()
         self._chosen = 0
-        self._desk.use(cards)
-        self._desk.note(self._verdicts)
-        self._desk.look(self._lessons.outlook)
+        self._desk.use_cards(cards)
+        self._desk.update_progress(self._verdicts)
+        self._desk.update_selection(self._lessons.outlook)
         self._aim()
 
     def use_units(self, system: str) -> None:
@@ -202,7 +202,7 @@ class CueGenerator:
         self._doublets.system = self._dangers.system = system
         self._desk.use_units(system)
         self._lessons.use_units(system)
-        if self._doublets.under_way is None and self._desk.look(self._lessons.outlook, stay=True):
+        if self._doublets.input_in_progress is None and self._desk.update_selection(self._lessons.outlook, stay=True):
             self._aim()
 
     # --- what it tells --------------------------------------------------------------------------
@@ -223,45 +223,45 @@ class CueGenerator:
         return self._desk.cards
 
     @property
-    def flown(self) -> CardSetProgress | None:
+    def card_progress(self) -> CardSetProgress | None:
         """Return how the test cards stand; None without cards."""
-        return self._desk.flown
+        return self._desk.card_progress
 
     def snapshot(self) -> CueSnapshot:
         """Return what is to be told now."""
-        trim, dangers, outlook = self._trim.cue, self._dangers.standing, self._lessons.outlook
+        trim, dangers, outlook = self._trim.cue, self._dangers.active_alerts, self._lessons.outlook
         speed, alpha = (self._shown(name) for name in ("V", "alpha"))
-        progress = () if self.flown is None else self.flown.cards
+        progress = () if self.card_progress is None else self.card_progress.cards
         return CueSnapshot(
             time=self._time,
             trim=trim,
-            under_way=self._doublets.under_way,
+            input_in_progress=self._doublets.input_in_progress,
             verdict=self._verdicts[-1] if self._verdicts else None,
             card=self._desk.next_card,
             outlook=outlook,
-            dangers=dangers,
+            alerts=dangers,
             speed=speed,
             alpha=alpha,
-            guidance=self._desk.guidance(speed, alpha),
-            judged=() if trim is None else trim.judged_by,
-            missing=list_limitations(
+            guidance=self._desk.guidance_text(speed, alpha),
+            judged_by=() if trim is None else trim.judged_by,
+            limitations=list_limitations(
                 self._aircraft,
                 self._model,
                 has_cards=self.cards is not None,
                 trim=trim,
                 dangers=dangers,
                 outlook=outlook,
-                unseen=self._doublets.unseen,
+                unseen=self._doublets.unmeasured_surfaces,
             ),
-            unseen=self._doublets.unseen,
-            good=sum(min(one.good, one.card.repeats) for one in progress),
-            wanted=sum(one.card.repeats for one in progress),
-            events=len(self._changes.events),
+            unmeasured_surfaces=self._doublets.unmeasured_surfaces,
+            good_repeats=sum(min(one.good_count, one.card.repeats) for one in progress),
+            requested_repeats=sum(one.card.repeats for one in progress),
+            event_count=len(self._changes.events),
         )
 
     def _shown(self, channel: str) -> float | None:
         """Return what a channel reads now; nothing of an instrument that is not believed."""
-        doubted = channel in self._dangers.distrusted
+        doubted = channel in self._dangers.invalid_channels
         return None if doubted else self._recent.mean(channel, _SHOWN_OVER)
 
     # --- ticks ----------------------------------------------------------------------------------
@@ -270,29 +270,29 @@ class CueGenerator:
         tick = self._stream.tick
         # A stretch may end within a tick, of which nothing can be said.
         for start in range(0, len(rows) - tick + 1, tick):
-            self._tick(rows.part(start, start + tick))
+            self._tick(rows.slice_rows(start, start + tick))
 
     def _tick(self, rows: FlightRows) -> None:
         time = float(rows.times[-1])
         self._time = time
         self._recent.add(rows)
-        self._dangers.take(rows)
-        distrusted = self._dangers.distrusted
+        self._dangers.process_rows(rows)
+        distrusted = self._dangers.invalid_channels
         self._doubted.update(dict.fromkeys(distrusted, time))
-        self._trim.distrust(distrusted)
-        self._doublets.distrust(distrusted)
-        self._trim.take(rows)
-        self._doublets.take(rows)
-        believed = rows.without(distrusted)
-        self._desk.take(believed)
-        if self._lessons.take(believed):
-            self._desk.earned(self._lessons.estimates)
+        self._trim.set_invalid_channels(distrusted)
+        self._doublets.set_invalid_channels(distrusted)
+        self._trim.process_rows(rows)
+        self._doublets.process_rows(rows)
+        believed = rows.mask_channels(distrusted)
+        self._desk.process_rows(believed)
+        if self._lessons.process_rows(believed):
+            self._desk.set_estimates(self._lessons.estimates)
         if not self._noisy and (noise := self._doublets.noise):
             self._noisy = True
-            self._desk.hear(noise)
-        under_way = self._doublets.under_way
+            self._desk.set_noise(noise)
+        under_way = self._doublets.input_in_progress
         if under_way is not None:
-            self._trim.hold_off(time + under_way.hands_off_left + _AFTER_INPUT)
+            self._trim.inhibit_go(time + under_way.hands_off_left + _AFTER_INPUT)
         self._note(time, under_way)
         self._conclude()
         self._choose(time, under_way)
@@ -304,59 +304,59 @@ class CueGenerator:
 
     def _note(self, time: float, under_way: InputInProgress | None) -> None:
         cue = self._trim.cue
-        self._changes.dangers(time, self._dangers.standing)
+        self._changes.log_alerts(time, self._dangers.active_alerts)
         if cue is not None:
             self._trims.add(cue)
-            self._changes.trim(cue)
-        self._changes.under_way(time, under_way)
+            self._changes.log_trim(cue)
+        self._changes.log_input(time, under_way)
 
     def _judge(self, verdict: InputVerdict) -> None:
         """Take in a verdict: its card, what it brought, what the debrief shows of it."""
         self._verdicts.append(verdict)
-        self._desk.note(self._verdicts)
-        if self._desk.flown is not None:
-            verdict = assign_card(verdict, self._desk.flown)
+        self._desk.update_progress(self._verdicts)
+        if self._desk.card_progress is not None:
+            verdict = assign_card(verdict, self._desk.card_progress)
             self._verdicts[-1] = verdict
-        rows = self._recent.between(verdict.t_start, verdict.t_end)
+        rows = self._recent.segment(verdict.t_start, verdict.t_end)
         go_at = self._trims.go_before(verdict.t_input)
         self.maneuvers.append(
             EvaluatedManeuver(
                 verdict=verdict,
-                wanted=self._desk.wanted_of(verdict),
+                target_input=self._desk.target_of(verdict),
                 point=self._desk.point_of(verdict),
                 go_at=go_at,
-                off=self._trims.off_at(verdict.t_input),
+                trim_deviations=self._trims.deviations_at(verdict.t_input),
                 curves=extract_curves(rows, verdict.surfaces, self._rate),
             )
         )
         card = None if self.cards is None else self.cards.card(verdict.card)
         doubted = [name for name, when in self._doubted.items() if when >= verdict.t_start]
-        self._lessons.judged(verdict, self._recent, card, self.flown, doubted)
-        self._changes.verdict(verdict, go_at)
+        self._lessons.add_maneuver(verdict, self._recent, card, self.card_progress, doubted)
+        self._changes.log_verdict(verdict, go_at)
 
     def _choose(self, time: float, under_way: InputInProgress | None) -> None:
         """Settle which card is to be flown; not while an input is under way."""
         for at, card_id in self._choices[self._chosen :]:
             if at <= time:
-                self._desk.choose(card_id)
+                self._desk.select_card(card_id)
                 self._chosen += 1
-        settled = self._lessons.look(time, self.flown)
-        if under_way is None and self._desk.look(self._lessons.outlook, stay=not settled):
+        settled = self._lessons.update_outlook(time, self.card_progress)
+        if under_way is None and self._desk.update_selection(self._lessons.outlook, stay=not settled):
             self._aim()
-        self._changes.card(
-            time, self._desk.next_card, all_done=bool(self.flown and self.flown.done)
+        self._changes.log_card(
+            time, self._desk.next_card, all_done=bool(self.card_progress and self.card_progress.is_complete)
         )
 
     def _aim(self) -> None:
         """Tell the watches what is to be flown."""
         now = self._desk.next_card
-        point, wanted, card = (now.point, now.wanted, now.card) if now else (None, None, None)
-        self._trim.aim(point)
-        self._trim.leg_needed(input_duration(wanted))
+        point, wanted, card = (now.point, now.target_input, now.card) if now else (None, None, None)
+        self._trim.set_test_point(point)
+        self._trim.require_leg_time(input_duration(wanted))
         self._doublets.expect(wanted, point, card)
 
     def _announce(self, time: float, *, moving: bool) -> None:
         fresh, self._heard = self._changes.events[self._heard :], len(self._changes.events)
-        self.spoken += self._announcer.hear(
-            time, fresh, self._trim.cue, self._dangers.standing, moving=moving
+        self.announcements += self._announcer.update(
+            time, fresh, self._trim.cue, self._dangers.active_alerts, moving=moving
         )

@@ -42,7 +42,7 @@ class CueLog:
         self._dangers: dict[str, Alert] = {}
         self._card: tuple[str, str] = ("", "")
 
-    def trim(self, cue: TrimCue) -> None:
+    def log_trim(self, cue: TrimCue) -> None:
         """Note a change of the trim cue."""
         if cue.state == self._trim:
             return
@@ -53,19 +53,19 @@ class CueLog:
             cue.time,
             "trim",
             cue.state,
-            worst.words(self.system) if told and worst is not None else "",
+            worst.format_text(self.system) if told and worst is not None else "",
             {
                 "off": [
-                    {"quantity": off.quantity, "amount": off.amount, "share": off.share}
-                    for off in cue.off
-                    if off.share > 1.0
+                    {"quantity": off.quantity, "amount": off.amount, "share": off.tolerance_ratio}
+                    for off in cue.deviations
+                    if off.tolerance_ratio > 1.0
                 ],
-                "gusts": cue.gusts,
-                "leg_left": cue.leg_left,
+                "gusts": cue.gust_strength,
+                "leg_left": cue.leg_time_left,
             },
         )
 
-    def under_way(self, time: float, now: InputInProgress | None) -> None:
+    def log_input(self, time: float, now: InputInProgress | None) -> None:
         """Note an input, once the sticks are let go, and its hands-off interval.
 
         Quick moves before that may turn out to be steering.
@@ -88,7 +88,7 @@ class CueLog:
             facts = {"t_input": now.t_input, "seconds": now.hands_off_total}
             self._add(time, "hands-off", "begins", "hands off", facts)
 
-    def verdict(self, verdict: InputVerdict, go_at: float | None) -> None:
+    def log_verdict(self, verdict: InputVerdict, go_at: float | None) -> None:
         """Note a verdict on an input that answered to a GO at some time (s), or to none."""
         self._add(
             verdict.given_at,
@@ -106,29 +106,29 @@ class CueLog:
             },
         )
 
-    def dangers(self, time: float, standing: Sequence[Alert]) -> None:
+    def log_alerts(self, time: float, standing: Sequence[Alert]) -> None:
         """Note dangers that arose, grew worse, or are over."""
         now = {danger.key: danger for danger in standing}
         for key in [key for key in self._dangers if key not in now]:
             self._add(time, "danger", "over", "", {"key": key})
         for danger in standing:
             former = self._dangers.get(danger.key)
-            if former is None or former.urgency < danger.urgency:
-                facts = {"key": danger.key, "sentence": danger.words}
-                self._add(time, "danger", _URGENCY[danger.urgency], danger.spoken, facts)
+            if former is None or former.level < danger.level:
+                facts = {"key": danger.key, "sentence": danger.text}
+                self._add(time, "danger", _URGENCY[danger.level], danger.spoken_text, facts)
         self._dangers = now
 
-    def card(self, time: float, card: NextCard | None, *, all_done: bool) -> None:
+    def log_card(self, time: float, card: NextCard | None, *, all_done: bool) -> None:
         """Note that another card is to be flown, or why."""
-        key = ("", "done" if all_done else "") if card is None else (card.card.id, card.why)
+        key = ("", "done" if all_done else "") if card is None else (card.card.id, card.reason)
         if key == self._card:
             return
         former, self._card = self._card, key
         if card is not None and card.card.id != former[0]:
-            state = card.why if card.why in ("chosen", "captured") else "next"
-            self._add(time, "card", state, card.words, {"card": card.card.id, "why": card.why})
+            state = card.reason if card.reason in ("chosen", "captured") else "next"
+            self._add(time, "card", state, card.text, {"card": card.card.id, "why": card.reason})
         elif card is None and all_done:
             self._add(time, "card", "done", "all cards are flown", {})
 
     def _add(self, time: float, kind: Any, state: str, words: str, data: dict[str, Any]) -> None:
-        self.events.append(CueEvent(time=time, kind=kind, state=state, words=words, data=data))
+        self.events.append(CueEvent(time=time, kind=kind, state=state, text=words, data=data))

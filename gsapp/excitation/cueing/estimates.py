@@ -52,7 +52,7 @@ class FlightEstimates:
 
     Attributes
     ----------
-    earned : mapping of str to LiveEstimate
+    estimates : mapping of str to LiveEstimate
         By derivative; those with enough excitation only.
     revision : int
         Grows with every change of them.
@@ -74,21 +74,21 @@ class FlightEstimates:
         self._held: list[FlightRows] = []
         self._waiting: list[InputVerdict] = []
         self._due: float | None = None
-        self.earned: Mapping[str, LiveEstimate] = {}
+        self.estimates: Mapping[str, LiveEstimate] = {}
         self.revision = 0
 
-    def judged(self, verdict: InputVerdict) -> None:
+    def add_verdict(self, verdict: InputVerdict) -> None:
         """Learn from a maneuver, as soon as its rows were listened to."""
         if verdict.result in _LEARNED_FROM:
             self._waiting.append(verdict)
 
-    def take(self, rows: FlightRows) -> None:
+    def process_rows(self, rows: FlightRows) -> None:
         """Take in the next rows, which end at or before a whole second."""
         self._held.append(rows)
-        if (rows.first + len(rows)) % self._second == 0:
-            self.listen()
+        if (rows.first_index + len(rows)) % self._second == 0:
+            self.process_pending_rows()
 
-    def listen(self) -> None:
+    def process_pending_rows(self) -> None:
         """Hear the rows held, and learn from what was judged meanwhile."""
         held, self._held = self._held, []
         if not held:
@@ -100,20 +100,20 @@ class FlightEstimates:
     def _feed(self, rows: FlightRows) -> None:
         prompt = np.column_stack([rows[name] for name in _PROMPT])
         late = np.column_stack([rows[name] for name in _LATE])
-        self._ftr.feed(Block.trusted(_PROMPT, rows.times, prompt))
-        self._ftr.feed(Block.trusted(_LATE, rows.times - SLOW_CHANNEL_DELAY, late))
+        self._ftr.feed(Block.unchecked(_PROMPT, rows.times, prompt))
+        self._ftr.feed(Block.unchecked(_LATE, rows.times - SLOW_CHANNEL_DELAY, late))
 
     def _conclude(self, now: float) -> None:
         if self._due is not None and now >= self._due:
             self._due = None
             found = self._ftr.estimates().items()
-            self.earned = {name: one for name, one in found if one.status == "estimated"}
+            self.estimates = {name: one for name, one in found if one.status == "estimated"}
             self.revision += 1
         if self._waiting and self._due is None:
             verdict = self._waiting.pop(0)
             try:
-                self._ftr.begin(verdict.t_start)
-                self._ftr.end(verdict.t_end)
+                self._ftr.begin_window(verdict.t_start)
+                self._ftr.end_window(verdict.t_end)
             except FlightError:
                 return  # a pause lies between, and its rows are forgotten
             self._due = verdict.t_end + _HEARD_AFTER

@@ -73,21 +73,21 @@ class EstimationProgress:
     @property
     def estimates(self) -> Mapping[str, LiveEstimate]:
         """Return the derivatives that the flight has earned."""
-        return {} if self._estimates is None else self._estimates.earned
+        return {} if self._estimates is None else self._estimates.estimates
 
-    def take(self, rows: FlightRows) -> bool:
+    def process_rows(self, rows: FlightRows) -> bool:
         """Take in the rows of a tick; return whether other derivatives were earned."""
-        self._book.take(rows)
+        self._book.process_rows(rows)
         if self._estimates is None:
             return False
-        self._estimates.take(rows)
+        self._estimates.process_rows(rows)
         if self._estimates.revision == self._revision:
             return False
         self._revision = self._estimates.revision
-        self._book.earned(self._estimates.earned)
+        self._book.set_estimates(self._estimates.estimates)
         return True
 
-    def judged(
+    def add_maneuver(
         self,
         verdict: InputVerdict,
         recent: RecentRows,
@@ -108,17 +108,17 @@ class EstimationProgress:
         doubted : collection of str
             Channels that were not believed at some time of the maneuver: as good as missing.
         """
-        rows = recent.between(verdict.t_start - NOISE_SEGMENT_TIME, verdict.t_end)
+        rows = recent.segment(verdict.t_start - NOISE_SEGMENT_TIME, verdict.t_end)
         if rows is not None:
-            rows = rows.without(doubted)
-        self._book.flown(verdict, rows, card=card)
+            rows = rows.mask_channels(doubted)
+        self._book.add_maneuver(verdict, rows, card=card)
         # The cards as they stand now: else the look ahead would be worked out twice.
         self.outlook = self._book.outlook(verdict.given_at, flown)
         self._ready_at = verdict.given_at + OUTLOOK_DELAY + _MARGIN
         if self._estimates is not None:
-            self._estimates.judged(verdict)
+            self._estimates.add_verdict(verdict)
 
-    def look(self, time: float, flown: CardSetProgress | None) -> bool:
+    def update_outlook(self, time: float, flown: CardSetProgress | None) -> bool:
         """Look ahead, twice a second of flight time (s); return whether that can be gone by.
 
         For some seconds after a maneuver, and at the beginning, it is still being worked out.
@@ -130,13 +130,13 @@ class EstimationProgress:
         self._ticks += 1
         return time >= self._ready_at or not self._foresees
 
-    def busy(self, time: float) -> bool:
+    def has_pending_work(self, time: float) -> bool:
         """Return whether work is left that a look at a flight time (s) needs."""
-        return self._book.busy(time)
+        return self._book.has_pending_work(time)
 
-    def work(self) -> None:
+    def run_slice(self) -> None:
         """Do a slice of the work that the next look needs."""
-        self._book.work(WORK_SLICE)
+        self._book.run_slice(WORK_SLICE)
 
 
 def _estimates_of(aircraft: Aircraft | None, rate: float) -> FlightEstimates | None:

@@ -52,7 +52,7 @@ def list_limitations(
     if unseen:
         words = join_names([SURFACE_NAMES[name] for name in unseen])
         found.append(f"inputs of {words}: the surface is not measured")
-    found += [] if trim is None else trim.missing
+    found += [] if trim is None else trim.limitations
     found += [NO_AIRCRAFT] if aircraft is None else []
     found += [NO_MODEL] if model is None else []
     found += [] if has_cards else [NO_CARDS]

@@ -26,14 +26,14 @@ class RecentRows:
 
     def add(self, rows: FlightRows) -> None:
         """Take in the next rows; a fresh stretch leaves nothing of what came before."""
-        if rows.fresh:
+        if rows.starts_segment:
             self._parts.clear()
         self._parts.append(rows)
         oldest = rows.times[-1] - ROWS_RETENTION_TIME
         while self._parts[0].times[-1] < oldest:
             self._parts.popleft()
 
-    def between(self, start: float, stop: float) -> FlightRows | None:
+    def segment(self, start: float, stop: float) -> FlightRows | None:
         """Return the rows from one flight time to another (s), as far as they are kept."""
         parts = [one for one in self._parts if one.times[-1] >= start and one.times[0] <= stop]
         if not parts:
@@ -42,7 +42,7 @@ class RecentRows:
         inside = np.flatnonzero((found.times >= start) & (found.times <= stop))
         if not inside.size:
             return None
-        return found.part(int(inside[0]), int(inside[-1]) + 1)
+        return found.slice_rows(int(inside[0]), int(inside[-1]) + 1)
 
     def mean(self, channel: str, seconds: float) -> float | None:
         """Return the mean of a channel over the newest seconds, SI; None where it is missing."""

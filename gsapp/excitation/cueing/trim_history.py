@@ -28,13 +28,13 @@ class TrimHistory:
         """Take in the cue of a tick."""
         self._cues.append(cue)
 
-    def off_at(self, time: float) -> dict[str, float]:
+    def deviations_at(self, time: float) -> dict[str, float]:
         """Return what was off at a flight time (s), in tolerances, signed."""
         before = [cue for cue in self._cues if cue.time <= time]
         if not before:
             return {}
         return {
-            off.quantity: off.share if off.amount > 0.0 else -off.share for off in before[-1].off
+            off.quantity: off.tolerance_ratio if off.amount > 0.0 else -off.tolerance_ratio for off in before[-1].deviations
         }
 
     def go_before(self, time: float) -> float | None:

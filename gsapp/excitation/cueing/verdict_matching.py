@@ -43,5 +43,5 @@ def assign_card(verdict: InputVerdict, flown: CardSetProgress) -> InputVerdict:
     for progress in flown.cards:
         for attempt in progress.attempts:
             if attempt.maneuver.id == verdict.id:
-                return replace(verdict, card=progress.card.id, counts=attempt.counts)
+                return replace(verdict, card=progress.card.id, counts=attempt.is_counted)
     return replace(verdict, card="", counts=False)

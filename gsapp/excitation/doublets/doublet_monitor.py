@@ -112,9 +112,9 @@ class DoubletMonitor:
         card : TestCard or None
             What it is flown for.
         """
-        self._expected = InputRequest(wanted=wanted, point=point, card=card)
+        self._expected = InputRequest(target_input=wanted, point=point, card=card)
 
-    def distrust(self, channels: Sequence[str]) -> None:
+    def set_invalid_channels(self, channels: Sequence[str]) -> None:
         """Take these channels for missing, from the next rows on.
 
         Surfaces stay: an input that nobody sees is not judged at all.
@@ -135,34 +135,34 @@ class DoubletMonitor:
     def noise(self) -> Mapping[str, float]:
         """Return the noise of each channel before take-off, SI; empty until that is known."""
         floor = self._around.setting.noise
-        return floor.std if floor.stands else {}
+        return floor.std if floor.is_final else {}
 
     @property
-    def unseen(self) -> tuple[str, ...]:
+    def unmeasured_surfaces(self) -> tuple[str, ...]:
         """Return the surfaces that nothing shows just now: no input on them is recognized."""
-        return self._around.unseen
+        return self._around.unmeasured_surfaces
 
     @property
-    def under_way(self) -> InputInProgress | None:
+    def input_in_progress(self) -> InputInProgress | None:
         """Return the input that is being made, or whose answer is awaited."""
         moving = self._moving
         if moving is None:
             return None
-        free = bool(moving.found)
+        free = bool(moving.inputs)
         if free:
             surfaces = tuple(
-                one.surface for one in sorted(moving.found, key=lambda one: one.t_start)
+                one.surface for one in sorted(moving.inputs, key=lambda one: one.t_start)
             )
-            sizes = {one.surface: one.amplitude for one in moving.found}
+            sizes = {one.surface: one.amplitude for one in moving.inputs}
         else:
-            sizes = self._sticks.sizes(moving, self._now)
+            sizes = self._sticks.amplitudes(moving, self._now)
             surfaces = tuple(sizes)
         left = moving.t_end + moving.hands_off - self._now if free else moving.hands_off
         return InputInProgress(
             time=self._now,
             phase="hands-off" if free else "moving",
             surfaces=surfaces,
-            t_input=moving.first,
+            t_input=moving.first_move_time,
             amplitudes=sizes,
             hands_off_left=max(left, 0.0),
             hands_off_total=moving.hands_off,
@@ -170,21 +170,21 @@ class DoubletMonitor:
 
     # --- rows -----------------------------------------------------------------------------------
 
-    def take(self, rows: FlightRows) -> None:
+    def process_rows(self, rows: FlightRows) -> None:
         """Take in the next rows, in whole ticks."""
         if not len(rows):
             return
-        if rows.fresh:
+        if rows.starts_segment:
             self._interrupt(float(rows.times[0]))
         signals = rows.values[:, : len(SIGNALS)]
         if self._distrusted:
             signals = signals.copy()
             signals[:, self._distrusted] = np.nan
         self._history.add(rows, signals)
-        moves = self._around.quick.measure(signals)
+        moves = self._around.move_detector.measure(signals)
         for low in range(0, len(rows), self._tick):
             high = min(low + self._tick, len(rows))
-            self._step((rows.first + low) // self._tick, rows.times, signals, moves, low, high)
+            self._step((rows.first_index + low) // self._tick, rows.times, signals, moves, low, high)
 
     def finish(self) -> None:
         """Draw conclusions from what came last; nothing more comes."""
@@ -192,11 +192,11 @@ class DoubletMonitor:
 
     def _interrupt(self, time: float) -> None:
         moving = self._moving
-        if moving is not None and moving.found:
+        if moving is not None and moving.inputs:
             self._conclude(moving, self._now)
         self._moving = None
         self._history.clear()
-        self._around.interrupt(time)
+        self._around.start_segment(time)
 
     def _step(
         self,
@@ -210,20 +210,20 @@ class DoubletMonitor:
         """Go through one tick."""
         self._now = float(times[high - 1])
         peaks = moves[low:high].max(axis=0)
-        thresholds = self._around.quick.thresholds
+        thresholds = self._around.move_detector.thresholds
         quick = [place for place in range(len(SURFACES)) if peaks[place] > thresholds[place]]
         if quick:
             over = (moves[low:high, quick] > np.array(thresholds)[quick]).any(axis=1)
             places = np.flatnonzero(over)
             first, last = (float(times[low + int(places[k])]) for k in (0, -1))
             self._quick_moves([SURFACES[place] for place in quick], first, last)
-        self._around.take(
+        self._around.process_tick(
             number, self._now, signals[low:high], peaks, steering=self._moving is None
         )
         moving = self._moving
         if moving is None:
             return
-        if moving.found:
+        if moving.inputs:
             self._watch_hands(moving)
         else:
             self._watch_sticks(moving)
@@ -231,57 +231,57 @@ class DoubletMonitor:
     def _quick_moves(self, surfaces: Sequence[str], first: float, last: float) -> None:
         """Note that these surfaces moved quickly."""
         moving = self._moving
-        if moving is not None and moving.found:
-            awaited = bool(moving.awaited & set(surfaces))
+        if moving is not None and moving.inputs:
+            awaited = bool(moving.pending_surfaces & set(surfaces))
             if first - moving.t_end <= (
                 RELEASE_WAIT_TIME + CONTINUATION_TIME if awaited else CONTINUATION_TIME
             ):
-                moving.former = [] if awaited else moving.found
-                moving.again, moving.found = first, []
+                moving.previous_inputs = [] if awaited else moving.inputs
+                moving.resume_time, moving.inputs = first, []
             else:
                 self._conclude(moving, first)
                 moving = None
         if moving is None:
-            if not self._around.flies(first):
+            if not self._around.is_flying(first):
                 return
-            moving = InputCandidate(first=first, last=last, busy=first < self._busy_until)
-            moving.asked = self._expected
-            if moving.asked.wanted is not None:
-                moving.hands_off = moving.asked.wanted.hands_off
+            moving = InputCandidate(first_move_time=first, last_move_time=last, began_in_recovery=first < self._busy_until)
+            moving.request = self._expected
+            if moving.request.target_input is not None:
+                moving.hands_off = moving.request.target_input.hands_off
             self._moving = moving
-        moving.last = last
-        moving.moved += [name for name in surfaces if name not in moving.moved]
+        moving.last_move_time = last
+        moving.surfaces += [name for name in surfaces if name not in moving.surfaces]
 
     # --- the input ------------------------------------------------------------------------------
 
     def _watch_sticks(self, moving: InputCandidate) -> None:
         """See whether the sticks were let go, or whether it was steering after all."""
-        found = self._sticks.let_go(moving, self._now)
-        went_on = bool(moving.kind) and self._now - moving.again > _GOES_ON
-        if moving.former and (went_on if found is None else not found):
+        found = self._sticks.detect_release(moving, self._now)
+        went_on = bool(moving.expected_kind) and self._now - moving.resume_time > _GOES_ON
+        if moving.previous_inputs and (went_on if found is None else not found):
             # What seemed to go on was the hand that came back at once.
-            moving.found = moving.former
-            self._conclude(moving, max(moving.again, moving.t_end))
+            moving.inputs = moving.previous_inputs
+            self._conclude(moving, max(moving.resume_time, moving.t_end))
             return
         if found is None:
             return
         if not found or self._in_turn(found):
             self._dismiss()
             return
-        moving.asked, found = self._held_against(moving, found)
-        moving.found = found
+        moving.request, found = self._held_against(moving, found)
+        moving.inputs = found
         moving.t_end = max(one.t_end for one in found)
-        wanted = moving.asked.wanted
+        wanted = moving.request.target_input
         moving.hands_off = MIN_FREE_RESPONSE_TIME if wanted is None else wanted.hands_off
 
     def _in_turn(self, found: Sequence[SurfaceInput]) -> bool:
         """Return whether the aircraft turned when the sticks began to move."""
         begun = min(one.t_start for one in found)
-        attitude = self._history.beside("phi", begun - 1.0, begun)
+        attitude = self._history.extra_channel("phi", begun - 1.0, begun)
         if np.isfinite(attitude).any():
             return abs(float(np.nanmean(attitude))) > _IN_TURN
         # In a level turn r V = g sin(bank).
-        _, rows = self._history.stretch(begun - 1.0, begun)
+        _, rows = self._history.segment(begun - 1.0, begun)
         drawn = rows[:, SIGNAL_COLUMNS["r"]] * rows[:, SIGNAL_COLUMNS["V"]]
         return bool(np.abs(np.nan_to_num(drawn).mean()) > GRAVITY * math.sin(_IN_TURN))
 
@@ -289,10 +289,10 @@ class DoubletMonitor:
         self, moving: InputCandidate, found: list[SurfaceInput]
     ) -> tuple[InputRequest, list[SurfaceInput]]:
         """Return what an input is held against, and which of the surfaces belong to it."""
-        asked = moving.asked
-        expected = moving.expected
+        asked = moving.request
+        expected = moving.expected_surfaces
         moved = {one.surface for one in found}
-        another = found[0].kind in UNAMBIGUOUS_SHAPES and moving.kind not in ("", found[0].kind)
+        another = found[0].kind in UNAMBIGUOUS_SHAPES and moving.expected_kind not in ("", found[0].kind)
         if expected and expected <= moved and found[0].surface in expected and not another:
             return asked, [one for one in found if one.surface in expected]
         # A second stick belongs to the input if it was moved in the same way.
@@ -306,24 +306,24 @@ class DoubletMonitor:
             speed = self._speed_before(min(one.t_start for one in kept))
             wanted = self._wanted_for(surfaces, kept[0].kind, speed)
         # The point of a card does not hold for what is flown in its place.
-        point = asked.point if asked.wanted is None else None
-        return InputRequest(wanted=wanted, point=point, card=None), kept
+        point = asked.point if asked.target_input is None else None
+        return InputRequest(target_input=wanted, point=point, card=None), kept
 
     def _speed_before(self, time: float) -> float | None:
-        _, rows = self._history.stretch(time - 1.0, time)
+        _, rows = self._history.segment(time - 1.0, time)
         speed = rows[:, SIGNAL_COLUMNS["V"]]
         return float(np.nanmean(speed)) if np.isfinite(speed).any() else None
 
     def _dismiss(self) -> None:
         """Take what was under way for steering."""
-        self._around.dismiss()
+        self._around.reject_input()
         self._moving = None
 
     # --- the hands ------------------------------------------------------------------------------
 
     def _watch_hands(self, moving: InputCandidate) -> None:
         """See whether the hands stayed off for long enough, or are on again."""
-        taken = self._sticks.hand_on(moving, self._now, self._rate)
+        taken = self._sticks.detect_hands_on(moving, self._now, self._rate)
         wanted_end = moving.t_end + moving.hands_off
         if taken is not None and taken < wanted_end:
             self._conclude(moving, taken)
@@ -332,23 +332,23 @@ class DoubletMonitor:
 
     def _conclude(self, moving: InputCandidate, t_end: float) -> None:
         """Give the verdict, unless the sticks moved so soon again that it was steering."""
-        main = moving.found[0]
-        threshold = self._around.quick.thresholds[SURFACES.index(main.surface)]
+        main = moving.inputs[0]
+        threshold = self._around.move_detector.thresholds[SURFACES.index(main.surface)]
         free = t_end - moving.t_end
-        if main.returned and not moving.sure and not is_deliberate_input(main, free, threshold):
+        if main.has_returned_to_trim and not moving.is_confirmed and not is_deliberate_input(main, free, threshold):
             self._dismiss()
             return
-        self._around.accept()
+        self._around.accept_input()
         self._moving = None
         measured = measure_input(
-            self._history, moving.found, t_end, self._around.setting, self._explainer
+            self._history, moving.inputs, t_end, self._around.setting, self._explainer
         )
         self._verdicts.append(
             evaluate_input(
                 f"M{len(self._verdicts) + 1}",
                 self._now,
                 measured,
-                moving.asked,
+                moving.request,
                 self._around.setting,
                 self._tolerances,
                 known_aircraft=self._known_aircraft,

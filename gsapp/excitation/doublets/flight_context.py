@@ -41,9 +41,9 @@ class FlightContext:
     ----------
     setting : GradingContext
         The aircraft with the noise floor of each channel, as far as it is known.
-    quick : RapidMoveDetector
+    move_detector : RapidMoveDetector
         Thresholds that tell an input from steering.
-    unseen : tuple of str
+    unmeasured_surfaces : tuple of str
         Surfaces of which the last frame held no sample.
     """
 
@@ -59,16 +59,16 @@ class FlightContext:
         self._watch = AirborneDetector(self._aircraft)
         self._meter = NoiseFloorEstimator()
         self.setting = GradingContext(aircraft=self._aircraft, noise=NoiseFloor())
-        self.quick = RapidMoveDetector(self.setting, self._rate)
+        self.move_detector = RapidMoveDetector(self.setting, self._rate)
         self._field: deque[float] = deque(maxlen=_STANDING)
         self._low = False
-        self.unseen: tuple[str, ...] = ()
+        self.unmeasured_surfaces: tuple[str, ...] = ()
         self._began = -math.inf
-        self.interrupt(0.0)
+        self.start_segment(0.0)
 
-    def interrupt(self, time: float) -> None:
+    def start_segment(self, time: float) -> None:
         """Begin a stretch at a time (s) to which nothing leads up; what was learned stays."""
-        self.quick.restart()
+        self.move_detector.restart()
         self._began = time
         self._rows: list[FloatArray] = []
         self._peaks: list[FloatArray] = []
@@ -76,14 +76,14 @@ class FlightContext:
         self._held: list[FloatArray] = []
         self._steering = True
 
-    def flies(self, time: float) -> bool:
+    def is_flying(self, time: float) -> bool:
         """Return whether the aircraft flies at a time (s), neither taking off nor landing."""
         since = self._watch.since
         took_off = since > self._began + _BEGAN_FLYING
         settled = not took_off or time - since > TAKEOFF_SETTLING_TIME
         return self._watch.airborne and settled and not self._low
 
-    def take(
+    def process_tick(
         self, number: int, time: float, rows: FloatArray, peaks: FloatArray, *, steering: bool
     ) -> None:
         """Take in a tick.
@@ -106,12 +106,12 @@ class FlightContext:
         if (number + 1) % self._ticks == 0:
             self._end_frame(time)
 
-    def dismiss(self) -> None:
+    def reject_input(self) -> None:
         """Learn from what was taken for an input and was steering."""
-        self.quick.learn(self._held)
+        self.move_detector.learn_pilot_activity(self._held)
         self._held = []
 
-    def accept(self) -> None:
+    def accept_input(self) -> None:
         """Forget the moves of an input: they say nothing about steering."""
         self._held = []
 
@@ -129,14 +129,14 @@ class FlightContext:
         rows = np.concatenate(self._rows)
         there = np.isfinite(rows)
         present = there.sum(axis=0)
-        self.unseen = tuple(name for name in SURFACES if not present[SIGNAL_COLUMNS[name]])
+        self.unmeasured_surfaces = tuple(name for name in SURFACES if not present[SIGNAL_COLUMNS[name]])
         means = np.where(there, rows, 0.0).sum(axis=0) / np.where(present > 0, present, np.nan)
         self._watch.add(time - (len(rows) - 1) / self._rate, means)
         self._look_down(float(means[SIGNAL_COLUMNS["altitude"]]))
         if self._watch.airborne:
             furthest = np.array(self._peaks).max(axis=0)
             if self._steering:
-                self.quick.learn([furthest])
+                self.move_detector.learn_pilot_activity([furthest])
             else:
                 self._held.append(furthest)
         self._rows, self._peaks, self._steering = [], [], True
@@ -146,11 +146,11 @@ class FlightContext:
         self._meter.add(
             np.concatenate(self._frames),
             airborne=self._watch.airborne,
-            standing=self._watch.standing,
+            standing=self._watch.is_stationary,
         )
         self._frames = []
         self.setting = replace(self.setting, noise=self._meter.floor)
-        self.quick.settle(self.setting)
+        self.move_detector.update_thresholds(self.setting)
 
 
 def default_aircraft() -> Aircraft:

@@ -78,7 +78,7 @@ class GustAnalyzer:
         self._rate = rate
         self._known: dict[tuple[int, int], PerturbationModels | None] = {}
 
-    def gust_share(
+    def gust_fraction(
         self,
         inputs: Mapping[str, FloatArray],
         answers: Mapping[str, FloatArray],
@@ -173,14 +173,14 @@ class GustAnalyzer:
                 ResponseChannel(
                     samples=heard[name],
                     responses=np.hstack((own, np.tile(offset, (len(own), 1)))),
-                    push=own[:, 2 * len(moved) + pushed],
-                    noise=noise.of(name),
+                    gust_response=own[:, 2 * len(moved) + pushed],
+                    noise=noise.std_of(name),
                 )
             )
         known = _prior_rows(linear, list(heard), basis.shape[2], trim)
         parts = separate_gusts(channels, known, self._rate)
         squares = [
-            (part.gusts / max(part.calm, 1e-6)) ** 2
+            (part.gusts / max(part.without_gusts, 1e-6)) ** 2
             for name, part in zip(heard, parts, strict=True)
             if name in counted
         ]

@@ -44,13 +44,13 @@ class ResponseParts:
 
     Attributes
     ----------
-    calm : float
+    without_gusts : float
         Without gusts.
     gusts : float
         Of what gusts added.
     """
 
-    calm: float
+    without_gusts: float
     gusts: float
 
 
@@ -64,7 +64,7 @@ class ResponseChannel:
         SI; NaN where missing.
     responses : ndarray, shape (n, n_unknown)
         To everything but gusts.
-    push : ndarray, shape (n,)
+    gust_response : ndarray, shape (n,)
         Response to a push of the air at the first sample, SI per rad.
     noise : float
         Standard deviation of a sample where nothing happens, SI.
@@ -72,7 +72,7 @@ class ResponseChannel:
 
     samples: FloatArray
     responses: FloatArray
-    push: FloatArray
+    gust_response: FloatArray
     noise: float
 
 
@@ -137,7 +137,7 @@ class _Block:
         unknown = float(((pushed @ spread[size:, size:]) * pushed).sum()) / len(pushed)
         gusts = float(np.var(self.pushes @ found[size:]))
         calm = float(np.std(self.responses @ found[:size]))
-        return ResponseParts(calm=calm, gusts=math.sqrt(gusts + unknown))
+        return ResponseParts(without_gusts=calm, gusts=math.sqrt(gusts + unknown))
 
 
 def _average(one: ResponseChannel, step: int) -> _Block:
@@ -151,7 +151,7 @@ def _average(one: ResponseChannel, step: int) -> _Block:
         return np.asarray(blocks.mean(axis=1))
 
     kept = means(there.astype(np.float64)) > 0.5
-    after = means(one.push)
+    after = means(one.gust_response)
     samples = means(whole)[kept]
     return _Block(
         samples=samples,

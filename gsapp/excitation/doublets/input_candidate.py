@@ -16,52 +16,52 @@ class InputCandidate:
 
     Attributes
     ----------
-    first, last : float
+    first_move_time, last_move_time : float
         Time of the first and of the last quick move, s.
-    moved : list of str
+    surfaces : list of str
         Surfaces in the order of their first quick move.
-    busy : bool
+    began_in_recovery : bool
         Whether the pilot was recovering when it began.
-    found : list of SurfaceInput
+    inputs : list of SurfaceInput
         Measured when the sticks were let go; empty before.
     t_end : float
         When the last surface was back, s.
-    asked : InputRequest
+    request : InputRequest
         What the input is held against, once it is known.
     hands_off : float
         Seconds for which the hands should be off.
-    former : list of SurfaceInput
+    previous_inputs : list of SurfaceInput
         What was found before the sticks moved again so soon that it seemed to go on; empty for
         nothing.
-    again : float
+    resume_time : float
         When they did, s.
-    sure : bool
+    is_confirmed : bool
         Whether it was what had been expected, so that nothing that follows makes it steering.
     """
 
-    first: float
-    last: float
-    busy: bool
-    moved: list[str] = field(default_factory=list)
-    found: list[SurfaceInput] = field(default_factory=list)
+    first_move_time: float
+    last_move_time: float
+    began_in_recovery: bool
+    surfaces: list[str] = field(default_factory=list)
+    inputs: list[SurfaceInput] = field(default_factory=list)
     t_end: float = math.nan
-    asked: InputRequest = field(default_factory=InputRequest)
+    request: InputRequest = field(default_factory=InputRequest)
     hands_off: float = MIN_FREE_RESPONSE_TIME
-    former: list[SurfaceInput] = field(default_factory=list)
-    again: float = math.nan
-    sure: bool = False
+    previous_inputs: list[SurfaceInput] = field(default_factory=list)
+    resume_time: float = math.nan
+    is_confirmed: bool = False
 
     @property
-    def expected(self) -> set[str]:
+    def expected_surfaces(self) -> set[str]:
         """Return the surfaces that the crew expects to be moved."""
-        return set() if self.asked.wanted is None else set(self.asked.wanted.surfaces)
+        return set() if self.request.target_input is None else set(self.request.target_input.surfaces)
 
     @property
-    def awaited(self) -> set[str]:
+    def pending_surfaces(self) -> set[str]:
         """Return the surfaces expected that have not moved yet."""
-        return self.expected - set(self.moved)
+        return self.expected_surfaces - set(self.surfaces)
 
     @property
-    def kind(self) -> str:
+    def expected_kind(self) -> str:
         """Return the shape expected; empty for none."""
-        return "" if self.asked.wanted is None else self.asked.wanted.kind
+        return "" if self.request.target_input is None else self.request.target_input.kind

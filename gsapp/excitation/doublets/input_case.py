@@ -26,7 +26,7 @@ class InputCase:
     measured : MeasuredInput
     kind : str
         Shape of the main input.
-    wanted : TargetInput or None
+    target_input : TargetInput or None
         None where nothing is known of what is wanted: shape and answer alone are judged.
     point : TestPoint or None
     setting : GradingContext
@@ -39,7 +39,7 @@ class InputCase:
 
     measured: MeasuredInput
     kind: str
-    wanted: TargetInput | None
+    target_input: TargetInput | None
     point: TestPoint | None
     setting: GradingContext
     tolerances: TrimTolerances
@@ -56,27 +56,27 @@ class InputCase:
         """Return the time between samples, s."""
         return float(np.median(np.diff(self.measured.passage.times)))
 
-    def stick(self, surface: str) -> str:
+    def stick_text(self, surface: str) -> str:
         """Return the deflection wanted of a surface in the pilot's words.
 
         One position of the rate switch serves all surfaces of the input.
         """
-        asked = {one.surface: self.band(one.surface) for one in self.measured.inputs}
+        asked = {one.surface: self.amplitude_band(one.surface) for one in self.measured.inputs}
         best = {name: band.best for name, band in asked.items() if band is not None}
         aircraft = self.aircraft if self.known_aircraft else None
         return format_sticks(aircraft, best, rate_switch=self.measured.rate_switch)[surface]
 
-    def name(self, one: SurfaceInput) -> str:
+    def describe_input(self, one: SurfaceInput) -> str:
         """Return what an input is called: "rudder doublet"."""
         return f"{SURFACE_WORDS[one.surface]} {one.kind}"
 
     @property
-    def unrest(self) -> float:
+    def pre_input_motion_ratio(self) -> float:
         """Return the unrest before the input over its answer, as the grader measures it."""
         return pre_input_motion_ratio(self.measured.passage, self.setting, self.measured.surfaces)[
             0
         ]
 
-    def band(self, surface: str) -> ToleranceBand | None:
+    def amplitude_band(self, surface: str) -> ToleranceBand | None:
         """Return the amplitudes wanted of a surface; None where none are known."""
-        return None if self.wanted is None else self.wanted.amplitudes.get(surface)
+        return None if self.target_input is None else self.target_input.amplitudes.get(surface)

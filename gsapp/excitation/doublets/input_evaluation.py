@@ -27,12 +27,12 @@ class InputRequest:
 
     Attributes
     ----------
-    wanted : TargetInput or None
+    target_input : TargetInput or None
     point : TestPoint or None
     card : TestCard or None
     """
 
-    wanted: TargetInput | None = None
+    target_input: TargetInput | None = None
     point: TestPoint | None = None
     card: TestCard | None = None
 
@@ -70,11 +70,11 @@ def evaluate_input(
         Units of the words.
     """
     travel = setting.half_travel
-    by_size = sorted(measured.inputs, key=lambda one: -one.quickest / travel(one.surface))
+    by_size = sorted(measured.inputs, key=lambda one: -one.max_step / travel(one.surface))
     case = InputCase(
         measured=measured,
         kind=by_size[0].kind,
-        wanted=asked.wanted,
+        target_input=asked.target_input,
         point=asked.point,
         setting=setting,
         tolerances=tolerances,
@@ -87,13 +87,13 @@ def evaluate_input(
         found = (InputFinding(result="unclear", words=graded.reasons[0]),)
     result = found[0].result if found else "good"
     advice = found[0].words if found else "good"
-    graded = graded.after_verdict(result, advice)
+    graded = graded.with_verdict(result, advice)
     if not found and min(measured.symmetry.values()) < MIN_SYMMETRY and case.kind == "doublet":
         advice = "good, but uneven: both halves alike"
     card, counts = "", False
     if asked.card is not None and asked.card.kind == case.kind:
         attempt = compare_with_card(asked.card, graded)
-        card, counts = asked.card.id, result == "good" and attempt.counts
+        card, counts = asked.card.id, result == "good" and attempt.is_counted
         if result == "good" and not counts:
             advice = f"good, but not for the card: {attempt.reasons[0].partition(',')[0]}"
     passage = measured.passage
@@ -109,9 +109,9 @@ def evaluate_input(
         amplitudes={one.surface: one.amplitude for one in measured.inputs},
         halves=measured.steps,
         symmetry=measured.symmetry,
-        left_over=measured.left_over,
-        cross=measured.cross,
-        V=measured.trim.get("V"),
+        left_over=measured.residual_deflection,
+        cross=measured.cross_deflections,
+        V=measured.trim_values.get("V"),
         alpha=graded.alpha,
         result=result,
         grade=graded.grade,

@@ -54,23 +54,23 @@ class MeasuredInput:
         How long each step of each input lasted, s.
     symmetry : mapping of str to float
         Smaller over larger side of each input by area.
-    left_over : mapping of str to float
+    residual_deflection : mapping of str to float
         How far each surface stayed from where it began, share of its amplitude.
-    cross : mapping of str to float
+    cross_deflections : mapping of str to float
         Largest excursion of each other surface, rad.
-    trim : mapping of str to float
+    trim_values : mapping of str to float
         Means over the second before: ``p``, ``q``, ``r``, ``bank``, ``V``, ``alpha``; SI, at the
         CG; what was not measured is absent.
-    bank_seen : bool
+    bank_is_measured : bool
         Whether the bank comes from measured attitude.
     flow : mapping of str to ndarray, shape (n,)
         ``alpha``, ``beta`` at the CG (rad) and ``an`` (m/s^2) from input to end, slower than
         0.05 s; without samples absent.
     clipped : mapping of str to int
         Samples at the end of the range of each instrument that clipped.
-    stuck : tuple of str
+    saturated_before : tuple of str
         Instruments that stood at the end of their range before the input too.
-    gusts : float or None
+    gust_fraction : float or None
         What gusts did, as a share of the answer without them; None where no model tells.
     rate_switch : float or None
         As measured.
@@ -80,14 +80,14 @@ class MeasuredInput:
     inputs: tuple[SurfaceInput, ...]
     steps: Mapping[str, tuple[float, ...]]
     symmetry: Mapping[str, float]
-    left_over: Mapping[str, float]
-    cross: Mapping[str, float]
-    trim: Mapping[str, float]
-    bank_seen: bool
+    residual_deflection: Mapping[str, float]
+    cross_deflections: Mapping[str, float]
+    trim_values: Mapping[str, float]
+    bank_is_measured: bool
     flow: Mapping[str, FloatArray]
     clipped: Mapping[str, int]
-    stuck: tuple[str, ...]
-    gusts: float | None
+    saturated_before: tuple[str, ...]
+    gust_fraction: float | None
     rate_switch: float | None
 
     @property
@@ -96,7 +96,7 @@ class MeasuredInput:
         return tuple(one.surface for one in self.inputs)
 
     @property
-    def free(self) -> float:
+    def hands_off_time(self) -> float:
         """Return how long the hands were off, s."""
         return self.passage.t_end - self.passage.t_input_end
 
@@ -125,7 +125,7 @@ def measure_input(
     ordered = tuple(sorted(inputs, key=lambda one: one.t_start))
     t_input = ordered[0].t_start
     t_input_end = max(one.t_end for one in ordered)
-    times, rows = history.stretch(t_input - PRE_INPUT_TIME, t_end)
+    times, rows = history.segment(t_input - PRE_INPUT_TIME, t_end)
     passage = ManeuverSamples(
         times=times,
         rows=rows,
@@ -138,7 +138,7 @@ def measure_input(
     trim = {
         name: value
         for name in ("p", "q", "r", "V")
-        if math.isfinite(value := passage.mean_before(name))
+        if math.isfinite(value := passage.mean_at_trim(name))
     }
     before = passage.times < t_input
     calm = flow["alpha"][before & (passage.times >= t_input - TRIM_TIME)]
@@ -148,24 +148,24 @@ def measure_input(
     if bank is not None:
         trim["bank"] = bank
     cross = _cross_deflections(passage, ordered)
-    switch = history.beside("rate_switch", t_input - 1.0, t_end)
+    switch = history.extra_channel("rate_switch", t_input - 1.0, t_end)
     return MeasuredInput(
         passage=passage,
         inputs=ordered,
         steps={one.surface: measure_step_durations(passage, one) for one in ordered},
         symmetry={one.surface: _symmetry(passage, one) for one in ordered},
-        left_over={one.surface: _left_over(passage, one) for one in ordered},
-        cross=cross,
-        trim=trim,
-        bank_seen=bank_seen,
+        residual_deflection={one.surface: _left_over(passage, one) for one in ordered},
+        cross_deflections=cross,
+        trim_values=trim,
+        bank_is_measured=bank_seen,
         flow={
             name: values[~before]
             for name, values in flow.items()
             if np.isfinite(values[~before]).sum() >= 5
         },
         clipped=clipped,
-        stuck=stuck,
-        gusts=_gusts(passage, ordered, history, setting, explainer, stuck, cross),
+        saturated_before=stuck,
+        gust_fraction=_gusts(passage, ordered, history, setting, explainer, stuck, cross),
         rate_switch=float(np.nanmedian(switch)) if np.isfinite(switch).any() else None,
     )
 
@@ -177,7 +177,7 @@ def _level(passage: ManeuverSamples, surface: str, start: float, stop: float) ->
 
 def _symmetry(passage: ManeuverSamples, one: SurfaceInput) -> float:
     """Return the smaller over the larger side by area, about the trim before."""
-    samples = passage.samples(one.surface, one.t_start, one.t_end) - one.before
+    samples = passage.samples(one.surface, one.t_start, one.t_end) - one.trim_before
     sides = sorted((float(samples[samples > 0.0].sum()), float(-samples[samples < 0.0].sum())))
     return sides[0] / sides[1] if sides[1] > 0.0 else 0.0
 
@@ -186,8 +186,8 @@ def _left_over(passage: ManeuverSamples, one: SurfaceInput) -> float:
     start, stop = (one.t_end + wait for wait in _AT_REST)
     after = _level(passage, one.surface, start, min(stop, passage.t_end))
     if not math.isfinite(after):
-        after = one.after
-    return abs(after - one.before) / max(one.amplitude, 1e-9)
+        after = one.trim_after
+    return abs(after - one.trim_before) / max(one.amplitude, 1e-9)
 
 
 def _cross_deflections(
@@ -231,10 +231,10 @@ def _flow(passage: ManeuverSamples, aircraft: Aircraft) -> dict[str, FloatArray]
 
 def _bank(history: SignalHistory, t_input: float, aircraft: Aircraft) -> tuple[float | None, bool]:
     """Return the mean bank over the second before, rad, and whether attitude tells it."""
-    attitude = history.beside("phi", t_input - TRIM_TIME, t_input)
+    attitude = history.extra_channel("phi", t_input - TRIM_TIME, t_input)
     if np.isfinite(attitude).sum() > 0.5 * attitude.size > 0:
         return float(np.nanmean(attitude)), True
-    times, rows = history.stretch(t_input - _BANK_FROM, t_input)
+    times, rows = history.segment(t_input - _BANK_FROM, t_input)
     step = max(round(TICK_DURATION / float(np.median(np.diff(times)))), 1) if times.size > 2 else 1
     observer = BankObserver(TICK_DURATION, flying_speed(aircraft))
     seen = []
@@ -282,7 +282,7 @@ def _gusts(
     cross: Mapping[str, float],
 ) -> float | None:
     """Return what gusts did, as a share of the answer without them."""
-    speed = passage.mean_before("V")
+    speed = passage.mean_at_trim("V")
     if explainer is None or not math.isfinite(speed):
         return None
     low = int(np.searchsorted(passage.times, passage.t_input))
@@ -293,7 +293,7 @@ def _gusts(
     ]
     moved = {one.surface for one in inputs}
     moved |= {name for name, size in cross.items() if size > _LEAST_CROSS}
-    return explainer.gust_share(
+    return explainer.gust_fraction(
         {
             name: _fill_gaps(passage.rows[low:, SIGNAL_COLUMNS[name]])
             for name in SURFACES
@@ -310,7 +310,7 @@ def _gusts(
 
 def _mean_before(passage: ManeuverSamples, name: str) -> tuple[float, float] | None:
     """Return the mean of a channel over the second before, and just before the input."""
-    mean = passage.mean_before(name)
+    mean = passage.mean_at_trim(name)
     at = passage.samples(name, passage.t_input - _JUST_BEFORE, passage.t_input)
     return (mean, float(at.mean())) if math.isfinite(mean) and at.size else None
 
@@ -327,10 +327,10 @@ def _fill_gaps(samples: FloatArray) -> FloatArray:
 def _density(history: SignalHistory, passage: ManeuverSamples) -> float:
     """Return the density of the air, kg/m^3, as far as it was measured."""
     start, stop = passage.t_input - TRIM_TIME, passage.t_end
-    given = history.beside("density", start, stop)
+    given = history.extra_channel("density", start, stop)
     if not np.isfinite(given).any():
         given = air_data.density(
-            history.beside("static_pressure", start, stop),
-            history.beside("temperature", start, stop),
+            history.extra_channel("static_pressure", start, stop),
+            history.extra_channel("temperature", start, stop),
         )
     return float(np.nanmedian(given)) if np.isfinite(given).any() else SEA_LEVEL_DENSITY

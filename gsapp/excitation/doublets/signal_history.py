@@ -64,7 +64,7 @@ class SignalHistory:
             self._values[low:high, place] = rows[name]
         self._count = high
 
-    def stretch(self, start: float, stop: float) -> tuple[FloatArray, FloatArray]:
+    def segment(self, start: float, stop: float) -> tuple[FloatArray, FloatArray]:
         """Return times and signals from one time to another, both inclusive, s.
 
         Returns
@@ -75,7 +75,7 @@ class SignalHistory:
         low, high = self._between(start, stop)
         return self._times[low:high], self._values[low:high, : len(SIGNALS)]
 
-    def beside(self, name: str, start: float, stop: float) -> FloatArray:
+    def extra_channel(self, name: str, start: float, stop: float) -> FloatArray:
         """Return one of `EXTRA_CHANNELS` from one time to another, both inclusive, s."""
         low, high = self._between(start, stop)
         return self._values[low:high, _EXTRA_INDEX[name]]

@@ -43,9 +43,9 @@ def remove_steering(
     """
     for begin in _steps(times, samples, span, threshold):
         later = measure_surface_input(one.surface, times, samples, begin, span[1], noise)
-        if later is None or later.kind != kind or later.quickest < threshold:
+        if later is None or later.kind != kind or later.max_step < threshold:
             continue
-        if later.amplitude > max(_SHARE * one.amplitude, later.unrest):
+        if later.amplitude > max(_SHARE * one.amplitude, later.motion_before):
             return later
     return one
 

@@ -32,12 +32,12 @@ def measure_step_durations(passage: ManeuverSamples, one: SurfaceInput) -> tuple
     times, samples = passage.times[low:high], passage.rows[low:high, SIGNAL_COLUMNS[one.surface]]
     there = np.isfinite(samples)
     times, samples = times[there], samples[there]
-    lengths = tuple(length for _, length in one.runs)
+    lengths = tuple(length for _, length in one.excursions)
     if times.size < 3:
         return lengths
     level = smooth_samples(samples, float(np.median(np.diff(times))))
     peaks = _peaks(times, level, one)
-    heights = [one.before, *(float(level[place]) for place in peaks), one.after]
+    heights = [one.trim_before, *(float(level[place]) for place in peaks), one.trim_after]
     middles = [0.5 * (former + next_) for former, next_ in pairwise(heights)]
     edges = [_crossed(times, level, middles[0], peaks[0], -1)]
     edges += [
@@ -49,9 +49,9 @@ def measure_step_durations(passage: ManeuverSamples, one: SurfaceInput) -> tuple
 
 def _peaks(times: FloatArray, level: FloatArray, one: SurfaceInput) -> list[int]:
     """Return where each step is furthest to its side."""
-    ends = accumulate((length for _, length in one.runs), initial=one.t_start)
+    ends = accumulate((length for _, length in one.excursions), initial=one.t_start)
     found = []
-    for (side, _), (start, stop) in zip(one.runs, pairwise(ends), strict=True):
+    for (side, _), (start, stop) in zip(one.excursions, pairwise(ends), strict=True):
         low, high = np.searchsorted(times, (start, stop))
         low = min(int(low), times.size - 1)
         found.append(low + int(np.argmax(side * level[low : max(int(high), low + 1)])))

@@ -81,11 +81,11 @@ class StickReleaseDetector:
         self._history = history
         self._around = around
 
-    def sizes(self, moving: InputCandidate, now: float) -> dict[str, float]:
+    def amplitudes(self, moving: InputCandidate, now: float) -> dict[str, float]:
         """Return how far each surface went so far, rad: half of peak to peak."""
-        _, rows = self._history.stretch(moving.first - LOOK_BACK, now)
+        _, rows = self._history.segment(moving.first_move_time - LOOK_BACK, now)
         found = {}
-        for surface in moving.moved:
+        for surface in moving.surfaces:
             samples = rows[:, SURFACES.index(surface)]
             if np.isfinite(samples).any():
                 found[surface] = 0.5 * float(np.nanmax(samples) - np.nanmin(samples))
@@ -99,7 +99,7 @@ class StickReleaseDetector:
             if shares[name] >= SECONDARY_INPUT_RATIO * most
         }
 
-    def let_go(self, moving: InputCandidate, now: float) -> list[SurfaceInput] | None:
+    def detect_release(self, moving: InputCandidate, now: float) -> list[SurfaceInput] | None:
         """Return what was moved once the sticks are let go, the main surface first.
 
         Parameters
@@ -113,12 +113,12 @@ class StickReleaseDetector:
         list of SurfaceInput or None
             Empty if it was steering; None while that is open.
         """
-        if moving.last - moving.first > _LONGEST:
+        if moving.last_move_time - moving.first_move_time > _LONGEST:
             return []
-        idle = now - moving.last
+        idle = now - moving.last_move_time
         if idle < (
             RELEASE_WAIT_TIME
-            if moving.awaited and moving.awaited < moving.expected
+            if moving.pending_surfaces and moving.pending_surfaces < moving.expected_surfaces
             else RELEASE_QUIET_TIME
         ):
             return None
@@ -136,14 +136,14 @@ class StickReleaseDetector:
             return found
         return [] if idle >= INPUT_END_PAUSE else None
 
-    def hand_on(self, moving: InputCandidate, now: float, rate: float) -> float | None:
+    def detect_hands_on(self, moving: InputCandidate, now: float, rate: float) -> float | None:
         """Return when a hand was put on after the sticks were let go, s; None while none is."""
         # The last step of a small input may be no quick move.
-        last = max(moving.last, moving.t_end - 0.1)
-        times, rows = self._history.stretch(last - 0.1, now)
+        last = max(moving.last_move_time, moving.t_end - 0.1)
+        times, rows = self._history.segment(last - 0.1, now)
         # A second stick that goes back to where it stood is let go late. One of the input's own
         # sticks that moves at all is in a hand.
-        own = {one.surface for one in moving.found}
+        own = {one.surface for one in moving.inputs}
         stood = {name: at for name, at in self._stood(moving).items() if name not in own}
         taken = find_pilot_takeover(
             times, rows, last, self._around.setting, rate, stood=stood, least=_STILL
@@ -156,8 +156,8 @@ class StickReleaseDetector:
 
     def _stood(self, moving: InputCandidate) -> dict[str, float]:
         """Return where each surface stood before the input, rad."""
-        begin = moving.first - LOOK_BACK
-        _, rows = self._history.stretch(begin - 0.5, begin)
+        begin = moving.first_move_time - LOOK_BACK
+        _, rows = self._history.segment(begin - 0.5, begin)
         return {
             surface: float(np.nanmedian(samples))
             for place, surface in enumerate(SURFACES)
@@ -173,18 +173,18 @@ class StickReleaseDetector:
         A second stick that goes back to where it stood is let go late.
         """
         start, stop = (moving.t_end - wait for wait in _RESTED)
-        times, rows = self._history.stretch(start, now)
+        times, rows = self._history.segment(start, now)
         before, after = times <= stop, times > stop
         dt = float(np.median(np.diff(times))) if times.size > 2 else 1.0
         moved: list[float] = []
         # The last step of the input is no hand, however long its plateau was.
-        ending = {one.surface for one in moving.found if one.t_end > start}
+        ending = {one.surface for one in moving.inputs if one.t_end > start}
         for place, surface in enumerate(SURFACES):
             if surface in ending:
                 continue
             samples = smooth_samples(rows[:, place], dt)
             rest = samples[before]
-            noise = self._around.setting.noise.of(surface)
+            noise = self._around.setting.noise.std_of(surface)
             if not np.isfinite(rest).all() or np.ptp(rest) > max(_STILL, 4.0 * noise):
                 continue
             held = float(np.median(rest))
@@ -197,37 +197,37 @@ class StickReleaseDetector:
 
     def _is_input(self, moving: InputCandidate, main: SurfaceInput, now: float) -> bool:
         """Return whether the main surface was moved on purpose."""
-        if moving.busy and not main.unmistakable:
+        if moving.began_in_recovery and not main.is_unmistakable:
             return False
-        clear = main.kind in UNAMBIGUOUS_SHAPES or main.kind == moving.kind
-        if not clear and now - moving.last < _ODD_FREE:
+        clear = main.kind in UNAMBIGUOUS_SHAPES or main.kind == moving.expected_kind
+        if not clear and now - moving.last_move_time < _ODD_FREE:
             return False
-        threshold = self._around.quick.thresholds[SURFACES.index(main.surface)]
+        threshold = self._around.move_detector.thresholds[SURFACES.index(main.surface)]
         both = self._both_sides(moving, main, now)
         meant = _is_flawed_attempt(moving, main, (_SURELY if both else _FAR) * threshold)
-        if not clear and moving.kind and not meant:
+        if not clear and moving.expected_kind and not meant:
             return False
         if _matches_expected(moving, main, threshold):
-            moving.sure = True
+            moving.is_confirmed = True
             return True
         if is_deliberate_input(main, math.inf, threshold):
             return True
-        return not main.returned and both and (meant or _is_unreturned_doublet(main, threshold))
+        return not main.has_returned_to_trim and both and (meant or _is_unreturned_doublet(main, threshold))
 
     def _measured(self, moving: InputCandidate, now: float) -> list[SurfaceInput]:
         """Return what each surface did, that of the input first."""
-        times, rows = self._history.stretch(moving.first - LOOK_BACK - PRE_INPUT_TIME, now)
-        lag = self._around.quick.lag
+        times, rows = self._history.segment(moving.first_move_time - LOOK_BACK - PRE_INPUT_TIME, now)
+        lag = self._around.move_detector.lag
         if times.size <= lag:
             return []
-        moves = find_strong_moves(times, rows, moving.moved, moving.first, moving.last, lag)
+        moves = find_strong_moves(times, rows, moving.surfaces, moving.first_move_time, moving.last_move_time, lag)
         found = measure_moved_inputs(times, rows, moves, self._around.setting)
-        inputs = [self._left(one, moves, moving.last, times, rows) for one in found]
+        inputs = [self._left(one, moves, moving.last_move_time, times, rows) for one in found]
         inputs = [self._alone(one, moving, moves, times, rows) for one in inputs]
         # A second stick may go further than the input that was expected.
         return sorted(
             inputs,
-            key=lambda one: not (one.surface in moving.expected and one.kind in UNAMBIGUOUS_SHAPES),
+            key=lambda one: not (one.surface in moving.expected_surfaces and one.kind in UNAMBIGUOUS_SHAPES),
         )
 
     def _left(
@@ -239,9 +239,9 @@ class StickReleaseDetector:
         rows: FloatArray,
     ) -> SurfaceInput:
         """Return an input that was not brought back as it shows about its trim before."""
-        if abs(one.after - one.before) < _LEFT * one.amplitude:
+        if abs(one.trim_after - one.trim_before) < _LEFT * one.amplitude:
             return one
-        noise = self._around.setting.noise.of(one.surface)
+        noise = self._around.setting.noise.std_of(one.surface)
         samples = rows[:, SURFACES.index(one.surface)]
         first = moves[one.surface][0]
         other = measure_surface_input(one.surface, times, samples, first, last, noise, left=True)
@@ -256,23 +256,23 @@ class StickReleaseDetector:
         rows: FloatArray,
     ) -> SurfaceInput:
         """Return an input of another shape than expected without the steering before it."""
-        if one.surface not in moving.expected or one.kind == moving.kind:
+        if one.surface not in moving.expected_surfaces or one.kind == moving.expected_kind:
             return one
         place = SURFACES.index(one.surface)
         return remove_steering(
             one,
-            moving.kind,
+            moving.expected_kind,
             times,
             rows[:, place],
             moves[one.surface],
-            self._around.quick.thresholds[place],
-            self._around.setting.noise.of(one.surface),
+            self._around.move_detector.thresholds[place],
+            self._around.setting.noise.std_of(one.surface),
         )
 
     def _both_sides(self, moving: InputCandidate, main: SurfaceInput, now: float) -> bool:
         """Return whether a surface truly went to both sides of where it stood before."""
-        _, rows = self._history.stretch(main.t_start, min(moving.last + 0.2, now))
-        away = rows[:, SURFACES.index(main.surface)] - main.before
+        _, rows = self._history.segment(main.t_start, min(moving.last_move_time + 0.2, now))
+        away = rows[:, SURFACES.index(main.surface)] - main.trim_before
         if not np.isfinite(away).any():
             return False
         sides = sorted((float(np.nanmax(away)), float(-np.nanmin(away))))
@@ -280,9 +280,9 @@ class StickReleaseDetector:
 
     def _back(self, moving: InputCandidate, now: float) -> bool:
         """Return whether every moved surface is near where it was before."""
-        begin = moving.first - LOOK_BACK
-        times, rows = self._history.stretch(begin - 0.5, now)
-        for surface in moving.moved:
+        begin = moving.first_move_time - LOOK_BACK
+        times, rows = self._history.segment(begin - 0.5, now)
+        for surface in moving.surfaces:
             samples = rows[:, SURFACES.index(surface)]
             early, late = samples[times < begin], samples[times > now - 2.0 * TICK_DURATION]
             if not (np.isfinite(early).any() and np.isfinite(late).any()):
@@ -296,15 +296,15 @@ class StickReleaseDetector:
 
 def _is_complete(main: SurfaceInput, idle: float) -> bool:
     """Return whether an input that ends away from its trim has had all its steps."""
-    longest = max(length for _, length in main.runs)
+    longest = max(length for _, length in main.excursions)
     return main.kind in UNAMBIGUOUS_SHAPES and idle > max(_AFTER_LAST_STEP, 1.5 * longest + 0.2)
 
 
 def _matches_expected(moving: InputCandidate, main: SurfaceInput, threshold: float) -> bool:
     """Return whether an input of the very shape that was expected came out of calm."""
-    calm = main.unrest < _QUITE_CALM * main.amplitude
-    shaped = main.surface in moving.expected and main.kind == moving.kind
-    return shaped and calm and main.quickest > threshold
+    calm = main.motion_before < _QUITE_CALM * main.amplitude
+    shaped = main.surface in moving.expected_surfaces and main.kind == moving.expected_kind
+    return shaped and calm and main.max_step > threshold
 
 
 def _is_flawed_attempt(moving: InputCandidate, main: SurfaceInput, least: float) -> bool:
@@ -312,11 +312,11 @@ def _is_flawed_attempt(moving: InputCandidate, main: SurfaceInput, least: float)
 
     Steering makes such moves as well, but hardly out of complete calm.
     """
-    calm = main.unrest < _CALM * main.amplitude
-    return main.surface in moving.expected and calm and main.quickest > least
+    calm = main.motion_before < _CALM * main.amplitude
+    return main.surface in moving.expected_surfaces and calm and main.max_step > least
 
 
 def _is_unreturned_doublet(main: SurfaceInput, threshold: float) -> bool:
     """Return whether a doublet that was not brought back is one all the same."""
-    clear = main.kind in UNAMBIGUOUS_SHAPES and main.quickest > threshold
-    return clear and main.abruptness > 0.5 and main.unrest < main.amplitude
+    clear = main.kind in UNAMBIGUOUS_SHAPES and main.max_step > threshold
+    return clear and main.abruptness > 0.5 and main.motion_before < main.amplitude

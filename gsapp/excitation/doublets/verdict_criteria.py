@@ -76,21 +76,21 @@ def find_deficiencies(case: InputCase) -> tuple[InputFinding, ...]:
 def list_unevaluated(case: InputCase) -> tuple[str, ...]:
     """Return what could not be judged, in words."""
     measured, found = case.measured, []
-    if case.wanted is None:
+    if case.target_input is None:
         found.append("amplitude and width: no card and no model tell what is wanted")
     if "de" in measured.surfaces and "alpha" not in measured.flow:
         found.append("linear range: angle of attack is not measured")
     if {"da", "dr"} & set(measured.surfaces) and "beta" not in measured.flow:
         found.append("linear range: sideslip is not measured")
-    found += [f"{channel(name).title} saturated" for name in measured.stuck]
-    if measured.gusts is None:
+    found += [f"{channel(name).title} saturated" for name in measured.saturated_before]
+    if measured.gust_fraction is None:
         found.append("gusts during the input: no model tells what it explains")
-    elif measured.gusts > MAX_GUST_FRACTION >= _ROUGH_BEFORE * case.unrest:
-        share = 100.0 * measured.gusts
+    elif measured.gust_fraction > MAX_GUST_FRACTION >= _ROUGH_BEFORE * case.pre_input_motion_ratio:
+        share = 100.0 * measured.gust_fraction
         found.append(f"the model finds gusts of {share:.0f} % of the answer in calm air: doubt it")
-    if "bank" not in measured.trim:
+    if "bank" not in measured.trim_values:
         found.append("bank at the start: nothing tells it")
-    elif not measured.bank_seen:
+    elif not measured.bank_is_measured:
         found.append("bank at the start by rates and accelerations, for want of attitude")
     return tuple(found)
 
@@ -111,7 +111,7 @@ def _check_samples(case: InputCase) -> list[InputFinding]:
         heard = [
             name
             for name in RESPONSE_CHANNELS[surface]
-            if name not in case.measured.stuck
+            if name not in case.measured.saturated_before
             and passage.samples(name, start, passage.t_end).size >= MIN_SAMPLE_SHARE * total
         ]
         if not heard:
@@ -130,9 +130,9 @@ def _check_clipping(case: InputCase) -> list[InputFinding]:
 
 
 def _check_trim(case: InputCase) -> list[InputFinding]:
-    allowed, trim = case.tolerances, case.measured.trim
-    seen = case.measured.bank_seen
-    bank = allowed.bank if seen else allowed.bank_unseen
+    allowed, trim = case.tolerances, case.measured.trim_values
+    seen = case.measured.bank_is_measured
+    bank = allowed.bank if seen else allowed.bank_unmeasured
     checks = [
         ("p", "roll rate", "p", allowed.roll_rate, 0.0),
         ("q", "pitch rate", "q", allowed.pitch_rate, 0.0),
@@ -149,7 +149,7 @@ def _check_trim(case: InputCase) -> list[InputFinding]:
         TrimDeviation(
             quantity=quantity,
             amount=trim[name] - wanted,
-            share=abs(trim[name] - wanted) / (TRIM_TOLERANCE_FACTOR * room),
+            tolerance_ratio=abs(trim[name] - wanted) / (TRIM_TOLERANCE_FACTOR * room),
             channel=told,
         )
         for name, quantity, told, room, wanted in checks
@@ -158,11 +158,11 @@ def _check_trim(case: InputCase) -> list[InputFinding]:
     return [
         InputFinding(
             result="not-trimmed",
-            words=f"not trimmed: {one.words(case.system)}",
+            words=f"not trimmed: {one.format_text(case.system)}",
             channel=one.channel,
         )
-        for one in sorted(off, key=lambda one: -one.share)
-        if one.share > 1.0
+        for one in sorted(off, key=lambda one: -one.tolerance_ratio)
+        if one.tolerance_ratio > 1.0
     ]
 
 
@@ -170,24 +170,24 @@ def _check_cross_input(case: InputCase) -> list[InputFinding]:
     measured, found = case.measured, []
     travel = case.setting.half_travel
     whole = max(one.amplitude / travel(one.surface) for one in measured.inputs)
-    for surface, moved in sorted(measured.cross.items(), key=lambda item: -item[1]):
+    for surface, moved in sorted(measured.cross_deflections.items(), key=lambda item: -item[1]):
         share = moved / travel(surface) / whole
         if share > MAX_CROSS_INPUT and moved > _LEAST_CROSS:
             words = f"spoiled: {SURFACE_WORDS[surface]} moved too"
             found.append(InputFinding(result="spoiled", words=words, surface=surface))
-    for surface, share in measured.left_over.items():
+    for surface, share in measured.residual_deflection.items():
         if share > MAX_RESIDUAL_DEFLECTION:
             words = f"spoiled: {SURFACE_WORDS[surface]} not brought back"
             found.append(InputFinding(result="spoiled", words=words, surface=surface))
-    wanted = case.wanted
-    if wanted is not None and measured.free < MIN_HANDS_OFF_SHARE * wanted.hands_off:
-        words = f"spoiled: hands off for {max(measured.free, 0.0):.1f} seconds only"
+    wanted = case.target_input
+    if wanted is not None and measured.hands_off_time < MIN_HANDS_OFF_SHARE * wanted.hands_off:
+        words = f"spoiled: hands off for {max(measured.hands_off_time, 0.0):.1f} seconds only"
         found.append(InputFinding(result="spoiled", words=words))
     return found
 
 
 def _check_shape(case: InputCase) -> list[InputFinding]:
-    wanted = case.wanted
+    wanted = case.target_input
     if wanted is None or case.kind == wanted.kind:
         return []
     words = f"that was a {case.kind}, not a {wanted.kind}"
@@ -197,12 +197,12 @@ def _check_shape(case: InputCase) -> list[InputFinding]:
 def _check_min_amplitude(case: InputCase) -> list[InputFinding]:
     found = []
     for one in case.measured.inputs:
-        band = case.band(one.surface)
+        band = case.amplitude_band(one.surface)
         if band is None or one.amplitude >= band.low:
             continue
         factor = max(band.best / max(one.amplitude, 1e-9), _AT_LEAST)
-        change = f"{format_amplitude_change(factor)}, {case.stick(one.surface)}"
-        words = f"{case.name(one)} too small: {change}"
+        change = f"{format_amplitude_change(factor)}, {case.stick_text(one.surface)}"
+        words = f"{case.describe_input(one)} too small: {change}"
         found.append(
             InputFinding(result="too-small", words=words, surface=one.surface, factor=factor)
         )
@@ -225,24 +225,24 @@ def _check_linear_range(case: InputCase) -> list[InputFinding]:
     if found:
         return found
     for one in case.measured.inputs:
-        band = case.band(one.surface)
+        band = case.amplitude_band(one.surface)
         if band is not None and one.amplitude > band.high:
             found.append(_larger_than(case, one, band))
     return found
 
 
 def _check_gusts(case: InputCase) -> list[InputFinding]:
-    gusts = case.measured.gusts
+    gusts = case.measured.gust_fraction
     if gusts is not None:
-        spoiled = min(gusts, _ROUGH_BEFORE * case.unrest) > MAX_GUST_FRACTION
+        spoiled = min(gusts, _ROUGH_BEFORE * case.pre_input_motion_ratio) > MAX_GUST_FRACTION
     else:
-        spoiled = case.unrest > _UNREST
+        spoiled = case.pre_input_motion_ratio > _UNREST
     words = "spoiled by gusts: wait for calmer air"
     return [InputFinding(result="spoiled", words=words)] if spoiled else []
 
 
 def _check_step_width(case: InputCase) -> list[InputFinding]:
-    wanted = case.wanted
+    wanted = case.target_input
     if wanted is None:
         return []
     found = []
@@ -254,7 +254,7 @@ def _check_step_width(case: InputCase) -> list[InputFinding]:
             continue
         result: VerdictResult = "too-fast" if width < band.low else "too-slow"
         words = (
-            f"{case.name(one)} {result.replace('-', ' ')}: {format_width_change(width, band.best)}"
+            f"{case.describe_input(one)} {result.replace('-', ' ')}: {format_width_change(width, band.best)}"
         )
         found.append(
             InputFinding(
@@ -299,10 +299,10 @@ def _too_large(case: InputCase, name: str, why: str) -> InputFinding:
         case.measured.inputs,
         key=lambda one: (name in RESPONSE_CHANNELS[one.surface], one.amplitude),
     )
-    band = case.band(main.surface)
+    band = case.amplitude_band(main.surface)
     factor = _SMALLER if band is None else band.best / max(main.amplitude, 1e-9)
     factor = min(factor, 1.0 / _AT_LEAST)
-    words = f"{case.name(main)} too large: {why}, {format_amplitude_change(factor)}"
+    words = f"{case.describe_input(main)} too large: {why}, {format_amplitude_change(factor)}"
     return InputFinding(
         result="too-large", words=words, surface=main.surface, factor=factor, channel=name
     )
@@ -310,6 +310,6 @@ def _too_large(case: InputCase, name: str, why: str) -> InputFinding:
 
 def _larger_than(case: InputCase, one: SurfaceInput, band: ToleranceBand) -> InputFinding:
     factor = min(band.best / one.amplitude, 1.0 / _AT_LEAST)
-    change = f"{format_amplitude_change(factor)}, {case.stick(one.surface)}"
-    words = f"{case.name(one)} too large: {change}"
+    change = f"{format_amplitude_change(factor)}, {case.stick_text(one.surface)}"
+    words = f"{case.describe_input(one)} too large: {change}"
     return InputFinding(result="too-large", words=words, surface=one.surface, factor=factor)

@@ -75,14 +75,14 @@ class ForecastRequest:
         What was learned so far, by axis.
     noise : mapping of str to ResponseNoise
         By axis.
-    habits : PilotErrorModel
+    pilot_errors : PilotErrorModel
     channels : frozenset of str
         What this flight measures.
     rate, mass, density : float
         Hz, kg, kg/m^3.
-    wanted : mapping of str to float
+    target_bounds : mapping of str to float
         Bounds asked for.
-    lap : float
+    maneuver_interval : float
         From one maneuver to the next, s.
     system : {"US", "SI"}
         Units of the words.
@@ -93,13 +93,13 @@ class ForecastRequest:
     cards: tuple[UnfinishedCard, ...]
     totals: Mapping[Axis, CombinedInformation]
     noise: Mapping[Axis, ResponseNoise]
-    habits: PilotErrorModel
+    pilot_errors: PilotErrorModel
     channels: frozenset[str]
     rate: float
     mass: float
     density: float
-    wanted: Mapping[str, float]
-    lap: float
+    target_bounds: Mapping[str, float]
+    maneuver_interval: float
     system: str = "US"
 
 
@@ -143,8 +143,8 @@ def forecast_cards_stepwise(request: ForecastRequest) -> ForecastSteps:
             a: [] for a in axes_of(one.card.surfaces)
         }
         problem: FlightError | None = None
-        for execution in draw_executions(one.card, request.habits, EXECUTION_COUNT):
-            speed = _SPEEDS * round((one.card.speed + execution.speed_off) / _SPEEDS)
+        for execution in draw_executions(one.card, request.pilot_errors, EXECUTION_COUNT):
+            speed = _SPEEDS * round((one.card.speed + execution.speed_error) / _SPEEDS)
             flying = speed, one.card.flap
             try:
                 if flying not in motions:
@@ -205,9 +205,9 @@ def _forecast_card(
     gains: list[list[BoundReduction]] = [[] for _ in range(repeats)]
     shrunk = np.zeros(repeats)
     for axis, matrices in informations.items():
-        heard = request.noise[axis].seconds > 0.0
-        surprise = request.habits.surprise
-        luck = (surprise.mean, surprise.spread) if heard else UNKNOWN_NOISE_RATIO
+        heard = request.noise[axis].duration > 0.0
+        surprise = request.pilot_errors.bound_ratio
+        luck = (surprise.mean, surprise.std) if heard else UNKNOWN_NOISE_RATIO
         names, before, after = _bounds_after(request.totals[axis], matrices, luck, repeats)
         # Shape (3, repeats, n_names).
         bands = np.quantile(after, BAND_QUANTILES, axis=0)
@@ -216,11 +216,11 @@ def _forecast_card(
                 low, middle, high = bands[:, row, column].tolist()
                 gains[row].append(
                     BoundReduction(
-                        name=name, before=before.get(name), after=middle, low=low, high=high
+                        name=name, bound_before=before.get(name), bound_after=middle, low=low, high=high
                     )
                 )
             shrunk[row] += _shrinkage(names, before, after[:, row], request)
-    seconds = request.lap / request.habits.fit_share
+    seconds = request.maneuver_interval / request.pilot_errors.usable_share
     counted = max(len(_counted_derivatives(request.model)), 1)
     found = []
     for row in range(repeats):
@@ -231,11 +231,11 @@ def _forecast_card(
             CardForecast(
                 card=one.card.id,
                 repeats=row + 1,
-                gains=ordered,
+                reductions=ordered,
                 score=float(shrunk[0]) / counted,
                 seconds=(row + 1) * seconds,
-                words=describe_forecast(
-                    one.card, row + 1, ordered, request.model, request.wanted, request.system
+                text=describe_forecast(
+                    one.card, row + 1, ordered, request.model, request.target_bounds, request.system
                 ),
             )
         )
@@ -260,7 +260,7 @@ def _bounds_after(
     for number, one in enumerate(informations):
         places = np.ix_(*[[names.index(name) for name in one.names]] * 2)
         matrices[0, number][places] = one.matrix
-        matrices[1, number][places] = one.unrest
+        matrices[1, number][places] = one.gradient_covariance
     random = np.random.default_rng(0)
     chosen = random.integers(len(informations), size=(DRAW_COUNT, repeats))
     mean, spread = luck
@@ -270,7 +270,7 @@ def _bounds_after(
     return (
         names,
         now,
-        compute_bounds(gained[0] + total.matrix[place], gained[1] + total.unrest[place]),
+        compute_bounds(gained[0] + total.matrix[place], gained[1] + total.gradient_covariance[place]),
     )
 
 
@@ -296,7 +296,7 @@ def _shrinkage(
         if name not in counted:
             continue
         value = abs(request.model.derivative(name))
-        least = request.wanted.get(name, 0.0)
+        least = request.target_bounds.get(name, 0.0)
         begun = max(min(before.get(name, value), value), least)
         reached = np.clip(after[:, column], least, begun)
         total += float(np.mean(np.log(begun / reached))) if begun > 0.0 else 0.0

@@ -45,14 +45,14 @@ class FlightKnowledge:
 
     Attributes
     ----------
-    given : Model
+    initial_model : Model
         The model that the flight began with.
     totals : mapping of str to CombinedInformation
         By axis.
-    heard : mapping of str to tuple of ResponseNoise
+    measured_noise : mapping of str to tuple of ResponseNoise
         By axis.
-    habits : PilotErrorModel
-    earned : mapping of str to LiveEstimate
+    pilot_errors : PilotErrorModel
+    ftr_estimates : mapping of str to LiveEstimate
         The flight's own FTR estimates.
     channels : frozenset of str
         Measured in the latest maneuver.
@@ -62,55 +62,55 @@ class FlightKnowledge:
         At the latest maneuver, kg, kg/m^3.
     maneuvers : int
         That brought something.
-    foreseen : mapping of str to float
+    predicted_bounds : mapping of str to float
         Bounds expected for the latest one's input as it was flown and the noise there was, at the
         values known before: what its fit should report.
     remarks : tuple of str
         Why others brought nothing.
     """
 
-    given: Model
+    initial_model: Model
     rate: float
     mass: float
     totals: Mapping[Axis, CombinedInformation] = field(
         default_factory=lambda: {
-            axis: CombinedInformation.nothing(axis) for axis in ESTIMATION_AXES
+            axis: CombinedInformation.empty(axis) for axis in ESTIMATION_AXES
         }
     )
-    heard: Mapping[Axis, tuple[ResponseNoise, ...]] = field(default_factory=dict)
-    habits: PilotErrorModel = field(default_factory=PilotErrorModel)
-    earned: Mapping[str, LiveEstimate] = field(default_factory=dict)
+    measured_noise: Mapping[Axis, tuple[ResponseNoise, ...]] = field(default_factory=dict)
+    pilot_errors: PilotErrorModel = field(default_factory=PilotErrorModel)
+    ftr_estimates: Mapping[str, LiveEstimate] = field(default_factory=dict)
     channels: frozenset[str] = frozenset(AXIS_RESPONSES["both"])
     density: float = SEA_LEVEL_DENSITY
     maneuvers: int = 0
-    foreseen: Mapping[str, float] = field(default_factory=dict)
+    predicted_bounds: Mapping[str, float] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
 
-    def found(self) -> dict[str, tuple[float, float]]:
+    def estimates(self) -> dict[str, tuple[float, float]]:
         """Return value and bound of every derivative that some maneuver saw."""
         return {
             name: one for total in self.totals.values() for name, one in total.estimates().items()
         }
 
-    def known(self, aircraft: Aircraft) -> Model:
+    def updated_model(self, aircraft: Aircraft) -> Model:
         """Return the model with what this flight has earned."""
         own = {
             name: LiveEstimate(name=name, value=value, std=std)
-            for name, (value, std) in self.found().items()
+            for name, (value, std) in self.estimates().items()
         }
-        return update_model(self.given, {**self.earned, **own}, aircraft=aircraft)
+        return update_model(self.initial_model, {**self.ftr_estimates, **own}, aircraft=aircraft)
 
     def noise(self, axis: Axis, aircraft: Aircraft) -> ResponseNoise:
         """Return the noise to be expected, as heard so far; else that of the instruments."""
-        heard = self.heard.get(axis, ())
+        heard = self.measured_noise.get(axis, ())
         if not heard:
             return assumed_noise(aircraft, AXIS_RESPONSES[axis], self.rate)
         return pool_noise([one for one in heard if one.responses == heard[-1].responses])
 
-    def hearing(self, axis: Axis, noise: ResponseNoise) -> FlightKnowledge:
+    def with_noise(self, axis: Axis, noise: ResponseNoise) -> FlightKnowledge:
         """Return the knowledge with the noise of another stretch."""
-        heard = {**self.heard, axis: (*self.heard.get(axis, ()), noise)}
-        return replace(self, heard=heard)
+        heard = {**self.measured_noise, axis: (*self.measured_noise.get(axis, ()), noise)}
+        return replace(self, measured_noise=heard)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -126,7 +126,7 @@ class ManeuverData:
         That it was flown for.
     mass : float
         kg.
-    earned : mapping of str to LiveEstimate
+    ftr_estimates : mapping of str to LiveEstimate
         By FTR until then.
     """
 
@@ -134,7 +134,7 @@ class ManeuverData:
     rows: FlightRows
     card: TestCard | None
     mass: float
-    earned: Mapping[str, LiveEstimate]
+    ftr_estimates: Mapping[str, LiveEstimate]
 
 
 KnowledgeUpdate = Generator[None, None, FlightKnowledge]
@@ -145,17 +145,17 @@ def learn_from_maneuver(
 ) -> KnowledgeUpdate:
     """Learn from a maneuver in steps of some ten milliseconds; give what is known then."""
     verdict = lesson.verdict
-    habits = before.habits.after(verdict, lesson.card)
+    habits = before.pilot_errors.updated_by_verdict(verdict, lesson.card)
     now = replace(
         before,
-        habits=habits,
+        pilot_errors=habits,
         mass=lesson.mass,
-        earned=lesson.earned,
-        foreseen={},
+        ftr_estimates=lesson.ftr_estimates,
+        predicted_bounds={},
     )
     if verdict.result not in USABLE_RESULTS:
         return now
-    model = now.known(aircraft)
+    model = now.updated_model(aircraft)
     try:
         maneuver = maneuver_from_rows(
             lesson.rows,
@@ -182,7 +182,7 @@ def learn_from_maneuver(
             sensed = compute_sensitivities(maneuver, axis, model, usual.responses)
             planned_for = sensed.information(usual).stds
             yield
-            foreseen = sensed.information(sensed.own_noise()).stds
+            foreseen = sensed.information(sensed.estimate_noise()).stds
             now = _with_bound_ratios(now, foreseen, planned_for)
             yield
             solution = fit_maximum_likelihood(maneuver, axis, model)
@@ -255,7 +255,7 @@ def _with_measured_noise(
         stretch = maneuver_from_rows(
             rows, aircraft, start, stop, id="no input", inputs=(), mass=now.mass
         )
-        return now.hearing(axis, noise_from_quiet_segment(stretch, axis, now.known(aircraft)))
+        return now.with_noise(axis, noise_from_quiet_segment(stretch, axis, now.updated_model(aircraft)))
     except FlightError:
         return now
 
@@ -265,16 +265,16 @@ def _with_bound_ratios(
 ) -> FlightKnowledge:
     """Return the knowledge with what noise and gusts made of a maneuver's bounds."""
     ratios = [std / planned_for[name] for name, std in foreseen.items() if name in planned_for]
-    habits = now.habits.surprised(ratios) if ratios else now.habits
-    return replace(now, habits=habits, foreseen={**now.foreseen, **foreseen})
+    habits = now.pilot_errors.updated_by_bounds(ratios) if ratios else now.pilot_errors
+    return replace(now, pilot_errors=habits, predicted_bounds={**now.predicted_bounds, **foreseen})
 
 
 def _with_fit(now: FlightKnowledge, solution: MLSolution, axis: Axis) -> FlightKnowledge:
     """Return the knowledge with what a fit brought."""
     information = information_from_fit(solution)
     values = {name: solution.value(name) for name in information.names}
-    totals = {**now.totals, axis: now.totals[axis].plus(information, values)}
-    return replace(now.hearing(axis, noise_from_residuals(solution, now.rate)), totals=totals)
+    totals = {**now.totals, axis: now.totals[axis].with_maneuver(information, values)}
+    return replace(now.with_noise(axis, noise_from_residuals(solution, now.rate)), totals=totals)
 
 
 def _with_remark(

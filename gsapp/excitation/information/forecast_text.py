@@ -57,10 +57,10 @@ def describe_forecast(
     if best is None:
         return said
     value = abs(model.derivative(best.name))
-    after = _percent(best.after / value)
-    if best.before is None or best.before > _WIDEST * value:
+    after = _percent(best.bound_after / value)
+    if best.bound_before is None or best.bound_before > _WIDEST * value:
         return f"{said}: {format_derivative(best.name)} to {after}"
-    return f"{said}: {format_derivative(best.name)} from {_percent(best.before / value)} to {after}"
+    return f"{said}: {format_derivative(best.name)} from {_percent(best.bound_before / value)} to {after}"
 
 
 def log_bound_reduction(gain: BoundReduction, model: Model) -> float:
@@ -71,8 +71,8 @@ def log_bound_reduction(gain: BoundReduction, model: Model) -> float:
     value = abs(model.derivative(gain.name))
     if gain.name.endswith("_0") or not value:
         return -math.inf
-    begun = value if gain.before is None else min(gain.before, value)
-    return math.log(begun / gain.after)
+    begun = value if gain.bound_before is None else min(gain.bound_before, value)
+    return math.log(begun / gain.bound_after)
 
 
 def _largest_reduction(
@@ -82,7 +82,7 @@ def _largest_reduction(
     open_ones = [
         gain
         for gain in gains
-        if (gain.before is None or gain.before > wanted.get(gain.name, 0.0))
+        if (gain.bound_before is None or gain.bound_before > wanted.get(gain.name, 0.0))
         and log_bound_reduction(gain, model) > 0.0
     ]
     return max(open_ones, key=lambda gain: log_bound_reduction(gain, model), default=None)

@@ -30,18 +30,18 @@ class ManeuverInformation:
     ----------
     names : tuple of str
         Derivatives that it sees.
-    matrix, unrest : ndarray, shape (n_names, n_names)
+    matrix, gradient_covariance : ndarray, shape (n_names, n_names)
         H and B.
     """
 
     names: tuple[str, ...]
     matrix: FloatArray
-    unrest: FloatArray
+    gradient_covariance: FloatArray
 
     @property
     def stds(self) -> dict[str, float]:
         """Return the bound of each derivative by this maneuver alone."""
-        return dict(zip(self.names, compute_bounds(self.matrix, self.unrest).tolist(), strict=True))
+        return dict(zip(self.names, compute_bounds(self.matrix, self.gradient_covariance).tolist(), strict=True))
 
 
 def marginalize_information(
@@ -75,7 +75,7 @@ def marginalize_information(
     return ManeuverInformation(
         names=tuple(names[place] for place in shared),
         matrix=0.5 * (matrix + matrix.T),
-        unrest=0.5 * (unrest + unrest.T),
+        gradient_covariance=0.5 * (unrest + unrest.T),
     )
 
 
@@ -105,45 +105,45 @@ class CombinedInformation:
     ----------
     names : tuple of str
         All derivatives of the axis.
-    matrix, unrest : ndarray, shape (n_names, n_names)
+    matrix, gradient_covariance : ndarray, shape (n_names, n_names)
         Sums of H and B; zero rows for what none saw.
-    pull : ndarray, shape (n_names,)
+    information_vector : ndarray, shape (n_names,)
         Sum of H times estimates.
     """
 
     names: tuple[str, ...]
     matrix: FloatArray
-    unrest: FloatArray
-    pull: FloatArray
+    gradient_covariance: FloatArray
+    information_vector: FloatArray
 
     @staticmethod
-    def nothing(axis: Axis) -> CombinedInformation:
+    def empty(axis: Axis) -> CombinedInformation:
         """Return what is known before the first maneuver."""
         names = axis_derivatives(axis)
         square = np.zeros((len(names), len(names)))
         return CombinedInformation(
-            names=names, matrix=square, unrest=square, pull=np.zeros(len(names))
+            names=names, matrix=square, gradient_covariance=square, information_vector=np.zeros(len(names))
         )
 
-    def plus(
+    def with_maneuver(
         self, information: ManeuverInformation, values: Mapping[str, float]
     ) -> CombinedInformation:
         """Return the total with another maneuver's information and estimates."""
         places = [self.names.index(name) for name in information.names]
         own = np.array([values[name] for name in information.names])
-        matrix, unrest, pull = self.matrix.copy(), self.unrest.copy(), self.pull.copy()
+        matrix, unrest, pull = self.matrix.copy(), self.gradient_covariance.copy(), self.information_vector.copy()
         matrix[np.ix_(places, places)] += information.matrix
-        unrest[np.ix_(places, places)] += information.unrest
+        unrest[np.ix_(places, places)] += information.gradient_covariance
         pull[places] += information.matrix @ own
-        return CombinedInformation(names=self.names, matrix=matrix, unrest=unrest, pull=pull)
+        return CombinedInformation(names=self.names, matrix=matrix, gradient_covariance=unrest, information_vector=pull)
 
     def estimates(self) -> dict[str, tuple[float, float]]:
         """Return value and bound of each derivative that was seen: those of one joint fit."""
         inverted = invert_information(self.matrix)
         seen = np.flatnonzero(np.isfinite(inverted.diagonal()))
         inverted = inverted[np.ix_(seen, seen)]
-        values = inverted @ self.pull[seen]
-        variances = (inverted @ self.unrest[np.ix_(seen, seen)] @ inverted).diagonal()
+        values = inverted @ self.information_vector[seen]
+        variances = (inverted @ self.gradient_covariance[np.ix_(seen, seen)] @ inverted).diagonal()
         return {
             self.names[place]: (float(value), math.sqrt(variance))
             for place, value, variance in zip(seen, values, variances, strict=True)

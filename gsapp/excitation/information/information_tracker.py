@@ -50,7 +50,7 @@ _FIRST_AIR: Final = 20.0
 class InformationTracker:
     """Keeps the bounds reached in one flight, and looks ahead.
 
-    What was flown is worked on in steps of some ten milliseconds: call `work` between ticks.
+    What was flown is worked on in steps of some ten milliseconds: call `run_slice` between ticks.
 
     Parameters
     ----------
@@ -82,12 +82,12 @@ class InformationTracker:
         self._every = max(1, round(FRAME_DURATION * rate))
         self._wanted = dict(wanted or {})
         self._system = system
-        self.budget = RemainingTimeEstimator(aircraft, rate, longest=longest)
+        self.remaining_time = RemainingTimeEstimator(aircraft, rate, longest=longest)
         self.restart()
 
     def restart(self) -> None:
         """Forget everything; the flight begins anew."""
-        self.budget.restart()
+        self.remaining_time.restart()
         self._held: list[FlightRows] = []
         self._lessons: deque[ManeuverData | FlightRows] = deque()
         self._first_air = InitialSegmentCollector(_FIRST_AIR)
@@ -97,7 +97,7 @@ class InformationTracker:
         self._knowledge: FlightKnowledge | None = None
         if self._aircraft is not None and self._model is not None:
             self._knowledge = FlightKnowledge(
-                given=self._model, rate=self._rate, mass=self._aircraft.mass.mass
+                initial_model=self._model, rate=self._rate, mass=self._aircraft.mass.mass
             )
         self._cards: tuple[UnfinishedCard, ...] = ()
         self._stale = False
@@ -116,32 +116,32 @@ class InformationTracker:
 
     # --- what comes in --------------------------------------------------------------------------
 
-    def take(self, rows: FlightRows) -> None:
+    def process_rows(self, rows: FlightRows) -> None:
         """Take in the next rows: they count time and fuel, and the first in the air the noise.
 
         Both are in no hurry: they are looked at twice a second.
         """
-        if rows.fresh and self._held:
+        if rows.starts_segment and self._held:
             self._count(concatenate_rows(self._held))
             self._held = []
         self._held.append(rows)
-        end = rows.first + len(rows)
-        if end % self._every == 0 or end - self._held[0].first >= self._every:
+        end = rows.first_index + len(rows)
+        if end % self._every == 0 or end - self._held[0].first_index >= self._every:
             held, self._held = concatenate_rows(self._held), []
             self._count(held)
 
     def _count(self, rows: FlightRows) -> None:
-        self.budget.take(rows)
-        heard = self._first_air.take(rows, self.budget.took_off)
+        self.remaining_time.process_rows(rows)
+        heard = self._first_air.process_rows(rows, self.remaining_time.takeoff_time)
         if heard is not None and self._knowledge is not None:
             self._lessons.append(heard)
             self._ask(float(heard.times[-1]))
 
-    def earned(self, estimates: Mapping[str, LiveEstimate]) -> None:
+    def set_estimates(self, estimates: Mapping[str, LiveEstimate]) -> None:
         """Take note of what the flight's own FTR has earned; it counts from the next maneuver."""
         self._estimates = dict(estimates)
 
-    def flown(
+    def add_maneuver(
         self,
         verdict: InputVerdict,
         rows: FlightRows | None,
@@ -158,7 +158,7 @@ class InformationTracker:
         card : TestCard, optional
             That it was flown for: tells how the pilot flies cards.
         """
-        self.budget.flown(verdict.t_input)
+        self.remaining_time.add_maneuver(verdict.t_input)
         if rows is None or self._knowledge is None:
             return
         self._lessons.append(
@@ -166,15 +166,15 @@ class InformationTracker:
                 verdict=verdict,
                 rows=rows,
                 card=card,
-                mass=self.budget.mass or self._knowledge.mass,
-                earned=self._estimates,
+                mass=self.remaining_time.mass or self._knowledge.mass,
+                ftr_estimates=self._estimates,
             )
         )
         self._ask(verdict.given_at)
 
     # --- work -----------------------------------------------------------------------------------
 
-    def work(self, budget_seconds: float) -> bool:
+    def run_slice(self, budget_seconds: float) -> bool:
         """Work for about so long (s); return whether something is left to do."""
         until = clock.perf_counter() + budget_seconds
         while self._advance():
@@ -182,7 +182,7 @@ class InformationTracker:
                 return True
         return False
 
-    def busy(self, time: float) -> bool:
+    def has_pending_work(self, time: float) -> bool:
         """Return whether work is left that an outlook at a flight time (s) would have to do."""
         due = self._due is not None and time >= self._due
         begun = self._learning is not None or self._answering is not None
@@ -230,17 +230,17 @@ class InformationTracker:
             return None
         return ForecastRequest(
             aircraft=aircraft,
-            model=knowledge.known(aircraft),
+            model=knowledge.updated_model(aircraft),
             cards=self._cards,
             totals=knowledge.totals,
             noise={axis: knowledge.noise(axis, aircraft) for axis in ESTIMATION_AXES},
-            habits=knowledge.habits,
+            pilot_errors=knowledge.pilot_errors,
             channels=knowledge.channels,
             rate=knowledge.rate,
             mass=knowledge.mass,
             density=knowledge.density,
-            wanted=self._wanted,
-            lap=self.budget.lap,
+            target_bounds=self._wanted,
+            maneuver_interval=self.remaining_time.maneuver_interval,
             system=self._system,
         )
 
@@ -270,17 +270,17 @@ class InformationTracker:
                 pass
             self._due = None
             self._show()
-        left = self.budget.maneuvers_left(time)
+        left = self.remaining_time.maneuvers_left(time)
         prospects = self._fitting(left)
         worthwhile = bool(prospects) and prospects[0].score > 0.0
         return Outlook(
             time=time,
             bounds=self._bounds,
-            next=prospects[0] if worthwhile else None,
-            prospects=prospects,
-            time_left=self.budget.time_left(time),
+            best_forecast=prospects[0] if worthwhile else None,
+            forecasts=prospects,
+            time_left=self.remaining_time.time_left(time),
             maneuvers_left=left,
-            remarks=(*self._remarks, *self.budget.remarks),
+            remarks=(*self._remarks, *self.remaining_time.remarks),
         )
 
     def _fitting(self, left: int | None) -> tuple[CardForecast, ...]:
@@ -303,13 +303,13 @@ class InformationTracker:
         knowledge, aircraft = self._knowledge, self._aircraft
         if knowledge is None or aircraft is None:
             return ()
-        model, found = knowledge.known(aircraft), knowledge.found()
+        model, found = knowledge.updated_model(aircraft), knowledge.estimates()
         return tuple(
             DerivativeBound(
                 name=name,
                 value=model.derivative(name),
                 std=found[name][1] if name in found else None,
-                wanted=self._wanted.get(name),
+                target=self._wanted.get(name),
             )
             for name in axis_derivatives("both")
         )
@@ -322,5 +322,5 @@ def _unfinished_cards(cards: CardSetProgress | CardSet | None) -> tuple[Unfinish
     if isinstance(cards, CardSet):
         return tuple(UnfinishedCard(card=card, missing=card.repeats) for card in cards.cards)
     return tuple(
-        UnfinishedCard(card=one.card, missing=one.missing) for one in cards.cards if one.missing
+        UnfinishedCard(card=one.card, missing=one.remaining_count) for one in cards.cards if one.remaining_count
     )

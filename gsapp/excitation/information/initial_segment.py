@@ -28,7 +28,7 @@ class InitialSegmentCollector:
         self._parts: deque[FlightRows] = deque()
         self._given = False
 
-    def take(self, rows: FlightRows, took_off: float | None) -> FlightRows | None:
+    def process_rows(self, rows: FlightRows, took_off: float | None) -> FlightRows | None:
         """Take in the next rows; give the stretch as soon as all of it is there.
 
         Parameters
@@ -39,7 +39,7 @@ class InitialSegmentCollector:
         """
         if self._given or not len(rows):
             return None
-        if rows.fresh:
+        if rows.starts_segment:
             self._parts.clear()
         self._parts.append(rows)
         newest = float(rows.times[-1])
@@ -54,4 +54,4 @@ class InitialSegmentCollector:
         inside = np.flatnonzero((heard.times >= start) & (heard.times <= start + self._seconds))
         self._given = True
         self._parts.clear()
-        return heard.part(int(inside[0]), int(inside[-1]) + 1) if inside.size > 1 else None
+        return heard.slice_rows(int(inside[0]), int(inside[-1]) + 1) if inside.size > 1 else None

@@ -17,14 +17,14 @@ class DerivativeBound:
         Best value known now: estimated in flight if earned, else of the model.
     std : float or None
         Bound reached by the maneuvers flown; None before anything was learned.
-    wanted : float or None
+    target : float or None
         Bound asked for; None for none.
     """
 
     name: str
     value: float
     std: float | None = None
-    wanted: float | None = None
+    target: float | None = None
 
     @property
     def percent(self) -> float | None:
@@ -39,17 +39,17 @@ class BoundReduction:
     Attributes
     ----------
     name : str
-    before : float or None
+    bound_before : float or None
         Bound now; None where nothing is known.
-    after : float
+    bound_after : float
         Expected bound.
     low, high : float
         80 % band of the bound after.
     """
 
     name: str
-    before: float | None
-    after: float
+    bound_before: float | None
+    bound_after: float
     low: float
     high: float
 
@@ -64,22 +64,22 @@ class CardForecast:
         Its id.
     repeats : int
         How many times.
-    gains : tuple of BoundReduction
+    reductions : tuple of BoundReduction
         The largest first.
     score : float
         How much all bounds would shrink together: decides which card comes next.
     seconds : float
         Flight time that it takes.
-    words : str
+    text : str
         "two more rudder-aileron doublets at 105 ft/s: C_nr from 35 % to 15 %".
     """
 
     card: str
     repeats: int
-    gains: tuple[BoundReduction, ...]
+    reductions: tuple[BoundReduction, ...]
     score: float
     seconds: float
-    words: str
+    text: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,9 +91,9 @@ class Outlook:
     time : float
         Flight time, s.
     bounds : tuple of DerivativeBound
-    next : CardForecast or None
+    best_forecast : CardForecast or None
         The card that gains most; None if nothing is left worth flying, or no card can be judged.
-    prospects : tuple of CardForecast
+    forecasts : tuple of CardForecast
         One for each card with repeats missing, the best first.
     time_left : float or None
         Of the flight, by clock and fuel, s.
@@ -105,8 +105,8 @@ class Outlook:
 
     time: float
     bounds: tuple[DerivativeBound, ...] = ()
-    next: CardForecast | None = None
-    prospects: tuple[CardForecast, ...] = ()
+    best_forecast: CardForecast | None = None
+    forecasts: tuple[CardForecast, ...] = ()
     time_left: float | None = None
     maneuvers_left: int | None = None
     remarks: tuple[str, ...] = ()

@@ -32,23 +32,23 @@ class ErrorDistribution:
 
     Attributes
     ----------
-    mean, spread : float
-    seen : int
+    mean, std : float
+    sample_count : int
     """
 
     mean: float
-    spread: float
-    seen: int = 0
+    std: float
+    sample_count: int = 0
 
-    def after(self, values: Sequence[float]) -> ErrorDistribution:
+    def updated(self, values: Sequence[float]) -> ErrorDistribution:
         """Return the habit once another maneuver was seen, with all that it showed of it."""
-        weight = PRIOR_WEIGHT + self.seen
+        weight = PRIOR_WEIGHT + self.sample_count
         value = float(np.mean(values))
         miss = value - self.mean
         mean = self.mean + miss / (weight + 1.0)
         seen = miss * (value - mean) + float(np.var(values))
-        variance = (weight * self.spread**2 + seen) / (weight + 1.0)
-        return ErrorDistribution(mean=mean, spread=math.sqrt(variance), seen=self.seen + 1)
+        variance = (weight * self.std**2 + seen) / (weight + 1.0)
+        return ErrorDistribution(mean=mean, std=math.sqrt(variance), sample_count=self.sample_count + 1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,31 +59,31 @@ class PilotErrorModel:
     ----------
     size, width : ErrorDistribution
         Logarithms of amplitude and of width over those asked for.
-    speed : ErrorDistribution
+    speed_error : ErrorDistribution
         Off the test point, m/s.
-    surprise : ErrorDistribution
+    bound_ratio : ErrorDistribution
         Logarithm of the bound under the noise that there was over the one expected for the same
         input as it was flown: noise and gusts are never twice the same.
     hands_off : ErrorDistribution
         Seconds after the input that belong to the maneuver.
-    tried, fit : int
+    maneuver_count, usable_count : int
         Maneuvers flown, and those that said something.
     """
 
-    size: ErrorDistribution = ErrorDistribution(mean=0.0, spread=0.12)
-    width: ErrorDistribution = ErrorDistribution(mean=0.0, spread=0.12)
-    speed: ErrorDistribution = ErrorDistribution(mean=0.0, spread=3.0 * FOOT)
-    surprise: ErrorDistribution = ErrorDistribution(mean=0.0, spread=0.5)
-    hands_off: ErrorDistribution = ErrorDistribution(mean=4.0, spread=0.8)
-    tried: int = 0
-    fit: int = 0
+    size: ErrorDistribution = ErrorDistribution(mean=0.0, std=0.12)
+    width: ErrorDistribution = ErrorDistribution(mean=0.0, std=0.12)
+    speed_error: ErrorDistribution = ErrorDistribution(mean=0.0, std=3.0 * FOOT)
+    bound_ratio: ErrorDistribution = ErrorDistribution(mean=0.0, std=0.5)
+    hands_off: ErrorDistribution = ErrorDistribution(mean=4.0, std=0.8)
+    maneuver_count: int = 0
+    usable_count: int = 0
 
     @property
-    def fit_share(self) -> float:
+    def usable_share(self) -> float:
         """Return the share of maneuvers that will be fit; four of five to begin with."""
-        return (0.8 * PRIOR_WEIGHT + self.fit) / (PRIOR_WEIGHT + self.tried)
+        return (0.8 * PRIOR_WEIGHT + self.usable_count) / (PRIOR_WEIGHT + self.maneuver_count)
 
-    def after(self, verdict: InputVerdict, card: TestCard | None) -> PilotErrorModel:
+    def updated_by_verdict(self, verdict: InputVerdict, card: TestCard | None) -> PilotErrorModel:
         """Return the habits once another maneuver was judged.
 
         Parameters
@@ -93,11 +93,11 @@ class PilotErrorModel:
             That it was flown for.
         """
         fit = verdict.result in USABLE_RESULTS
-        found = replace(self, tried=self.tried + 1, fit=self.fit + fit)
+        found = replace(self, maneuver_count=self.maneuver_count + 1, usable_count=self.usable_count + fit)
         if not fit:
             return found
         found = replace(
-            found, hands_off=self.hands_off.after([verdict.t_end - verdict.t_input_end])
+            found, hands_off=self.hands_off.updated([verdict.t_end - verdict.t_input_end])
         )
         if card is None or card.kind != verdict.kind or set(card.surfaces) != set(verdict.surfaces):
             return found
@@ -114,16 +114,16 @@ class PilotErrorModel:
             if width > 0.0 and len(verdict.halves[name]) == len(INPUT_SHAPES.get(card.kind, ()))
         ]
         if sizes:
-            found = replace(found, size=self.size.after([float(np.mean(sizes))]))
+            found = replace(found, size=self.size.updated([float(np.mean(sizes))]))
         if widths and card.kind == "doublet":
-            found = replace(found, width=self.width.after([float(np.mean(widths))]))
+            found = replace(found, width=self.width.updated([float(np.mean(widths))]))
         if verdict.V is not None:
-            found = replace(found, speed=self.speed.after([verdict.V - card.speed]))
+            found = replace(found, speed_error=self.speed_error.updated([verdict.V - card.speed]))
         return found
 
-    def surprised(self, ratios: Sequence[float]) -> PilotErrorModel:
+    def updated_by_bounds(self, ratios: Sequence[float]) -> PilotErrorModel:
         """Return the habits once bounds were so many times as large as expected."""
-        return replace(self, surprise=self.surprise.after([math.log(one) for one in ratios]))
+        return replace(self, bound_ratio=self.bound_ratio.updated([math.log(one) for one in ratios]))
 
 
 def draw_executions(
@@ -151,7 +151,7 @@ def _create_execution(
     def factors(habit: ErrorDistribution, common: float) -> Mapping[str, tuple[float, ...]]:
         return {
             name: tuple(
-                math.exp(habit.mean + habit.spread * (common + 0.5 * next(single)))
+                math.exp(habit.mean + habit.std * (common + 0.5 * next(single)))
                 for _ in range(steps)
             )
             for name in card.surfaces
@@ -161,7 +161,7 @@ def _create_execution(
     return CardExecution(
         sizes=sizes,
         widths=widths,
-        stagger=math.exp(habits.width.mean + habits.width.spread * width),
-        speed_off=habits.speed.mean + habits.speed.spread * speed,
-        hands_off=max(1.0, habits.hands_off.mean + habits.hands_off.spread * hands_off),
+        stagger=math.exp(habits.width.mean + habits.width.std * width),
+        speed_error=habits.speed_error.mean + habits.speed_error.std * speed,
+        hands_off=max(1.0, habits.hands_off.mean + habits.hands_off.std * hands_off),
     )

@@ -42,7 +42,7 @@ class CardExecution:
         Of each step, by surface.
     stagger : float
         On the time from one surface to the next.
-    speed_off : float
+    speed_error : float
         Off the test point, m/s.
     hands_off : float
         After the input, s.
@@ -51,7 +51,7 @@ class CardExecution:
     sizes: Mapping[str, tuple[float, ...]]
     widths: Mapping[str, tuple[float, ...]]
     stagger: float
-    speed_off: float
+    speed_error: float
     hands_off: float
 
 

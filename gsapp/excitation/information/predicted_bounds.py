@@ -70,7 +70,7 @@ class ManeuverSensitivities:
     ----------
     names : tuple of str
         All unknowns, the free derivatives first.
-    free : int
+    free_count : int
         How many those are.
     responses : tuple of str
     S : ndarray, shape (n, n_responses, n_unknowns)
@@ -85,14 +85,14 @@ class ManeuverSensitivities:
     """
 
     names: tuple[str, ...]
-    free: int
+    free_count: int
     responses: tuple[str, ...]
     S: FloatArray
     residuals: FloatArray
     segments: tuple[slice, ...]
     rate: float
 
-    def own_noise(self) -> ResponseNoise:
+    def estimate_noise(self) -> ResponseNoise:
         """Return the noise of the maneuver itself: what the best straight step leaves over.
 
         A fit goes such steps until nothing changes any more; here one is enough, since only the
@@ -109,22 +109,22 @@ class ManeuverSensitivities:
         return ResponseNoise(
             responses=self.responses,
             rate=self.rate,
-            lagged=noise_autocovariance(one),
-            seconds=len(rest) / self.rate,
+            autocovariance=noise_autocovariance(one),
+            duration=len(rest) / self.rate,
         )
 
     def information(self, noise: ResponseNoise) -> ManeuverInformation:
         """Return the information under this noise, at the maneuver's own rate."""
-        heard = noise.of(self.responses)
+        heard = noise.select(self.responses)
         W = np.diag(1.0 / heard.variances)
         covariance = covariance_for_known_noise(
             self.S,
             W,
-            heard.lags(default_lags(len(self.S))),
+            heard.autocovariance_to(default_lags(len(self.S))),
             segments=None if len(self.segments) == 1 else self.segments,
         )
         return marginalize_information(
-            self.names[: self.free], self.names, information_matrix(self.S, W), covariance
+            self.names[: self.free_count], self.names, information_matrix(self.S, W), covariance
         )
 
 
@@ -158,7 +158,7 @@ def compute_sensitivities(
     if point is None:
         raise FlightError(f"the motion of maneuver {maneuver.id} diverges with the model's values")
     (part,) = problem.parts
-    part.accept()
+    part.accept_trial()
     _, _, found = solver.linearize(point)
     S = np.concatenate(found[0], axis=2).transpose(2, 0, 1)
     (residuals,) = point.residuals
@@ -168,7 +168,7 @@ def compute_sensitivities(
         first = slices[-1].stop
     return ManeuverSensitivities(
         names=problem.unknowns,
-        free=len(problem.names.all),
+        free_count=len(problem.names.all),
         responses=part.responses,
         S=np.ascontiguousarray(S),
         residuals=np.concatenate(residuals, axis=1).T,
@@ -235,8 +235,8 @@ def noise_from_residuals(solution: MLSolution, rate: float) -> ResponseNoise:
     return ResponseNoise(
         responses=part.responses,
         rate=rate,
-        lagged=noise_autocovariance(one),
-        seconds=len(part.times) / rate,
+        autocovariance=noise_autocovariance(one),
+        duration=len(part.times) / rate,
     )
 
 

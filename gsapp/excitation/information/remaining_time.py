@@ -38,12 +38,12 @@ class RemainingTimeEstimator:
         Fuel on board and its flows; None: by the clock alone, from the first row on.
     rate : float
         Of the rows, Hz.
-    longest : float
+    max_duration : float
         s.
 
     Attributes
     ----------
-    took_off : float or None
+    takeoff_time : float or None
         Flight time, s; None on the ground.
     """
 
@@ -56,7 +56,7 @@ class RemainingTimeEstimator:
     ) -> None:
         self._aircraft = aircraft
         self._rate = rate
-        self.longest = longest
+        self.max_duration = longest
         self._frame = max(1, round(FRAME_DURATION * rate))
         self.restart()
 
@@ -65,7 +65,7 @@ class RemainingTimeEstimator:
         self._watch = None if self._aircraft is None else AirborneDetector(self._aircraft)
         self._rest: FloatArray = np.empty((0, len(SIGNALS)))
         self._next = 0
-        self.took_off: float | None = None
+        self.takeoff_time: float | None = None
         self._landed = False
         self._burned = 0.0
         self._burned_at_takeoff = 0.0
@@ -75,12 +75,12 @@ class RemainingTimeEstimator:
 
     # --- what comes in --------------------------------------------------------------------------
 
-    def take(self, rows: FlightRows) -> None:
+    def process_rows(self, rows: FlightRows) -> None:
         """Take in the next rows."""
         if self._watch is None or self._aircraft is None or not len(rows):
             return
-        first = rows.first
-        if rows.fresh or first != self._next:
+        first = rows.first_index
+        if rows.starts_segment or first != self._next:
             self._rest = self._rest[:0]
         self._next = first + len(rows)
         self._burn(rows)
@@ -99,7 +99,7 @@ class RemainingTimeEstimator:
             self._judge((start + number * self._frame) / self._rate, mean)
         self._rest = pending[whole:]
 
-    def flown(self, t_input: float) -> None:
+    def add_maneuver(self, t_input: float) -> None:
         """Take note of a maneuver, good or bad, whose input began then (s)."""
         self._inputs.append(t_input)
 
@@ -108,11 +108,11 @@ class RemainingTimeEstimator:
         assert watch is not None  # noqa: S101 - for the type checker
         before = watch.airborne
         watch.add(time, means)
-        if watch.airborne and not before and self.took_off is None:
-            self.took_off = time if math.isinf(watch.since) else watch.since
+        if watch.airborne and not before and self.takeoff_time is None:
+            self.takeoff_time = time if math.isinf(watch.since) else watch.since
             self._burned_at_takeoff = self._burned
             self._measured_at_takeoff = self._measured
-        self._landed = self.took_off is not None and not watch.airborne
+        self._landed = self.takeoff_time is not None and not watch.airborne
 
     def _burn(self, rows: FlightRows) -> None:
         """Add up the fuel that the throttle asked for, and look at the gauge.
@@ -145,7 +145,7 @@ class RemainingTimeEstimator:
     # --- what follows ---------------------------------------------------------------------------
 
     @property
-    def lap(self) -> float:
+    def maneuver_interval(self) -> float:
         """Return the time from one maneuver to the next as learned so far, s."""
         gaps = np.diff(np.array(self._inputs))
         laps = gaps[(gaps >= _SHORTEST) & (gaps <= _LONGEST)]
@@ -176,8 +176,8 @@ class RemainingTimeEstimator:
             return None
         if self._landed:
             return 0.0
-        flown = 0.0 if self.took_off is None else time - self.took_off
-        left = self.longest - flown
+        flown = 0.0 if self.takeoff_time is None else time - self.takeoff_time
+        left = self.max_duration - flown
         by_fuel = self._by_fuel(flown)
         if by_fuel is not None:
             left = min(left, by_fuel)
@@ -202,7 +202,7 @@ class RemainingTimeEstimator:
     def maneuvers_left(self, time: float) -> int | None:
         """Return how many maneuvers fit into the time that is left."""
         left = self.time_left(time)
-        return None if left is None else int(left // self.lap)
+        return None if left is None else int(left // self.maneuver_interval)
 
     @property
     def remarks(self) -> tuple[str, ...]:

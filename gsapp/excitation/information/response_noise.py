@@ -29,37 +29,37 @@ class ResponseNoise:
     responses : tuple of str
     rate : float
         Samples per second.
-    lagged : ndarray, shape (2 Lg + 1, n_responses, n_responses)
+    autocovariance : ndarray, shape (2 Lg + 1, n_responses, n_responses)
         Autocovariance, SI; the middle one is that of lag 0.
-    seconds : float
+    duration : float
         Length of the stretches that it was heard in, s; 0 where it is assumed.
     """
 
     responses: tuple[str, ...]
     rate: float
-    lagged: FloatArray
-    seconds: float
+    autocovariance: FloatArray
+    duration: float
 
     @property
     def variances(self) -> FloatArray:
         """Return the variance of each response, shape (n_responses,)."""
-        return np.asarray(self.lagged[len(self.lagged) // 2].diagonal())
+        return np.asarray(self.autocovariance[len(self.autocovariance) // 2].diagonal())
 
-    def of(self, responses: Sequence[str]) -> ResponseNoise:
+    def select(self, responses: Sequence[str]) -> ResponseNoise:
         """Return the noise of some of the responses, in this order."""
         places = [self.responses.index(name) for name in responses]
         return ResponseNoise(
             responses=tuple(responses),
             rate=self.rate,
-            lagged=np.ascontiguousarray(self.lagged[:, places][:, :, places]),
-            seconds=self.seconds,
+            autocovariance=np.ascontiguousarray(self.autocovariance[:, places][:, :, places]),
+            duration=self.duration,
         )
 
-    def lags(self, count: int) -> FloatArray:
+    def autocovariance_to(self, count: int) -> FloatArray:
         """Return the autocovariance to at most so many lags."""
-        middle = len(self.lagged) // 2
+        middle = len(self.autocovariance) // 2
         reach = min(count, middle)
-        return self.lagged[middle - reach : middle + reach + 1]
+        return self.autocovariance[middle - reach : middle + reach + 1]
 
 
 def assumed_noise(aircraft: Aircraft, responses: Sequence[str], rate: float) -> ResponseNoise:
@@ -77,7 +77,7 @@ def assumed_noise(aircraft: Aircraft, responses: Sequence[str], rate: float) -> 
     stds = [_instrument_noise(aircraft, name) for name in responses]
     lagged = np.zeros((2 * MAX_LAGS + 1, len(stds), len(stds)))
     lagged[MAX_LAGS] = np.diag(np.square(stds))
-    return ResponseNoise(responses=tuple(responses), rate=rate, lagged=lagged, seconds=0.0)
+    return ResponseNoise(responses=tuple(responses), rate=rate, autocovariance=lagged, duration=0.0)
 
 
 def _instrument_noise(aircraft: Aircraft, name: str) -> float:
@@ -97,17 +97,17 @@ def pool_noise(heard: Sequence[ResponseNoise]) -> ResponseNoise:
 
     Far lags come from those stretches that were long enough to show them.
     """
-    reach = max(len(one.lagged) // 2 for one in heard)
-    total = np.zeros_like(max(heard, key=lambda one: len(one.lagged)).lagged)
+    reach = max(len(one.autocovariance) // 2 for one in heard)
+    total = np.zeros_like(max(heard, key=lambda one: len(one.autocovariance)).autocovariance)
     weights = np.zeros(2 * reach + 1)
     for one in heard:
-        own = len(one.lagged) // 2
+        own = len(one.autocovariance) // 2
         part = slice(reach - own, reach + own + 1)
-        total[part] += one.seconds * one.lagged
-        weights[part] += one.seconds
+        total[part] += one.duration * one.autocovariance
+        weights[part] += one.duration
     return ResponseNoise(
         responses=heard[0].responses,
         rate=heard[0].rate,
-        lagged=total / weights[:, None, None],
-        seconds=float(weights[reach]),
+        autocovariance=total / weights[:, None, None],
+        duration=float(weights[reach]),
     )

@@ -289,7 +289,7 @@ def _min_amplitude(
     aircraft: Aircraft, surface: str, answer: InputResponse, noise: Mapping[str, float]
 ) -> tuple[float, str]:
     """Return the least amplitude whose answer stands out, rad, with words."""
-    swings = {name: answer.swing(name) / noise[name] for name in RESPONSE_CHANNELS[surface]}
+    swings = {name: answer.peak_to_peak(name) / noise[name] for name in RESPONSE_CHANNELS[surface]}
     best = max(swings, key=lambda name: swings[name])
     rate = _OWN_RATE[surface]
     found = _min_by_linkage(getattr(aircraft.controls, surface))

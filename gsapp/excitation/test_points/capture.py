@@ -42,7 +42,7 @@ class TestPointCapture:
         self._kept = np.empty((0, 2))
         self._captured: int | None = None
 
-    def aim(self, points: Sequence[TestPoint]) -> None:
+    def set_points(self, points: Sequence[TestPoint]) -> None:
         """Watch other points; one that was captured and is still among them stays so."""
         known = {point: place for place, point in enumerate(points)}
         self._captured = known.get(self.captured) if self.captured is not None else None
@@ -53,9 +53,9 @@ class TestPointCapture:
         """Return the point captured last, until the aircraft has left it; None for none."""
         return None if self._captured is None else self._points[self._captured]
 
-    def take(self, rows: FlightRows) -> None:
+    def process_rows(self, rows: FlightRows) -> None:
         """Take in the next rows."""
-        if rows.fresh:
+        if rows.starts_segment:
             self.restart()
         if not len(rows):
             return

@@ -49,27 +49,27 @@ class ModeTiming:
     ----------
     name : str
         ``short period``, ``dutch roll``, ``roll``.
-    natural : float
+    natural_frequency : float
         Natural frequency, rad/s.
-    damping : float
+    damping_ratio : float
         Ratio; 1 for real poles.
-    slowest : float
+    slowest_time_constant : float
         Time constant of its slower part, s.
     """
 
     name: str
-    natural: float
-    damping: float
-    slowest: float
+    natural_frequency: float
+    damping_ratio: float
+    slowest_time_constant: float
 
     @property
-    def hands_off(self) -> float:
+    def hands_off_time(self) -> float:
         """Return how long its free motion is worth having, s: two periods, if it has any."""
-        if self.damping < _HEAVY:
-            period = 2.0 * math.pi / (self.natural * math.sqrt(1.0 - self.damping**2))
+        if self.damping_ratio < _HEAVY:
+            period = 2.0 * math.pi / (self.natural_frequency * math.sqrt(1.0 - self.damping_ratio**2))
             wanted = HANDS_OFF_PERIODS * period
         else:
-            wanted = _TIME_CONSTANTS * self.slowest
+            wanted = _TIME_CONSTANTS * self.slowest_time_constant
         return min(max(wanted, MIN_FREE_RESPONSE_TIME), MAX_HANDS_OFF_TIME)
 
 
@@ -113,7 +113,7 @@ def oscillation_step_width(mode: ModeTiming, kind: str) -> ToleranceBand:
     low = int(np.flatnonzero(poor[:best])[-1]) + 1 if poor[:best].any() else 0
     after = np.flatnonzero(poor[best:])
     high = best + int(after[0]) - 1 if after.size else response.size - 1
-    widths = np.clip(_GRID[[low, best, high]] / (units * mode.natural), _FASTEST, _SLOWEST)
+    widths = np.clip(_GRID[[low, best, high]] / (units * mode.natural_frequency), _FASTEST, _SLOWEST)
     return ToleranceBand(
         low=float(widths[0]),
         best=float(widths[1]),
@@ -131,8 +131,8 @@ def roll_step_width(roll_mode: ModeTiming, wobble: ModeTiming) -> ToleranceBand:
     roll_mode, wobble : ModeTiming
         Roll and dutch roll.
     """
-    half_period = math.pi / wobble.natural
-    low = min(_ROLL_BUILT_UP * roll_mode.slowest, half_period / 1.5)
+    half_period = math.pi / wobble.natural_frequency
+    low = min(_ROLL_BUILT_UP * roll_mode.slowest_time_constant, half_period / 1.5)
     low, high = (min(max(width, _FASTEST), _SLOWEST) for width in (low, half_period))
     return ToleranceBand(
         low=low,
@@ -150,7 +150,7 @@ def _timing(name: str, poles: Sequence[complex]) -> ModeTiming:
     decay = -sum(pole.real for pole in poles) / len(poles)
     damping = decay / natural if poles[0].imag else 1.0
     slow = min(max(-pole.real, 1e-3) for pole in poles)
-    return ModeTiming(name=name, natural=natural, damping=damping, slowest=1.0 / slow)
+    return ModeTiming(name=name, natural_frequency=natural, damping_ratio=damping, slowest_time_constant=1.0 / slow)
 
 
 def _poles(linear: LinearModel, states: Sequence[str]) -> list[complex]:

@@ -46,7 +46,7 @@ class PerturbationModels:
     longitudinal: LinearModel
     lateral: LinearModel
 
-    def behind(self, surface: str) -> LinearModel:
+    def model_for(self, surface: str) -> LinearModel:
         """Return the model that a surface (``de``, ``da``, ``dr``) acts on."""
         return self.longitudinal if surface == "de" else self.lateral
 
@@ -69,7 +69,7 @@ class InputResponse:
     histories: Mapping[str, FloatArray]
     duration: float
 
-    def swing(self, channel: str) -> float:
+    def peak_to_peak(self, channel: str) -> float:
         """Return the peak-to-peak answer as the grader measures it, SI per rad; 0 for none."""
         if channel not in self.histories:
             return 0.0
@@ -132,7 +132,7 @@ def simulate_input_response(
     listen : float
         How long the answer is followed after the input, s.
     """
-    linear = motions.behind(surface)
+    linear = motions.model_for(surface)
     steps = INPUT_SHAPES.get(kind, INPUT_SHAPES["doublet"])
     count = int(np.ceil((len(steps) * width + listen) / RESPONSE_TIME_STEP))
     states, outputs = _step_response(linear, surface, max(lag, RESPONSE_TIME_STEP), count)

@@ -89,7 +89,7 @@ def create_point_at(
     room = tolerance or Tolerance()
     remarks: tuple[str, ...] = ()
     level = None
-    if curve is None or curve.speeds is None:
+    if curve is None or curve.speed_range is None:
         why = curve.problem if curve is not None and curve.problem else "no model is known"
         unknown = "whether speed and angle of attack fit each other"
         if speed is None or alpha is None:
@@ -102,7 +102,7 @@ def create_point_at(
             if aimed is None:
                 raise TestPointError(_no_such_alpha(alpha, curve, system))
         assert aimed is not None  # noqa: S101  one of the two was given
-        level = curve.at(aimed)
+        level = curve.level_flight_at(aimed)
         if level is None:
             raise TestPointError(_no_such_speed(aimed, curve, system))
         if alpha is not None and abs(alpha - level.alpha) > room.alpha:
@@ -131,8 +131,8 @@ def create_point_at(
 
 
 def _no_such_speed(speed: float, curve: TrimCurve, system: str) -> str:
-    assert curve.speeds is not None  # noqa: S101  asked before
-    low, high = curve.speeds
+    assert curve.speed_range is not None  # noqa: S101  asked before
+    low, high = curve.speed_range
     slow = speed < low
     end = low if slow else high
     return (
@@ -143,12 +143,12 @@ def _no_such_speed(speed: float, curve: TrimCurve, system: str) -> str:
 
 
 def _no_such_alpha(alpha: float, curve: TrimCurve, system: str) -> str:
-    assert curve.speeds is not None  # noqa: S101  asked before
-    most, least = (curve.alpha_at(speed) or 0.0 for speed in curve.speeds)
+    assert curve.speed_range is not None  # noqa: S101  asked before
+    most, least = (curve.alpha_at(speed) or 0.0 for speed in curve.speed_range)
     return (
         f"level flight at alpha {_format_value(alpha, 'alpha', system)} is not possible: it goes from "
-        f"{_format_value(least, 'alpha', system)} at {_format_value(curve.speeds[1], 'V', system)} to "
-        f"{_format_value(most, 'alpha', system)} at {_format_value(curve.speeds[0], 'V', system)}; write one in between"
+        f"{_format_value(least, 'alpha', system)} at {_format_value(curve.speed_range[1], 'V', system)} to "
+        f"{_format_value(most, 'alpha', system)} at {_format_value(curve.speed_range[0], 'V', system)}; write one in between"
     )
 
 

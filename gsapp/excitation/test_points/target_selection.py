@@ -168,11 +168,11 @@ def _timing(
     if {"da", "dr"} & set(surfaces):
         excited.append(wobble)
     # The roll dies at once; what is waited for after an aileron input is the dutch roll.
-    hands_off = max(mode.hands_off for mode in excited)
+    hands_off = max(mode.hands_off_time for mode in excited)
     if set(surfaces) == {"da"}:
         fastest = roll_subsidence(motions.lateral)
         return roll_step_width(fastest, wobble), hands_off, fastest.name
-    slowest = min(excited, key=lambda mode: mode.natural)
+    slowest = min(excited, key=lambda mode: mode.natural_frequency)
     return oscillation_step_width(slowest, kind), hands_off, slowest.name
 
 

@@ -72,8 +72,8 @@ class TrimCurve:
     ----------
     mass, rho, flap : float
         As given.
-    shift : float
-        By which alpha as measured lies above that of the model, rad; see `retrimmed`.
+    alpha_shift : float
+        By which alpha as measured lies above that of the model, rad; see `with_measured_alpha`.
     problem : str
         Why nothing can be told, in words; empty if something can.
     """
@@ -90,7 +90,7 @@ class TrimCurve:
         self.mass = aircraft.mass.mass if mass is None else mass
         self.rho = rho
         self.flap = flap
-        self.shift = 0.0
+        self.alpha_shift = 0.0
         self.problem = ""
         self._table = self._flown(aircraft, model)
         if self._table.size:
@@ -99,38 +99,38 @@ class TrimCurve:
             self._speed = PchipInterpolator(alphas[::-1], speeds[::-1])
 
     @property
-    def speeds(self) -> tuple[float, float] | None:
+    def speed_range(self) -> tuple[float, float] | None:
         """Return the slowest and the fastest level flight, m/s; None where nothing is known."""
         if not self._table.size:
             return None
         return float(self._table[0, 0]), float(self._table[-1, 0])
 
-    def at(self, speed: float) -> LevelFlight | None:
+    def level_flight_at(self, speed: float) -> LevelFlight | None:
         """Return level flight at a speed (m/s); None where it cannot be flown or is not known."""
-        ends = self.speeds
+        ends = self.speed_range
         if ends is None or not ends[0] <= speed <= ends[1]:
             return None
         alpha, throttle, elevator = (float(value) for value in self._curve(speed))
         return LevelFlight(
-            speed=speed, alpha=alpha + self.shift, throttle=throttle, elevator=elevator
+            speed=speed, alpha=alpha + self.alpha_shift, throttle=throttle, elevator=elevator
         )
 
     def alpha_at(self, speed: float) -> float | None:
         """Return the angle of attack (rad) at a speed (m/s), or None."""
-        found = self.at(speed)
+        found = self.level_flight_at(speed)
         return None if found is None else found.alpha
 
     def speed_at(self, alpha: float) -> float | None:
         """Return the speed (m/s) at an angle of attack (rad), or None."""
         if not self._table.size:
             return None
-        by_model = alpha - self.shift
+        by_model = alpha - self.alpha_shift
         least, most = float(self._table[-1, 1]), float(self._table[0, 1])
         if not least - _ROUNDING <= by_model <= most + _ROUNDING:
             return None
         return float(self._speed(min(max(by_model, least), most)))
 
-    def retrimmed(self, flown: Sequence[tuple[float, float]]) -> TrimCurve:
+    def with_measured_alpha(self, flown: Sequence[tuple[float, float]]) -> TrimCurve:
         """Return the curve with its alpha as it was measured in steady flight.
 
         Parameters
@@ -140,14 +140,14 @@ class TrimCurve:
             median counts, and no more of it than `MAX_ALPHA_SHIFT`.
         """
         misses = [
-            alpha - expected.alpha + self.shift
+            alpha - expected.alpha + self.alpha_shift
             for speed, alpha in flown
-            if (expected := self.at(speed)) is not None and math.isfinite(alpha)
+            if (expected := self.level_flight_at(speed)) is not None and math.isfinite(alpha)
         ]
         if len(misses) < _FEWEST_STRETCHES:
             return self
         moved = copy.copy(self)
-        moved.shift = min(max(float(np.median(misses)), -MAX_ALPHA_SHIFT), MAX_ALPHA_SHIFT)
+        moved.alpha_shift = min(max(float(np.median(misses)), -MAX_ALPHA_SHIFT), MAX_ALPHA_SHIFT)
         return moved
 
     def _flown(self, aircraft: Aircraft, model: Model | None) -> FloatArray:

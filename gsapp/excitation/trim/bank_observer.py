@@ -53,9 +53,9 @@ class BankObserver:
     ----------
     bank : float
         rad; NaN while no yaw rate is measured.
-    spread : float
+    bank_std : float
         Its standard deviation, rad.
-    nose : float
+    pitch : float
         Pitch attitude in level flight, rad.
     """
 
@@ -67,8 +67,8 @@ class BankObserver:
     def restart(self) -> None:
         """Forget everything."""
         self._filter = TwoStateKalmanFilter((0.0, 0.0), _START)
-        self.nose = _NOSE
-        self.bank, self.spread = math.nan, _START[0]
+        self.pitch = _NOSE
+        self.bank, self.bank_std = math.nan, _START[0]
 
     def step(
         self,
@@ -104,15 +104,15 @@ class BankObserver:
         side_noise = _SIDE_NOISE if ay == ay else _SIDE_UNKNOWN
         p, q = (p if p == p else 0.0), (q if q == q else 0.0)
         if ax == ax:
-            seen = (ax - q * V * self.nose) / GRAVITY
-            self.nose += dt / _NOSE_TIME * (min(max(seen, -0.4), 0.4) - self.nose)
+            seen = (ax - q * V * self.pitch) / GRAVITY
+            self.pitch += dt / _NOSE_TIME * (min(max(seen, -0.4), 0.4) - self.pitch)
         phi, v = state.first, state.second
         sine, cosine = math.sin(phi), math.cos(phi)
-        nose = math.tan(self.nose)
+        nose = math.tan(self.pitch)
         roll = p + nose * (q * sine + r * cosine)
-        pull = GRAVITY * math.cos(self.nose)
+        pull = GRAVITY * math.cos(self.pitch)
         side = (ay if ay == ay else 0.0) + pull * sine - r * V + p * V * nose
-        state.move(
+        state.predict(
             (phi + dt * roll, v + dt * side),
             (0.0, dt * pull * cosine),
             (dt * roll_noise, dt * side_noise),
@@ -120,6 +120,6 @@ class BankObserver:
         # A gust lasts: each tick tells only a part of what independent ones would.
         expected = V * beta if beta == beta else 0.0
         apart = math.hypot(_CALM_AIR, gusts) if beta == beta else math.hypot(_SLIPPING, gusts)
-        state.see_second(expected, 2.0 * apart * apart * _GUST_TIME / dt)
+        state.update_second(expected, 2.0 * apart * apart * _GUST_TIME / dt)
         self.bank = min(max(state.first, -1.5), 1.5)
-        self.spread = state.spreads[0]
+        self.bank_std = state.stds[0]

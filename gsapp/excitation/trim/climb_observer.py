@@ -80,7 +80,7 @@ class ClimbObserver:
         if self._unseen > _MISSING_FOR:
             self.restart()
             return
-        state.move(
+        state.predict(
             (state.first + dt * state.second, state.second + dt * before),
             (dt, 0.0),
             (0.0, dt * _LIFTED),
@@ -89,7 +89,7 @@ class ClimbObserver:
         if self._astray > _ASTRAY_FOR:
             state = self._filter = TwoStateKalmanFilter((height, state.second), _START)
         elif height == height and not self._astray:
-            state.see_first(height, _HEIGHT**2)
+            state.update_first(height, _HEIGHT**2)
         elif climb_rate == climb_rate:
-            state.see_second(climb_rate, _RATE**2)
+            state.update_second(climb_rate, _RATE**2)
         self.climb = state.second + dt * sum(self._lifts)

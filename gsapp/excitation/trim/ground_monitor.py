@@ -40,7 +40,7 @@ class GroundMonitor:
         Flies; stands still on the ground.
     on_ground : bool
         Is not airborne, and was looked at for long enough to say so.
-    zeros : tuple of float
+    zero_offsets : tuple of float
         Of p, q, r, rad/s: to be taken off what they show.
     """
 
@@ -54,7 +54,7 @@ class GroundMonitor:
         self.airborne = False
         self.on_ground = False
         self.standing = False
-        self.zeros = (0.0, 0.0, 0.0)
+        self.zero_offsets = (0.0, 0.0, 0.0)
 
     def step(self, values: tuple[float, ...]) -> None:
         """Go on by one tick: p, q, r (rad/s), V (m/s), altitude (m); NaN where missing."""
@@ -76,7 +76,7 @@ class GroundMonitor:
         row[[SIGNAL_COLUMNS[name] for name in _FLOWN]] = means
         self._watch.add(self._frames * FRAME_DURATION, row)
         self.airborne = self._watch.airborne
-        self.standing = not self.airborne and bool(self._watch.standing)
+        self.standing = not self.airborne and bool(self._watch.is_stationary)
         if self.standing:
             self._learn(means[:3])
 
@@ -86,7 +86,7 @@ class GroundMonitor:
         self._still_frames += there
         known = self._still_frames >= _FEWEST_FRAMES
         p, q, r = np.where(known, self._still / np.maximum(self._still_frames, 1), 0.0).tolist()
-        self.zeros = (p, q, r)
+        self.zero_offsets = (p, q, r)
 
 
 def _mean(values: tuple[float, ...]) -> float:

@@ -64,10 +64,10 @@ class LegMonitor:
 
     Attributes
     ----------
-    turning : bool
-    left : float or None
+    is_turning : bool
+    time_left : float or None
         Seconds of the leg that are left; None in a turn and where nothing tells.
-    told_by : str
+    source : str
         ``position``, ``turns`` or empty.
     """
 
@@ -85,9 +85,9 @@ class LegMonitor:
         self._leg_heading = 0.0
         self._began: _Leg | None = None
         self._places: deque[tuple[float, float]] = deque(maxlen=round(_MEMORY / self._dt))
-        self.turning = False
-        self.left: float | None = None
-        self.told_by = ""
+        self.is_turning = False
+        self.time_left: float | None = None
+        self.source = ""
         self._laps = 0
 
     def step(self, rate: float, mean_rate: float, bank: float, north: float, east: float) -> None:
@@ -106,7 +106,7 @@ class LegMonitor:
             self._heading += rate * self._dt
         self._places.append((north, east))
         size = abs(mean_rate) if math.isfinite(mean_rate) else 0.0
-        if self.turning:
+        if self.is_turning:
             self._turned += rate * self._dt if math.isfinite(rate) else 0.0
             if abs(self._turned) > _PATTERN_TURN and self._began is not None:
                 self._keep(self._began)
@@ -114,17 +114,17 @@ class LegMonitor:
                 self._leave_turn()
         elif size > TURN_RATE_LIMIT and not math.copysign(1.0, mean_rate) * bank < TURN_BANK_LIMIT:
             self._enter_turn()
-        if not self.turning or self._began is not None:
+        if not self.is_turning or self._began is not None:
             self._straight_for += self._dt
         self._tell()
 
     @property
-    def doubt(self) -> float:
+    def time_uncertainty(self) -> float:
         """Return how much earlier the turn may well come, s."""
-        return _DOUBT[self.told_by] + (_ONE_LAP if self._laps == 1 else 0.0)
+        return _DOUBT[self.source] + (_ONE_LAP if self._laps == 1 else 0.0)
 
     def _enter_turn(self) -> None:
-        self.turning, self._turned = True, 0.0
+        self.is_turning, self._turned = True, 0.0
         north, east, track, speed = self._ground()
         # The leg ended here, if this becomes a turn of the pattern.
         ahead = (SLOW_CHANNEL_DELAY - _ROLLING_IN) * speed
@@ -143,14 +143,14 @@ class LegMonitor:
         self._began, self._on_leg = None, True
 
     def _leave_turn(self) -> None:
-        self.turning = False
+        self.is_turning = False
         if self._began is None:
             self._straight_for, self._leg_heading = 0.0, self._heading
         self._began = None
 
     def _tell(self) -> None:
-        self.left, self.told_by, self._laps = None, "", 0
-        if self.turning or not self._on_leg:
+        self.time_left, self.source, self._laps = None, "", 0
+        if self.is_turning or not self._on_leg:
             return
         north, east, track, speed = self._ground()
         if speed > _SLOWEST:
@@ -160,18 +160,18 @@ class LegMonitor:
                 for leg in alike[-_LATEST:]
             ]
             if ahead:
-                self.left, self.told_by = min(ahead) / speed - SLOW_CHANNEL_DELAY, "position"
+                self.time_left, self.source = min(ahead) / speed - SLOW_CHANNEL_DELAY, "position"
                 self._laps = len(ahead)
-        if self.left is None:
+        if self.time_left is None:
             same = [
                 leg for leg in self._legs if _angle_between(leg.heading, self._leg_heading) < _ALIKE
             ]
             lengths = [leg.length for leg in (same or list(self._legs))[-_LATEST:]]
             if lengths:
-                self.left, self.told_by = min(lengths) - self._straight_for, "turns"
+                self.time_left, self.source = min(lengths) - self._straight_for, "turns"
                 self._laps = len(lengths)
-        if self.left is not None and self.left < -_OVERRUN:
-            self.left, self.told_by = None, ""
+        if self.time_left is not None and self.time_left < -_OVERRUN:
+            self.time_left, self.source = None, ""
 
     def _ground(self) -> tuple[float, float, float, float]:
         """Return the last position known (m), track (rad) and ground speed (m/s); NaN for none."""

@@ -58,10 +58,10 @@ class MotionEstimator:
     ----------
     motion : MeanMotion
         Over the last second.
-    quick : tuple of float
+    fast_rates : tuple of float
         p, q, r over the last 0.3 s, rad/s.
     airborne : bool
-    wings : tuple of str
+    bank_sources : tuple of str
         What tells the bank, in words.
     unrest : TurbulenceMonitor
     leg : LegMonitor
@@ -70,7 +70,7 @@ class MotionEstimator:
     def __init__(self, aircraft: Aircraft | None, dt: float, tolerances: TrimTolerances) -> None:
         self._aircraft = aircraft
         self._dt = dt
-        self._second = round(tolerances.steady / dt)
+        self._second = round(tolerances.averaging_time / dt)
         usual = _USUAL_SPEED if aircraft is None else _CRUISE * flying_speed(aircraft)
         self.unrest = TurbulenceMonitor(aircraft, tolerances, self._second)
         self._stand = GroundMonitor(aircraft, dt)
@@ -91,15 +91,15 @@ class MotionEstimator:
         self._rates: deque[Sequence[float]] = deque(maxlen=round(_QUICK_TIME / self._dt))
         self.motion = MeanMotion(*(math.nan for _ in MeanMotion._fields))
         self._local = False
-        self.quick: tuple[float, ...] = (0.0, 0.0, 0.0)
+        self.fast_rates: tuple[float, ...] = (0.0, 0.0, 0.0)
         self.airborne = self.on_ground = False
-        self.wings: tuple[str, ...] = ()
+        self.bank_sources: tuple[str, ...] = ()
 
-    def take(self, ticks: FloatArray) -> Iterator[None]:
+    def process_ticks(self, ticks: FloatArray) -> Iterator[None]:
         """Go through ticks of `gsapp.excitation.trim.tick_means.TICK_CHANNELS`; give way after each."""
         prepared = [self._prepared(values) for values in ticks.tolist()]
         fitted = [[values[place] for place in _FITTED_PLACES] for values, *_ in prepared]
-        fit = self._window.take(np.array(fitted, dtype=np.float64).reshape(-1, len(_FITTED)))
+        fit = self._window.fit_windows(np.array(fitted, dtype=np.float64).reshape(-1, len(_FITTED)))
         for place, (values, airborne, on_ground, standing) in enumerate(prepared):
             self.airborne, self.on_ground = airborne, on_ground
             self._step(values, standing, fit, place)
@@ -110,7 +110,7 @@ class MotionEstimator:
         stand = self._stand
         p, q, r, speed = values[_P], values[_Q], values[_R], values[_SPEED]
         stand.step((p, q, r, speed, values[_ALTITUDE]))
-        p, q, r = (rate - zero for rate, zero in zip((p, q, r), stand.zeros, strict=True))
+        p, q, r = (rate - zero for rate, zero in zip((p, q, r), stand.zero_offsets, strict=True))
         values[_P], values[_Q], values[_R] = p, q, r
         if self._aircraft is not None:
             vane = self._aircraft.sensors.alpha_vane
@@ -125,17 +125,17 @@ class MotionEstimator:
         means = fit.mean[place].tolist()
         p, q, r, ax, ay, an, _, beta, speed, phi, theta, altitude, climb_rate, height = values[:14]
         attitude = phi == phi
-        self.wings = ATTITUDE_SOURCE if attitude else _bank_sources(r, p, ay, beta)
+        self.bank_sources = ATTITUDE_SOURCE if attitude else _bank_sources(r, p, ay, beta)
         if standing:
-            self.unrest.learn(powers)
+            self.unrest.learn_ground_noise(powers)
         if not airborne:
             self._bank.restart()
         self.unrest.step(powers, means[-1])
         bank = self._bank
-        bank.step((p, q, r), ax, ay, speed, beta, self.unrest.gusts or 0.0)
+        bank.step((p, q, r), ax, ay, speed, beta, self.unrest.gust_strength or 0.0)
         seen = phi if attitude else bank.bank
         leaning = seen if seen == seen else 0.0
-        nose = theta if theta == theta else bank.nose
+        nose = theta if theta == theta else bank.pitch
         sine, cosine = math.sin(leaning), math.cos(leaning)
         lift = math.cos(nose) * (cosine * an - (sine * ay if ay == ay else 0.0)) - GRAVITY
         lift += math.sin(nose) * ax if ax == ax else 0.0
@@ -145,7 +145,7 @@ class MotionEstimator:
         self._turns.append((q * sine if q == q else 0.0) + r * cosine)
         if airborne:
             self.leg.step(self._turns[-1], _mean(self._turns), seen, *self._place(values[14:]))
-        self.quick = tuple(_mean(column) for column in zip(*self._rates, strict=True))
+        self.fast_rates = tuple(_mean(column) for column in zip(*self._rates, strict=True))
         leaned, climb, high = (_mean(column) for column in zip(*self._derived, strict=True))
         self.motion = MeanMotion(
             roll_rate=means[0],
@@ -157,7 +157,7 @@ class MotionEstimator:
             bank=leaned,
             climb=climb,
             height=high,
-            spread=0.0 if attitude else bank.spread,
+            spread=0.0 if attitude else bank.bank_std,
         )
 
     def _place(self, values: list[float]) -> tuple[float, float]:

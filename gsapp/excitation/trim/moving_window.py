@@ -53,7 +53,7 @@ class MovingWindow:
         self._places = self._lags - 0.5 * (length - 1)
         self._lever = float((self._places**2).sum())
 
-    def take(self, ticks: FloatArray) -> WindowFit:
+    def fit_windows(self, ticks: FloatArray) -> WindowFit:
         """Return the lines through the windows that end at these ticks.
 
         Parameters

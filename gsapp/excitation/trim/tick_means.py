@@ -43,14 +43,14 @@ class TickMeans:
 
     Attributes
     ----------
-    distrusted : frozenset of str
+    invalid_channels : frozenset of str
         Channels that others found not to be trusted; read as missing.
     """
 
     def __init__(self, tick: int, dt: float) -> None:
         self._tick = tick
         self._longest = round(_STUCK / dt)
-        self.distrusted: frozenset[str] = frozenset()
+        self.invalid_channels: frozenset[str] = frozenset()
         self.restart()
 
     def restart(self) -> None:
@@ -58,7 +58,7 @@ class TickMeans:
         self._last = np.full(_QUICK, np.nan)
         self._same = np.zeros(_QUICK, dtype=np.int64)
 
-    def take(self, rows: FlightRows) -> tuple[FloatArray, list[tuple[str, ...]]]:
+    def average_rows(self, rows: FlightRows) -> tuple[FloatArray, list[tuple[str, ...]]]:
         """Return the mean of each whole tick, and which channels were stuck then.
 
         Returns
@@ -80,7 +80,7 @@ class TickMeans:
         for place in range(1, tick):
             total = total + filled[:, place]
         means = np.where(present > 0, total / np.maximum(present, 1), np.nan)
-        for name in self.distrusted & TICK_INDEX.keys():
+        for name in self.invalid_channels & TICK_INDEX.keys():
             if name not in _SPARES:
                 means[:, TICK_INDEX[name]] = np.nan
         if not still.any():
@@ -92,14 +92,14 @@ class TickMeans:
 
     def _read(self, rows: FlightRows) -> FloatArray:
         """Return what is seen; of a rate the first sensor to be trusted that has a sample."""
-        values = rows.together(TICK_CHANNELS)
+        values = rows.columns(TICK_CHANNELS)
         for name, spares in _SPARES.items():
             place = TICK_INDEX[name]
-            if name in self.distrusted:
+            if name in self.invalid_channels:
                 values[:, place] = np.nan
             for spare in spares:
                 gone = np.isnan(values[:, place])
-                if spare not in self.distrusted and gone.any():
+                if spare not in self.invalid_channels and gone.any():
                     values[gone, place] = rows[spare][gone]
         return values
 

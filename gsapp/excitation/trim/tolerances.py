@@ -12,8 +12,8 @@ from gsapp.quantities.constants import DEGREE, FOOT, GRAVITY
 class TrimTolerances:
     """How far from steady level flight an input may begin.
 
-    Everything is a mean over `steady` seconds but the unrest: that is the standard deviation
-    about the straight line through `steady` seconds, as root mean square over `calm` seconds.
+    Everything is a mean over `averaging_time` seconds but the unrest: that is the standard deviation
+    about the straight line through `averaging_time` seconds, as root mean square over `turbulence_time` seconds.
     How far speed and angle of attack may be from a test point is the point's own affair, see
     `gsapp.excitation.test_points.point.TestPoint`.
 
@@ -24,11 +24,11 @@ class TrimTolerances:
 
     Attributes
     ----------
-    steady : float
+    averaging_time : float
         s.
     bank : float
         rad to either side.
-    bank_unseen : float
+    bank_unmeasured : float
         The same where no attitude is measured, and bank follows from turn rate, rate of roll and
         lateral acceleration, rad.
     roll_rate, pitch_rate, yaw_rate : float
@@ -39,32 +39,32 @@ class TrimTolerances:
         m/s.
     height : float
         From that of a test point that asks for one, m.
-    calm : float
+    turbulence_time : float
         s.
-    unrest_alpha, unrest_beta : float
+    alpha_rms, beta_rms : float
         rad.
-    unrest_roll_rate, unrest_pitch_rate, unrest_yaw_rate : float
+    roll_rate_rms, pitch_rate_rms, yaw_rate_rms : float
         rad/s.
-    unrest_an : float
+    an_rms : float
         Normal acceleration, m/s^2.
     """
 
-    steady: float = 1.0
+    averaging_time: float = 1.0
     bank: float = 5.0 * DEGREE
-    bank_unseen: float = 8.0 * DEGREE
+    bank_unmeasured: float = 8.0 * DEGREE
     roll_rate: float = 4.0 * DEGREE
     pitch_rate: float = 3.0 * DEGREE
     yaw_rate: float = 3.0 * DEGREE
     acceleration: float = 2.0 * FOOT
     climb: float = 5.0 * FOOT
     height: float = 50.0 * FOOT
-    calm: float = 3.0
-    unrest_alpha: float = 0.7 * DEGREE
-    unrest_beta: float = 0.9 * DEGREE
-    unrest_roll_rate: float = 5.0 * DEGREE
-    unrest_pitch_rate: float = 2.5 * DEGREE
-    unrest_yaw_rate: float = 3.0 * DEGREE
-    unrest_an: float = 0.15 * GRAVITY
+    turbulence_time: float = 3.0
+    alpha_rms: float = 0.7 * DEGREE
+    beta_rms: float = 0.9 * DEGREE
+    roll_rate_rms: float = 5.0 * DEGREE
+    pitch_rate_rms: float = 2.5 * DEGREE
+    yaw_rate_rms: float = 3.0 * DEGREE
+    an_rms: float = 0.15 * GRAVITY
 
 
 DEFAULT_TOLERANCES: Final = TrimTolerances()

@@ -58,7 +58,7 @@ class TrimDeviation:
         ``acceleration`` (the speed changes), ``turn``, ``height``, ``unrest`` (of the air).
     amount : float
         By how much and which way, SI: value minus what is wanted.
-    share : float
+    tolerance_ratio : float
         ``abs(amount)`` over its tolerance; more than 1 is off.
     channel : str
         Of the vocabulary, for units and digits.
@@ -66,10 +66,10 @@ class TrimDeviation:
 
     quantity: str
     amount: float
-    share: float
+    tolerance_ratio: float
     channel: str
 
-    def words(self, system: str = "US") -> str:
+    def format_text(self, system: str = "US") -> str:
         """Return what a spotter says: "3 ft/s slow", "left wing low 6 deg", "nose dropping".
 
         Parameters
@@ -100,16 +100,16 @@ class TrimCue:
         See `TrimState`.
     since : float
         Flight time since which this state stands, s.
-    off : tuple of TrimDeviation
+    deviations : tuple of TrimDeviation
         The worst first; those beyond their tolerance come before the others. Empty while blind.
     judged_by : tuple of str
         By what each thing is judged, in words: "wings: rates and lateral acceleration, for want
         of attitude".
-    missing : tuple of str
+    limitations : tuple of str
         What cannot be judged, in words.
-    gusts : float or None
+    gust_strength : float or None
         Strength of the gusts, m/s; None where it cannot be told.
-    leg_left : float or None
+    leg_time_left : float or None
         Seconds of the straight leg that are left; None where unknown.
     progress : float
         0 to 1: how much of the steady time that GO takes has passed.
@@ -118,14 +118,14 @@ class TrimCue:
     time: float
     state: TrimState
     since: float
-    off: tuple[TrimDeviation, ...] = ()
+    deviations: tuple[TrimDeviation, ...] = ()
     judged_by: tuple[str, ...] = ()
-    missing: tuple[str, ...] = ()
-    gusts: float | None = None
-    leg_left: float | None = None
+    limitations: tuple[str, ...] = ()
+    gust_strength: float | None = None
+    leg_time_left: float | None = None
     progress: float = 0.0
 
     @property
     def worst(self) -> TrimDeviation | None:
         """Return what is off most; None if nothing is beyond its tolerance."""
-        return self.off[0] if self.off and self.off[0].share > 1.0 else None
+        return self.deviations[0] if self.deviations and self.deviations[0].tolerance_ratio > 1.0 else None

@@ -23,7 +23,7 @@ ATTITUDE_SOURCE: Final = ("attitude",)
 
 
 class MeanMotion(NamedTuple):
-    """Means over a window, SI; NaN where missing. `spread` is how well the bank is known."""
+    """Means over a window, SI; NaN where missing. `bank_std` is how well the bank is known."""
 
     roll_rate: float
     pitch_rate: float
@@ -34,7 +34,7 @@ class MeanMotion(NamedTuple):
     bank: float
     climb: float
     height: float
-    spread: float
+    bank_std: float
 
 
 def average_motion(motions: Iterable[MeanMotion]) -> MeanMotion:
@@ -65,13 +65,13 @@ def evaluate_trim(
                 TrimDeviation(
                     quantity=quantity,
                     amount=amount,
-                    share=abs(amount) / tolerance,
+                    tolerance_ratio=abs(amount) / tolerance,
                     channel=channel,
                 )
             )
 
-    unseen = tolerances.bank_unseen
-    doubt = 2.0 * max(motion.spread - _WELL_KNOWN, 0.0)
+    unseen = tolerances.bank_unmeasured
+    doubt = 2.0 * max(motion.bank_std - _WELL_KNOWN, 0.0)
     room = tolerances.bank if attitude else max(unseen - doubt, _LEAST_ROOM * unseen)
     add("bank", motion.bank, room, "phi" if attitude else "r")
     add("roll rate", motion.roll_rate, tolerances.roll_rate, "p")
@@ -86,7 +86,7 @@ def evaluate_trim(
             add("alpha", motion.alpha - point.alpha, point.alpha_tolerance, "alpha")
         if point.height is not None:
             add("height", motion.height - point.height, tolerances.height, "height")
-    return tuple(sorted(found, key=lambda off: -off.share))
+    return tuple(sorted(found, key=lambda off: -off.tolerance_ratio))
 
 
 def list_sources(

@@ -106,7 +106,7 @@ class TrimMonitor:
         self._rough = self._gusty = False
         self._calm_for = 0.0
         self._motions: deque[MeanMotion] = deque(
-            maxlen=2 * round(self._tolerances.steady / self._dt) + 1
+            maxlen=2 * round(self._tolerances.averaging_time / self._dt) + 1
         )
         self.cue: TrimCue | None = None
 
@@ -117,15 +117,15 @@ class TrimMonitor:
 
     # What others know -----------------------------------------------------------------
 
-    def aim(self, point: TestPoint | None) -> None:
+    def set_test_point(self, point: TestPoint | None) -> None:
         """Judge against a test point from now on; None judges steadiness alone, at any speed."""
         self._point = point
 
-    def hold_off(self, until: float) -> None:
+    def inhibit_go(self, until: float) -> None:
         """Give no GO before this flight time, s: an input is under way."""
         self._held_until = until
 
-    def leg_needed(self, seconds: float) -> None:
+    def require_leg_time(self, seconds: float) -> None:
         """Give no GO unless so many seconds from GO to the end of hands off fit before the turn.
 
         Three seconds (`MIN_LEG_TIME_LEFT`) are the least; they are not added, or no input would fit
@@ -133,19 +133,19 @@ class TrimMonitor:
         """
         self._needed = seconds
 
-    def distrust(self, channels: tuple[str, ...]) -> None:
+    def set_invalid_channels(self, channels: tuple[str, ...]) -> None:
         """Read these channels as missing from now on; an empty tuple trusts all again."""
-        self._means.distrusted = frozenset(channels)
+        self._means.invalid_channels = frozenset(channels)
 
     # Rows -----------------------------------------------------------------------------
 
-    def take(self, rows: FlightRows) -> None:
+    def process_rows(self, rows: FlightRows) -> None:
         """Judge at the end of each whole tick of these rows."""
-        if rows.fresh:
+        if rows.starts_segment:
             self._begin()
-        ticks, stuck = self._means.take(rows)
+        ticks, stuck = self._means.average_rows(rows)
         times = rows.times[self._tick - 1 :: self._tick].tolist()
-        for time, names, _ in zip(times, stuck, self._senses.take(ticks), strict=True):
+        for time, names, _ in zip(times, stuck, self._senses.process_ticks(ticks), strict=True):
             self._judge(time, names)
 
     def _judge(self, time: float, stuck: tuple[str, ...]) -> None:
@@ -153,7 +153,7 @@ class TrimMonitor:
         motion, airborne = senses.motion, senses.airborne
         self._motions.append(motion)
         off = (
-            evaluate_trim(motion, self._tolerances, point, attitude=senses.wings == ATTITUDE_SOURCE)
+            evaluate_trim(motion, self._tolerances, point, attitude=senses.bank_sources == ATTITUDE_SOURCE)
             if airborne
             else ()
         )
@@ -165,29 +165,29 @@ class TrimMonitor:
             changed = True
         state = self._keeper.state
         blind = state == "blind"
-        leg, told_by = senses.leg, senses.leg.told_by if airborne else ""
+        leg, told_by = senses.leg, senses.leg.source if airborne else ""
         self.cue = TrimCue(
             time=time,
             state=state,
             since=self._keeper.since,
-            off=() if blind else self._with_unrest(off) if airborne else (),
+            deviations=() if blind else self._with_unrest(off) if airborne else (),
             judged_by=()
             if blind
             else list_sources(
                 motion,
                 point,
-                wings=senses.wings,
+                wings=senses.bank_sources,
                 leg=told_by,
             ),
-            missing=list_unmeasured(
+            limitations=list_unmeasured(
                 motion,
                 point,
-                calm=not math.isnan(senses.unrest.share),
+                calm=not math.isnan(senses.unrest.tolerance_ratio),
                 leg=told_by,
                 stuck=stuck if airborne else (),
             ),
-            gusts=senses.unrest.gusts if airborne and self._undisturbed(time) else None,
-            leg_left=leg.left if airborne else None,
+            gust_strength=senses.unrest.gust_strength if airborne and self._undisturbed(time) else None,
+            leg_time_left=leg.time_left if airborne else None,
             progress=min(self._steady / STEADY_TIME, 1.0) if state in ("hold", "go") else 0.0,
         )
         if changed:
@@ -197,7 +197,7 @@ class TrimMonitor:
 
     def _wanted(self, time: float, off: Sequence[TrimDeviation], *, airborne: bool) -> TrimState:
         """Return what the state would be if it were new."""
-        if all(math.isnan(rate) for rate in self._senses.quick):
+        if all(math.isnan(rate) for rate in self._senses.fast_rates):
             self._steady = 0.0
             return "blind"
         if self._senses.on_ground:
@@ -208,12 +208,12 @@ class TrimMonitor:
             self._steady = 0.0
             return "fly"
         state = None if self._keeper is None else self._keeper.state
-        worst = off[0].share if off else 0.0
+        worst = off[0].tolerance_ratio if off else 0.0
         self._look_at_the_air(time)
         self._steady = self._steady + self._dt if worst <= 1.0 and not self._rough else 0.0
         held_off = time < self._held_until
         # Whoever makes an input already has no use for a leg that holds another one.
-        if self._senses.leg.turning or (self._too_short(state) and not held_off):
+        if self._senses.leg.is_turning or (self._too_short(state) and not held_off):
             return "turn"
         trimmed = worst <= (LEAVE_RATIO if state in ("hold", "go") else 1.0)
         # Gusts come and go: what three seconds together say does not.
@@ -231,31 +231,31 @@ class TrimMonitor:
         return "go" if sure or state == "go" else "hold"
 
     def _roughness(self) -> float:
-        share = self._senses.unrest.share
+        share = self._senses.unrest.tolerance_ratio
         return 0.0 if math.isnan(share) else share
 
     def _too_short(self, state: TrimState | None) -> bool:
-        left = self._senses.leg.left
+        left = self._senses.leg.time_left
         if left is None:
             return False
         least = max(MIN_LEG_TIME_LEFT, self._needed)
-        return left < least + self._senses.leg.doubt + (_AGAIN if state == "turn" else 0.0)
+        return left < least + self._senses.leg.time_uncertainty + (_AGAIN if state == "turn" else 0.0)
 
     def _off_on_average(self) -> float:
         """Return the share of the worst quantity over three seconds."""
         second = (len(self._motions) - 1) // 2
         three = average_motion([self._motions[place] for place in (0, second, 2 * second)])
         off = evaluate_trim(
-            three, self._tolerances, self._point, attitude=self._senses.wings == ATTITUDE_SOURCE
+            three, self._tolerances, self._point, attitude=self._senses.bank_sources == ATTITUDE_SOURCE
         )
-        return off[0].share if off else 0.0
+        return off[0].tolerance_ratio if off else 0.0
 
     def _look_at_the_air(self, time: float) -> None:
         """Tell air that is too rough now, and air that has been for some seconds."""
         roughness = self._roughness()
         self._rough = roughness > (_CALM_AGAIN if self._rough else 1.0)
         self._calm_for = self._calm_for + self._dt if roughness < _CALM_AGAIN else 0.0
-        if self._rough and self._senses.unrest.lasting:
+        if self._rough and self._senses.unrest.is_lasting:
             self._gusty = self._gusty or self._undisturbed(time)
         elif self._calm_for >= _CALM_FOR:
             self._gusty = False
@@ -266,24 +266,24 @@ class TrimMonitor:
 
     def _lost(self, off: Sequence[TrimDeviation], wanted: TrimState) -> bool:
         """Return whether GO must end at once."""
-        if wanted in ("blind", "turn") or (off and off[0].share > _LOST):
+        if wanted in ("blind", "turn") or (off and off[0].tolerance_ratio > _LOST):
             return True
         limits = self._tolerances
         rates = (limits.roll_rate, limits.pitch_rate, limits.yaw_rate)
         return any(
             abs(rate) > _LOST_RATE * limit
-            for rate, limit in zip(self._senses.quick, rates, strict=True)
+            for rate, limit in zip(self._senses.fast_rates, rates, strict=True)
         )
 
     def _with_unrest(self, off: tuple[TrimDeviation, ...]) -> tuple[TrimDeviation, ...]:
         """Add the unrest, in its place by size."""
         unrest = self._senses.unrest
-        if math.isnan(unrest.share):
+        if math.isnan(unrest.tolerance_ratio):
             return off
         restless = TrimDeviation(
             quantity="unrest",
-            amount=unrest.gusts or 0.0,
-            share=unrest.share,
-            channel=unrest.worst,
+            amount=unrest.gust_strength or 0.0,
+            tolerance_ratio=unrest.tolerance_ratio,
+            channel=unrest.worst_channel,
         )
-        return tuple(sorted((*off, restless), key=lambda one: -one.share))
+        return tuple(sorted((*off, restless), key=lambda one: -one.tolerance_ratio))

@@ -47,14 +47,14 @@ class TurbulenceMonitor:
 
     Attributes
     ----------
-    share : float
+    tolerance_ratio : float
         Of the most restless channel, root mean square over its tolerance; NaN where no channel
         tells.
-    worst : str
+    worst_channel : str
         That channel.
-    lasting : bool
+    is_lasting : bool
         Whether it has been restless for some seconds.
-    gusts : float or None
+    gust_strength : float or None
         m/s.
     """
 
@@ -65,14 +65,14 @@ class TurbulenceMonitor:
             else 2.0 * aircraft.mass.mass / (aircraft.geometry.wing_area * _LIFT_SLOPE)
         )
         self._second = second
-        self._now = max(1, round(tolerances.calm / tolerances.steady))
+        self._now = max(1, round(tolerances.turbulence_time / tolerances.averaging_time))
         self._limits = (
-            tolerances.unrest_roll_rate,
-            tolerances.unrest_pitch_rate,
-            tolerances.unrest_yaw_rate,
-            tolerances.unrest_an,
-            tolerances.unrest_alpha,
-            tolerances.unrest_beta,
+            tolerances.roll_rate_rms,
+            tolerances.pitch_rate_rms,
+            tolerances.yaw_rate_rms,
+            tolerances.an_rms,
+            tolerances.alpha_rms,
+            tolerances.beta_rms,
         )
         self._floor = [0.0] * len(TURBULENCE_CHANNELS)
         self._ground = 0
@@ -81,10 +81,10 @@ class TurbulenceMonitor:
     def restart(self) -> None:
         """Forget the motion; what was learned on the ground stays."""
         self._past: deque[Sequence[float]] = deque(maxlen=(WINDOW_COUNT - 1) * self._second + 1)
-        self.share, self.worst, self.lasting = math.nan, "", False
-        self.gusts: float | None = None
+        self.tolerance_ratio, self.worst_channel, self.is_lasting = math.nan, "", False
+        self.gust_strength: float | None = None
 
-    def learn(self, powers: Sequence[float]) -> None:
+    def learn_ground_noise(self, powers: Sequence[float]) -> None:
         """Take in what is to be seen of a standing aircraft: noise and vibration."""
         self._ground += 1
         self._floor = [
@@ -104,7 +104,7 @@ class TurbulenceMonitor:
         """
         self._past.append(self._with_alpha(powers, speed))
         seconds = [self._past[place] for place in range(len(self._past) - 1, -1, -self._second)]
-        self.share, self.worst, self.lasting = math.nan, "", False
+        self.tolerance_ratio, self.worst_channel, self.is_lasting = math.nan, "", False
         for place, limit in enumerate(self._limits):
             floor = self._floor[place]
             clean = [max(one[place] - floor, 0.0) for one in seconds if one[place] == one[place]]
@@ -112,10 +112,10 @@ class TurbulenceMonitor:
             if not recent:
                 continue
             share = math.sqrt(sum(recent) / len(recent)) / limit
-            if not share <= self.share:
-                self.share, self.worst = share, TURBULENCE_CHANNELS[place]
-                self.lasting = len(clean) >= WINDOW_COUNT and min(clean) > (_LASTING * limit) ** 2
-        self.gusts = self._gusts(seconds, speed)
+            if not share <= self.tolerance_ratio:
+                self.tolerance_ratio, self.worst_channel = share, TURBULENCE_CHANNELS[place]
+                self.is_lasting = len(clean) >= WINDOW_COUNT and min(clean) > (_LASTING * limit) ** 2
+        self.gust_strength = self._gusts(seconds, speed)
 
     def _with_alpha(self, powers: Sequence[float], speed: float) -> Sequence[float]:
         """Put what the lift tells of alpha in place of a vane that is not there."""

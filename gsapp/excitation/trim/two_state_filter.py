@@ -12,7 +12,7 @@ class TwoStateKalmanFilter:
     ----------
     states : tuple of float
         At the start.
-    spreads : tuple of float
+    stds : tuple of float
         Their standard deviations at the start.
 
     Attributes
@@ -28,11 +28,11 @@ class TwoStateKalmanFilter:
         self._p00, self._p01, self._p11 = spreads[0] ** 2, 0.0, spreads[1] ** 2
 
     @property
-    def spreads(self) -> tuple[float, float]:
+    def stds(self) -> tuple[float, float]:
         """Return the standard deviations of both states."""
         return math.sqrt(self._p00), math.sqrt(self._p11)
 
-    def move(
+    def predict(
         self,
         states: tuple[float, float],
         cross: tuple[float, float],
@@ -57,7 +57,7 @@ class TwoStateKalmanFilter:
         self._p01 = c * p00 + (1.0 + b * c) * p01 + b * p11
         self._p11 = c * c * p00 + 2.0 * c * p01 + p11 + noise[1]
 
-    def see_first(self, value: float, variance: float) -> None:
+    def update_first(self, value: float, variance: float) -> None:
         """Take in a measurement of the first state."""
         total = self._p00 + variance
         k0, k1 = self._p00 / total, self._p01 / total
@@ -68,7 +68,7 @@ class TwoStateKalmanFilter:
         self._p01 -= k0 * self._p01
         self._p00 -= k0 * self._p00
 
-    def see_second(self, value: float, variance: float) -> None:
+    def update_second(self, value: float, variance: float) -> None:
         """Take in a measurement of the second state."""
         total = self._p11 + variance
         k0, k1 = self._p01 / total, self._p11 / total

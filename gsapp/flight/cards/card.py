@@ -89,7 +89,7 @@ class TestCard(StrictModel):
     id : str
         Short, said over the radio: ``E1``.
     title : str
-        In words; `heading` makes one where it is left out.
+        In words; `display_title` makes one where it is left out.
     speed : float
         Airspeed at the start, m/s.
     alpha : float or None
@@ -196,7 +196,7 @@ class TestCard(StrictModel):
         return self.width * STEP_COUNTS.get(self.kind, 1)
 
     @property
-    def heading(self) -> str:
+    def display_title(self) -> str:
         """Return the title, or one made of surfaces and shape."""
         surfaces = " and ".join(SURFACE_NAMES[name] for name in self.surfaces)
         return self.title or f"{surfaces} {self.kind}".capitalize()

@@ -21,7 +21,7 @@ class Attempt:
     Attributes
     ----------
     maneuver : DetectedManeuver
-    off : mapping of str to float
+    deviations : mapping of str to float
         By how many tolerances ``speed``, ``alpha``, ``amplitude`` and ``width`` missed the card,
         signed (positive: too fast, too large, too long); what was not measured is left out.
     reasons : tuple of str
@@ -29,11 +29,11 @@ class Attempt:
     """
 
     maneuver: DetectedManeuver
-    off: Mapping[str, float]
+    deviations: Mapping[str, float]
     reasons: tuple[str, ...] = ()
 
     @property
-    def counts(self) -> bool:
+    def is_counted(self) -> bool:
         """Return whether it is one of the repeats that the card asks for."""
         return not self.reasons
 
@@ -53,21 +53,21 @@ class CardProgress:
     attempts: tuple[Attempt, ...] = ()
 
     @property
-    def good(self) -> int:
+    def good_count(self) -> int:
         """Return how many attempts count."""
-        return sum(attempt.counts for attempt in self.attempts)
+        return sum(attempt.is_counted for attempt in self.attempts)
 
     @property
-    def missing(self) -> int:
+    def remaining_count(self) -> int:
         """Return how many good ones are still wanted."""
-        return max(self.card.repeats - self.good, 0)
+        return max(self.card.repeats - self.good_count, 0)
 
     @property
     def state(self) -> CardState:
         """Return ``done``, ``begun`` (some good ones) or ``open``."""
-        if not self.missing:
+        if not self.remaining_count:
             return "done"
-        return "begun" if self.good else "open"
+        return "begun" if self.good_count else "open"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,14 +86,14 @@ class CardSetProgress:
     unplanned: tuple[DetectedManeuver, ...] = ()
 
     @property
-    def next(self) -> TestCard | None:
+    def next_card(self) -> TestCard | None:
         """Return the first card with repeats missing; None once all are done."""
-        return next((one.card for one in self.cards if one.missing), None)
+        return next((one.card for one in self.cards if one.remaining_count), None)
 
     @property
-    def done(self) -> bool:
+    def is_complete(self) -> bool:
         """Return whether every card has its repeats."""
-        return self.next is None
+        return self.next_card is None
 
 
 def match_cards(cards: CardSet, maneuvers: Sequence[DetectedManeuver]) -> CardSetProgress:
@@ -130,7 +130,7 @@ def match_cards(cards: CardSet, maneuvers: Sequence[DetectedManeuver]) -> CardSe
             ),
         )
         attempts[card.id].append(attempt)
-        good[card.id] += attempt.counts
+        good[card.id] += attempt.is_counted
     return CardSetProgress(
         cards=tuple(
             CardProgress(card=card, attempts=tuple(attempts[card.id])) for card in cards.cards
@@ -147,7 +147,7 @@ def compare_with_card(card: TestCard, maneuver: DetectedManeuver) -> Attempt:
     ]
     if maneuver.grade == "D":
         reasons.append(f"graded unfit ({'; '.join(maneuver.reasons) or 'no reason given'})")
-    return Attempt(maneuver=maneuver, off=off, reasons=tuple(reasons))
+    return Attempt(maneuver=maneuver, deviations=off, reasons=tuple(reasons))
 
 
 def _requests_maneuver(card: TestCard, maneuver: DetectedManeuver) -> bool:
@@ -188,7 +188,7 @@ def _width(card: TestCard, maneuver: DetectedManeuver) -> float | None:
 
 
 def _distance(attempt: Attempt) -> float:
-    return math.hypot(*attempt.off.values())
+    return math.hypot(*attempt.deviations.values())
 
 
 def _deviation_text(name: str, share: float, card: TestCard) -> str:

@@ -21,7 +21,7 @@ def store_campaign_run(catalog: Catalog, record: CampaignRun) -> int:
     FlightError
         If the catalog cannot be written, or the record is not JSON.
     """
-    with catalog.writing() as connection:
+    with catalog.transaction() as connection:
         cursor = connection.execute(
             """INSERT INTO kept_runs (label, made_at, method, axis, aircraft, flights, request,
                 settings, inputs, versions, result) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)""",
@@ -67,7 +67,7 @@ def update_campaign_run(catalog: Catalog, record: CampaignRun, number: int) -> N
 
     See `get_campaign_run` for the errors.
     """
-    with catalog.writing() as connection:
+    with catalog.transaction() as connection:
         done = connection.execute(
             """UPDATE kept_runs SET request = ?, settings = ?, result = ?
             WHERE id = ? AND forgotten_at IS NULL""",
@@ -100,7 +100,7 @@ def restore_campaign_run(catalog: Catalog, number: int) -> None:
     UnknownNameError
         If there never was one of that number.
     """
-    with catalog.writing() as connection:
+    with catalog.transaction() as connection:
         done = connection.execute(
             "UPDATE kept_runs SET forgotten_at = NULL WHERE id = ?", (number,)
         )
@@ -109,7 +109,7 @@ def restore_campaign_run(catalog: Catalog, number: int) -> None:
 
 
 def _change(catalog: Catalog, number: int, change: str, value: str) -> None:
-    with catalog.writing() as connection:
+    with catalog.transaction() as connection:
         done = connection.execute(
             f"UPDATE kept_runs SET {change} WHERE id = ? AND forgotten_at IS NULL",  # noqa: S608
             (value, number),

@@ -23,8 +23,8 @@ from gsapp.foundation import FlightError
 
 def store_flight(catalog: Catalog, flight: Flight, *, aircraft: str = "") -> int:
     """Store the facts of a flight, or renew them; return its number in the catalog."""
-    with catalog.writing() as connection:
-        return _flight(connection, FlightEntry.of(flight, aircraft=aircraft))
+    with catalog.transaction() as connection:
+        return _flight(connection, FlightEntry.from_flight(flight, aircraft=aircraft))
 
 
 def store_maneuvers(
@@ -52,12 +52,12 @@ def store_maneuvers(
         Who gave the grades that the crew did not give. A grade that a person gave by
         `store_grade` is not overruled by these.
     """
-    store_entry(catalog, FlightEntry.of(flight, maneuvers, aircraft=aircraft), graded_by=graded_by)
+    store_entry(catalog, FlightEntry.from_flight(flight, maneuvers, aircraft=aircraft), graded_by=graded_by)
 
 
 def store_entry(catalog: Catalog, entry: FlightEntry, *, graded_by: str = "program") -> None:
     """Store a flight with all its maneuvers; see `store_maneuvers`."""
-    with catalog.writing() as connection:
+    with catalog.transaction() as connection:
         number = _flight(connection, entry)
         connection.execute("UPDATE maneuvers SET stands = 0 WHERE flight = ?", (number,))
         for maneuver, conditions in zip(entry.maneuvers, entry.conditions, strict=True):
@@ -86,7 +86,7 @@ def add_entry(catalog: Catalog, entry: FlightEntry) -> tuple[str, ...]:
     entry : FlightEntry
         Not all of the flight's maneuvers, or named by hand.
     """
-    with catalog.writing() as connection:
+    with catalog.transaction() as connection:
         number = _flight(connection, entry)
         return tuple(
             _insert_maneuver(connection, number, maneuver, conditions)
@@ -131,7 +131,7 @@ def store_grade(
     """
     if grade not in GRADES:
         raise FlightError(f"there is no grade '{grade}'; grades are {', '.join(GRADES)}")
-    with catalog.writing() as connection:
+    with catalog.transaction() as connection:
         _grade(connection, maneuver_row_id(connection, flight, name), grade, reasons, by)
 
 
@@ -207,7 +207,7 @@ def _conditions(
     connection.execute("DELETE FROM conditions WHERE maneuver = ?", (maneuver,))
     connection.executemany(
         "INSERT INTO conditions (maneuver, channel, mean, least, most) VALUES (?, ?, ?, ?, ?)",
-        [(maneuver, name, one.mean, one.least, one.most) for name, one in conditions.items()],
+        [(maneuver, name, one.mean, one.minimum, one.maximum) for name, one in conditions.items()],
     )
 
 

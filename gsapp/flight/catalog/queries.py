@@ -199,7 +199,7 @@ def _run(catalog: Catalog, row: Any) -> EstimationRun:
         axis=row["axis"],
         maneuvers=tuple((one["flight"], one["name"]) for one in maneuvers),
         edges=tuple((one["t_start"], one["t_end"]) for one in maneuvers),
-        kept=row["kept"],
+        campaign_run_id=row["kept"],
         estimates={
             one["name"]: StoredEstimate(
                 value=one["value"],
@@ -226,7 +226,7 @@ def _by_maneuver(catalog: Catalog) -> dict[int, dict[str, FlightCondition]]:
     found: dict[int, dict[str, FlightCondition]] = {}
     for row in catalog.query("SELECT * FROM conditions ORDER BY maneuver, rowid"):
         found.setdefault(row["maneuver"], {})[row["channel"]] = FlightCondition(
-            mean=row["mean"], least=row["least"], most=row["most"]
+            mean=row["mean"], minimum=row["least"], maximum=row["most"]
         )
     return found
 

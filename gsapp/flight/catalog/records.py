@@ -37,8 +37,8 @@ class FlightCondition:
     """A channel in the second before the input, SI."""
 
     mean: float
-    least: float
-    most: float
+    minimum: float
+    maximum: float
 
 
 def compute_conditions(flight: Flight, maneuver: DetectedManeuver) -> dict[str, FlightCondition]:
@@ -56,12 +56,12 @@ def compute_conditions(flight: Flight, maneuver: DetectedManeuver) -> dict[str, 
         samples = samples[np.isfinite(samples)]
         if samples.size:
             found[name] = FlightCondition(
-                mean=float(samples.mean()), least=float(samples.min()), most=float(samples.max())
+                mean=float(samples.mean()), minimum=float(samples.min()), maximum=float(samples.max())
             )
     # Speed may follow from pressures, which the maneuver's own figure knows.
     for name, value in (("V", maneuver.V), ("alpha", maneuver.alpha)):
         if name not in found and value is not None:
-            found[name] = FlightCondition(mean=value, least=value, most=value)
+            found[name] = FlightCondition(mean=value, minimum=value, maximum=value)
     return found
 
 
@@ -95,7 +95,7 @@ class FlightEntry:
     complete: bool = True
 
     @staticmethod
-    def of(
+    def from_flight(
         flight: Flight,
         maneuvers: Sequence[DetectedManeuver] = (),
         *,
@@ -162,7 +162,7 @@ class EstimationRun:
         In the catalog; None before it was stored.
     edges : tuple of (float, float)
         First and last sample of each maneuver, s; empty for those that it has in the catalog.
-    kept : int or None
+    campaign_run_id : int or None
         Number of the kept run that it is part of; see `CampaignRun`.
     """
 
@@ -180,7 +180,7 @@ class EstimationRun:
     made_at: str = ""
     id: int | None = None
     edges: tuple[tuple[float, float], ...] = ()
-    kept: int | None = None
+    campaign_run_id: int | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -273,7 +273,7 @@ class StoredVerdict:
         What the pilot was told.
     card : str
         Id of the test card; empty for none.
-    counts : bool
+    is_counted : bool
         Whether it is one of the repeats that the card asks for.
     record : mapping
         All of it, what JSON can hold.
@@ -292,7 +292,7 @@ class StoredVerdict:
     result: str
     advice: str
     card: str = ""
-    counts: bool = False
+    is_counted: bool = False
     record: Mapping[str, Any] = field(default_factory=dict)
     flight: str = ""
     maneuver: str = ""
@@ -308,17 +308,17 @@ class CardScore:
     ----------
     card : str
         Its id.
-    heading : str
+    title : str
         What it asks for, in words.
-    good, flown, wanted : int
+    good, flown, requested : int
         Repeats that count, attempts, repeats asked for.
     """
 
     card: str
-    heading: str
+    title: str
     good: int
     flown: int
-    wanted: int
+    requested: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -27,7 +27,7 @@ def store_weights(catalog: Catalog, flight: str, weights: Mapping[str, float]) -
     weights : mapping of str to float
         By response, as in table 6.2.7.
     """
-    with catalog.writing() as connection:
+    with catalog.transaction() as connection:
         number = flight_row_id(connection, flight)
         connection.execute("DELETE FROM weights WHERE flight = ?", (number,))
         connection.executemany(
@@ -38,7 +38,7 @@ def store_weights(catalog: Catalog, flight: str, weights: Mapping[str, float]) -
 
 def store_model(catalog: Catalog, model: StoredModel) -> None:
     """Store a model under its name, or renew it."""
-    with catalog.writing() as connection:
+    with catalog.transaction() as connection:
         connection.execute(
             """INSERT INTO models (name, parent, content, evidence, made_at)
             VALUES (?, ?, ?, ?, ?)
@@ -63,7 +63,7 @@ def store_run(catalog: Catalog, run: EstimationRun) -> int:
     UnknownNameError
         If a maneuver or the model is not in the catalog.
     """
-    with catalog.writing() as connection:
+    with catalog.transaction() as connection:
         cursor = connection.execute(
             """INSERT INTO runs (method, axis, settings, model, converged, iterations, fit,
                 warnings, message, made_at, kept) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)""",
@@ -78,7 +78,7 @@ def store_run(catalog: Catalog, run: EstimationRun) -> int:
                 to_json_text(run.warnings),
                 run.message,
                 run.made_at or utc_timestamp(),
-                run.kept,
+                run.campaign_run_id,
             ),
         )
         number = int(cursor.lastrowid or 0)

@@ -113,7 +113,7 @@ class Catalog:
             return list(self._connection.execute(statement, tuple(values)))
 
     @contextlib.contextmanager
-    def writing(self) -> Iterator[sqlite3.Connection]:
+    def transaction(self) -> Iterator[sqlite3.Connection]:
         """Give the connection within one transaction: all is written, or nothing.
 
         Within another, it is part of that one.
@@ -171,7 +171,7 @@ class Catalog:
         return version
 
     def _migrate(self) -> None:
-        with self.writing() as connection:
+        with self.transaction() as connection:
             # Another program may have done it while this one waited for its turn.
             done = self._checked_version()
             for step in schema.MIGRATIONS[done:]:

@@ -44,7 +44,7 @@ def store_debrief(
         If the catalog cannot be written, or a record is not JSON.
     """
     number = store_flight(catalog, flight, aircraft=aircraft)
-    with catalog.writing() as connection:
+    with catalog.transaction() as connection:
         connection.execute("DELETE FROM verdicts WHERE flight = ?", (number,))
         connection.execute("DELETE FROM scores WHERE flight = ?", (number,))
         connection.executemany(
@@ -62,7 +62,7 @@ def store_debrief(
                     one.result,
                     one.advice,
                     one.card,
-                    one.counts,
+                    one.is_counted,
                     _json(one),
                 )
                 for one in verdicts
@@ -72,7 +72,7 @@ def store_debrief(
             """INSERT INTO scores (flight, card, place, heading, good, flown, wanted)
             VALUES (?, ?, ?, ?, ?, ?, ?)""",
             [
-                (number, one.card, place, one.heading, one.good, one.flown, one.wanted)
+                (number, one.card, place, one.title, one.good, one.flown, one.requested)
                 for place, one in enumerate(scores)
             ],
         )
@@ -121,7 +121,7 @@ def search_verdicts(
             result=row["result"],
             advice=row["advice"],
             card=row["card"],
-            counts=bool(row["counts"]),
+            is_counted=bool(row["counts"]),
             record=_parsed(catalog, row["record"]),
             maneuver=row["maneuver"] or "",
             grade=row["grade"] or "",
@@ -141,10 +141,10 @@ def list_card_scores(catalog: Catalog, flight: str) -> tuple[CardScore, ...]:
     return tuple(
         CardScore(
             card=row["card"],
-            heading=row["heading"],
+            title=row["heading"],
             good=row["good"],
             flown=row["flown"],
-            wanted=row["wanted"],
+            requested=row["wanted"],
         )
         for row in rows
     )

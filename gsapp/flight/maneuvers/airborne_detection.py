@@ -58,9 +58,9 @@ class AirborneDetector:
     airborne : bool
     since : float
         When the present state began, s; ``-inf`` for a record that begins in it.
-    judged_by : str
+    criterion : str
         What told it, in words.
-    standing : bool or None
+    is_stationary : bool or None
         Whether the airspeed says that it does not even roll; None where it does not tell.
     """
 
@@ -69,8 +69,8 @@ class AirborneDetector:
         self._motion = _MotionCriterion()
         self.airborne = False
         self.since = -math.inf
-        self.judged_by = "nothing"
-        self.standing: bool | None = None
+        self.criterion = "nothing"
+        self.is_stationary: bool | None = None
         self._first = True
         self._still_since = math.nan
         self._rolling = _ROLLING * flying_speed(aircraft)
@@ -89,16 +89,16 @@ class AirborneDetector:
         self._motion.add(means)
         self._speed.add(speed, moving=self._motion.turning)
         if math.isfinite(speed) and not self._speed.distrusted:
-            flies, self.judged_by = self._speed.flies, "airspeed"
-            self.standing = speed < self._rolling
+            flies, self.criterion = self._speed.flies, "airspeed"
+            self.is_stationary = speed < self._rolling
         else:
-            flies, self.judged_by = self._motion.flies, self._motion.told_by
-            self.standing = None
+            flies, self.criterion = self._motion.flies, self._motion.told_by
+            self.is_stationary = None
             if self._speed.distrusted:
-                self.judged_by += (
+                self.criterion += (
                     " (the airspeed stays below flying speed while the aircraft rolls and pitches)"
                 )
-        by_motion = self.standing is None
+        by_motion = self.is_stationary is None
         self._still_since = (
             time - (self._motion.still - 1) * FRAME_DURATION if by_motion else math.nan
         )
@@ -111,10 +111,10 @@ class AirborneDetector:
         self._first = False
 
     @property
-    def landing(self) -> float | None:
+    def possible_landing_time(self) -> float | None:
         """Return when a landing seems to have been, s, that the record's end left undecided."""
         long_enough = self._motion.still >= _STILL_AT_END and self._motion.low
-        if self.airborne and self.standing is None and self.since > -math.inf and long_enough:
+        if self.airborne and self.is_stationary is None and self.since > -math.inf and long_enough:
             return self._still_since
         return None
 

@@ -91,7 +91,7 @@ class DetectedManeuver:  # noqa: PLW1641 - the decorator makes the hash
             return NotImplemented
         return self.to_record() == other.to_record()
 
-    def after_verdict(
+    def with_verdict(
         self, result: str, advice: str, grade: Grade | None = None
     ) -> DetectedManeuver:
         """Return the maneuver graded no better than its verdict allows.
@@ -113,7 +113,7 @@ class DetectedManeuver:  # noqa: PLW1641 - the decorator makes the hash
             return self
         return replace(self, grade=limit, reasons=(*self.reasons, advice))
 
-    def used(self, *, alone: bool = False) -> bool:
+    def is_used(self, *, alone: bool = False) -> bool:
         """Return whether it takes part in estimates.
 
         Where nobody decided the grade does: unfit ones stay out. One that is alone in its flight

@@ -154,17 +154,17 @@ class ManeuverDetector:
         """Return whether the aircraft flies."""
         return self._watch.airborne
 
-    def flew(self, start: float, stop: float) -> bool:
+    def was_airborne(self, start: float, stop: float) -> bool:
         """Return whether the aircraft was in the air at any time from start to stop, s."""
         return any(begin <= stop and end >= start for begin, end in self._flown)
 
     @property
-    def judged_by(self) -> str:
+    def airborne_criterion(self) -> str:
         """Return what tells whether it flies, in words."""
-        return self._watch.judged_by
+        return self._watch.criterion
 
     @property
-    def under_way(self) -> bool:
+    def is_input_active(self) -> bool:
         """Return whether an input is being made, or its answer awaited."""
         return self._candidate is not None
 
@@ -199,7 +199,7 @@ class ManeuverDetector:
             All maneuvers, in order of time.
         """
         self._end_stretch()
-        landing = self._watch.landing
+        landing = self._watch.possible_landing_time
         if landing is not None:
             self._landed(landing)
         return self.maneuvers
@@ -281,16 +281,16 @@ class ManeuverDetector:
         self._meter.add(
             np.concatenate(self._window),
             airborne=self._watch.airborne,
-            standing=self._watch.standing,
+            standing=self._watch.is_stationary,
         )
         self._window = []
         noise = self._meter.floor
         self._setting = replace(self._setting, noise=noise)
-        self._quick.settle(self._setting)
+        self._quick.update_thresholds(self._setting)
 
     def _learn(self, frames: list[FloatArray]) -> None:
         if self._watch.airborne:
-            self._quick.learn(frames)
+            self._quick.learn_pilot_activity(frames)
 
     def _look(self, times: FloatArray, peaks: FloatArray, moves: FloatArray) -> None:
         """Note the quick moves of a frame."""
@@ -444,7 +444,7 @@ def build_maneuver(
     grade, reasons = grade_maneuver(passage, setting, inputs)
     reasons = (*reasons, dead_instruments_text(dead)) if dead else reasons
     start = max(passage.t_input - TRIM_TIME, float(passage.times[0]))
-    V, alpha = passage.mean_before("V"), passage.mean_before("alpha")
+    V, alpha = passage.mean_at_trim("V"), passage.mean_at_trim("alpha")
     return DetectedManeuver(
         id=name,
         t_start=start,

@@ -30,14 +30,14 @@ def localize_edit(book: EditableManeuverList, edit: ManeuverEdit) -> ManeuverEdi
     UnknownNameError
         If a change before it has taken the maneuver out.
     """
-    if len(edit.stretches) != len(edit.removed):
+    if len(edit.segments) != len(edit.removed):
         return edit
     standing = {maneuver.id: maneuver for maneuver in book.maneuvers}
-    known = (*book.found, *(one for former in book.edits for one in former.added))
+    known = (*book.detected, *(one for former in book.edits for one in former.added))
     names: dict[str, str] = {}
     stretches: list[tuple[float, float]] = []
     remarks: list[str] = []
-    for name, stretch in zip(edit.removed, edit.stretches, strict=True):
+    for name, stretch in zip(edit.removed, edit.segments, strict=True):
         now = _overlapping_maneuver_id(standing.values(), name, stretch)
         if now is not None:
             names[name] = now
@@ -45,21 +45,21 @@ def localize_edit(book: EditableManeuverList, edit: ManeuverEdit) -> ManeuverEdi
             del standing[now]
         elif _overlapping_maneuver_id(known, name, stretch) is not None:
             raise UnknownNameError(
-                f"'{edit.words}' changes the maneuver '{name}', which is not there any more"
+                f"'{edit.text}' changes the maneuver '{name}', which is not there any more"
             )
         else:
             remarks.append(
-                f"maneuver {name} at {stretch[0]:.1f} s, changed by hand ('{edit.words}'), is not "
+                f"maneuver {name} at {stretch[0]:.1f} s, changed by hand ('{edit.text}'), is not "
                 f"found any more{'; it stands as it was changed' if edit.added else ''}"
             )
     added = []
     for maneuver in edit.added:
         wanted = names.get(maneuver.id, maneuver.id)
-        called = wanted if wanted not in standing else book.free_name(standing)
+        called = wanted if wanted not in standing else book.unused_id(standing)
         if called != maneuver.id:
             remarks.append(
                 f"maneuver {maneuver.id} at {maneuver.t_start:.1f} s, changed by hand "
-                f"('{edit.words}'), is now called {called}: the flight's maneuvers are found "
+                f"('{edit.text}'), is now called {called}: the flight's maneuvers are found "
                 "otherwise than then"
             )
         standing[called] = maneuver
@@ -67,7 +67,7 @@ def localize_edit(book: EditableManeuverList, edit: ManeuverEdit) -> ManeuverEdi
     return replace(
         edit,
         removed=tuple(names.values()),
-        stretches=tuple(stretches),
+        segments=tuple(stretches),
         added=tuple(added),
         remark="; ".join(remarks),
     )

@@ -29,39 +29,39 @@ class ManeuverEditLog:
 
     Attributes
     ----------
-    book : EditableManeuverList
+    maneuver_list : EditableManeuverList
         As of the last `poll`.
-    left_out : int
+    skipped_count : int
         Events that could not be applied: damaged, or overtaken by what another window did.
     """
 
     def __init__(self, log: EventLog, found: Sequence[DetectedManeuver] = ()) -> None:
         self._log = log
         self._count = 0
-        self.book = EditableManeuverList(found=tuple(found))
-        self.left_out = 0
+        self.maneuver_list = EditableManeuverList(detected=tuple(found))
+        self.skipped_count = 0
         self.poll()
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """Return what is to be said of the changes, in sentences."""
         said = []
-        count = len(self.book.edits)
+        count = len(self.maneuver_list.edits)
         if count:
             said.append(f"the maneuvers stand with {_change_count_text(count)} by hand")
-        said += [edit.remark for edit in self.book.edits if edit.remark]
-        if self.left_out:
+        said += [edit.remark for edit in self.maneuver_list.edits if edit.remark]
+        if self.skipped_count:
             said.append(
-                f"{_change_count_text(self.left_out)} of maneuvers could not be applied and "
-                f"{'is' if self.left_out == 1 else 'are'} left out"
+                f"{_change_count_text(self.skipped_count)} of maneuvers could not be applied and "
+                f"{'is' if self.skipped_count == 1 else 'are'} left out"
             )
         return tuple(said)
 
     def poll(self) -> bool:
         """Take in what was written since; return whether the list may have changed."""
-        return self.follow(self._log.poll())
+        return self.process_events(self._log.poll())
 
-    def follow(self, events: Iterable[Event]) -> bool:
+    def process_events(self, events: Iterable[Event]) -> bool:
         """Take in events that somebody else polled; return whether the list may have changed."""
         changed = False
         for event in events:
@@ -70,15 +70,15 @@ class ManeuverEditLog:
             if event.kind == EDIT_EVENT:
                 self._count += 1
             try:
-                self.book = self._after(event)
+                self.maneuver_list = self._after(event)
                 changed = True
             except (FlightError, UnknownNameError):
-                self.left_out += 1
+                self.skipped_count += 1
         return changed
 
     def _after(self, event: Event) -> EditableManeuverList:
         """Return the book after an event; what is taken back or brought again is told by number."""
-        book = self.book
+        book = self.maneuver_list
         if event.kind == EDIT_EVENT:
             edit = ManeuverEdit.from_json(event.text, event.data)
             return book.apply(localize_edit(book, replace(edit, number=self._count)))
@@ -98,17 +98,17 @@ class ManeuverEditLog:
         FlightError
             If the book is not one change, undo or redo away, or the file cannot be written.
         """
-        now = self.book
+        now = self.maneuver_list
         if book.edits[:-1] == now.edits and book.edits != now.edits and not book.undone:
             edit = book.edits[-1]
-            self._log.append(Event(kind=EDIT_EVENT, text=edit.words, data=edit.to_json()))
+            self._log.append(Event(kind=EDIT_EVENT, text=edit.text, data=edit.to_json()))
         elif now.edits and book == now.undo():
             edit = now.edits[-1]
-            text = f"take back: {edit.words}"
+            text = f"take back: {edit.text}"
             self._log.append(Event(kind=UNDO_EVENT, text=text, data={"change": edit.number}))
         elif now.undone and book == now.redo():
             edit = now.undone[-1]
-            text = f"again: {edit.words}"
+            text = f"again: {edit.text}"
             self._log.append(Event(kind=REDO_EVENT, text=text, data={"change": edit.number}))
         else:
             raise FlightError("another window changed the maneuvers meanwhile; look, and try again")
@@ -129,15 +129,15 @@ def apply_edits(
         In order of time.
     remarks : tuple of str
     """
-    book = log.book
+    book = log.maneuver_list
     maneuvers, outside = [], []
-    found = set(map(id, book.found))
+    found = set(map(id, book.detected))
     for maneuver in book.maneuvers:
         if id(maneuver) in found:
             maneuvers.append(maneuver)
             continue
         try:
-            maneuvers.append(book.judged(maneuver, assess))
+            maneuvers.append(book.reassess(maneuver, assess))
         except FlightError as error:
             outside.append(f"maneuver {maneuver.id}, put in by hand, is left out: {error}")
     return tuple(maneuvers), (*log.remarks, *outside)

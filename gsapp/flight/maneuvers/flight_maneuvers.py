@@ -48,7 +48,7 @@ class FlightManeuvers:
     ----------
     maneuvers : tuple of DetectedManeuver
     noise : NoiseFloor
-    judged_by : str
+    airborne_criterion : str
         What told whether it flew, in words.
     remarks : tuple of str
         Sentences for the crew: stuck surfaces, a record taken whole, changes by hand.
@@ -58,7 +58,7 @@ class FlightManeuvers:
 
     maneuvers: tuple[DetectedManeuver, ...]
     noise: NoiseFloor
-    judged_by: str
+    airborne_criterion: str
     remarks: tuple[str, ...] = ()
     on_ground: tuple[str, ...] = ()
 
@@ -149,7 +149,7 @@ def apply_verdicts(
     """Return a maneuver graded as the verdict on its input allows; see `after_verdict`."""
     for one in verdicts:
         if found.t_start <= one.t_input < found.t_end:
-            found = found.after_verdict(one.result, one.advice, one.grade)
+            found = found.with_verdict(one.result, one.advice, one.grade)
     return found
 
 
@@ -171,7 +171,7 @@ class ManeuverAssessor:
         self._rows = extract_signals(flight.block)
         self._verdicts = read_recorded_verdicts(flight)
 
-    def after_verdicts(self, found: DetectedManeuver) -> DetectedManeuver:
+    def apply_verdicts(self, found: DetectedManeuver) -> DetectedManeuver:
         """Return a maneuver graded as the verdicts recorded in flight allow."""
         return apply_verdicts(found, self._verdicts)
 
@@ -200,7 +200,7 @@ class ManeuverAssessor:
             t_end=end,
         )
         found = build_maneuver(name, passage, self._setting, inputs)
-        return self.after_verdicts(replace(found, t_start=begin, t_end=end))
+        return self.apply_verdicts(replace(found, t_start=begin, t_end=end))
 
     def _inputs(self, low: int, high: int) -> list[SurfaceInput]:
         times, rows = self._times[low:high], self._rows[low:high]
@@ -209,14 +209,14 @@ class ManeuverAssessor:
             samples = rows[:, SIGNAL_COLUMNS[surface]]
             one = measure_plain_input(surface, times, samples)
             least = max(
-                _MOVED_OVER_NOISE * self._setting.noise.of(surface),
+                _MOVED_OVER_NOISE * self._setting.noise.std_of(surface),
                 _MOVED_SHARE * self._setting.half_travel(surface),
             )
             if one is not None and one.amplitude > least:
                 plain.append(one)
         # The record may go on into steering, which goes far as well, but not quickly.
         moves = {
-            one.surface: one.quickest / self._setting.half_travel(one.surface) for one in plain
+            one.surface: one.max_step / self._setting.half_travel(one.surface) for one in plain
         }
         quickest = max(moves.values(), default=0.0)
         plain = [one for one in plain if moves[one.surface] >= SECONDARY_INPUT_RATIO * quickest]
@@ -274,15 +274,15 @@ def collect_maneuvers(
     remarks = list(surface_remarks(flight))
     on_ground: tuple[str, ...] = ()
     assessor = ManeuverAssessor(flight, aircraft, detector.noise)
-    found = tuple(assessor.after_verdicts(one) for one in found)
+    found = tuple(assessor.apply_verdicts(one) for one in found)
     if windows:
         found = tuple(
             assessor.assess(str(place), window.start, window.stop)
             for place, window in enumerate(windows, start=1)
         )
         # Without airspeed a steady flight may look like standing.
-        if detector.judged_by == "airspeed":
-            grounded = [one for one in found if not detector.flew(one.t_start, one.t_end)]
+        if detector.airborne_criterion == "airspeed":
+            grounded = [one for one in found if not detector.was_airborne(one.t_start, one.t_end)]
             on_ground = tuple(one.id for one in grounded)
             remarks += map(ground_window_text, grounded)
     elif flight.duration < SHORT_FLIGHT_DURATION and len(found) <= 1:
@@ -298,7 +298,7 @@ def collect_maneuvers(
     return FlightManeuvers(
         maneuvers=found,
         noise=detector.noise,
-        judged_by=detector.judged_by,
+        airborne_criterion=detector.airborne_criterion,
         remarks=tuple(remarks),
         on_ground=on_ground,
     )
@@ -332,7 +332,7 @@ def list_maneuvers(
 def surface_remarks(flight: Flight) -> tuple[str, ...]:
     """Return sentences about surfaces that were not measured or never moved."""
     rows = extract_signals(flight.block)
-    behind, bare = _instruments_by_channel(flight), set(flight.uncalibrated)
+    behind, bare = _instruments_by_channel(flight), set(flight.uncalibrated_channels)
     found = []
     for surface in SURFACES:
         samples = rows[:, SIGNAL_COLUMNS[surface]]
@@ -380,12 +380,12 @@ def explain_no_maneuvers(flight: Flight, found: Sequence[DetectedManeuver] = ())
 def _instruments_by_channel(flight: Flight) -> dict[str, tuple[str, ...]]:
     """Return the instruments behind each channel, calibrated or not."""
     measured = [name for name, each in flight.sources.items() if each.kind != "derived"]
-    return source_instruments([*measured, *flight.uncalibrated])
+    return source_instruments([*measured, *flight.uncalibrated_channels])
 
 
 def uncalibrated_text(flight: Flight) -> tuple[str, ...]:
     """Return which inputs and answers of a flight are volts only, for want of a certificate."""
-    bare = set(flight.uncalibrated)
+    bare = set(flight.uncalibrated_channels)
     if not bare:
         return ()
     behind = _instruments_by_channel(flight)

@@ -40,15 +40,15 @@ class SurfaceInput:
         When it left its trim and when it was back, s.
     amplitude : float
         Half the peak-to-peak deflection, rad; of a pulse its height.
-    before, after : float
+    trim_before, trim_after : float
         Where it stood, rad.
-    runs : tuple of (int, float)
+    excursions : tuple of (int, float)
         Side (+1, -1) and duration (s) of each excursion.
-    unrest : float
+    motion_before : float
         Peak-to-peak in the stretch before, rad.
-    largest, quickest : float
+    max_excursion, max_step : float
         Its largest excursion from trim, and the most it went within `LOOK_BACK`, rad.
-    balance : float
+    side_ratio : float
         The smaller side over the larger one.
     kind : InputKind
     """
@@ -57,27 +57,27 @@ class SurfaceInput:
     t_start: float
     t_end: float
     amplitude: float
-    before: float
-    after: float
-    runs: tuple[tuple[int, float], ...]
-    unrest: float
-    largest: float
-    quickest: float
-    balance: float
+    trim_before: float
+    trim_after: float
+    excursions: tuple[tuple[int, float], ...]
+    motion_before: float
+    max_excursion: float
+    max_step: float
+    side_ratio: float
     kind: InputKind
 
     @property
     def abruptness(self) -> float:
         """Return its quickest move over its largest excursion: steering builds up, inputs step."""
-        return self.quickest / self.largest
+        return self.max_step / self.max_excursion
 
     @property
-    def returned(self) -> bool:
+    def has_returned_to_trim(self) -> bool:
         """Return whether it came back to about where it was."""
-        return abs(self.after - self.before) < 0.5 * self.amplitude
+        return abs(self.trim_after - self.trim_before) < 0.5 * self.amplitude
 
     @property
-    def unmistakable(self) -> bool:
+    def is_unmistakable(self) -> bool:
         """Return whether it stepped from side to side as no steering does.
 
         About its trim, that is: a surface that is retrimmed in one step crosses the line between
@@ -86,9 +86,9 @@ class SurfaceInput:
         return (
             self.kind in ("doublet", "3-2-1-1")
             and self.abruptness > 0.9
-            and self.balance > 0.4
-            and abs(self.after - self.before) < self.amplitude
-            and self.unrest < 1.2 * self.amplitude
+            and self.side_ratio > 0.4
+            and abs(self.trim_after - self.trim_before) < self.amplitude
+            and self.motion_before < 1.2 * self.amplitude
         )
 
 
@@ -166,13 +166,13 @@ def measure_surface_input(
         t_start=t_start,
         t_end=t_end,
         amplitude=amplitude,
-        before=before,
-        after=after,
-        runs=tuple(runs),
-        unrest=float(np.ptp(level[calm])),
-        largest=largest,
-        quickest=_max_step(at, inside),
-        balance=_side_ratio(away),
+        trim_before=before,
+        trim_after=after,
+        excursions=tuple(runs),
+        motion_before=float(np.ptp(level[calm])),
+        max_excursion=largest,
+        max_step=_max_step(at, inside),
+        side_ratio=_side_ratio(away),
         kind=classify_input(runs),
     )
 
@@ -213,13 +213,13 @@ def measure_plain_input(
         t_start=t_start,
         t_end=t_end,
         amplitude=0.5 * float(np.ptp(away)) if both else largest,
-        before=before,
-        after=after,
-        runs=tuple(runs),
-        unrest=float(np.ptp(level[:edge])),
-        largest=largest,
-        quickest=_max_step(times, level),
-        balance=_side_ratio(away),
+        trim_before=before,
+        trim_after=after,
+        excursions=tuple(runs),
+        motion_before=float(np.ptp(level[:edge])),
+        max_excursion=largest,
+        max_step=_max_step(times, level),
+        side_ratio=_side_ratio(away),
         kind="multistep" if kind == "retrim" else kind,
     )
 

@@ -87,7 +87,7 @@ class ManeuverSamples:
         found = self.rows[low:high, SIGNAL_COLUMNS[name]]
         return found[np.isfinite(found)]
 
-    def mean_before(self, name: str) -> float:
+    def mean_at_trim(self, name: str) -> float:
         """Return the mean in the stretch of trim; NaN without a sample."""
         found = self.samples(name, self.t_input - TRIM_TIME, self.t_input)
         return float(found.mean()) if found.size else math.nan
@@ -111,7 +111,7 @@ def measure_response(
         samples = passage.samples(name, passage.t_input, stop)
         if samples.size < 5:
             continue
-        noise = max(setting.noise.of(name), MIN_NOISE[name])
+        noise = max(setting.noise.std_of(name), MIN_NOISE[name])
         found[name] = float(np.ptp(smooth_samples(samples, dt))) / noise
     return found
 
@@ -174,7 +174,7 @@ def _grade(defects: Sequence[Defect]) -> Grade:
 def _trim(passage: ManeuverSamples) -> list[Defect]:
     found = []
     for name, words in (("p", "rolling"), ("q", "pitching"), ("r", "yawing")):
-        rate = passage.mean_before(name)
+        rate = passage.mean_at_trim(name)
         if abs(rate) > _TURNING:
             found.append(
                 Defect(
@@ -335,7 +335,7 @@ def _other_inputs(
             continue
         moved = 0.5 * float(np.ptp(np.quantile(samples, (0.02, 0.98))))
         share = moved / setting.half_travel(surface) / whole
-        if share > 0.2 and moved > max(6.0 * setting.noise.of(surface), 0.5 * DEGREE):
+        if share > 0.2 and moved > max(6.0 * setting.noise.std_of(surface), 0.5 * DEGREE):
             found.append(
                 Defect(
                     severity="small" if share < 0.5 else "large",
@@ -365,7 +365,7 @@ def pre_input_motion_ratio(
         if before.size < 20 or after.size < 5:
             continue
         # What the noise floor explains is no turbulence.
-        size = math.sqrt(max(_detrended_std(before) ** 2 - setting.noise.of(name) ** 2, 0.0))
+        size = math.sqrt(max(_detrended_std(before) ** 2 - setting.noise.std_of(name) ** 2, 0.0))
         ratio = size / max(float(after.std()), 1e-12)
         if ratio > worst:
             worst, channel = ratio, name

@@ -38,13 +38,13 @@ class ManeuverEdit:
 
     Attributes
     ----------
-    words : str
+    text : str
         What was done, for the history on screen.
     removed : tuple of str
         Ids of the maneuvers taken out.
     added : tuple of DetectedManeuver
         Put in.
-    stretches : tuple of (float, float)
+    segments : tuple of (float, float)
         Where each of those taken out lay, s; empty in files of former versions.
     number : int
         Which change of the events file it is, from 1; 0 before it was written.
@@ -52,10 +52,10 @@ class ManeuverEdit:
         What had to be done to apply it to a list that was found otherwise; empty for nothing.
     """
 
-    words: str
+    text: str
     removed: tuple[str, ...] = ()
     added: tuple[DetectedManeuver, ...] = ()
-    stretches: tuple[tuple[float, float], ...] = ()
+    segments: tuple[tuple[float, float], ...] = ()
     number: int = field(default=0, compare=False)
     remark: str = field(default="", compare=False)
 
@@ -63,7 +63,7 @@ class ManeuverEdit:
         """Return the data of an event."""
         return {
             "removed": list(self.removed),
-            "stretches": [list(stretch) for stretch in self.stretches],
+            "stretches": [list(stretch) for stretch in self.segments],
             "added": [maneuver.to_record() for maneuver in self.added],
         }
 
@@ -86,10 +86,10 @@ class ManeuverEdit:
                 f"the event '{words}' does not say where its maneuvers lay; leave it out"
             ) from error
         return ManeuverEdit(
-            words=words,
+            text=words,
             removed=tuple(str(name) for name in removed),
             added=tuple(DetectedManeuver.from_record(record) for record in added),
-            stretches=stretches if len(stretches) == len(removed) else (),
+            segments=stretches if len(stretches) == len(removed) else (),
         )
 
 
@@ -99,7 +99,7 @@ class EditableManeuverList:
 
     Attributes
     ----------
-    found : tuple of DetectedManeuver
+    detected : tuple of DetectedManeuver
         As the detection gave them.
     edits : tuple of ManeuverEdit
         In force, in the order in which they were made.
@@ -107,14 +107,14 @@ class EditableManeuverList:
         Taken back, the latest last; `redo` brings it again.
     """
 
-    found: tuple[DetectedManeuver, ...] = ()
+    detected: tuple[DetectedManeuver, ...] = ()
     edits: tuple[ManeuverEdit, ...] = ()
     undone: tuple[ManeuverEdit, ...] = ()
 
     @property
     def maneuvers(self) -> tuple[DetectedManeuver, ...]:
         """Return what stands, in order of time."""
-        standing = {maneuver.id: maneuver for maneuver in self.found}
+        standing = {maneuver.id: maneuver for maneuver in self.detected}
         for edit in self.edits:
             for name in edit.removed:
                 standing.pop(name, None)
@@ -144,18 +144,18 @@ class EditableManeuverList:
         missing = [name for name in edit.removed if name not in standing]
         if missing:
             raise UnknownNameError(
-                f"'{edit.words}' changes the maneuver '{missing[0]}', which is not there any more"
+                f"'{edit.text}' changes the maneuver '{missing[0]}', which is not there any more"
             )
         taken = set(standing).difference(edit.removed)
         for maneuver in edit.added:
             if not maneuver.id or maneuver.id in taken:
                 raise FlightError(
-                    f"'{edit.words}' needs a name of its own; '{maneuver.id}' is taken or empty"
+                    f"'{edit.text}' needs a name of its own; '{maneuver.id}' is taken or empty"
                 )
             taken.add(maneuver.id)
-        if not edit.stretches:
+        if not edit.segments:
             lay = tuple((standing[name].t_start, standing[name].t_end) for name in edit.removed)
-            edit = replace(edit, stretches=lay)
+            edit = replace(edit, segments=lay)
         return replace(self, edits=(*self.edits, edit), undone=())
 
     def move(
@@ -180,20 +180,20 @@ class EditableManeuverList:
         stop = old.t_end if t_end is None else t_end
         new = _with_crew_entries(assess(name, *_check_order(start, stop)), old)
         words = f"move {name} to {new.t_start:.2f} to {new.t_end:.2f} s"
-        return self.apply(ManeuverEdit(words=words, removed=(name,), added=(new,)))
+        return self.apply(ManeuverEdit(text=words, removed=(name,), added=(new,)))
 
     def add(
         self, assess: AssessFunction, t_start: float, t_end: float, name: str = ""
     ) -> EditableManeuverList:
         """Add a stretch (s) that the detection did not take for a maneuver."""
-        given = name or self.free_name()
+        given = name or self.unused_id()
         new = assess(given, *_check_order(t_start, t_end))
-        return self.apply(ManeuverEdit(words=f"add {given} at {new.t_start:.2f} s", added=(new,)))
+        return self.apply(ManeuverEdit(text=f"add {given} at {new.t_start:.2f} s", added=(new,)))
 
     def remove(self, *names: str) -> EditableManeuverList:
         """Take maneuvers out, as one change."""
         found = tuple(self[name].id for name in dict.fromkeys(names))
-        return self.apply(ManeuverEdit(words=f"remove {', '.join(found)}", removed=found))
+        return self.apply(ManeuverEdit(text=f"remove {', '.join(found)}", removed=found))
 
     def merge(self, names: Sequence[str], assess: AssessFunction) -> EditableManeuverList:
         """Make one of several, from the first start to the last end.
@@ -211,20 +211,20 @@ class EditableManeuverList:
         words = f"merge {', '.join(part.id for part in parts)}"
         removed = tuple(part.id for part in parts)
         return self.apply(
-            ManeuverEdit(words=words, removed=removed, added=(replace(new, note=notes),))
+            ManeuverEdit(text=words, removed=removed, added=(replace(new, note=notes),))
         )
 
     def rename(self, name: str, new: str) -> EditableManeuverList:
         """Give a maneuver another id."""
         renamed = replace(self[name], id=new.strip())
         return self.apply(
-            ManeuverEdit(words=f"rename {name} to {new}", removed=(name,), added=(renamed,))
+            ManeuverEdit(text=f"rename {name} to {new}", removed=(name,), added=(renamed,))
         )
 
     def annotate(self, name: str, note: str) -> EditableManeuverList:
         """Write a note beside a maneuver, in place of the former one."""
         noted = replace(self[name], note=note)
-        return self.apply(ManeuverEdit(words=f"note on {name}", removed=(name,), added=(noted,)))
+        return self.apply(ManeuverEdit(text=f"note on {name}", removed=(name,), added=(noted,)))
 
     def regrade(
         self, name: str, grade: Grade | None, assess: AssessFunction, reason: str = ""
@@ -239,7 +239,7 @@ class EditableManeuverList:
         old = self[name]
         if grade is None:
             mine = replace(old, graded_by=GRADED_BY_PROGRAM)
-            new = self.judged(mine, assess)
+            new = self.reassess(mine, assess)
             words = f"grade {name} by the samples again"
         elif grade in GRADES:
             reasons = (reason.strip(),) if reason.strip() else ()
@@ -247,21 +247,21 @@ class EditableManeuverList:
             words = f"grade {name} {grade}"
         else:
             raise FlightError(f"there is no grade '{grade}'; grades are {', '.join(GRADES)}")
-        return self.apply(ManeuverEdit(words=words, removed=(name,), added=(new,)))
+        return self.apply(ManeuverEdit(text=words, removed=(name,), added=(new,)))
 
-    def decide(self, name: str, use: bool) -> EditableManeuverList:
+    def set_use(self, name: str, use: bool) -> EditableManeuverList:
         """Let a maneuver take part in estimates, or not, whatever its grade.
 
         A decision that says no more than the grade is none, and does not outlast it.
         """
         old = self[name]
         alone = len(self.maneuvers) == 1
-        by_grade = replace(old, use=None).used(alone=alone)
+        by_grade = replace(old, use=None).is_used(alone=alone)
         decided = replace(old, use=None if use == by_grade else use)
         words = f"use {name} in estimates" if use else f"leave {name} out of estimates"
-        return self.apply(ManeuverEdit(words=words, removed=(name,), added=(decided,)))
+        return self.apply(ManeuverEdit(text=words, removed=(name,), added=(decided,)))
 
-    def judged(self, maneuver: DetectedManeuver, assess: AssessFunction) -> DetectedManeuver:
+    def reassess(self, maneuver: DetectedManeuver, assess: AssessFunction) -> DetectedManeuver:
         """Return a maneuver as the samples show it now, with what people wrote of it.
 
         One with edges as they were found is what the detection says; others are looked at anew.
@@ -271,7 +271,7 @@ class EditableManeuverList:
         FlightError
             If it lies outside the flight.
         """
-        for one in self.found:
+        for one in self.detected:
             edges = (one.t_start - maneuver.t_start, one.t_end - maneuver.t_end)
             if max(map(abs, edges)) <= _SAME_EDGE:
                 return _with_crew_entries(one, maneuver)
@@ -289,10 +289,10 @@ class EditableManeuverList:
             return self
         return replace(self, edits=(*self.edits, self.undone[-1]), undone=self.undone[:-1])
 
-    def free_name(self, names: Iterable[str] = ()) -> str:
+    def unused_id(self, names: Iterable[str] = ()) -> str:
         """Return an id that neither a maneuver here has nor one of these."""
         # Nor one that was taken out: what was estimated from it keeps its name.
-        ever = (*self.found, *(one for edit in self.edits for one in edit.added))
+        ever = (*self.detected, *(one for edit in self.edits for one in edit.added))
         used = {maneuver.id for maneuver in ever}.union(names)
         number = len(used) + 1
         while str(number) in used:

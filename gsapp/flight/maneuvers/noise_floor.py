@@ -42,18 +42,18 @@ class NoiseFloor:
         By channel, SI. A channel without samples is absent.
     source : str
         Where it was measured, in words.
-    seconds : float
+    duration : float
         Length of the stretches it was measured in, s.
-    stands : bool
+    is_final : bool
         Whether it was measured before take-off: no flying changes it any more.
     """
 
     std: Mapping[str, float] = field(default_factory=dict)
     source: str = "not measured"
-    seconds: float = 0.0
-    stands: bool = False
+    duration: float = 0.0
+    is_final: bool = False
 
-    def of(self, name: str) -> float:
+    def std_of(self, name: str) -> float:
         """Return the standard deviation of a channel; 0 where it is not known."""
         return self.std.get(name, 0.0)
 
@@ -154,8 +154,8 @@ class NoiseFloorEstimator:
             return NoiseFloor(
                 std=_by_channel(_ground_noise(np.array(running))),
                 source=f"{length:.0f} s before take-off{told}",
-                seconds=length,
-                stands=self._flown,
+                duration=length,
+                is_final=self._flown,
             )
         windows = self._air or [*self._ground, *(noise for noise, _ in self._recent)]
         if not windows:
@@ -164,7 +164,7 @@ class NoiseFloorEstimator:
         return NoiseFloor(
             std=_by_channel(_column_quantiles(np.array(windows), 0.5 * _QUIETEST)),
             source=f"the quietest {length:.0f} s of the record",
-            seconds=length,
+            duration=length,
         )
 
 

@@ -99,13 +99,13 @@ class RapidMoveDetector:
         moves = np.abs(voted[self.lag :] - voted[: -self.lag])
         return np.where(np.isnan(moves), 0.0, moves)
 
-    def learn(self, frames: Iterable[FloatArray]) -> None:
+    def learn_pilot_activity(self, frames: Iterable[FloatArray]) -> None:
         """Take the furthest moves of frames of half a second, shape (3,), for steering."""
         for peaks in frames:
             for place, seen in enumerate(self._steering):
                 seen.append(float(peaks[place]))
 
-    def settle(self, setting: GradingContext) -> None:
+    def update_thresholds(self, setting: GradingContext) -> None:
         """Draw the thresholds anew from the noise floor and from the steering seen so far."""
         for place, name in enumerate(SURFACES):
             seen = sorted(self._steering[place])
@@ -114,7 +114,7 @@ class RapidMoveDetector:
                 steering = seen[int(_STEERING_SHARE * len(seen))]
             self.thresholds[place] = max(
                 _LEAST_MOVE * self.half_travel[place],
-                _OVER_NOISE * setting.noise.of(name),
+                _OVER_NOISE * setting.noise.std_of(name),
                 _OVER_STEERING * steering,
             )
 
@@ -199,7 +199,7 @@ def find_pilot_takeover(
             continue
         margin = max(
             0.3 * _LEAST_MOVE * setting.half_travel(SURFACES[place]),
-            5.0 * setting.noise.of(surface),
+            5.0 * setting.noise.std_of(surface),
             least,
         )
         held = float(np.nanmedian(level))
@@ -236,16 +236,16 @@ def is_deliberate_input(main: SurfaceInput, free: float, threshold: float) -> bo
         Of a quick move of its surface, rad.
     """
     # What steering does may have been learned since the move was taken for quick.
-    if main.quickest < threshold:
+    if main.max_step < threshold:
         return False
-    if main.unmistakable and main.quickest > _SURELY * threshold:
+    if main.is_unmistakable and main.max_step > _SURELY * threshold:
         return True
     clear = main.kind in UNAMBIGUOUS_SHAPES
     if main.kind == "retrim" or main.abruptness < (_ABRUPT if clear else _ABRUPT_IF_ODD):
         return False
-    if main.unrest > (0.6 if clear else 0.35) * main.amplitude:
+    if main.motion_before > (0.6 if clear else 0.35) * main.amplitude:
         return False
-    return main.returned and free > (_FREE_IF_CLEAR if clear else _FREE_IF_ODD)
+    return main.has_returned_to_trim and free > (_FREE_IF_CLEAR if clear else _FREE_IF_ODD)
 
 
 def measure_moved_inputs(
@@ -265,14 +265,14 @@ def measure_moved_inputs(
     """
     found = []
     for surface, (first, last) in moves.items():
-        noise = setting.noise.of(surface)
+        noise = setting.noise.std_of(surface)
         one = measure_surface_input(
             surface, times, rows[:, SIGNAL_COLUMNS[surface]], first, last, noise
         )
         if one is not None:
             found.append(one)
     # Steering may go further than an input, but not as quickly.
-    sizes = {one.surface: one.quickest / setting.half_travel(one.surface) for one in found}
+    sizes = {one.surface: one.max_step / setting.half_travel(one.surface) for one in found}
     found.sort(key=lambda one: -sizes[one.surface])
     return [one for one in found if one is found[0] or _belongs_to_main_input(one, found[0], sizes)]
 

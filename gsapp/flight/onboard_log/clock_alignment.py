@@ -117,7 +117,7 @@ def align_clocks(
     if not names:
         raise ClockAlignmentError("no channel that moves is in both")
     coarse = find_lag(live, log, rate, names)
-    if not coarse.good:
+    if not coarse.is_reliable:
         raise ClockAlignmentError(
             f"no channel of both moves alike (correlation {max(coarse.correlation, 0.0):.2f}, of "
             f"{', '.join(names)})"

@@ -48,7 +48,7 @@ class RecordLag:
     correlation: float
 
     @property
-    def good(self) -> bool:
+    def is_reliable(self) -> bool:
         """Return whether the two are alike there."""
         return self.correlation >= _LEAST_CORRELATION
 
@@ -73,7 +73,7 @@ def estimate_record_lag(live: Block, log: Block, rate: float) -> RecordLag | Non
     if not names:
         return None
     found = find_lag(live, log, rate, names)
-    if not found.good:
+    if not found.is_reliable:
         return None
     return found if abs(found.rows) > 1 else RecordLag(rows=0, correlation=found.correlation)
 

@@ -62,7 +62,7 @@ def merge_onboard_log(
             },
         },
         frames=live.frames,
-        said=live.said,
+        vehicle_messages=live.vehicle_messages,
         remarks=(*live.remarks, state.remark(), *log.remarks),
         onboard=state,
     )

@@ -52,10 +52,10 @@ class LogClock:
         """Return the drift that is corrected; 0 where it is in doubt."""
         return self.drift if self.drifts else 0.0
 
-    def words(self) -> str:
+    def describe(self) -> str:
         """Return offset, drift and their uncertainties in a sentence."""
-        if abs(self.offset) < max(_WORTH_SAYING, self.doubt) and not self.drifts:
-            said = f"its clock agrees with the live record's within {1e3 * self.doubt:.1f} ms"
+        if abs(self.offset) < max(_WORTH_SAYING, self.offset_uncertainty) and not self.drifts:
+            said = f"its clock agrees with the live record's within {1e3 * self.offset_uncertainty:.1f} ms"
         else:
             said = (
                 f"its clock differs by {self.offset:.3f} s (standard deviation "
@@ -79,7 +79,7 @@ class LogClock:
         )
 
     @property
-    def doubt(self) -> float:
+    def offset_uncertainty(self) -> float:
         """Return two standard deviations of the offset, s, but no less than a tenth of a ms."""
         return max(2.0 * self.offset_std, 1e-4)
 
@@ -116,7 +116,7 @@ class OnboardLogState:
             f"the on-board log {self.file} replaces the live record where it has samples "
             f"({self.channels} channels)"
         )
-        return said if self.clock is None else f"{said}; {self.clock.words()}"
+        return said if self.clock is None else f"{said}; {self.clock.describe()}"
 
     def to_json(self) -> dict[str, Any]:
         """Return it for programs: seconds; drifts as pure numbers, 40e-6 is 40 ppm."""

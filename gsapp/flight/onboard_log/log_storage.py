@@ -36,14 +36,14 @@ class InstalledLog:
     ----------
     flight : Flight
         As it opens now.
-    former : str
+    previous_name : str
         Name of the log that was in force before; empty for none.
     remark : str
         What is odd about it, in words; empty where nothing is.
     """
 
     flight: Flight
-    former: str
+    previous_name: str
     remark: str = ""
 
 
@@ -74,12 +74,12 @@ def install_log(
     """
     folder, source = FlightFolder.open(flight), Path(log)
     _check_log_file(source)
-    if not folder.records:
+    if not folder.nonempty_raw_files:
         raise FlightError(
             f"{folder.path} holds no live record that a log could be compared with; make a flight "
             f"of the log by itself: gsapp import {source} --out NEW"
         )
-    if any(source.samefile(record) for record in folder.records):
+    if any(source.samefile(record) for record in folder.nonempty_raw_files):
         raise FlightError(f"{source} is the live record itself; name the log of the aircraft's box")
     name = _unused_name(folder, source)
     kept = folder.path / name
@@ -104,7 +104,7 @@ def activate_log(flight: Path | str, name: str) -> Flight:
     """
     folder = FlightFolder.open(flight)
     if not name:
-        if not folder.records:
+        if not folder.nonempty_raw_files:
             raise FlightError(f"{folder.path} holds nothing but its on-board log; leave it in")
         folder.update_info(onboard_log=None)
         return load_flight(folder.path)
@@ -161,7 +161,7 @@ def _activate_checked_log(
             ) from error
     folder.update_info(onboard_log=kept.name)
     remark = f"it moves as this flight does, although {apart}" if apart else ""
-    return InstalledLog(flight=load_flight(folder.path), former=former, remark=remark)
+    return InstalledLog(flight=load_flight(folder.path), previous_name=former, remark=remark)
 
 
 def _check_log_file(source: Path) -> None:

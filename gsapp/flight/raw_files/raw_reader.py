@@ -57,7 +57,7 @@ class RawTail:
         return RawPosition(self._frames.position, self._lines.position, self._pieces.position)
 
     @property
-    def lost(self) -> tuple[RawDamage, ...]:
+    def damage(self) -> tuple[RawDamage, ...]:
         """Return what could not be read, per file; empty when all was good."""
         return tuple(file.damage for file in self._files if file.damage)
 
@@ -113,10 +113,10 @@ class RawTail:
         """
         _, lines, frames = self._files
         unread = min(
-            (file.horizon for file in self._files if not file.exhausted), default=MAX_STAMP
+            (file.last_read_stamp for file in self._files if not file.exhausted), default=MAX_STAMP
         )
-        before_frames = min(unread, frames.horizon) if frames_grew else unread
-        before_lines = min(before_frames, lines.horizon) if lines_grew else before_frames
+        before_frames = min(unread, frames.last_read_stamp) if frames_grew else unread
+        before_lines = min(before_frames, lines.last_read_stamp) if lines_grew else before_frames
         return {"frame": unread, "line": before_frames, "residue": before_lines}
 
     def _merged(self, limit: int | None, bound: dict[RecordKind, int]) -> list[RawRecord]:

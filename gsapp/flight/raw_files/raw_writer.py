@@ -185,7 +185,7 @@ class RawWriter:
         if frames:
             self._put(_Pending(FRAMES_FILE, b"".join(frames), len(frames) // 2))
 
-    def in_place(self) -> bool:
+    def is_folder_writable(self) -> bool:
         """Return whether the folder is the one that is written to, and may be written.
 
         False once the folder or one of its raw files was removed, renamed or replaced, or the
@@ -203,7 +203,7 @@ class RawWriter:
         except OSError:
             return False
 
-    def move(self, folder: Path) -> bool:
+    def move_to(self, folder: Path) -> bool:
         """Go on in another folder, with all that can be read from the files that are open.
 
         A file that was removed can be read for as long as it is open.

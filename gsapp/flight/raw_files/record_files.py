@@ -43,7 +43,7 @@ class RawDamage:
         The file.
     bytes : int
         Bytes stepped over.
-    places : int
+    location_count : int
         Number of stretches they lie in.
     stamps : int
         Records whose stamp was impossible and was replaced by the one before.
@@ -53,7 +53,7 @@ class RawDamage:
 
     name: str
     bytes: int = 0
-    places: int = 0
+    location_count: int = 0
     stamps: int = 0
     torn: int = 0
 
@@ -61,11 +61,11 @@ class RawDamage:
         """Tell whether anything was lost."""
         return bool(self.bytes or self.stamps or self.torn)
 
-    def sentence(self) -> str:
+    def describe(self) -> str:
         """Return what was lost, in words; empty where nothing was."""
         parts = []
         if self.bytes:
-            places = "1 place" if self.places == 1 else f"{self.places} places"
+            places = "1 place" if self.location_count == 1 else f"{self.location_count} places"
             parts.append(f"{self.bytes} damaged bytes in {places} were stepped over")
         if self.stamps:
             stamps = (
@@ -89,7 +89,7 @@ class RawFile:
         self.position = 0
         self.damage = RawDamage(path.name)
         self.records: deque[RawRecord] = deque()
-        self.horizon = -1  # stamp of the last record read
+        self.last_read_stamp = -1  # stamp of the last record read
         self.exhausted = True  # all of what was there has been read
         self._in_damage = False
 
@@ -127,7 +127,7 @@ class RawFile:
         # A file that has disappeared is smaller than what was read of it.
         self.damage.torn = max(size - self.position, 0) if self.exhausted else 0
 
-    def rest(self, size: int) -> bytes:
+    def remaining_bytes(self, size: int) -> bytes:
         """Return the bytes after the last whole record."""
         return self._bytes(size - self.position)
 
@@ -145,7 +145,7 @@ class RawFile:
         """Go to a record not far from the end, where the format lets one be found."""
 
     def torn_bytes(self, rest: bytes) -> int:
-        """Return the length of `rest` if it is the beginning of a record, else 0."""
+        """Return the length of `remaining_bytes` if it is the beginning of a record, else 0."""
         raise NotImplementedError
 
     def parse(self, data: bytes, *, whole: bool) -> int:
@@ -158,15 +158,15 @@ class RawFile:
     def _add(self, stamp: int, data: bytes) -> None:
         if stamp > MAX_STAMP:
             self.damage.stamps += 1
-            stamp = max(self.horizon, 0)
-        self.horizon = stamp
+            stamp = max(self.last_read_stamp, 0)
+        self.last_read_stamp = stamp
         self._in_damage = False
         self.records.append(RawRecord(stamp, self.kind, data))
 
     def _skip(self, count: int) -> None:
         if count:
             self.damage.bytes += count
-            self.damage.places += not self._in_damage
+            self.damage.location_count += not self._in_damage
             self._in_damage = True
 
 
@@ -213,10 +213,10 @@ class FrameFile(RawFile):
         """Go to the first whole record of the last stretch."""
         if size > _TAIL_BYTES:
             self.position = size - _TAIL_BYTES
-            self.position += max(0, self._resume(self.rest(size), 0))
+            self.position += max(0, self._resume(self.remaining_bytes(size), 0))
 
     def torn_bytes(self, rest: bytes) -> int:
-        """Return the length of `rest` if it is the beginning of a record, else 0."""
+        """Return the length of `remaining_bytes` if it is the beginning of a record, else 0."""
         if len(rest) <= 8:
             return len(rest)
         span = _frame_span(rest, 8)
@@ -277,10 +277,10 @@ class LineFile(RawFile):
         """Go to the first whole record of the last stretch."""
         if size > _TAIL_BYTES:
             self.position = size - _TAIL_BYTES
-            self.position += self.rest(size).find(b"\n") + 1
+            self.position += self.remaining_bytes(size).find(b"\n") + 1
 
     def torn_bytes(self, rest: bytes) -> int:
-        """Return the length of `rest` if it is the beginning of a record, else 0."""
+        """Return the length of `remaining_bytes` if it is the beginning of a record, else 0."""
         return len(rest)
 
     def parse(self, data: bytes, *, whole: bool) -> int:  # noqa: ARG002 - same for all files
@@ -305,7 +305,7 @@ class ResidueFile(RawFile):
     kind: RecordKind = "residue"
 
     def torn_bytes(self, rest: bytes) -> int:
-        """Return the length of `rest` if it is the beginning of a record, else 0."""
+        """Return the length of `remaining_bytes` if it is the beginning of a record, else 0."""
         if len(rest) < RESIDUE_HEADER.size:
             return len(rest)
         stamp, _, length = RESIDUE_HEADER.unpack_from(rest)
@@ -340,7 +340,7 @@ class ResidueFile(RawFile):
         """Return where the next piece seems to start: two plausible heads in a row, or -1."""
         while position + RESIDUE_HEADER.size <= len(data):
             stamp, _, length = RESIDUE_HEADER.unpack_from(data, position)
-            near = abs(stamp - self.horizon) < 86_400_000_000 or self.horizon < 0
+            near = abs(stamp - self.last_read_stamp) < 86_400_000_000 or self.last_read_stamp < 0
             if near and self._plausible(stamp, length):
                 after = position + RESIDUE_HEADER.size + length
                 if after == len(data):
@@ -390,8 +390,8 @@ def find_file_end(path: Path) -> FileEnd:
         file.records.clear()
         if file.exhausted:
             break
-    torn = file.torn_bytes(file.rest(size))
-    return FileEnd(size - torn, torn, max(file.horizon, 0))
+    torn = file.torn_bytes(file.remaining_bytes(size))
+    return FileEnd(size - torn, torn, max(file.last_read_stamp, 0))
 
 
 _FILES: Final[dict[str, type[RawFile]]] = {

@@ -96,7 +96,7 @@ def parse_header(path: Path, where: str, names: Sequence[str]) -> tuple[FileColu
         try:
             column = parse_name(name)
         except (UnitError, UnknownNameError) as error:
-            problems.append(FileProblem.of(f"{where}, column {number} ({name})", error))
+            problems.append(FileProblem.from_error(f"{where}, column {number} ({name})", error))
             continue
         if column.id in seen:
             problems.append(

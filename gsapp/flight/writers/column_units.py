@@ -33,7 +33,7 @@ class ColumnUnits:
     units: tuple[str, ...]
 
     @staticmethod
-    def of(channels: Sequence[str], system: str) -> ColumnUnits:
+    def from_channels(channels: Sequence[str], system: str) -> ColumnUnits:
         """Lay out channels in a system of units.
 
         Raises
@@ -49,11 +49,11 @@ class ColumnUnits:
             channels=tuple(channels), units=tuple(_unit(name, system) for name in channels)
         )
 
-    def converted(self, place: int, values: FloatArray) -> FloatArray:
+    def convert_column(self, place: int, values: FloatArray) -> FloatArray:
         """Convert SI values of the column at `place` to its unit."""
         return from_si(values, self.units[place], channel(self.channels[place]).quantity)
 
-    def exact(self, place: int) -> bool:
+    def is_unconverted(self, place: int) -> bool:
         """Return whether the column holds the values as they are inside, unconverted."""
         return self.units[place] == channel(self.channels[place]).unit
 

@@ -41,7 +41,7 @@ def write_flight_csv(
     FlightError
         If the file cannot be written.
     """
-    layout = ColumnUnits.of(block.channels, system)
+    layout = ColumnUnits.from_channels(block.channels, system)
     header = ["time [s]"] + [
         f"{name} [{unit}]" for name, unit in zip(layout.channels, layout.units, strict=True)
     ]
@@ -54,7 +54,7 @@ def write_flight_csv(
             rows = slice(start, start + _ROWS_AT_ONCE)
             columns: list[Iterator[str]] = [map(repr, block.times[rows].tolist())]
             columns.extend(
-                _cells(layout.converted(place, block.values[rows, place]), layout.exact(place))
+                _cells(layout.convert_column(place, block.values[rows, place]), layout.is_unconverted(place))
                 for place in range(len(layout.channels))
             )
             stream.writelines(",".join(row) + "\n" for row in zip(*columns, strict=True))

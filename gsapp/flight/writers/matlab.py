@@ -52,11 +52,11 @@ def write_mat(
             f"{len(block)} samples do not fit a .mat file of version 5 (2 GB a variable); cut "
             "the flight, or export it as Parquet"
         )
-    layout = ColumnUnits.of(block.channels, system)
+    layout = ColumnUnits.from_channels(block.channels, system)
     content: dict[str, Any] = {"time": block.times[:, np.newaxis]}
     units: dict[str, str] = {"time": "s"}
     for place, (name, unit) in enumerate(zip(layout.channels, layout.units, strict=True)):
-        content[variable_name(name)] = layout.converted(place, block.values[:, place])[
+        content[variable_name(name)] = layout.convert_column(place, block.values[:, place])[
             :, np.newaxis
         ]
         units[variable_name(name)] = unit

@@ -44,7 +44,7 @@ def write_parquet(
             "writing Parquet needs pyarrow, which is not installed; install it with "
             "'pip install gsapp-ground-station[parquet]', or export to csv or mat"
         ) from error
-    layout = ColumnUnits.of(block.channels, system)
+    layout = ColumnUnits.from_channels(block.channels, system)
     fields = [pyarrow.field("time", pyarrow.float64(), metadata={"unit": "s"})]
     columns = [pyarrow.array(block.times)]
     lacking = uncalibrated_columns(layout.channels)
@@ -53,7 +53,7 @@ def write_parquet(
         if name in lacking:
             metadata["uncalibrated"] = lacking[name]
         fields.append(pyarrow.field(name, pyarrow.float64(), metadata=metadata))
-        values = layout.converted(place, block.values[:, place])
+        values = layout.convert_column(place, block.values[:, place])
         columns.append(pyarrow.array(values, from_pandas=True))
     table = pyarrow.Table.from_arrays(columns, schema=pyarrow.schema(fields))
     with (

@@ -53,7 +53,7 @@ def fit_maneuver(
         return ManeuverResult(maneuver=maneuver, estimate=None, failure=str(error))
     if not maneuver.inputs:
         estimate = replace(estimate, warnings=(_NO_EXCITATION_TEXT, *estimate.warnings))
-    if not estimate.gusty:
+    if not estimate.gusty_maneuvers:
         return ManeuverResult(maneuver=maneuver, estimate=estimate)
     by_equations = replace(settings, method="ee")
     try:
@@ -62,7 +62,7 @@ def fit_maneuver(
         told = f"equation error gives nothing to compare with: {error}"
         estimate = replace(estimate, warnings=(*estimate.warnings, told))
         return ManeuverResult(maneuver=maneuver, estimate=estimate)
-    return ManeuverResult(maneuver=maneuver, estimate=estimate, beside=beside)
+    return ManeuverResult(maneuver=maneuver, estimate=estimate, equation_error_estimate=beside)
 
 
 def fit_maneuvers_jointly(

@@ -51,7 +51,7 @@ class ManeuverResult:
         None where it failed.
     failure : str
         Why, in words.
-    beside : Estimate or None
+    equation_error_estimate : Estimate or None
         By equation error, of the same derivatives: where maximum likelihood found gusts in the
         residuals. It takes the air as the vanes felt it, and gusts do it little harm.
     """
@@ -59,7 +59,7 @@ class ManeuverResult:
     maneuver: Maneuver
     estimate: Estimate | None
     failure: str = ""
-    beside: Estimate | None = None
+    equation_error_estimate: Estimate | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

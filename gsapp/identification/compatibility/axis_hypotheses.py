@@ -63,21 +63,21 @@ class AxisCorrection:
         """Return ``-ay`` or ``p<>r``."""
         return f"-{self.channels[0]}" if len(self.channels) == 1 else "<>".join(self.channels)
 
-    def applied(self, stretch: CompatibilitySegment) -> CompatibilitySegment:
+    def apply(self, stretch: CompatibilitySegment) -> CompatibilitySegment:
         """Return the stretch as it is if the remedy is right."""
         if len(self.channels) == 1:
-            return stretch.exchanged({self.channels[0]: -1.0}, {})
+            return stretch.with_swapped_channels({self.channels[0]: -1.0}, {})
         one, other = self.channels
-        return stretch.exchanged({}, {one: other, other: one})
+        return stretch.with_swapped_channels({}, {one: other, other: one})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AxisCorrectionResult:
     """The fit after what helped was applied."""
 
-    stretches: tuple[CompatibilitySegment, ...]
+    segments: tuple[CompatibilitySegment, ...]
     fit: InstrumentErrorFit
-    remedies: tuple[AxisCorrection, ...]
+    corrections: tuple[AxisCorrection, ...]
     verdicts: tuple[InstrumentVerdict, ...]
 
 
@@ -97,7 +97,7 @@ def find_axis_corrections(
     channels: Sequence[str],
 ) -> AxisCorrectionResult:
     """Try remedies, one after the other, as long as one helps."""
-    current = AxisCorrectionResult(stretches=tuple(stretches), fit=first, remedies=(), verdicts=())
+    current = AxisCorrectionResult(segments=tuple(stretches), fit=first, corrections=(), verdicts=())
     for _ in range(_MAX_CORRECTIONS):
         if _is_white(current.fit):
             break
@@ -111,9 +111,9 @@ def find_axis_corrections(
 def _is_white(found: InstrumentErrorFit) -> bool:
     """Return whether hardly more than white noise is left: then nothing is to be remedied."""
     quiet = all(
-        one.noise.drive.max() < _WHITE_NOISE_FACTORS[0]
-        and one.noise.show.max() < _WHITE_NOISE_FACTORS[1]
-        for one in found.stretches
+        one.noise.input_factors.max() < _WHITE_NOISE_FACTORS[0]
+        and one.noise.output_factors.max() < _WHITE_NOISE_FACTORS[1]
+        for one in found.segments
     )
     scales = [value for name, value in found.errors.items() if name.endswith(".scale")]
     return quiet and all(abs(value - 1.0) < 0.5 for value in scales)
@@ -121,55 +121,55 @@ def _is_white(found: InstrumentErrorFit) -> bool:
 
 def _has_large_residuals(found: InstrumentErrorFit) -> bool:
     """Return whether so much is left unexplained that a wrong sign may hide in it."""
-    return any(one.noise.drive.max() > 300.0 for one in found.stretches)
+    return any(one.noise.input_factors.max() > 300.0 for one in found.segments)
 
 
 def _best_correction(
     current: AxisCorrectionResult, settings: CompatibilitySettings, channels: Sequence[str]
 ) -> AxisCorrectionResult | None:
     free = current.fit.free
-    chosen = [current.stretches[place] for place in _most_excited(current.stretches)]
+    chosen = [current.segments[place] for place in _most_excited(current.segments)]
     # Under the noise that a wrong sign asks for, all signs are alike: white noise tells them apart.
-    white = [NoiseLevels.white(len(one.shown)) for one in chosen]
+    white = [NoiseLevels.white(len(one.outputs)) for one in chosen]
 
     def tried(remedy: AxisCorrection, *, steps: int) -> float:
-        remedied = [remedy.applied(stretch) for stretch in chosen]
+        remedied = [remedy.apply(stretch) for stretch in chosen]
         found = fit_instrument_errors(
             remedied, settings, free, noises=white, iterations=steps, bounds=False
         )
-        return found.unlikelihood
+        return found.neg2_log_likelihood
 
-    done = {one.channels for one in current.remedies}
+    done = {one.channels for one in current.corrections}
     left = [one for one in candidate_corrections(channels) if one.channels not in done]
     for steps, kept in _SCREENING_STAGES:
         left = sorted(left, key=partial(tried, steps=steps))[:kept]
     # Where a gyro or an accelerometer is missing, what it would say may look like a wrong sign.
-    incomplete = any(one.absent for one in current.stretches)
+    incomplete = any(one.absent for one in current.segments)
     best: AxisCorrectionResult | None = None
     for remedy in left:
-        stretches = tuple(remedy.applied(stretch) for stretch in current.stretches)
+        stretches = tuple(remedy.apply(stretch) for stretch in current.segments)
         found = fit_instrument_errors(stretches, settings, free, bounds=False)
-        gain = current.fit.unlikelihood - found.unlikelihood
-        if gain < _MIN_LIKELIHOOD_GAIN or not found.stretches:
+        gain = current.fit.neg2_log_likelihood - found.neg2_log_likelihood
+        if gain < _MIN_LIKELIHOOD_GAIN or not found.segments:
             continue
         # A fit in gusts may have gone astray: under the same noise, signs as they are get another
         # chance.
-        noises = [one.noise for one in found.stretches]
+        noises = [one.noise for one in found.segments]
         again = fit_instrument_errors(
-            current.stretches, settings, free, noises=noises, bounds=False
+            current.segments, settings, free, noises=noises, bounds=False
         )
-        gain = min(gain, again.unlikelihood - found.unlikelihood)
-        usual = current.fit if np.isinf(again.unlikelihood) else again
+        gain = min(gain, again.neg2_log_likelihood - found.neg2_log_likelihood)
+        usual = current.fit if np.isinf(again.neg2_log_likelihood) else again
         # What gusts leave in doubt takes more, too.
         strict = 3.0 if incomplete or _has_large_residuals(found) else 1.0
         verdict = _verdict(remedy, usual, found, fall=strict * _MIN_RESIDUAL_RATIO)
         if verdict is None or gain < strict**3 * _MIN_LIKELIHOOD_GAIN:
             continue
-        if best is None or found.unlikelihood < best.fit.unlikelihood:
+        if best is None or found.neg2_log_likelihood < best.fit.neg2_log_likelihood:
             best = AxisCorrectionResult(
-                stretches=stretches,
+                segments=stretches,
                 fit=found,
-                remedies=(*current.remedies, remedy),
+                corrections=(*current.corrections, remedy),
                 verdicts=(*current.verdicts, verdict),
             )
     return best
@@ -178,7 +178,7 @@ def _best_correction(
 def _most_excited(stretches: Sequence[CompatibilitySegment]) -> list[int]:
     moved = [
         sum(
-            float(np.ptp(samples)) for name, samples in one.driving.items() if name in RATE_CHANNELS
+            float(np.ptp(samples)) for name, samples in one.inputs.items() if name in RATE_CHANNELS
         )
         for one in stretches
     ]
@@ -190,8 +190,8 @@ def _verdict(
 ) -> InstrumentVerdict | None:
     """Return the verdict; None where no residual falls."""
     seen: dict[str, tuple[float, float]] = {}
-    for one in before.stretches:
-        for name in one.stretch.measured:
+    for one in before.segments:
+        for name in one.segment.measured:
             seen[name] = (before.rms(name), after.rms(name))
     if not seen:
         return None
@@ -233,7 +233,7 @@ def evaluate_signs(
     found: AxisCorrectionResult, settings: CompatibilitySettings, channels: Sequence[str]
 ) -> Mapping[str, SignStatus]:
     """Return for each channel whether its sign was put to the test, and with what outcome."""
-    turned = {one.channels[0] for one in found.remedies if len(one.channels) == 1}
+    turned = {one.channels[0] for one in found.corrections if len(one.channels) == 1}
     bounds = scale_bounds(
         found.fit, settings, [name for name in _SIGNED_CHANNELS if name in channels]
     )

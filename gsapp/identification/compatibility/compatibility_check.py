@@ -100,7 +100,7 @@ def check_compatibility(
     prepared = prepare_segments(maneuvers, aircraft)
     comparisons, disagreements = compare_redundant_sensors(maneuvers, chosen)
     stuck = (*_stuck_verdicts(prepared), *disagreements)
-    if not prepared.stretches:
+    if not prepared.segments:
         return CompatibilityResult(
             maneuvers=(),
             verdicts=stuck,
@@ -111,31 +111,31 @@ def check_compatibility(
         )
     channels = prepared.channels
     free = free_errors(chosen, channels)
-    first = fit_instrument_errors(prepared.stretches, chosen, free, bounds=False)
+    first = fit_instrument_errors(prepared.segments, chosen, free, bounds=False)
     found = AxisCorrectionResult(
-        stretches=tuple(prepared.stretches), fit=first, remedies=(), verdicts=()
+        segments=tuple(prepared.segments), fit=first, corrections=(), verdicts=()
     )
     if chosen.try_signs:
-        found = find_axis_corrections(prepared.stretches, first, chosen, channels)
-    if not found.fit.stretches:
+        found = find_axis_corrections(prepared.segments, first, chosen, channels)
+    if not found.fit.segments:
         raise FlightError(
             "the instruments cannot be compared: no motion that rates and accelerations make fits "
-            f"the rest; {_failure_cause(prepared.stretches, chosen)}"
+            f"the rest; {_failure_cause(prepared.segments, chosen)}"
         )
-    noises = [one.noise for one in found.fit.stretches]
+    noises = [one.noise for one in found.fit.segments]
     begin = found.fit if found.fit.converged else None
-    final = fit_instrument_errors(found.stretches, chosen, free, noises=noises, begin=begin)
-    if not final.stretches:
+    final = fit_instrument_errors(found.segments, chosen, free, noises=noises, begin=begin)
+    if not final.segments:
         # Quiet stretches may have no way back from the usual start under the noise found.
-        final = fit_instrument_errors(found.stretches, chosen, free, noises=noises, begin=found.fit)
+        final = fit_instrument_errors(found.segments, chosen, free, noises=noises, begin=found.fit)
     found = AxisCorrectionResult(
-        stretches=found.stretches,
+        segments=found.segments,
         fit=final,
-        remedies=found.remedies,
+        corrections=found.corrections,
         verdicts=found.verdicts,
     )
     parameters = _parameters(final, chosen)
-    histories = tuple(_history(one) for one in final.stretches)
+    histories = tuple(_history(one) for one in final.segments)
     verdicts = (
         *stuck,
         *found.verdicts,
@@ -148,17 +148,17 @@ def check_compatibility(
             "the fit of instrument errors did not converge; take its values as a hint only"
         )
     return CompatibilityResult(
-        maneuvers=tuple(dict.fromkeys(one.maneuver for one in prepared.stretches)),
+        maneuvers=tuple(dict.fromkeys(one.maneuver for one in prepared.segments)),
         parameters=parameters,
         signs=evaluate_signs(found, chosen, channels),
         fit=_fits(histories),
         histories=histories,
-        reconstructed=tuple(_motion(one) for one in final.stretches),
+        reconstructed=tuple(_motion(one) for one in final.segments),
         noise=_noise(prepared),
         gust=_gust_intensity(final),
         verdicts=verdicts,
         comparisons=comparisons,
-        remedies=tuple(one.name for one in found.remedies),
+        remedies=tuple(one.name for one in found.corrections),
         iterations=final.iterations,
         converged=final.converged,
         warnings=tuple(warnings),
@@ -201,7 +201,7 @@ def _is_masked_by_noise(found: InstrumentErrorFit, name: str) -> bool:
     channel, _, kind = name.partition(".")
     if channel not in KINEMATIC_OUTPUTS or kind == "bias":
         return False
-    return not any(name in one.clear for one in found.stretches)
+    return not any(name in one.clearly_observable for one in found.segments)
 
 
 def _why_unknown(found: InstrumentErrorFit, name: str, std: float, plausible: float) -> str:
@@ -264,10 +264,10 @@ def _unexplained_verdicts(found: InstrumentErrorFit) -> list[InstrumentVerdict]:
     verdicts = []
     for name in KINEMATIC_OUTPUTS:
         slow = [
-            (float(one.noise.show[row] * one.predictor.show[row]) ** 0.5, one)
-            for one in found.stretches
-            if name in one.stretch.measured
-            and one.noise.show[row := one.found.channels.index(name)] > 4.0
+            (float(one.noise.output_factors[row] * one.error_model.output_variance[row]) ** 0.5, one)
+            for one in found.segments
+            if name in one.segment.measured
+            and one.noise.output_factors[row := one.prediction.channels.index(name)] > 4.0
         ]
         if not slow:
             continue
@@ -278,7 +278,7 @@ def _unexplained_verdicts(found: InstrumentErrorFit) -> list[InstrumentVerdict]:
                     kind="unexplained",
                     channels=(name,),
                     sentence=f"{channel_title(name)} contradicts rates and accelerations by "
-                    f"{format_quantity(name, size)} (rms) in maneuver {worst.stretch.maneuver}, by no "
+                    f"{format_quantity(name, size)} (rms) in maneuver {worst.segment.maneuver}, by no "
                     "bias, scale or delay; look at the instrument itself",
                     before=size,
                     seen_in=name,
@@ -294,18 +294,18 @@ def _inconsistent_gyro_verdicts(found: InstrumentErrorFit) -> list[InstrumentVer
     """
     verdicts = []
     for place, name in enumerate(("p", "q", "r")):
-        worst = max(found.stretches, key=lambda one: float(one.noise.drive[place]))
-        power = float(worst.noise.drive[place])
-        if power <= _MAX_GYRO_NOISE_RATIO or name in worst.stretch.absent:
+        worst = max(found.segments, key=lambda one: float(one.noise.input_factors[place]))
+        power = float(worst.noise.input_factors[place])
+        if power <= _MAX_GYRO_NOISE_RATIO or name in worst.segment.absent:
             continue
         verdicts.append(
             InstrumentVerdict(
                 kind="unexplained",
                 channels=(name,),
                 sentence=f"{channel_title(name)} and the other instruments show two different motions in "
-                f"maneuver {worst.stretch.maneuver}: they would agree only were its noise "
+                f"maneuver {worst.segment.maneuver}: they would agree only were its noise "
                 f"{power**0.5:.0f} times what it is; look at its unit and at that of the angles",
-                before=(power * float(worst.predictor.drive[place])) ** 0.5,
+                before=(power * float(worst.error_model.input_density[place])) ** 0.5,
                 seen_in=name,
             )
         )
@@ -314,7 +314,7 @@ def _inconsistent_gyro_verdicts(found: InstrumentErrorFit) -> list[InstrumentVer
 
 def _gust_intensity(found: InstrumentErrorFit) -> dict[str, float]:
     densities = np.array(
-        [one.noise.drive[6:] * one.predictor.drive[6:] for one in found.stretches]
+        [one.noise.input_factors[6:] * one.error_model.input_density[6:] for one in found.segments]
     ).mean(axis=0)
     return dict(zip(("u", "v", "w"), (float(one) for one in np.sqrt(densities)), strict=True))
 
@@ -334,9 +334,9 @@ def _gust_warnings(found: InstrumentErrorFit) -> list[str]:
 
 def _noise(prepared: PreparedSegments) -> dict[str, float]:
     found: dict[str, list[float]] = {}
-    for stretch in prepared.stretches:
+    for stretch in prepared.segments:
         for name, size in stretch.noise.items():
-            if name in stretch.driving or name in stretch.measured:
+            if name in stretch.inputs or name in stretch.measured:
                 found.setdefault(name, []).append(size)
     return {name: float(np.median(sizes)) for name, sizes in found.items()}
 
@@ -352,7 +352,7 @@ def _summary(
     names = join_names([channel_title(name) for name in channels])
     if found.converged:
         return f"{names} are consistent with one another: what a model misses is in the model"
-    stretches = [one.stretch for one in found.stretches]
+    stretches = [one.segment for one in found.segments]
     cause = ""
     if found.step > _MAX_FINAL_STEP or _is_quiet(stretches, settings):
         cause = f"; {_failure_cause(stretches, settings)}"
@@ -391,14 +391,14 @@ def _failure_cause(
 
 
 def _history(one: SegmentFit) -> ResponseHistory:
-    kept = [name for name in one.found.channels if name in one.stretch.measured]
-    rows = [one.found.channels.index(name) for name in kept]
+    kept = [name for name in one.prediction.channels if name in one.segment.measured]
+    rows = [one.prediction.channels.index(name) for name in kept]
     return ResponseHistory(
-        maneuver=one.stretch.maneuver,
-        times=one.stretch.times,
+        maneuver=one.segment.maneuver,
+        times=one.segment.times,
         channels=tuple(kept),
-        measured=np.column_stack([one.stretch.shown[name] for name in kept]),
-        computed=one.found.computed[:, rows],
+        measured=np.column_stack([one.segment.outputs[name] for name in kept]),
+        computed=one.prediction.computed[:, rows],
     )
 
 
@@ -419,14 +419,14 @@ def _fits(histories: Sequence[ResponseHistory]) -> dict[str, ResponseFit]:
 
 def _motion(one: SegmentFit) -> ResponseHistory:
     """Return the motion at the center of gravity beside what the instruments show."""
-    path, stretch = one.found.path, one.stretch
+    path, stretch = one.prediction.path, one.segment
     place = stretch.aircraft.sensors.accelerometer.position
     velocity = (path.velocity[:, 0], path.velocity[:, 1], path.velocity[:, 2])
     rates = (path.rates[:, 0], path.rates[:, 1], path.rates[:, 2])
     u, v, w = velocity_at((-place[0], -place[1], -place[2]), velocity, rates)
     V = pitot_airspeed((u, v, w))
     computed = np.column_stack((V, np.arctan2(w, u), np.arcsin(v / V), *rates, *path.attitude))
-    shown = {**stretch.driving, **{name: stretch.shown[name] for name in stretch.measured}}
+    shown = {**stretch.inputs, **{name: stretch.outputs[name] for name in stretch.measured}}
     nothing = np.full(len(V), np.nan)
     return ResponseHistory(
         maneuver=stretch.maneuver,

@@ -60,35 +60,35 @@ class SegmentFit:
 
     Attributes
     ----------
-    stretch : CompatibilitySegment
-    start : InitialState
-    found : Prediction
-    predictor : ErrorStateModel
+    segment : CompatibilitySegment
+    initial_state : InitialState
+    prediction : Prediction
+    error_model : ErrorStateModel
     noise : NoiseLevels
     gain : SteadyKalmanGain
-    left : ndarray, shape (m, n_channels)
+    innovations : ndarray, shape (m, n_channels)
         What the predictor leaves of the averaged residuals.
-    seen, clear : frozenset of str
+    observable, clearly_observable : frozenset of str
         Scales and delays of vanes that the stretch has a say in; those seen through all noise.
     S : ndarray, shape (m, n_channels, n_free + 5)
         The same of the sensitivities.
     """
 
-    stretch: CompatibilitySegment
-    start: InitialState
-    found: Prediction
-    predictor: ErrorStateModel
+    segment: CompatibilitySegment
+    initial_state: InitialState
+    prediction: Prediction
+    error_model: ErrorStateModel
     noise: NoiseLevels
     gain: SteadyKalmanGain
-    left: FloatArray
-    seen: frozenset[str]
-    clear: frozenset[str]
+    innovations: FloatArray
+    observable: frozenset[str]
+    clearly_observable: frozenset[str]
     S: FloatArray
 
     def residuals(self) -> FloatArray:
         """Return measured minus computed, shape (n, n_channels)."""
-        shown = np.column_stack([self.stretch.shown[name] for name in self.found.channels])
-        return np.asarray(shown - self.found.computed, dtype=np.float64)
+        shown = np.column_stack([self.segment.outputs[name] for name in self.prediction.channels])
+        return np.asarray(shown - self.prediction.computed, dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -102,10 +102,10 @@ class InstrumentErrorFit:
     errors : mapping of str to float
         Values, scales as factors.
     covariance : ndarray, shape (n_free, n_free)
-    stretches : tuple of SegmentFit
+    segments : tuple of SegmentFit
     origin : ndarray, shape (n_free + 5 n_stretches,)
         How far errors and starts have moved.
-    unlikelihood : float
+    neg2_log_likelihood : float
         Twice the negative log-likelihood, errors weighed by what is plausible.
     iterations : int
     converged : bool
@@ -116,9 +116,9 @@ class InstrumentErrorFit:
     free: tuple[str, ...]
     errors: Mapping[str, float]
     covariance: FloatArray
-    stretches: tuple[SegmentFit, ...]
+    segments: tuple[SegmentFit, ...]
     origin: FloatArray
-    unlikelihood: float
+    neg2_log_likelihood: float
     iterations: int
     converged: bool
     step: float
@@ -126,9 +126,9 @@ class InstrumentErrorFit:
     def rms(self, channel: str) -> float:
         """Return the residual of one channel, rms over all stretches; SI."""
         parts = [
-            one.residuals()[:, one.found.channels.index(channel)]
-            for one in self.stretches
-            if channel in one.found.channels
+            one.residuals()[:, one.prediction.channels.index(channel)]
+            for one in self.segments
+            if channel in one.prediction.channels
         ]
         return float(np.sqrt(np.nanmean(np.concatenate(parts) ** 2))) if parts else np.nan
 
@@ -176,10 +176,10 @@ def fit_instrument_errors(
     starts = (
         [estimate_initial_state(stretch, errors) for stretch in stretches]
         if begin is None
-        else [part.start for part in begin.stretches]
+        else [part.initial_state for part in begin.segments]
     )
     chosen = (
-        list(noises) if noises is not None else [NoiseLevels.white(len(s.shown)) for s in stretches]
+        list(noises) if noises is not None else [NoiseLevels.white(len(s.outputs)) for s in stretches]
     )
     size = len(free) + len(INITIAL_STATE_NAMES) * len(stretches)
     prior = np.zeros(size)
@@ -231,7 +231,7 @@ def fit_instrument_errors(
         parts, least, halved = sound, cost, 0
         chosen = [part.noise for part in parts]
         if phase >= _MAX_NOISE_UPDATES:
-            seen = [part.seen for part in parts]
+            seen = [part.observable for part in parts]
         covariance, g = _normal_equations(parts, len(free), prior, origin)
         step = covariance @ g
         size_of_step = float((np.abs(step) / np.sqrt(covariance.diagonal())).max())
@@ -256,13 +256,13 @@ def fit_instrument_errors(
         before = (errors, starts, origin)
         errors, starts, origin = _apply_step(free, before, step)
     likely = sum(
-        float(neg2_log_likelihood(part.left[None], part.gain.covariance[None])[0]) for part in parts
+        float(neg2_log_likelihood(part.innovations[None], part.gain.covariance[None])[0]) for part in parts
     )
     if bounds:
         covariance = joint_covariance(
             [
                 ManeuverFitData(
-                    S=part.S, v=part.left, W=part.gain.weight, columns=_columns(place, len(free))
+                    S=part.S, v=part.innovations, W=part.gain.weight, columns=_columns(place, len(free))
                 )
                 for place, part in enumerate(parts)
             ],
@@ -273,9 +273,9 @@ def fit_instrument_errors(
         free=free,
         errors=errors,
         covariance=covariance[: len(free), : len(free)],
-        stretches=tuple(parts),
+        segments=tuple(parts),
         origin=origin,
-        unlikelihood=likely + float(prior @ origin**2),
+        neg2_log_likelihood=likely + float(prior @ origin**2),
         iterations=number,
         converged=converged,
         step=size_of_step,
@@ -297,7 +297,7 @@ def _apply_step(free: Sequence[str], before: _FitState, step: FloatArray) -> _Fi
     return (
         {name: errors[name] + float(change) for name, change in zip(free, step, strict=False)},
         [
-            start.moved(step[_columns(place, len(free))[len(free) :]])
+            start.perturbed(step[_columns(place, len(free))[len(free) :]])
             for place, start in enumerate(starts)
         ],
         origin + step,
@@ -308,7 +308,7 @@ def _cost(parts: Sequence[SegmentFit], prior: FloatArray, origin: FloatArray) ->
     """Return the sum of squares that a step makes smaller."""
     total = float(prior @ origin**2)
     for part in parts:
-        left = np.nan_to_num(part.left)
+        left = np.nan_to_num(part.innovations)
         total += float(np.sum((left @ part.gain.weight) * left))
     return total
 
@@ -321,7 +321,7 @@ def _normal_equations(
     g: FloatArray = -prior * origin
     for place, part in enumerate(parts):
         columns = _columns(place, shared)
-        S, left = _mask_sensitivities(part.S, part.left), np.nan_to_num(part.left)
+        S, left = _mask_sensitivities(part.S, part.innovations), np.nan_to_num(part.innovations)
         flat = S.reshape(-1, S.shape[2])
         weighted: FloatArray = (part.gain.weight @ S).reshape(flat.shape)
         H[np.ix_(columns, columns)] += flat.T @ weighted
@@ -340,9 +340,9 @@ def _diverged_fit(
         free=free,
         errors=errors,
         covariance=np.full((len(free), len(free)), np.inf),
-        stretches=tuple(parts),
+        segments=tuple(parts),
         origin=origin,
-        unlikelihood=np.inf,
+        neg2_log_likelihood=np.inf,
         iterations=number,
         converged=False,
         step=np.inf,
@@ -393,7 +393,7 @@ def _linearize_segment(
         found = predict_channels(stretch, errors, start)
     if not np.abs(found.path.velocity).max() < _MAX_SPEED:
         return None
-    shown = np.column_stack([stretch.shown[name] for name in found.channels])
+    shown = np.column_stack([stretch.outputs[name] for name in found.channels])
     counted = np.isfinite(shown)
     predictor = build_error_state_model(stretch, found, errors, settings.rate)
     v = block_average(shown - found.computed, counted, predictor.width)
@@ -418,15 +418,15 @@ def _linearize_segment(
         S, expected, shift, found.channels, free, errors, predictor.step, levels, seen
     )
     return SegmentFit(
-        stretch=stretch,
-        start=start,
-        found=found,
-        predictor=predictor,
+        segment=stretch,
+        initial_state=start,
+        prediction=found,
+        error_model=predictor,
         noise=noise,
         gain=chosen,
-        left=left,
-        seen=seen,
-        clear=clear,
+        innovations=left,
+        observable=seen,
+        clearly_observable=clear,
         S=np.nan_to_num(whiten_residuals(predictor, chosen.K, S)),
     )
 
@@ -501,8 +501,8 @@ def _motion_and_noise_variances(
 ) -> tuple[FloatArray, FloatArray]:
     """Return variances of what the predictor expects and of what noise adds in a step."""
     H = predictor.H.mean(axis=0)
-    Q = np.einsum("d,dij->ij", noise.drive * predictor.drive, predictor.process)
-    late = np.maximum(covariance.diagonal() - noise.show * predictor.show, 0.0)
+    Q = np.einsum("d,dij->ij", noise.input_factors * predictor.input_density, predictor.process)
+    late = np.maximum(covariance.diagonal() - noise.output_factors * predictor.output_variance, 0.0)
     return late, np.asarray(np.einsum("ri,ij,rj->r", H, Q, H), dtype=np.float64)
 
 
@@ -516,7 +516,7 @@ def is_motion_significant(stretch: CompatibilitySegment, channel: str, rate: flo
     rate : float
         Averages per second that are compared.
     """
-    samples = stretch.driving.get(channel)
+    samples = stretch.inputs.get(channel)
     if samples is None or channel in stretch.absent:
         return samples is None
     width = samples_per_average(stretch, rate)
@@ -534,21 +534,21 @@ def scale_bounds(
     """
     names = [f"{name}.scale" for name in channels]
     free = (*found.free, *(name for name in names if name not in found.free))
-    size = len(free) + len(INITIAL_STATE_NAMES) * len(found.stretches)
+    size = len(free) + len(INITIAL_STATE_NAMES) * len(found.segments)
     H = np.zeros((size, size))
     places = np.arange(len(found.free))
     H[places, places] = 1.0 / np.array([settings.plausible_size(n) for n in found.free]) ** 2
     H[range(len(free), size), range(len(free), size)] = 1e-6
-    for place, one in enumerate(found.stretches):
+    for place, one in enumerate(found.segments):
         part = _linearize_segment(
-            one.stretch, settings, found.errors, one.start, free, one.noise, look=False
+            one.segment, settings, found.errors, one.initial_state, free, one.noise, look=False
         )
         if part is None:
             continue
         columns = _columns(place, len(free))
-        S = _mask_sensitivities(part.S, part.left)
+        S = _mask_sensitivities(part.S, part.innovations)
         for name, label in zip(channels, names, strict=True):
-            if not is_motion_significant(one.stretch, name, settings.rate):
+            if not is_motion_significant(one.segment, name, settings.rate):
                 S[:, :, free.index(label)] = 0.0
         flat = S.reshape(-1, S.shape[2])
         H[np.ix_(columns, columns)] += flat.T @ (part.gain.weight @ S).reshape(flat.shape)

@@ -37,7 +37,7 @@ class InitialState:
     velocity: FloatArray
     gravity: FloatArray
 
-    def moved(self, step: FloatArray) -> InitialState:
+    def perturbed(self, step: FloatArray) -> InitialState:
         """Return the start after a step in `INITIAL_STATE_NAMES`."""
         gravity = self.gravity + step[3:] @ gravity_tangents(self.gravity)
         return InitialState(
@@ -53,7 +53,7 @@ def correct_rates_and_forces(
 
     def one(name: str) -> FloatArray:
         samples = delay_samples(
-            stretch.driving[name], -errors.get(f"{name}.delay", 0.0) / stretch.dt
+            stretch.inputs[name], -errors.get(f"{name}.delay", 0.0) / stretch.dt
         )
         return (samples - errors.get(f"{name}.bias", 0.0)) / errors.get(f"{name}.scale", 1.0)
 
@@ -85,9 +85,9 @@ def _fit_straight_flight(
     good = np.ones(count, dtype=bool)
     values = {}
     for name in ("V", "alpha", "beta"):
-        samples = stretch.shown.get(name)
+        samples = stretch.outputs.get(name)
         if samples is None:
-            values[name] = nothing + (stretch.guessed_speed or 30.0 if name == "V" else 0.0)
+            values[name] = nothing + (stretch.assumed_speed or 30.0 if name == "V" else 0.0)
             continue
         samples = (samples - errors.get(f"{name}.bias", 0.0)) / errors.get(f"{name}.scale", 1.0)
         good &= np.isfinite(samples)
@@ -104,7 +104,7 @@ def _fit_straight_flight(
     flow += np.cross(rates, arm)
     # Along the first axes: flown less what was pushed is a straight line, of slope gravity.
     path = reconstruct_path(rates, force, stretch.dt, np.zeros(3), np.zeros(3))
-    line = rotate_to_initial_axes(path.C, flow)[good] - path.flown[good]
+    line = rotate_to_initial_axes(path.C, flow)[good] - path.velocity_initial_axes[good]
     design = np.column_stack((np.ones(int(good.sum())), path.times[good]))
     (velocity, gravity), *_ = np.linalg.lstsq(design, line, rcond=None)
     return velocity, gravity, float(np.nanmean(alpha))
@@ -115,9 +115,9 @@ def estimate_initial_state(
 ) -> InitialState:
     """Return where a stretch seems to begin: the straight line through what the vanes show."""
     velocity, gravity, alpha = _fit_straight_flight(stretch, errors)
-    if "beta" not in stretch.shown or not {"p", "r", "ay"}.isdisjoint(stretch.absent):
+    if "beta" not in stretch.outputs or not {"p", "r", "ay"}.isdisjoint(stretch.absent):
         gravity[1] = 0.0
-    if "phi" in stretch.shown or "theta" in stretch.shown:
+    if "phi" in stretch.outputs or "theta" in stretch.outputs:
         gravity = _measured_gravity(stretch, gravity)
     size = float(np.sqrt(gravity @ gravity))
     if not size > 0.3 * GRAVITY or gravity[2] < 0.1 * size:
@@ -133,7 +133,7 @@ def _measured_gravity(stretch: CompatibilitySegment, otherwise: FloatArray) -> F
     x, y, z = otherwise
     phi, theta = np.arctan2(y, z), np.arctan2(-x, np.hypot(y, z))
     for name in ("phi", "theta"):
-        samples = stretch.shown.get(name)
+        samples = stretch.outputs.get(name)
         if samples is not None:
             seen = samples[np.isfinite(samples)][:10]
             phi, theta = (seen.mean(), theta) if name == "phi" else (phi, seen.mean())
@@ -162,7 +162,7 @@ class ChannelGradients:
     by_velocity: FloatArray | None
     by_gravity: FloatArray
 
-    def along(self, slopes: PathSensitivities) -> FloatArray:
+    def chain(self, slopes: PathSensitivities) -> FloatArray:
         """Return the derivatives by the causes of some slopes, shape (n, m)."""
         if self.by_velocity is None:
             return _multiply_rows(self.by_gravity, slopes.gravity)
@@ -254,7 +254,7 @@ def predict_channels(
     """Return what the instruments of a stretch should show."""
     rates, force = correct_rates_and_forces(stretch, errors)
     path = reconstruct_path(rates, force, stretch.dt, start.velocity, start.gravity)
-    channels = tuple(stretch.shown)
+    channels = tuple(stretch.outputs)
     ideal = tuple(channel_gradients(path, stretch.aircraft, name) for name in channels)
     computed = np.column_stack(
         [
@@ -294,10 +294,10 @@ def channel_sensitivities(
                 stretch, errors, found.path, [free[place] for place in places]
             )
             for row, one in enumerate(found.ideal):
-                S[:, row, places] = one.along(slopes)
+                S[:, row, places] = one.chain(slopes)
     first = sensitivities_to_initial_state(found.path, gravity_tangents(start.gravity))
     for row, (name, one) in enumerate(zip(found.channels, found.ideal, strict=True)):
-        S[:, row, len(free) :] = one.along(first)
+        S[:, row, len(free) :] = one.chain(first)
         scale = errors.get(f"{name}.scale", 1.0)
         S[:, row] *= scale
         late = errors.get(f"{name}.delay", 0.0) / stretch.dt

@@ -51,9 +51,9 @@ class ErrorStateModel:
     H : ndarray, shape (m, n_channels, 6)
     process : ndarray, shape (9, 6, 6)
         Covariance over one step for a unit density of p, q, r, ax, ay, an, and gusts u, v, w.
-    drive : ndarray, shape (9,)
+    input_density : ndarray, shape (9,)
         White densities; gusts those of calm air.
-    show : ndarray, shape (n_channels,)
+    output_variance : ndarray, shape (n_channels,)
         White variances of averages.
     """
 
@@ -62,8 +62,8 @@ class ErrorStateModel:
     Phi: FloatArray
     H: FloatArray
     process: FloatArray
-    drive: FloatArray
-    show: FloatArray
+    input_density: FloatArray
+    output_variance: FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -72,17 +72,17 @@ class NoiseLevels:
 
     Attributes
     ----------
-    drive : ndarray, shape (9,)
-    show : ndarray, shape (n_channels,)
+    input_factors : ndarray, shape (9,)
+    output_factors : ndarray, shape (n_channels,)
     """
 
-    drive: FloatArray
-    show: FloatArray
+    input_factors: FloatArray
+    output_factors: FloatArray
 
     @classmethod
     def white(cls, channels: int) -> NoiseLevels:
         """Return the white noise itself."""
-        return cls(drive=np.ones(9), show=np.ones(channels))
+        return cls(input_factors=np.ones(9), output_factors=np.ones(channels))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -162,7 +162,7 @@ def build_error_state_model(
             H[:, row, 3:] = (mean(one.by_gravity)[:, None, :] @ _cross_product_matrices(g))[:, 0]
         H[:, row] *= errors.get(f"{name}.scale", 1.0)
         show[row] = variance
-    if stretch.guessed_speed is not None and "V" in found.channels:
+    if stretch.assumed_speed is not None and "V" in found.channels:
         # A constant error: it counts once, not once for every sample.
         show[found.channels.index("V")] = _ASSUMED_SPEED_STD**2 * count
     process = np.zeros((9, 6, 6))
@@ -177,7 +177,7 @@ def build_error_state_model(
         unknown = _UNMEASURED_RATE_DENSITY if place < 3 else _UNMEASURED_FORCE_DENSITY
         drive[place] = unknown if name in stretch.absent else stretch.noise[name] ** 2 * stretch.dt
     return ErrorStateModel(
-        width=width, step=step, Phi=Phi, H=H, process=process, drive=drive, show=show
+        width=width, step=step, Phi=Phi, H=H, process=process, input_density=drive, output_variance=show
     )
 
 
@@ -199,9 +199,9 @@ def steady_kalman_gains(
     The Riccati equation by doubling, from an exact start over a thousand steps: a state that
     nothing shows grows as its random walk does, without harm.
     """
-    drive = np.array([one.drive for one in noises]) * predictor.drive
+    drive = np.array([one.input_factors for one in noises]) * predictor.input_density
     Q = np.einsum("cd,dij->cij", drive, predictor.process)
-    R = np.array([one.show for one in noises]) * predictor.show
+    R = np.array([one.output_factors for one in noises]) * predictor.output_variance
     H = predictor.H.mean(axis=0)
     F = predictor.Phi.mean(axis=0)
     A = np.broadcast_to(F.T, Q.shape)
@@ -325,8 +325,8 @@ def estimate_noise_levels(
             for one, gain_of_one in zip(tried, gained, strict=True):
                 if gain_of_one > 1.0:
                     together = NoiseLevels(
-                        drive=together.drive * one.drive / best.drive,
-                        show=together.show * one.show / best.show,
+                        input_factors=together.input_factors * one.input_factors / best.input_factors,
+                        output_factors=together.output_factors * one.output_factors / best.output_factors,
                     )
             value = float(judged([together])[0])
             if value > values.min():
@@ -339,9 +339,9 @@ def estimate_noise_levels(
 def _scale_noise_level(
     noise: NoiseLevels, group: str, place: int, times: float
 ) -> NoiseLevels | None:
-    drive, show = noise.drive.copy(), noise.show.copy()
+    drive, show = noise.input_factors.copy(), noise.output_factors.copy()
     chosen = drive if group == "drive" else show
     if chosen[place] * times < 0.999:
         return None
     chosen[place] *= times
-    return NoiseLevels(drive=drive, show=show)
+    return NoiseLevels(input_factors=drive, output_factors=show)

@@ -103,26 +103,26 @@ class ReconstructedPath:
     rates, force : ndarray, shape (n, 3)
         Freed of errors: rad/s; specific force along x, y, z, m/s^2.
     C : ndarray, shape (n, 3, 3)
-    pushed : ndarray, shape (n, 3)
+    force_initial_axes : ndarray, shape (n, 3)
         C a, m/s^2.
-    flown : ndarray, shape (n, 3)
+    velocity_initial_axes : ndarray, shape (n, 3)
         Velocity of the accelerometer along the first axes, m/s.
     velocity : ndarray, shape (n, 3)
         The same along the body's axes: u, v, w.
     gravity : ndarray, shape (n, 3)
         Along the body's axes, m/s^2.
-    gravity_first : ndarray, shape (3,)
+    initial_gravity : ndarray, shape (3,)
     """
 
     times: FloatArray
     rates: FloatArray
     force: FloatArray
     C: FloatArray
-    pushed: FloatArray
-    flown: FloatArray
+    force_initial_axes: FloatArray
+    velocity_initial_axes: FloatArray
     velocity: FloatArray
     gravity: FloatArray
-    gravity_first: FloatArray
+    initial_gravity: FloatArray
 
     @property
     def attitude(self) -> tuple[FloatArray, FloatArray]:
@@ -156,11 +156,11 @@ def reconstruct_path(
         rates=rates,
         force=force,
         C=C,
-        pushed=pushed,
-        flown=flown,
+        force_initial_axes=pushed,
+        velocity_initial_axes=flown,
         velocity=rotate_to_body_axes(C, flown),
         gravity=rotate_to_body_axes(C, np.broadcast_to(gravity_first, flown.shape)),
-        gravity_first=gravity_first,
+        initial_gravity=gravity_first,
     )
 
 
@@ -194,9 +194,9 @@ def sensitivities_to_rates(
     """
     # psi, shape (n, m, 3): vectors last, for cross products.
     psi = cumulative_integral(path.C[:, :, axes].transpose(0, 2, 1) * changes[:, :, None], dt)
-    n = cumulative_integral(np.cross(psi, path.pushed[:, None, :]), dt)
-    n -= np.cross(psi, path.flown[:, None, :])
-    g = -np.cross(psi, path.gravity_first)
+    n = cumulative_integral(np.cross(psi, path.force_initial_axes[:, None, :]), dt)
+    n -= np.cross(psi, path.velocity_initial_axes[:, None, :])
+    g = -np.cross(psi, path.initial_gravity)
     rates = np.zeros((len(changes), 3, axes.size))
     rates[:, axes, np.arange(axes.size)] = changes
     return PathSensitivities(

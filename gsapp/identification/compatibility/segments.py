@@ -36,46 +36,46 @@ class CompatibilitySegment:
     times : ndarray, shape (n,)
         Flight time, s.
     dt : float
-    driving : mapping of str to ndarray, shape (n,)
+    inputs : mapping of str to ndarray, shape (n,)
         Rates (rad/s) and specific forces (m/s^2; an positive up) as shown, none missing.
-    shown : mapping of str to ndarray, shape (n,)
+    outputs : mapping of str to ndarray, shape (n,)
         V, alpha, beta, phi, theta as shown; NaN where missing.
     absent : frozenset of str
-        Of `driving`: those that no instrument measured and that are zero here.
+        Of `inputs`: those that no instrument measured and that are zero here.
     noise : mapping of str to float
         White noise of each, rms of a sample.
-    guessed_speed : float or None
-        m/s, where airspeed was not measured; `shown` then holds it as V.
+    assumed_speed : float or None
+        m/s, where airspeed was not measured; `outputs` then holds it as V.
     """
 
     maneuver: str
     aircraft: Aircraft
     times: FloatArray
     dt: float
-    driving: Mapping[str, FloatArray]
-    shown: Mapping[str, FloatArray]
+    inputs: Mapping[str, FloatArray]
+    outputs: Mapping[str, FloatArray]
     absent: frozenset[str]
     noise: Mapping[str, float]
-    guessed_speed: float | None = None
+    assumed_speed: float | None = None
 
     @property
     def measured(self) -> frozenset[str]:
-        """Return the channels of `shown` that an instrument shows."""
-        guessed = {"V"} if self.guessed_speed is not None else set()
-        return frozenset(self.shown.keys() - guessed)
+        """Return the channels of `outputs` that an instrument shows."""
+        guessed = {"V"} if self.assumed_speed is not None else set()
+        return frozenset(self.outputs.keys() - guessed)
 
-    def exchanged(
+    def with_swapped_channels(
         self, signs: Mapping[str, float], order: Mapping[str, str]
     ) -> CompatibilitySegment:
         """Return the stretch with signs turned and channels read from one another's place."""
 
         def remedied(table: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-            both = {**self.driving, **self.shown}
+            both = {**self.inputs, **self.outputs}
             return {name: signs.get(name, 1.0) * both[order.get(name, name)] for name in table}
 
         noise = {name: self.noise[order.get(name, name)] for name in self.noise}
         return replace(
-            self, driving=remedied(self.driving), shown=remedied(self.shown), noise=noise
+            self, inputs=remedied(self.inputs), outputs=remedied(self.outputs), noise=noise
         )
 
 
@@ -85,13 +85,13 @@ class PreparedSegments:
 
     Attributes
     ----------
-    stretches : list of CompatibilitySegment
+    segments : list of CompatibilitySegment
     stuck : dict of str to list of str
         Channels that stayed constant while the aircraft moved, with the maneuvers.
     warnings : list of str
     """
 
-    stretches: list[CompatibilitySegment] = field(default_factory=list)
+    segments: list[CompatibilitySegment] = field(default_factory=list)
     stuck: dict[str, list[str]] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
 
@@ -99,8 +99,8 @@ class PreparedSegments:
     def channels(self) -> tuple[str, ...]:
         """Return the channels that at least one stretch has, in order."""
         present = set[str]()
-        for stretch in self.stretches:
-            present |= (stretch.driving.keys() - stretch.absent) | stretch.measured
+        for stretch in self.segments:
+            present |= (stretch.inputs.keys() - stretch.absent) | stretch.measured
         return tuple(name for name in (*KINEMATIC_INPUTS, *KINEMATIC_OUTPUTS) if name in present)
 
 
@@ -191,17 +191,17 @@ def _prepare_maneuver(found: PreparedSegments, maneuver: Maneuver, aircraft: Air
         }
         if guessed is not None:
             visible["V"] = np.full(piece.stop - piece.start, guessed)
-        found.stretches.append(
+        found.segments.append(
             CompatibilitySegment(
                 maneuver=maneuver.id,
                 aircraft=aircraft,
                 times=maneuver.block.times[piece],
                 dt=dt,
-                driving=driving,
-                shown=visible,
+                inputs=driving,
+                outputs=visible,
                 absent=absent,
                 noise=_white_noise_levels(driving, visible, absent, aircraft),
-                guessed_speed=guessed,
+                assumed_speed=guessed,
             )
         )
     if not kept:

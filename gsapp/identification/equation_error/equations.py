@@ -72,13 +72,13 @@ class EquationResult:
     Attributes
     ----------
     equation : Equation or None
-    unearned : mapping of str to DerivativeEstimate
+    unestimated : mapping of str to DerivativeEstimate
         Derivatives without a number.
     remarks : tuple of str
     """
 
     equation: Equation | None
-    unearned: Mapping[str, DerivativeEstimate] = field(default_factory=dict)
+    unestimated: Mapping[str, DerivativeEstimate] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
 
 
@@ -116,7 +116,7 @@ def build_equation(
     )
     if len(lacking) == len(found):
         return EquationResult(
-            equation=None, unearned=_estimates_without_value(names, found, lacking[0])
+            equation=None, unestimated=_estimates_without_value(names, found, lacking[0])
         )
     used = [one for index, one in enumerate(found) if index not in lacking]
     stacked = _stack_maneuvers(coefficient, names, fixed, used, cache)
@@ -128,7 +128,7 @@ def build_equation(
             else "no stretch of the record is long enough between missing and clipped samples"
         )
         return EquationResult(
-            equation=None, unearned=_unknown_estimates(names, why), remarks=remarks
+            equation=None, unestimated=_unknown_estimates(names, why), remarks=remarks
         )
     unearned = _unexcited(stacked, used)
     angles = {suffix for suffix in needed for one in used if suffix in one.integrated}
@@ -142,9 +142,9 @@ def build_equation(
     if all(name == bias for name in names if name not in unearned) and unearned:
         why = "nothing moved"
         return EquationResult(
-            equation=None, unearned={**_unknown_estimates(names, why), **unearned}, remarks=remarks
+            equation=None, unestimated={**_unknown_estimates(names, why), **unearned}, remarks=remarks
         )
-    reduced = stacked.of(keep)
+    reduced = stacked.select_columns(keep)
     twins = {
         name: tuple(other for other in partners if not other.startswith(DRIFT_PREFIX))
         for name, partners in collinear_columns(reduced).items()
@@ -160,7 +160,7 @@ def build_equation(
         )
     dropped = _redundant_columns(twins)
     keep = [index for index, name in enumerate(reduced.names) if name not in dropped]
-    return EquationResult(equation=reduced.of(keep), unearned=unearned, remarks=remarks)
+    return EquationResult(equation=reduced.select_columns(keep), unestimated=unearned, remarks=remarks)
 
 
 def response_fit_of_equation(equation: Equation, solution: Regression) -> ResponseFit:
@@ -224,17 +224,17 @@ def _stack_maneuvers(
     drifting = any(suffix in one.integrated for suffix in suffixes for one in used)
     at = 0
     for number, one in enumerate(used):
-        columns = dict(zip(reads, one.smoothed(tuple(reads.values())).T, strict=True))
+        columns = dict(zip(reads, one.smoothed_variables(tuple(reads.values())).T, strict=True))
         columns["0"] = np.ones(one.times.size)
         y = one.values[:, one.column(coefficient)]
         for name, value in fixed.items():
             head, _, suffix = name.partition("_")
             if head == coefficient and value != 0.0:
                 y = y - value * columns[suffix]
-        good = one.counts(coefficient)
+        good = one.valid_samples(coefficient)
         for suffix in suffixes:
             if suffix != "0":
-                good = good & one.known[reads[suffix]]
+                good = good & one.variable_valid[reads[suffix]]
         rows = 0
         segments = []
         parts_taken = []
@@ -273,7 +273,7 @@ def _stack_maneuvers(
         X=np.column_stack((np.concatenate(Xs), drift)) if Xs else empty,
         Z=np.column_stack((np.concatenate(Zs), drift)) if Zs else empty,
         names=(*names, *(f"{DRIFT_PREFIX}{index}" for index in range(spare))),
-        stretches=tuple(stretches),
+        maneuver_rows=tuple(stretches),
         dt=stride * smoothing.dt,
         stride=stride,
         noise=np.pad(noise / max(at, 1), (0, spare)),

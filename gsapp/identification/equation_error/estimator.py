@@ -217,7 +217,7 @@ def _estimate_from_coefficients(
         if not names:
             continue
         formed = build_equation(coefficient, names, fixed, found, cache)
-        derivatives.update(formed.unearned)
+        derivatives.update(formed.unestimated)
         warnings += formed.remarks
         if formed.equation is None:
             continue
@@ -231,11 +231,11 @@ def _estimate_from_coefficients(
         if any(name.startswith(DRIFT_PREFIX) for name in solution.names):
             courses[coefficient] = DRIFT_DEGREE
         for index, name in enumerate(solution.names):
-            if name in derivatives and name not in formed.unearned:
+            if name in derivatives and name not in formed.unestimated:
                 derivatives[name] = DerivativeEstimate(
                     value=float(solution.values[index]),
                     std=float(solution.std[index]),
-                    cramer_rao=float(np.sqrt(solution.white[index, index])),
+                    cramer_rao=float(np.sqrt(solution.white_covariance[index, index])),
                 )
     if poor:
         warnings.append(
@@ -296,7 +296,7 @@ def _solve_with_instruments(equation: Equation) -> tuple[Regression, bool]:
     if (equation.Z == equation.X).all():
         return solve_equation(equation), False
     if instrument_inflation(equation) > _WEAK_INSTRUMENT_INFLATION:
-        return solve_equation(equation.by_least_squares), True
+        return solve_equation(equation.with_ordinary_least_squares), True
     return solve_equation(equation), False
 
 

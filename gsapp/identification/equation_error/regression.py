@@ -56,7 +56,7 @@ class Equation:
         Instruments; X itself for least squares.
     names : tuple of str
         Of the columns.
-    stretches : tuple of ManeuverRows
+    maneuver_rows : tuple of ManeuverRows
         One for each maneuver.
     dt : float
         Between rows, s.
@@ -70,12 +70,12 @@ class Equation:
     X: FloatArray
     Z: FloatArray
     names: tuple[str, ...]
-    stretches: tuple[ManeuverRows, ...]
+    maneuver_rows: tuple[ManeuverRows, ...]
     dt: float
     stride: int
     noise: FloatArray
 
-    def of(self, columns: Sequence[int]) -> Equation:
+    def select_columns(self, columns: Sequence[int]) -> Equation:
         """Return the equation with these columns only."""
         chosen = list(columns)
         return replace(
@@ -87,7 +87,7 @@ class Equation:
         )
 
     @property
-    def by_least_squares(self) -> Equation:
+    def with_ordinary_least_squares(self) -> Equation:
         """Return the equation with its own regressors for instruments."""
         return replace(self, Z=self.X)
 
@@ -102,7 +102,7 @@ class Regression:
     values : ndarray, shape (k,)
     covariance : ndarray, shape (k, k)
         Colored residuals believed.
-    white : ndarray, shape (k, k)
+    white_covariance : ndarray, shape (k, k)
         Every sample of the record taken as independent: the uncorrected bound.
     residuals : ndarray, shape (n,)
     """
@@ -110,7 +110,7 @@ class Regression:
     names: tuple[str, ...]
     values: FloatArray
     covariance: FloatArray
-    white: FloatArray
+    white_covariance: FloatArray
     residuals: FloatArray
 
     @property
@@ -165,24 +165,24 @@ def solve_equation(equation: Equation) -> Regression:
     """Solve an equation; maneuvers count by the size of their own residuals."""
     theta, projected = solve_parameters(equation)
     residuals = equation.y - equation.X @ theta
-    sizes = _residual_rms(residuals, equation.stretches)
+    sizes = _residual_rms(residuals, equation.maneuver_rows)
     if len(sizes) > 1 and sizes.min() > 0.0:
         weights = np.concatenate(
             [
                 np.full(stretch.rows.stop - stretch.rows.start, 1.0 / size)
-                for stretch, size in zip(equation.stretches, sizes, strict=True)
+                for stretch, size in zip(equation.maneuver_rows, sizes, strict=True)
             ]
         )
         theta, projected = solve_parameters(equation, weights)
         projected = projected / weights[:, None]
         residuals = equation.y - equation.X @ theta
-        sizes = _residual_rms(residuals, equation.stretches)
+        sizes = _residual_rms(residuals, equation.maneuver_rows)
     width = theta.size
     scale = np.maximum(np.linalg.norm(projected, axis=0), 1e-300)
     floor = max(float(sizes.max()), 1e-300) * 1e-9
     parts = []
     information = np.zeros((width, width))
-    for stretch, size in zip(equation.stretches, sizes, strict=True):
+    for stretch, size in zip(equation.maneuver_rows, sizes, strict=True):
         S = projected[stretch.rows, None, :] / scale
         W = np.array([[1.0 / max(float(size), floor) ** 2]])
         parts.append(
@@ -196,7 +196,7 @@ def solve_equation(equation: Equation) -> Regression:
         names=equation.names,
         values=theta,
         covariance=covariance * unscale,
-        white=white * unscale,
+        white_covariance=white * unscale,
         residuals=residuals,
     )
 
@@ -207,7 +207,7 @@ def _residual_rms(residuals: FloatArray, stretches: Sequence[ManeuverRows]) -> F
 
 def _correlation_lags(equation: Equation) -> int:
     longest = max(
-        (part.stop - part.start for one in equation.stretches for part in one.segments), default=1
+        (part.stop - part.start for one in equation.maneuver_rows for part in one.segments), default=1
     )
     return max(1, min(round(_LONGEST_CORRELATION / equation.dt), longest // 4))
 

@@ -80,7 +80,7 @@ def estimate_start_values(
 
 def _regressor_columns(one: Coefficients) -> dict[str, FloatArray]:
     suffixes = {**linear_variables("Cm"), **linear_variables("Cn")}
-    smoothed = one.smoothed(tuple(suffixes.values()))[:: one.smoother.stride]
+    smoothed = one.smoothed_variables(tuple(suffixes.values()))[:: one.smoother.stride]
     table = dict(zip(suffixes, smoothed.T, strict=True))
     table["0"] = np.ones(len(smoothed))
     return table
@@ -95,7 +95,7 @@ def _regression_rows(
 ) -> tuple[FloatArray, FloatArray]:
     stride = one.smoother.stride
     y = one.values[::stride, one.column(coefficient)]
-    good = one.counts(coefficient)[::stride]
+    good = one.valid_samples(coefficient)[::stride]
     for name, value in fixed.items():
         head, _, suffix = name.partition("_")
         if head == coefficient and value != 0.0:
@@ -104,7 +104,7 @@ def _regression_rows(
     suffixes = [name.partition("_")[2] for name in names]
     for suffix in suffixes:
         if suffix != "0":
-            good = good & one.known[reads[suffix]][::stride]
+            good = good & one.variable_valid[reads[suffix]][::stride]
     X = np.column_stack([table[suffix] for suffix in suffixes])
     if not one.integrated.isdisjoint(suffixes):
         # An integrated angle has an offset and a drift: they are taken out of both sides.

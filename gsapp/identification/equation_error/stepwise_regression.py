@@ -59,7 +59,7 @@ class StepwiseStep:
         Of the whole fit after the step.
     press : float
         Predicted sum of squares over that of a fit of the mean, after the step.
-    alike : tuple of str
+    equivalent_terms : tuple of str
         Candidates that would have served about as well.
     why : str
         In words.
@@ -70,7 +70,7 @@ class StepwiseStep:
     partial_f: float
     r2: float
     press: float
-    alike: tuple[str, ...]
+    equivalent_terms: tuple[str, ...]
     why: str
 
 
@@ -229,7 +229,7 @@ class _RegressorTable:
             columns = one.smooth(
                 np.column_stack([_term_column(term, one) for term in pool.values()])
             )
-            good = one.counts(coefficient)
+            good = one.valid_samples(coefficient)
             for mask in _masks(pool.values(), one):
                 good = good & mask
             segments = []
@@ -279,7 +279,7 @@ class _RegressorTable:
             X=X,
             Z=X,
             names=(f"{self.coefficient}_0", *names, *spare),
-            stretches=self.stretches,
+            maneuver_rows=self.stretches,
             dt=self.dt,
             stride=self.stride,
             noise=noise,
@@ -305,7 +305,7 @@ def _term_column(term: Term, one: Coefficients) -> FloatArray:
 
 def _masks(terms: Iterable[Term], one: Coefficients) -> list[BoolArray]:
     names = {name for term in terms for name in term.reads}
-    return [one.known[name] for name in sorted(names) if name in one.known]
+    return [one.variable_valid[name] for name in sorted(names) if name in one.variable_valid]
 
 
 class _StepwiseSearch:
@@ -426,7 +426,7 @@ class _StepwiseSearch:
                 partial_f=float(partial),
                 r2=self._r2(self._chosen),
                 press=self._press,
-                alike=alike,
+                equivalent_terms=alike,
                 why=why,
             )
         )

@@ -72,7 +72,7 @@ class AirDataComputer:
             qbar = np.where(np.isfinite(qbar), qbar, 0.5 * rho * V * V)
         return rho, V, qbar
 
-    def clear_of_ground(
+    def is_clear_of_ground(
         self, static: FloatArray, rho: FloatArray, standing: BoolArray
     ) -> BoolArray:
         """Return where the wheels are well above the place where the aircraft last stood.

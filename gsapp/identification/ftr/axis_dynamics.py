@@ -26,32 +26,32 @@ class AxisDynamics:
         Over S c or S b.
     regressors, equations : tuple of int
         Places of the rates among the regressors, of the moments among the equations.
-    reach : ndarray, shape (p, n)
+    rate_error_gain : ndarray, shape (p, n)
         What an error of the rates makes of the regressors, as a multiple of what it makes of its
         own: flow angles are moved to the CG by the rates.
-    sharpness : ndarray, shape (p,)
+    band_noise_ratio : ndarray, shape (p,)
         Variance of white noise in the band over that from second differences: bringing late
         channels to their time smoothes the latter, not the former.
     noise : ndarray, shape (p,)
         Variance of the regressors' own instruments, rad^2, by the aircraft file: what is seen
         beyond it is air that really moves. Zero for the rates.
-    turns : ndarray of bool, shape (p,)
+    is_rate : ndarray of bool, shape (p,)
         Whether a regressor is a rate.
-    trust : ndarray, shape (3,)
+    rate_noise_share : ndarray, shape (3,)
         Share of what the residuals of an equation have in common with the errors of the rates
         that is put down to these: all in the moments; half in the forces, whose residuals go
         with those of the moments through noise of a vane, too, and nothing tells the two apart.
-    offset : ndarray, shape (3,)
+    accelerometer_offset : ndarray, shape (3,)
         What the accelerometers' uncertain zero makes of qbar C, Pa.
     """
 
     inertia: FloatArray
-    reach: FloatArray
-    sharpness: FloatArray
+    rate_error_gain: FloatArray
+    band_noise_ratio: FloatArray
     noise: FloatArray
-    turns: BoolArray
-    trust: FloatArray
-    offset: FloatArray
+    is_rate: BoolArray
+    rate_noise_share: FloatArray
+    accelerometer_offset: FloatArray
     regressors: tuple[int, ...]
     equations: tuple[int, ...]
 
@@ -100,12 +100,12 @@ def build_axis_dynamics(
         x, _, _ = aircraft.sensors.alpha_vane.position
         return AxisDynamics(
             inertia=inertia,
-            reach=np.array([[2.0 * x / geometry.chord], [1.0], [0.0]]),
-            sharpness=sharpness,
+            rate_error_gain=np.array([[2.0 * x / geometry.chord], [1.0], [0.0]]),
+            band_noise_ratio=sharpness,
             noise=noise,
-            turns=turns,
-            trust=trust,
-            offset=offset,
+            is_rate=turns,
+            rate_noise_share=trust,
+            accelerometer_offset=offset,
             regressors=(1,),
             equations=(2,),
         )
@@ -117,12 +117,12 @@ def build_axis_dynamics(
     reach[1, 0] = reach[2, 1] = 1.0
     return AxisDynamics(
         inertia=inertia,
-        reach=reach,
-        sharpness=sharpness,
+        rate_error_gain=reach,
+        band_noise_ratio=sharpness,
         noise=noise,
-        turns=turns,
-        trust=trust,
-        offset=offset,
+        is_rate=turns,
+        rate_noise_share=trust,
+        accelerometer_offset=offset,
         regressors=(1, 2),
         equations=(1, 2),
     )

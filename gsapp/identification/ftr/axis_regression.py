@@ -38,7 +38,7 @@ class AxisRegression:
 
     Attributes
     ----------
-    past, own : RecordInformation
+    closed_information, open_information : RecordInformation
         Of the closed records, and of the open one by itself.
     solution : FTRSolution or None
         The latest, U = 1.
@@ -65,33 +65,33 @@ class AxisRegression:
 
     def restart(self) -> None:
         """Forget all records."""
-        self.past = self.checkpoint = RecordInformation.none(self.p)
+        self.closed_information = self.checkpoint = RecordInformation.zero(self.p)
         self.solution: FTRSolution | None = None
-        self.begin()
+        self.begin_record()
 
     def open_window(self) -> None:
         """Begin a window, which may have to be gone through again."""
-        self.checkpoint = self.past
-        self.begin()
+        self.checkpoint = self.closed_information
+        self.begin_record()
 
     def rewind(self) -> None:
         """Go back to where the window began."""
-        self.past = self.checkpoint
-        self.begin()
+        self.closed_information = self.checkpoint
+        self.begin_record()
 
-    def begin(self) -> None:
+    def begin_record(self) -> None:
         """Begin a record; what the open one said is forgotten."""
-        self.transform.start()
-        self.own = RecordInformation.none(self.p)
+        self.transform.start_record()
+        self.open_information = RecordInformation.zero(self.p)
         self.open = False
         self.silent = 0
 
-    def close(self) -> None:
+    def close_record(self) -> None:
         """Keep what the open record said, and begin another."""
-        earned = self.own.freedom >= _LEAST_FREEDOM
+        earned = self.open_information.degrees_of_freedom >= _LEAST_FREEDOM
         if earned.any():
-            self.past = self.past.plus(self.own.of(earned))
-        self.begin()
+            self.closed_information = self.closed_information.add(self.open_information.select_equations(earned))
+        self.begin_record()
 
     def advance(self, first: int, rows: RegressionRows) -> FTRSolution:
         """Take in blocks from number `first` on; return the estimates after each."""
@@ -104,12 +104,12 @@ class AxisRegression:
             if boundary or lost:
                 parts += self._stretch(rows, start, k)
                 start = k
-                self.close()
+                self.close_record()
             self.open = self.open or something
             self.silent = 0 if something else self.silent + 1
         parts += self._stretch(rows, start, len(heard))
-        together = solve_estimates(SolvableInformation.joined(parts), self.body)
-        self.solution = together.at(-1)
+        together = solve_estimates(SolvableInformation.concatenate(parts), self.body)
+        self.solution = together.select_moment(-1)
         return together
 
     def _stretch(self, rows: RegressionRows, start: int, stop: int) -> list[SolvableInformation]:
@@ -120,11 +120,11 @@ class AxisRegression:
         transforms = self.transform.advance(
             rows.columns[part], rows.valid[part], rows.running[part]
         )
-        before = [self.past] * (stop - start)
-        if self._fade < 1.0 and self.past.listened.any():
+        before = [self.closed_information] * (stop - start)
+        if self._fade < 1.0 and self.closed_information.effective_time.any():
             for place in range(len(before)):
-                self.past = before[place] = self.past.faded(self._fade)
-        found, self.own = solve_records(
+                self.closed_information = before[place] = self.closed_information.discounted(self._fade)
+        found, self.open_information = solve_records(
             transforms,
             self.band,
             self.settings.spacing,
@@ -134,10 +134,10 @@ class AxisRegression:
         )
         return found
 
-    def conclude(self) -> FTRSolution:
+    def solve_closed_records(self) -> FTRSolution:
         """Return the estimates from closed records alone."""
         self.solution = solve_estimates(
-            SolvableInformation.of_past(RecordInformation.stacked([self.past])), self.body
+            SolvableInformation.from_closed_records(RecordInformation.stacked([self.closed_information])), self.body
         )
         return self.solution
 
@@ -149,9 +149,9 @@ class AxisRegression:
         }
         parts = {
             "transform": self.transform.state(),
-            "past": self.past.state(),
+            "past": self.closed_information.state(),
             "checkpoint": self.checkpoint.state(),
-            "own": self.own.state(),
+            "own": self.open_information.state(),
         }
         if self.solution is not None:
             parts["solution"] = self.solution.state()
@@ -161,8 +161,8 @@ class AxisRegression:
         """Go on from what `state` gave."""
         self.open, self.silent = bool(table["open"]), int(table["silent"])
         self.transform.restore(strip_prefix("transform", table))
-        self.past = RecordInformation.from_state(strip_prefix("past", table), self.p)
+        self.closed_information = RecordInformation.from_state(strip_prefix("past", table), self.p)
         self.checkpoint = RecordInformation.from_state(strip_prefix("checkpoint", table), self.p)
-        self.own = RecordInformation.from_state(strip_prefix("own", table), self.p)
+        self.open_information = RecordInformation.from_state(strip_prefix("own", table), self.p)
         solution = strip_prefix("solution", table)
         self.solution = FTRSolution.from_state(solution) if solution else None

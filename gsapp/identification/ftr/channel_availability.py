@@ -38,7 +38,7 @@ class ChannelAvailability:
 
     Attributes
     ----------
-    ever : ndarray of bool, shape (n, n_channels)
+    ever_measured : ndarray of bool, shape (n, n_channels)
         Channels heard up to each row of the last samples taken in.
     """
 
@@ -57,14 +57,14 @@ class ChannelAvailability:
         self._silence = np.zeros(count)
         self._heard = np.zeros(count, dtype=bool)
         self._held = np.full(count, np.nan)
-        self.ever: BoolArray = np.zeros((1, count), dtype=bool)
+        self.ever_measured: BoolArray = np.zeros((1, count), dtype=bool)
 
-    def alive(self, finite: BoolArray) -> BoolArray:
+    def available(self, finite: BoolArray) -> BoolArray:
         """Return which channels spoke within the last moments, shape (n, n_channels)."""
         ever = np.logical_or.accumulate(
             np.concatenate((self._heard[np.newaxis], finite)), axis=0, dtype=bool
         )
-        self.ever, self._heard = ever[1:], ever[-1].copy()
+        self.ever_measured, self._heard = ever[1:], ever[-1].copy()
         if self._known is not None:
             return np.broadcast_to(self._known, finite.shape)
         count = len(finite)
@@ -84,14 +84,14 @@ class ChannelAvailability:
         self._held = held[-1].copy()
         return held[1:]
 
-    def was_heard(self, name: str) -> bool:
+    def was_measured(self, name: str) -> bool:
         """Return whether a channel spoke at any time."""
         place = CHANNEL_INDEX[name]
         return bool(self._heard[place] if self._known is None else self._known[place])
 
     # --- words ----------------------------------------------------------------------------------
 
-    def why_not(self, axis: FTRAxis) -> dict[str, str]:
+    def missing_reasons(self, axis: FTRAxis) -> dict[str, str]:
         """Return, for each coefficient that cannot be had now, why, in words."""
         spoken = (
             (self._heard & (self._silence <= CHANNEL_TIMEOUT / self._dt))
@@ -105,7 +105,7 @@ class ChannelAvailability:
         missing = [
             name
             for name in REQUIRED_CHANNELS[axis]
-            if not there(name) and not (name in self._settings.still and not self.was_heard(name))
+            if not there(name) and not (name in self._settings.still and not self.was_measured(name))
         ]
         if not any(there(name) for name in AIRSPEED_CHANNELS) and self._settings.speed is None:
             missing.insert(0, "airspeed")
@@ -122,7 +122,7 @@ class ChannelAvailability:
         """Return what stands in for what, in words."""
         found: list[str] = []
         for axis in axes:
-            silent = [name for name in OPTIONAL_CHANNELS[axis] if not self.was_heard(name)]
+            silent = [name for name in OPTIONAL_CHANNELS[axis] if not self.was_measured(name)]
             if silent:
                 what = "longitudinal" if axis == "lon" else "lateral"
                 found.append(
@@ -132,12 +132,12 @@ class ChannelAvailability:
             name
             for axis in axes
             for name in AXIS_SURFACES[axis]
-            if name in self._settings.still and not self.was_heard(name)
+            if name in self._settings.still and not self.was_measured(name)
         ]
         if still:
             found.append(f"{', '.join(still)} not measured: taken as standing still")
         if (
-            not any(self.was_heard(name) for name in AIRSPEED_CHANNELS)
+            not any(self.was_measured(name) for name in AIRSPEED_CHANNELS)
             and self._settings.speed is not None
         ):
             found.append(
@@ -147,7 +147,7 @@ class ChannelAvailability:
         if (
             "lon" in axes
             and aircraft.propulsion.max_thrust > 0.0
-            and not any(self.was_heard(name) for name in engine)
+            and not any(self.was_measured(name) for name in engine)
         ):
             found.append("neither throttle nor thrust was measured: CA_0 then holds the thrust")
         return tuple(found)

@@ -133,7 +133,7 @@ class RegressionEquations:
         """
         values = self._in_time(self._unclipped(values))
         finite = np.isfinite(values)
-        alive = self._hearing.alive(finite)
+        alive = self._hearing.available(finite)
         held = self._hearing.hold(values, finite)
         known = np.where(finite.T, values.T, 0.0)
 
@@ -147,7 +147,7 @@ class RegressionEquations:
         calibrated = V * np.sqrt(rho / SEA_LEVEL_DENSITY)
         if self._slowest > 0.0:
             standing = flying & (calibrated < GROUND_SPEED_SHARE * self._slowest)
-            flying &= self._air.clear_of_ground(
+            flying &= self._air.is_clear_of_ground(
                 values[:, CHANNEL_INDEX["static_pressure"]], rho, standing
             )
         flying &= calibrated >= max(self._slowest, 1.0)
@@ -160,7 +160,7 @@ class RegressionEquations:
         )
         qbar = qbar * (V / shown) ** 2
         force, side = self._engines.thrust(held, rho, V)
-        mass = self._engines.masses(held)
+        mass = self._engines.mass(held)
 
         geometry, body = self.aircraft.geometry, self.aircraft.mass
         place = self.aircraft.sensors.accelerometer.position
@@ -220,7 +220,7 @@ class RegressionEquations:
         alive: BoolArray,
         flying: BoolArray,
     ) -> RegressionRows:
-        valid, ever = flying.copy(), self._hearing.ever
+        valid, ever = flying.copy(), self._hearing.ever_measured
         speaks = np.full(valid.size, self.settings.speed is not None)
         for name in AIRSPEED_CHANNELS:
             speaks |= alive[:, CHANNEL_INDEX[name]]
@@ -254,7 +254,7 @@ class RegressionEquations:
             own[:, places] = advance_samples(values[:, places], steps)[1 : 1 + len(own)]
         return own
 
-    def body(self, axis: FTRAxis) -> AxisDynamics:
+    def axis_dynamics(self, axis: FTRAxis) -> AxisDynamics:
         """Return how the rates of an axis answer to its moments."""
         return build_axis_dynamics(
             self.aircraft,
@@ -264,9 +264,9 @@ class RegressionEquations:
             late=self._late,
         )
 
-    def why_not(self, axis: FTRAxis) -> dict[str, str]:
+    def missing_reasons(self, axis: FTRAxis) -> dict[str, str]:
         """Return, for each coefficient that cannot be had now, why, in words."""
-        return self._hearing.why_not(axis)
+        return self._hearing.missing_reasons(axis)
 
     def remarks(self) -> tuple[str, ...]:
         """Return what stands in for what, in words."""

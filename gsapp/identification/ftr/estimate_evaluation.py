@@ -33,19 +33,19 @@ _COLLINEARITY_SHARE = 0.1
 class EstimateVerdict(IntEnum):
     """Why an estimate is, or is not, shown."""
 
-    EARNED = 0
+    ESTIMATED = 0
     NOT_MEASURED = 1
     TOO_SHORT = 2
     NOT_EXCITED = 3
-    TOGETHER = 4
+    COLLINEAR = 4
     UNCERTAIN = 5
 
     @property
     def status(self) -> DerivativeStatus:
         """Return the status of the estimate."""
-        if self is EstimateVerdict.EARNED:
+        if self is EstimateVerdict.ESTIMATED:
             return "estimated"
-        return "not-identifiable" if self is EstimateVerdict.TOGETHER else "unknown"
+        return "not-identifiable" if self is EstimateVerdict.COLLINEAR else "unknown"
 
 
 VerdictArray = npt.NDArray[np.int8]
@@ -86,11 +86,11 @@ def evaluate_estimates(
         & together
         & (solution.uncertain[..., :-1] * share < settings.uncertain_share)
     )
-    verdicts = np.full(solution.uncertain.shape, EstimateVerdict.EARNED, dtype=np.int8)
+    verdicts = np.full(solution.uncertain.shape, EstimateVerdict.ESTIMATED, dtype=np.int8)
     verdicts[uncertain] = EstimateVerdict.UNCERTAIN
     own = verdicts[..., :-1]
     own[noisy] = EstimateVerdict.NOT_EXCITED
-    own[noisy_together | (uncertain_together & ~noisy)] = EstimateVerdict.TOGETHER
+    own[noisy_together | (uncertain_together & ~noisy)] = EstimateVerdict.COLLINEAR
     verdicts[solution.freedom < settings.least_freedom] = EstimateVerdict.TOO_SHORT
     verdicts[~running] = EstimateVerdict.NOT_MEASURED
     return verdicts, companions
@@ -120,7 +120,7 @@ def estimate_verdict_text(
 ) -> str:
     """Return in words why an estimate is not shown; empty where it is."""
     variable = name.partition("_")[2]
-    if verdict is EstimateVerdict.EARNED:
+    if verdict is EstimateVerdict.ESTIMATED:
         return ""
     if verdict is EstimateVerdict.NOT_MEASURED:
         return missing or "an instrument that it needs was silent"
@@ -131,7 +131,7 @@ def estimate_verdict_text(
             f"{variable} did too little on its own: {signal_to_noise:.1f} times its noise, "
             f"needed {settings.signal_to_noise:g}"
         )
-    if verdict is EstimateVerdict.TOGETHER:
+    if verdict is EstimateVerdict.COLLINEAR:
         return f"{variable} moved together with {companion}; move the surfaces apart"
     what = "its bound" if variable == "0" else f"the bound times what {variable} did"
     return (

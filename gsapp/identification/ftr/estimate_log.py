@@ -36,7 +36,7 @@ class EstimateSnapshot:
     qualities: Float32Array
 
     @staticmethod
-    def of(
+    def from_axis_arrays(
         solution: FTRSolution, verdicts: VerdictArray, companions: VerdictArray
     ) -> EstimateSnapshot:
         """Return a solution laid out by derivative."""
@@ -64,7 +64,7 @@ class EstimateSnapshot:
         )
 
     @staticmethod
-    def side_by_side(parts: Sequence[EstimateSnapshot]) -> EstimateSnapshot:
+    def concatenate(parts: Sequence[EstimateSnapshot]) -> EstimateSnapshot:
         """Return the derivatives of several axes together."""
         return EstimateSnapshot(
             **{
@@ -119,7 +119,7 @@ class EstimateLog:
         return self._times[: self._count]
 
     @property
-    def last(self) -> float | None:
+    def last_time(self) -> float | None:
         """Return the time of the last moment, s."""
         return float(self._times[self._count - 1]) if self._count else None
 

@@ -82,7 +82,7 @@ def live_estimate_at(
     others = derivatives_of(coefficient)[1:]
     partner = others[companion] if companion >= 0 else None
     noise, amplitude, uncertain, listened = (float(x) for x in log.qualities[row, place])
-    earned = verdict is EstimateVerdict.EARNED
+    earned = verdict is EstimateVerdict.ESTIMATED
     reach = min(noise / settings.signal_to_noise, 1.0) if not name.endswith("_0") else 1.0
     sure = min(settings.uncertain_share / uncertain, 1.0) if uncertain > 0.0 else 0.0
     return LiveEstimate(
@@ -92,7 +92,7 @@ def live_estimate_at(
         std=float(log.stds[row, place]) if earned else None,
         cramer_rao=float(log.plains[row, place]) if earned else None,
         status=verdict.status,
-        confounded_with=(partner,) if verdict is EstimateVerdict.TOGETHER and partner else (),
+        confounded_with=(partner,) if verdict is EstimateVerdict.COLLINEAR and partner else (),
         why=estimate_verdict_text(
             verdict,
             name=name,
@@ -112,7 +112,7 @@ def live_estimate_at(
 def estimate_history(log: EstimateLog, name: str) -> EstimateHistory:
     """Return all estimates of one derivative."""
     place = log.names.index(name)
-    earned = log.verdicts[:, place] == EstimateVerdict.EARNED
+    earned = log.verdicts[:, place] == EstimateVerdict.ESTIMATED
     return EstimateHistory(
         name=name,
         times=log.times.copy(),

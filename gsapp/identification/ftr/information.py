@@ -31,9 +31,9 @@ class RecordInformation:
     b : ndarray, shape (..., 3, p)
     meat : ndarray, shape (..., 3, p, p)
         X' R X.
-    rss, freedom : ndarray, shape (..., 3)
+    rss, degrees_of_freedom : ndarray, shape (..., 3)
         Squared residuals over the squared weights of the samples; real equations less unknowns.
-    variation : ndarray, shape (..., 3)
+    coefficient_energy : ndarray, shape (..., 3)
         Integral of (qbar C)^2 in the band, trim and drift taken out.
     noise : ndarray, shape (..., 3, p)
         Share of the diagonal of G that noise of the regressors makes.
@@ -43,13 +43,13 @@ class RecordInformation:
         Sums at zero frequency of qbar x, qbar, qbar C.
     mean_noise : ndarray, shape (..., 3)
         Variance of the last of these.
-    listened : ndarray, shape (..., 3)
+    effective_time : ndarray, shape (..., 3)
         s.
-    pressure : ndarray, shape (..., 3)
+    pressure_energy : ndarray, shape (..., 3)
         Integral of qbar^2 over that time, Pa^2 s.
-    spread : ndarray, shape (..., 3, p)
+    regressor_energy : ndarray, shape (..., 3, p)
         Integral of (qbar x)^2 in the band.
-    weighty : ndarray, shape (..., 3, p)
+    squared_weight : ndarray, shape (..., 3, p)
         Squared diagonal of G over freedom: tells how many records share the weight.
     """
 
@@ -57,12 +57,12 @@ class RecordInformation:
     p: int
 
     @staticmethod
-    def none(p: int) -> RecordInformation:
+    def zero(p: int) -> RecordInformation:
         """Return the information of no record at all."""
         return RecordInformation(np.zeros((3, _layout(p).size)), p)
 
     @staticmethod
-    def unset(moments: int, p: int) -> RecordInformation:
+    def empty(moments: int, p: int) -> RecordInformation:
         """Return a table for some moments, to be filled in."""
         return RecordInformation(np.empty((moments, 3, _layout(p).size)), p)
 
@@ -76,20 +76,20 @@ class RecordInformation:
             table = np.stack([each.table for each in several])
         return RecordInformation(table, first.p)
 
-    def plus(self, other: RecordInformation) -> RecordInformation:
+    def add(self, other: RecordInformation) -> RecordInformation:
         """Return the information of both together."""
         # In the order of C whatever is broadcast: bits of sums must not depend on the chunking.
         return RecordInformation(np.add(self.table, other.table, order="C"), self.p)
 
-    def faded(self, share: float) -> RecordInformation:
+    def discounted(self, share: float) -> RecordInformation:
         """Return the information with the signals behind it faded to a share."""
         return RecordInformation(self.table * _fading(self.p, share), self.p)
 
-    def at(self, moments: slice | int) -> RecordInformation:
+    def select_moments(self, moments: slice | int) -> RecordInformation:
         """Return some of several moments."""
         return RecordInformation(self.table[moments], self.p)
 
-    def of(self, equations: BoolArray) -> RecordInformation:
+    def select_equations(self, equations: BoolArray) -> RecordInformation:
         """Return what some of the equations say, shape (3,) of bool; nothing for the others."""
         return RecordInformation(np.where(equations[:, np.newaxis], self.table, 0.0), self.p)
 
@@ -135,12 +135,12 @@ class RecordInformation:
         return self.table[..., _layout(self.p).white]
 
     @property
-    def spread(self) -> FloatArray:
+    def regressor_energy(self) -> FloatArray:
         """Return integrals of (qbar x)^2 in the band."""
         return self.table[..., _layout(self.p).spread]
 
     @property
-    def weighty(self) -> FloatArray:
+    def squared_weight(self) -> FloatArray:
         """Return squared diagonal of G over freedom."""
         return self.table[..., _layout(self.p).weighty]
 
@@ -155,12 +155,12 @@ class RecordInformation:
         return self.table[..., -6]
 
     @property
-    def freedom(self) -> FloatArray:
+    def degrees_of_freedom(self) -> FloatArray:
         """Return real equations less unknowns."""
         return self.table[..., -5]
 
     @property
-    def variation(self) -> FloatArray:
+    def coefficient_energy(self) -> FloatArray:
         """Return integral of (qbar C)^2 in the band."""
         return self.table[..., -4]
 
@@ -170,12 +170,12 @@ class RecordInformation:
         return self.table[..., -3]
 
     @property
-    def listened(self) -> FloatArray:
+    def effective_time(self) -> FloatArray:
         """Return effective time, s."""
         return self.table[..., -2]
 
     @property
-    def pressure(self) -> FloatArray:
+    def pressure_energy(self) -> FloatArray:
         """Return integral of qbar^2."""
         return self.table[..., -1]
 

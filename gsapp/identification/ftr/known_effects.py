@@ -31,7 +31,7 @@ class KnownEffects:
 
     coefficients: FloatArray
 
-    def without(self, axis: FTRAxis, rows: RegressionRows, first: int) -> RegressionRows:
+    def subtract_from(self, axis: FTRAxis, rows: RegressionRows, first: int) -> RegressionRows:
         """Return rows, from a sample of the grid on, with the known part out of their targets."""
         index = first + np.arange(len(rows.valid))
         inside = (index >= 0) & (index < len(self.coefficients))

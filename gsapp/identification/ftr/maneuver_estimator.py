@@ -89,7 +89,7 @@ def estimate(
         many = f"maneuver {maneuver.id}: " if len(maneuvers) > 1 else ""
         warnings += [many + remark for remark in ftr.remarks()]
         warnings += [
-            f"{many}no estimate of {name}: {why}" for name, why in ftr.unavailable().items()
+            f"{many}no estimate of {name}: {why}" for name, why in ftr.unavailable_coefficients().items()
         ]
     found = ftr.estimates()
     names = axis_derivatives(axis)
@@ -220,9 +220,9 @@ def _process_maneuver(
         aligned=True,
         known=known,
     )
-    ftr.remember(information)
-    ftr.begin(maneuver.t_start)
-    ftr.end(maneuver.t_end)
+    ftr.set_prior_information(information)
+    ftr.begin_window(maneuver.t_start)
+    ftr.end_window(maneuver.t_end)
     ftr.feed(block)
     ftr.finish()
     return ftr

@@ -122,7 +122,7 @@ class FTR:
         self._known = known
         self._rows = RowAssembler(rate, self.block, self._equations.ahead)
         self._runs = {
-            axis: AxisRegression(axis, self.settings, dt, self.block, self._equations.body(axis))
+            axis: AxisRegression(axis, self.settings, dt, self.block, self._equations.axis_dynamics(axis))
             for axis in self.axes
         }
         self.names = tuple(name for axis in self.axes for name in axis_derivatives(axis))
@@ -142,7 +142,7 @@ class FTR:
 
     def settle(self) -> None:
         """Renew the estimates, after all blocks of a step."""
-        for number, rows in self._rows.complete():
+        for number, rows in self._rows.take_complete_blocks():
             self._take(number, rows)
 
     def reset(self) -> None:
@@ -167,7 +167,7 @@ class FTR:
 
     # --- windows --------------------------------------------------------------------------------
 
-    def begin(self, start: float) -> None:
+    def begin_window(self, start: float) -> None:
         """Listen from a time on (s), which may lie up to `FTRSettings.lookback` back.
 
         Raises
@@ -193,7 +193,7 @@ class FTR:
             run.open_window()
         self._replay()
 
-    def end(self, stop: float) -> None:
+    def end_window(self, stop: float) -> None:
         """Listen up to a time (s), then keep what the maneuver said.
 
         Takes effect as soon as all samples up to there have come.
@@ -249,10 +249,10 @@ class FTR:
                 run.rewind()
             self._replay()
         for run in self._runs.values():
-            run.close()
+            run.close_record()
         self._window = None
         running = {axis: rows.running for axis, rows in self._last.items()}
-        moments = {axis: run.conclude() for axis, run in self._runs.items()}
+        moments = {axis: run.solve_closed_records() for axis, run in self._runs.items()}
         self._log_moments(self._next - 1, moments, running)
 
     # --- blocks ---------------------------------------------------------------------------------
@@ -267,7 +267,7 @@ class FTR:
         whole = self._equations.rows(values)
         if self._known is not None:
             after = first * N + 1
-            whole = {axis: self._known.without(axis, one, after) for axis, one in whole.items()}
+            whole = {axis: self._known.subtract_from(axis, one, after) for axis, one in whole.items()}
         for axis, rows in whole.items():
             before = self._last.get(axis) if follows else None
             shaped[axis] = split_into_blocks(rows, before, blocks, N)
@@ -315,18 +315,18 @@ class FTR:
         for axis in self.axes:
             solution = moments[axis]
             parts.append(
-                EstimateSnapshot.of(
+                EstimateSnapshot.from_axis_arrays(
                     solution, *evaluate_estimates(solution, self.settings, running[axis])
                 )
             )
-        self._log.append(times, EstimateSnapshot.side_by_side(parts))
+        self._log.append(times, EstimateSnapshot.concatenate(parts))
 
     # --- what it found --------------------------------------------------------------------------
 
     @property
     def time(self) -> float | None:
         """Return the time of the latest estimates, s; None before the first."""
-        return self._log.last
+        return self._log.last_time
 
     def estimates(self, time: float | None = None) -> dict[str, LiveEstimate]:
         """Return all derivatives as they stood at a time (s), by default now.
@@ -336,7 +336,7 @@ class FTR:
         row = self._log.row_at(time)
         if row is None:
             return {}
-        missing = self.unavailable() if time is None else {}
+        missing = self.unavailable_coefficients() if time is None else {}
         return {
             name: live_estimate_at(self._log, name, row, self.settings, missing)
             for name in self.names
@@ -370,11 +370,11 @@ class FTR:
                 out[np.ix_(rows, rows)] = block[np.ix_(places, places)]
         return out
 
-    def unavailable(self) -> dict[str, str]:
+    def unavailable_coefficients(self) -> dict[str, str]:
         """Return the coefficients whose equation cannot run now, with the reason in words."""
         found: dict[str, str] = {}
         for axis in self.axes:
-            found.update(self._equations.why_not(axis))
+            found.update(self._equations.missing_reasons(axis))
         return found
 
     def remarks(self) -> tuple[str, ...]:
@@ -385,13 +385,13 @@ class FTR:
 
     def information(self) -> dict[FTRAxis, RecordInformation]:
         """Return what the closed records say."""
-        return {axis: run.past for axis, run in self._runs.items()}
+        return {axis: run.closed_information for axis, run in self._runs.items()}
 
-    def remember(self, information: Mapping[FTRAxis, RecordInformation]) -> None:
+    def set_prior_information(self, information: Mapping[FTRAxis, RecordInformation]) -> None:
         """Start from what earlier records said."""
         for axis, run in self._runs.items():
             if axis in information:
-                run.past = information[axis]
+                run.closed_information = information[axis]
 
     # --- saved state ----------------------------------------------------------------------------
 

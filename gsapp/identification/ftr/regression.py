@@ -95,19 +95,19 @@ def solve_records(
     """
     p = transforms.signals.shape[-1] - 7
     count = len(transforms.frequencies)
-    steps, firsts = resolved_frequencies(transforms.listened, band, spacing, count, p)
+    steps, firsts = resolved_frequencies(transforms.effective_time, band, spacing, count, p)
     parts: list[SolvableInformation] = []
-    latest = RecordInformation.none(p)
+    latest = RecordInformation.zero(p)
     for moments, step in group_by_step(steps, firsts):
-        before = past.at(moments)
+        before = past.select_moments(moments)
         if firsts[moments].any():
-            record = _RecordEquations.of(transforms.part(moments, step), firsts[moments], body)
+            record = _RecordEquations.of(transforms.select_moments(moments, step), firsts[moments], body)
             own, inverses = _solve_record(record, before, body, scratch)
-            parts.append(SolvableInformation(information=own.plus(before), inverse=inverses))
-            latest = own.at(-1)
+            parts.append(SolvableInformation(information=own.add(before), inverse=inverses))
+            latest = own.select_moments(-1)
         else:
-            parts.append(SolvableInformation.of_past(before))
-            latest = RecordInformation.none(p)
+            parts.append(SolvableInformation.from_closed_records(before))
+            latest = RecordInformation.zero(p)
     return parts, latest
 
 
@@ -165,7 +165,7 @@ class _RecordEquations:
             signals = signals.reshape(moments, -1, columns)
         else:
             signals = (signals * keep[:, np.newaxis, :, np.newaxis]).reshape(moments, -1, columns)
-        pressure, listened = transforms.pressure, transforms.listened
+        pressure, listened = transforms.mean_pressure, transforms.effective_time
         # Natural sizes: a constant coefficient of one, a drift by one over the record, one sample.
         sizes = np.ones((moments, 4))
         sizes[:, 0] = pressure * listened
@@ -176,7 +176,7 @@ class _RecordEquations:
         products = np.swapaxes(moved, 1, 2) @ moved
         targets = np.diagonal(products, axis1=1, axis2=2)[:, p:]
         # White noise of variance v in a sample gives v times the squared weights at any frequency.
-        sample = transforms.noise * body.sharpness
+        sample = transforms.noise * body.band_noise_ratio
         times = (transforms.squared * number)[:, np.newaxis]
         return _RecordEquations(
             transforms=transforms,
@@ -191,7 +191,7 @@ class _RecordEquations:
             energy=targets,
             # A target without any energy was not measured: it stood still.
             counts=np.where(
-                transforms.broken | (targets <= 0.0), 0.0, (number > 0)[:, np.newaxis] * 1.0
+                transforms.lost_instrument | (targets <= 0.0), 0.0, (number > 0)[:, np.newaxis] * 1.0
             ),
             still=sample * times,
             white=np.minimum(sample, body.noise * (pressure**2)[:, np.newaxis]) * times,
@@ -207,8 +207,8 @@ def _solve_record(
     moments, _, p = X.shape
     number, squared = record.number[:, np.newaxis], transforms.squared[:, np.newaxis]
     # Before its residuals are known, a record is taken to be as rough as those before it.
-    known = past.freedom > 0.0
-    usual = squared * past.rss / np.where(known, past.freedom, 1.0)
+    known = past.degrees_of_freedom > 0.0
+    usual = squared * past.rss / np.where(known, past.degrees_of_freedom, 1.0)
     least = ZERO_COLUMN_TOLERANCE * record.energy / np.maximum(number, 1.0) + _MIN_ROUGHNESS
     weight = counts / np.where(known, np.maximum(usual, least), 1.0)
     b = np.add(past.b, weight[:, :, np.newaxis] * record.b, order="C")
@@ -229,7 +229,7 @@ def _solve_record(
     rough = (sum_of_squares(residual) + some * usual) / np.maximum(freedom + some, 1.0)
     weight = counts / np.maximum(rough, least)
 
-    own = RecordInformation.unset(moments, p)
+    own = RecordInformation.empty(moments, p)
     each = weight[:, :, np.newaxis]
     np.multiply(each[..., np.newaxis], G, out=own.G)
     np.multiply(each, record.white[:, np.newaxis], out=own.white)
@@ -242,11 +242,11 @@ def _solve_record(
 
     # What of the regressors goes with the residuals: rates, and flow angles moved to the CG.
     omega = 2.0 * np.pi * transforms.frequencies[1:]
-    reach = body.reach * transforms.turning[:, np.newaxis, np.newaxis]
-    moving = rate_response(residual, theta, body, transforms.turning, omega) @ np.swapaxes(
+    reach = body.rate_error_gain * transforms.mean_rate_scale[:, np.newaxis, np.newaxis]
+    moving = rate_response(residual, theta, body, transforms.mean_rate_scale, omega) @ np.swapaxes(
         reach, 1, 2
     )
-    excess = np.swapaxes(residual, 1, 2) @ moving * (scale * body.trust)[:, :, np.newaxis]
+    excess = np.swapaxes(residual, 1, 2) @ moving * (scale * body.rate_noise_share)[:, :, np.newaxis]
     np.multiply(each, record.b - excess, out=own.b)
     theta = np.matvec(inverses, np.add(past.b, own.b, order="C"))
     residual = Y - X @ np.swapaxes(theta, 1, 2)
@@ -263,10 +263,10 @@ def _solve_record(
     np.multiply((each**2)[..., np.newaxis], spun, out=own.meat)
     shaken = sum_of_squares(moving) * scale[:, list(body.equations)].max(axis=1)[:, np.newaxis]
     still = record.still
-    noise = np.where(body.turns, np.maximum(still, shaken), still + shaken)
+    noise = np.where(body.is_rate, np.maximum(still, shaken), still + shaken)
     np.multiply(each, noise[:, np.newaxis], out=own.noise)
     own.rss[:] = counts * sum_of_squares(residual) / np.where(squared > 0.0, squared, 1.0)
-    own.freedom[:] = counts * freedom
+    own.degrees_of_freedom[:] = counts * freedom
     _fill_summary_terms(own, record, level, each)
     return own, inverses
 
@@ -288,11 +288,11 @@ def _fill_summary_terms(
     np.multiply(counts, lowest**2 + transforms.end_noise, out=own.mean_noise)
     twice = 2.0 * float(transforms.frequencies[1])
     diagonal = np.diagonal(record.G, axis1=1, axis2=2)[:, np.newaxis]
-    np.multiply(counts, twice * record.energy, out=own.variation)
-    np.multiply(counts[:, :, np.newaxis], twice * diagonal, out=own.spread)
-    pressure, listened = transforms.pressure[:, np.newaxis], transforms.listened[:, np.newaxis]
-    np.multiply(counts, listened, out=own.listened)
-    np.multiply(counts, pressure**2 * listened, out=own.pressure)
+    np.multiply(counts, twice * record.energy, out=own.coefficient_energy)
+    np.multiply(counts[:, :, np.newaxis], twice * diagonal, out=own.regressor_energy)
+    pressure, listened = transforms.mean_pressure[:, np.newaxis], transforms.effective_time[:, np.newaxis]
+    np.multiply(counts, listened, out=own.effective_time)
+    np.multiply(counts, pressure**2 * listened, out=own.pressure_energy)
     np.divide(
-        (each * diagonal) ** 2, np.maximum(own.freedom, 1.0)[:, :, np.newaxis], out=own.weighty
+        (each * diagonal) ** 2, np.maximum(own.degrees_of_freedom, 1.0)[:, :, np.newaxis], out=own.squared_weight
     )

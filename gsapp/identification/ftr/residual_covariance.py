@@ -17,7 +17,7 @@ class ScratchBuffer:
     def __init__(self) -> None:
         self._memory = np.empty(0)
 
-    def take(self, *shape: int) -> FloatArray:
+    def array(self, *shape: int) -> FloatArray:
         """Return an array that holds until the next is taken; what is in it is left over."""
         size = math.prod(shape)
         if size > self._memory.size:
@@ -31,7 +31,7 @@ def frequency_coupling(correlation: ComplexArray, m: int, scratch: ScratchBuffer
     # so that all that is added below lies in memory one after the other.
     half = 0.5 * correlation
     around = np.concatenate((half[:, m - 1 :: -1], half[:, 1:m].conj()), axis=1)
-    out = scratch.take(len(correlation), 2 * m, 2 * m)
+    out = scratch.array(len(correlation), 2 * m, 2 * m)
     above, below = out[:, :m], out[:, m:]
     minus, plus = (
         _sliding_windows(around.real.copy(), m)[:, ::-1],

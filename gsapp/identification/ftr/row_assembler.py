@@ -112,7 +112,7 @@ class RowAssembler:
             stretch = self._stretch_for(int(index[start]))
             stretch.put(index[start:stop], values[start:stop], places)
 
-    def complete(self) -> list[tuple[int, FloatArray]]:
+    def take_complete_blocks(self) -> list[tuple[int, FloatArray]]:
         """Return the blocks that are complete after a step.
 
         Returns
@@ -177,7 +177,7 @@ class RowAssembler:
     # --- saved state ----------------------------------------------------------------------------
 
     def state(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Return all that is remembered, for `restore`; to be asked for after `complete`."""
+        """Return all that is remembered, for `restore`; to be asked for after `take_complete_blocks`."""
         table: dict[str, npt.NDArray[np.generic]] = {
             "began": np.array(self._began),
             "reached": self._reached,

@@ -75,7 +75,7 @@ class FTRSolution:
         out[0, 0] = self.bias_std[-1, equation] ** 2
         return out
 
-    def at(self, moment: int) -> FTRSolution:
+    def select_moment(self, moment: int) -> FTRSolution:
         """Return one moment (U = 1)."""
         place = moment % len(self.theta)
         return FTRSolution(
@@ -109,14 +109,14 @@ class SolvableInformation:
     inverse: FloatArray
 
     @staticmethod
-    def of_past(past: RecordInformation) -> SolvableInformation:
+    def from_closed_records(past: RecordInformation) -> SolvableInformation:
         """Return what closed records alone say, at U moments."""
         return SolvableInformation(
             information=past, inverse=subtract_white_noise(inverse_of(past.G), past.white)
         )
 
     @staticmethod
-    def joined(parts: Sequence[SolvableInformation]) -> SolvableInformation:
+    def concatenate(parts: Sequence[SolvableInformation]) -> SolvableInformation:
         """Return moments one after the other."""
         if len(parts) == 1:
             return parts[0]
@@ -134,7 +134,7 @@ def solve_estimates(evidence: SolvableInformation, body: AxisDynamics) -> FTRSol
     p = G.shape[-1]
     theta = np.matvec(inverse, information.b)
     diagonal: FloatArray = np.diagonal(G, axis1=2, axis2=3)
-    wide = _bound_inflation(diagonal**2 / np.maximum(information.weighty, 1e-300))
+    wide = _bound_inflation(diagonal**2 / np.maximum(information.squared_weight, 1e-300))
     covariance = inverse @ information.meat @ inverse
     covariance *= wide[..., np.newaxis] * wide[..., np.newaxis, :]
     there = diagonal > 0.0
@@ -147,15 +147,15 @@ def solve_estimates(evidence: SolvableInformation, body: AxisDynamics) -> FTRSol
     bias = information.mean[..., p + 1] / safe + np.vecdot(slopes, theta)
     through = np.vecdot(np.matvec(covariance, slopes), slopes)
     # The mean square of qbar over the time listened to.
-    square = information.pressure / np.maximum(information.listened, 1e-300)
-    zero = body.offset**2 / np.where(square > 0.0, square, 1.0)
+    square = information.pressure_energy / np.maximum(information.effective_time, 1e-300)
+    zero = body.accelerometer_offset**2 / np.where(square > 0.0, square, 1.0)
     bias_std = np.sqrt(np.maximum(through + information.mean_noise / safe**2 + zero, 0.0))
     std = np.sqrt(np.maximum(np.diagonal(covariance, axis1=2, axis2=3), 0.0))
-    variation = np.sqrt(np.maximum(information.variation, 1e-300))
+    variation = np.sqrt(np.maximum(information.coefficient_energy, 1e-300))
     uncertain = np.concatenate(
         (
-            std * np.sqrt(information.spread) / variation[..., np.newaxis],
-            (bias_std * np.sqrt(information.pressure) / variation)[..., np.newaxis],
+            std * np.sqrt(information.regressor_energy) / variation[..., np.newaxis],
+            (bias_std * np.sqrt(information.pressure_energy) / variation)[..., np.newaxis],
         ),
         axis=-1,
     )
@@ -175,11 +175,11 @@ def solve_estimates(evidence: SolvableInformation, body: AxisDynamics) -> FTRSol
         signal_to_noise=np.sqrt(np.maximum(own - left, 0.0) / noise),
         alone=np.where(there, own / natural, 0.0),
         amplitude=np.sqrt(
-            information.spread / np.maximum(information.pressure, 1e-300)[..., np.newaxis]
+            information.regressor_energy / np.maximum(information.pressure_energy, 1e-300)[..., np.newaxis]
         ),
         uncertain=uncertain,
-        freedom=information.freedom,
-        listened=information.listened,
+        freedom=information.degrees_of_freedom,
+        listened=information.effective_time,
         correlation=G / (scale[..., np.newaxis] * scale[..., np.newaxis, :]),
     )
 

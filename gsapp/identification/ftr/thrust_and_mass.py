@@ -77,7 +77,7 @@ class ThrustAndMassModel:
             self._levers[column] = followed[-1, column]
         return followed
 
-    def masses(self, held: FloatArray) -> FloatArray:
+    def mass(self, held: FloatArray) -> FloatArray:
         """Return the mass at every sample, kg."""
         properties = self._aircraft.mass
         measured = held[:, CHANNEL_INDEX["mass"]]

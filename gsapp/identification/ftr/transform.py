@@ -46,17 +46,17 @@ class Transforms:
         K at 0, spacing, ... : the transform of the squared weights, over its value at zero.
     squared : ndarray, shape (U,)
         Sum of the squared weights, s^2.
-    listened : ndarray, shape (U,)
+    effective_time : ndarray, shape (U,)
         Effective time, s: (sum of weights)^2 over the integral of the squared weights.
-    pressure : ndarray, shape (U,)
+    mean_pressure : ndarray, shape (U,)
         Mean dynamic pressure, Pa.
-    turning : ndarray, shape (U,)
+    mean_rate_scale : ndarray, shape (U,)
         Mean of qbar c/2V or qbar b/2V, Pa s.
     noise : ndarray, shape (U, p)
         Variance of one sample of qbar x, from second differences; of the first, of its vane.
     end_noise : ndarray, shape (U, 3)
         Variance that the noise of the two end samples gives the targets.
-    broken : ndarray of bool, shape (U, 3)
+    lost_instrument : ndarray of bool, shape (U, 3)
         Equations that lacked their own instrument at a sample that counted.
     """
 
@@ -64,14 +64,14 @@ class Transforms:
     signals: FloatArray
     correlation: ComplexArray
     squared: FloatArray
-    listened: FloatArray
-    pressure: FloatArray
-    turning: FloatArray
+    effective_time: FloatArray
+    mean_pressure: FloatArray
+    mean_rate_scale: FloatArray
     noise: FloatArray
     end_noise: FloatArray
-    broken: BoolArray
+    lost_instrument: BoolArray
 
-    def part(self, moments: slice, step: int) -> Transforms:
+    def select_moments(self, moments: slice, step: int) -> Transforms:
         """Return some moments at every `step`-th frequency."""
         sums = 2 * ((len(self.frequencies) - 1) // step) * step
         return Transforms(
@@ -79,12 +79,12 @@ class Transforms:
             signals=self.signals[moments, :, ::step],
             correlation=self.correlation[moments, : sums + 1 : step],
             squared=self.squared[moments],
-            listened=self.listened[moments],
-            pressure=self.pressure[moments],
-            turning=self.turning[moments],
+            effective_time=self.effective_time[moments],
+            mean_pressure=self.mean_pressure[moments],
+            mean_rate_scale=self.mean_rate_scale[moments],
             noise=self.noise[moments],
             end_noise=self.end_noise[moments],
-            broken=self.broken[moments],
+            lost_instrument=self.lost_instrument[moments],
         )
 
 
@@ -135,9 +135,9 @@ class RunningTransform:
         square_turn = np.exp((2j * np.pi * doubled - 2.0 * self._rate) * length)
         fade = np.exp(-self._rate * length * np.array([2.0] * (self.p + 4) + [1.0] * 2))
         self._turn = np.concatenate((np.repeat(turn, self.p + 13), square_turn, fade))
-        self.start()
+        self.start_record()
 
-    def start(self) -> None:
+    def start_record(self) -> None:
         """Begin a record: nothing was heard yet."""
         p, count = self.p, self._count
         # One after the other: transforms by frequency, their columns qbar x, static, qbar, qbar t,
@@ -259,12 +259,12 @@ class RunningTransform:
             correlation=squared / total[:, np.newaxis],
             squared=np.where(heard, total, 0.0),
             # With equal weights the sum of their squares is dt T: this is the length of the record.
-            listened=np.where(heard, self.dt * weight**2 / total, 0.0),
-            pressure=signals[:, 0, 0, p + 3] / weight,
-            turning=noise[:, -1] / weight,
+            effective_time=np.where(heard, self.dt * weight**2 / total, 0.0),
+            mean_pressure=signals[:, 0, 0, p + 3] / weight,
+            mean_rate_scale=noise[:, -1] / weight,
             noise=variance[:, :p],
             end_noise=variance[:, p:] * ends[:, np.newaxis],
-            broken=broken,
+            lost_instrument=broken,
         )
 
     # --- saved state ----------------------------------------------------------------------------

@@ -59,10 +59,10 @@ def batch_least_squares(stretches: Sequence[LinearModelSignals]) -> BatchLeastSq
     n, m = first.states.shape[1], first.inputs.shape[1]
     left, right = [], []
     for one in stretches:
-        known = filtering.within(np.zeros(len(one), dtype=bool))
+        known = filtering.valid_samples(np.zeros(len(one), dtype=bool))
         rates = filtering.smooth(filtering.differentiate(one.states))[known]
         beside = filtering.smooth(
-            filtering.matched(np.hstack([one.states, one.inputs, one.outputs]))
+            filtering.simpson_average(np.hstack([one.states, one.inputs, one.outputs]))
         )[known]
         # A constant of each stretch is taken out with its mean values.
         beside = beside - beside.mean(axis=0)

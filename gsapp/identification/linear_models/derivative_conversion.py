@@ -68,7 +68,7 @@ class SteadyCondition:
         return 0.5 * self.rho * self.U1**2
 
     @property
-    def about(self) -> OperatingPoint:
+    def operating_point(self) -> OperatingPoint:
         """Return the steady flight as a linear model names it."""
         return OperatingPoint(speed=self.U1, density=self.rho, mass=self.mass)
 
@@ -236,7 +236,7 @@ def longitudinal_model(
         states=LONGITUDINAL_STATES,
         inputs=("de",),
         outputs=LONGITUDINAL_MODEL_OUTPUTS,
-        A=A, B=B, C=C, D=D, about=condition.about,
+        A=A, B=B, C=C, D=D, operating_point=condition.operating_point,
     )  # fmt: skip
 
 
@@ -289,7 +289,7 @@ def lateral_model(
         states=LATERAL_STATES,
         inputs=("da", "dr"),
         outputs=LATERAL_MODEL_OUTPUTS,
-        A=A, B=B, C=C, D=D, about=condition.about,
+        A=A, B=B, C=C, D=D, operating_point=condition.operating_point,
     )  # fmt: skip
 
 

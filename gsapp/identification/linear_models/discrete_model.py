@@ -80,7 +80,7 @@ class DiscreteModel:
         )
         return held.simulate(np.hstack([record.inputs, record.outputs]), start)
 
-    def continuous(self, inputs: Sequence[str], outputs: Sequence[str]) -> LinearModel:
+    def to_continuous(self, inputs: Sequence[str], outputs: Sequence[str]) -> LinearModel:
         """Return the model in continuous time, inputs held between samples.
 
         A pole at or below zero of the discrete model (a quick delay) has no real logarithm: the

@@ -76,7 +76,7 @@ class LinearModelFile(StrictModel):
             B=x[:, None] * np.array(self.B) / u,
             C=y[:, None] * np.array(self.C) / x,
             D=y[:, None] * np.array(self.D) / u,
-            about=None
+            operating_point=None
             if self.speed is None
             else OperatingPoint(speed=self.speed, density=self.density, mass=self.mass),
         )
@@ -109,7 +109,7 @@ def linear_model_text(model: LinearModel, *, name: str, source: str = "") -> str
     content: dict[str, Any] = {
         "name": name,
         "source": source,
-        **_steady(model.about),
+        **_steady(model.operating_point),
         "states": labels(model.states),
         "inputs": labels(model.inputs),
         "outputs": labels(model.outputs),

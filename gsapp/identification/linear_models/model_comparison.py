@@ -148,7 +148,7 @@ def subspace_model(
     step = max(1, round(1.0 / (_SUBSPACE_RATE * dt)))
     records = [_decimate_signals(one, step) for one in stretches]
     start = identify_subspace_model(records, dt * step, order=order)
-    refined = refine_by_prediction_error(records, start.model, start.starts)
+    refined = refine_by_prediction_error(records, start.model, start.initial_states)
     remarks = [f"order {start.order}" + ("" if order else ", chosen from the data")]
     if not refined.converged:
         remarks.append("the refinement had not settled when it was stopped")
@@ -197,8 +197,8 @@ def evaluate_linear_models(
     return {
         name: EvaluatedModel(
             model=one.model,
-            rms_over_range_pct=_output_errors(one.at(dt), flight, own_start=False),
-            by_maneuver_pct=_output_errors(one.at(dt), parts, own_start=True),
+            rms_over_range_pct=_output_errors(one.discretized(dt), flight, own_start=False),
+            by_maneuver_pct=_output_errors(one.discretized(dt), parts, own_start=True),
             remarks=one.remarks,
         )
         for name, one in models.items()
@@ -213,18 +213,18 @@ class FittedModel:
     ----------
     model : LinearModel
         Continuous, SI, all states.
-    driven : LinearModel
+    simulated_model : LinearModel
         What is simulated: without the states that a pilot flies.
     remarks : tuple of str
     """
 
     model: LinearModel
-    driven: LinearModel
+    simulated_model: LinearModel
     remarks: tuple[str, ...] = ()
 
-    def at(self, dt: float) -> DiscreteModel:
+    def discretized(self, dt: float) -> DiscreteModel:
         """Return the model at a sample time (s)."""
-        return discretize(self.driven, dt)
+        return discretize(self.simulated_model, dt)
 
 
 def fit_models(
@@ -261,14 +261,14 @@ def fit_models(
     inputs, outputs = stretches[0].input_names, stretches[0].output_names
     found, remarks = subspace_model(stretches, order=order)
     condition = mean_condition(fitted)
-    continuous = replace(found.continuous(inputs, outputs), about=condition.about)
+    continuous = replace(found.to_continuous(inputs, outputs), operating_point=condition.operating_point)
     derived = model_from_derivatives(fitted[0].aircraft, condition, axis, derivatives)
     derived = _select_outputs(derived, outputs)
-    least = replace(batch_least_squares(stretches).model, about=condition.about)
+    least = replace(batch_least_squares(stretches).model, operating_point=condition.operating_point)
     return {
-        "bls": FittedModel(model=least, driven=least),
-        "subspace": FittedModel(model=continuous, driven=continuous, remarks=remarks),
-        "ml": FittedModel(model=derived, driven=without_slow_states(derived)),
+        "bls": FittedModel(model=least, simulated_model=least),
+        "subspace": FittedModel(model=continuous, simulated_model=continuous, remarks=remarks),
+        "ml": FittedModel(model=derived, simulated_model=without_slow_states(derived)),
     }
 
 

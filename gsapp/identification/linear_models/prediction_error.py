@@ -32,18 +32,18 @@ class PredictionErrorResult:
     Attributes
     ----------
     model : DiscreteModel
-    starts : tuple of ndarray, shape (n_states,)
+    initial_states : tuple of ndarray, shape (n_states,)
     cost_before, cost : float
         Mean square of the scaled prediction errors.
-    rounds : int
+    iterations : int
     converged : bool
     """
 
     model: DiscreteModel
-    starts: tuple[FloatArray, ...]
+    initial_states: tuple[FloatArray, ...]
     cost_before: float
     cost: float
-    rounds: int
+    iterations: int
     converged: bool
 
 
@@ -98,8 +98,8 @@ def refine_by_prediction_error(
         if not improved:
             converged = True
     return PredictionErrorResult(
-        model=current, starts=tuple(own_starts), cost_before=before, cost=cost,
-        rounds=rounds, converged=converged,
+        model=current, initial_states=tuple(own_starts), cost_before=before, cost=cost,
+        iterations=rounds, converged=converged,
     )  # fmt: skip
 
 

@@ -96,8 +96,8 @@ def linear_model_signals(maneuver: Maneuver, axis: LinearAxis) -> tuple[LinearMo
     )
     good: BoolArray = np.asarray(np.isfinite(outputs).all(axis=1), dtype=np.bool_)
     for name in (*LINEAR_STATES[axis], *LINEAR_INPUTS[axis]):
-        if name in known.filled:
-            good &= np.logical_not(known.filled[name])
+        if name in known.interpolated:
+            good &= np.logical_not(known.interpolated[name])
     least = MIN_SIGNAL_DURATION / maneuver.dt
     return tuple(
         LinearModelSignals(

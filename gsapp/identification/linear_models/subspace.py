@@ -35,14 +35,14 @@ class SubspaceResult:
     singular_values : ndarray
         Of the weighted projection, largest first: canonical correlations of past and future.
     order : int
-    starts : tuple of ndarray, shape (n_states,)
+    initial_states : tuple of ndarray, shape (n_states,)
         State at the first sample of each record.
     """
 
     model: DiscreteModel
     singular_values: FloatArray
     order: int
-    starts: tuple[FloatArray, ...]
+    initial_states: tuple[FloatArray, ...]
 
 
 def identify_subspace_model(
@@ -84,7 +84,7 @@ def identify_subspace_model(
     B, D, starts = fit_inputs_and_initial_states(records, A, C)
     model = DiscreteModel(A=A, B=B, C=C, D=D, K=np.zeros((chosen, p)), dt=dt)
     return SubspaceResult(
-        model=model, singular_values=projection.singular_values, order=chosen, starts=starts
+        model=model, singular_values=projection.singular_values, order=chosen, initial_states=starts
     )
 
 

@@ -149,7 +149,7 @@ class _AxisKernel(Kernel):
         elif name in _INPUT:
             found = drive.inputs[_INPUT[name]]
         else:
-            found = drive.table[0 if name == "thrust" else 1]
+            found = drive.precomputed[0 if name == "thrust" else 1]
         return found
 
     def _by_row(self, name: str, drive: Forcing) -> tuple[int, FloatArray | float] | None:
@@ -159,13 +159,13 @@ class _AxisKernel(Kernel):
         if name not in self.state_names:
             return None
         row = self.state_names.index(name)
-        return row, 1.0 / drive.table[self._half] if row else 1.0
+        return row, 1.0 / drive.precomputed[self._half] if row else 1.0
 
     def _factor(self, extra: _EffectTerm, drive: Forcing) -> FloatArray | float:
         if not extra.moment:
             return extra.sign
         length = self._chord if self.axis == "lon" else self._span
-        factor: FloatArray = extra.sign / (drive.table[1] * (self._area * length))
+        factor: FloatArray = extra.sign / (drive.precomputed[1] * (self._area * length))
         return factor
 
     def _reads(self, extra: _EffectTerm, drive: Forcing, x: FloatArray) -> tuple[FloatArray, ...]:
@@ -228,7 +228,7 @@ class _AxisKernel(Kernel):
         for row in range(1 + len(by_rate)):
             by_state = sum(weight * slope.by_row[row] for slope, weight in pairs)
             if row:
-                by_state = by_state * drive.table[self._half] + by_rate[row - 1]
+                by_state = by_state * drive.precomputed[self._half] + by_rate[row - 1]
                 out += by_state * S[row]
             else:
                 np.multiply(by_state, S[0], out=out)
@@ -276,7 +276,7 @@ class LongitudinalKernel(_AxisKernel):
     surfaces = ("de",)
     _half = 7
 
-    def drive(
+    def build_forcing(
         self, states: FloatArray, inputs: FloatArray, by_path: FloatArray | None, values: FloatArray
     ) -> Forcing:
         """Return the drive with A, B, c, d, E and factors of the responses worked out."""
@@ -309,21 +309,21 @@ class LongitudinalKernel(_AxisKernel):
                 *((level, fall, np.cos(phi), np.sin(phi)) if self._with_attitude else ()),
             ]
         )
-        return Forcing(states=states, inputs=inputs, by_path=by_path, table=table)
+        return Forcing(states=states, inputs=inputs, path_derivatives=by_path, precomputed=table)
 
     def _along_and_across(self, drive: Forcing, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return A and B: all but aerodynamics across the flight path and along the body."""
-        A, B = drive.table[2:4]
+        A, B = drive.precomputed[2:4]
         if self._with_attitude:
-            A = A + drive.table[11] * np.cos(x[2])
-            B = B - drive.table[12] * np.sin(x[2])
+            A = A + drive.precomputed[11] * np.cos(x[2])
+            B = B - drive.precomputed[12] * np.sin(x[2])
         return A, B
 
     def _basis(self, drive: Forcing, x: FloatArray) -> FloatArray:
         basis = np.empty((4, x.shape[1]))
         basis[0] = 1.0
         basis[1] = x[0]
-        np.multiply(x[1], drive.table[7], out=basis[2])
+        np.multiply(x[1], drive.precomputed[7], out=basis[2])
         basis[3] = drive.inputs[0]
         return basis
 
@@ -332,16 +332,16 @@ class LongitudinalKernel(_AxisKernel):
         basis = self._basis(drive, x)
         CN, CA, Cm = self._values(basis, drive, x, values)
         A, B = self._along_and_across(drive, x)
-        c, d, E = drive.table[4:7]
+        c, d, E = drive.precomputed[4:7]
         sin_a, cos_a = _sin_cos(x[0])
         f = np.empty_like(x)
         f[0] = x[1] + cos_a * (A - c * CN) - sin_a * (B - c * CA)
         f[1] = d * Cm + E
         if self._with_attitude:
-            f[2] = x[1] * drive.table[13] - drive.states[_ROW["r"]] * drive.table[14]
+            f[2] = x[1] * drive.precomputed[13] - drive.states[_ROW["r"]] * drive.precomputed[14]
         return f
 
-    def slopes(
+    def jacobian(
         self, drive: Forcing, x: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return alpha', q' and their derivatives by alpha and q."""
@@ -353,7 +353,7 @@ class LongitudinalKernel(_AxisKernel):
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, list[_CoefficientJacobian]]:
         CN, CA, Cm = three = self._slopes(basis, drive, x, values)
         A, B = self._along_and_across(drive, x)
-        c, d, E, half = drive.table[4:8]
+        c, d, E, half = drive.precomputed[4:8]
         sin_a, cos_a = _sin_cos(x[0])
         up, forward = A - c * CN.value, B - c * CA.value
         f = np.empty_like(x)
@@ -366,7 +366,7 @@ class LongitudinalKernel(_AxisKernel):
         f_x[1, 0] = d * Cm.by_row[0]
         f_x[1, 1] = d * half * Cm.by_row[1]
         if self._with_attitude:
-            level, fall, cos_phi, sin_phi = drive.table[11:15]
+            level, fall, cos_phi, sin_phi = drive.precomputed[11:15]
             f[2] = x[1] * cos_phi - drive.states[_ROW["r"]] * sin_phi
             f_x[0, 2] = sin_a * fall * np.cos(x[2]) - cos_a * level * np.sin(x[2])
             f_x[2, 1] = cos_phi
@@ -378,7 +378,7 @@ class LongitudinalKernel(_AxisKernel):
         """Return alpha', q' with derivatives by states and free parameters."""
         basis = self._basis(drive, x)
         f, f_x, by_CN, by_CA, three = self._with_slopes(drive, x, basis, values)
-        factors = (((0, by_CN),), ((0, by_CA),), ((1, drive.table[5]),))
+        factors = (((0, by_CN),), ((0, by_CA),), ((1, drive.precomputed[5]),))
         return f, f_x, _gradient_factors(three, factors)
 
     def _shown(self, drive: Forcing, x: FloatArray, CN: FloatArray, CA: FloatArray,
@@ -386,7 +386,7 @@ class LongitudinalKernel(_AxisKernel):
         """Return the responses from the coefficients."""
         sensors = self._aircraft.sensors
         p, r, q = drive.states[3], drive.states[5], x[1]
-        per_mass, _, pull = drive.table[8:11]
+        per_mass, _, pull = drive.precomputed[8:11]
         y = np.empty((len(self.responses), x.shape[1]))
         for row, name in enumerate(self.responses):
             if name == "alpha":
@@ -406,7 +406,7 @@ class LongitudinalKernel(_AxisKernel):
 
     def _flow(self, drive: Forcing, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         ahead, right, below = self._aircraft.sensors.alpha_vane.position
-        p, r, speed = drive.states[3], drive.states[5], drive.table[9]
+        p, r, speed = drive.states[3], drive.states[5], drive.precomputed[9]
         sin_a, cos_a = _sin_cos(x[0])
         return (
             speed * cos_a + x[1] * below - r * right,
@@ -417,7 +417,7 @@ class LongitudinalKernel(_AxisKernel):
         """Return the responses."""
         basis = self._basis(drive, x)
         CN, CA, Cm = self._values(basis, drive, x, values)
-        return self._shown(drive, x, CN, CA, drive.table[5] * Cm + drive.table[6])
+        return self._shown(drive, x, CN, CA, drive.precomputed[5] * Cm + drive.precomputed[6])
 
     def output_sensitivities(
         self, drive: Forcing, x: FloatArray, values: FloatArray, S: FloatArray
@@ -425,10 +425,10 @@ class LongitudinalKernel(_AxisKernel):
         """Return the responses and their total derivatives."""
         basis = self._basis(drive, x)
         CN, CA, Cm = self._slopes(basis, drive, x, values)
-        y = self._shown(drive, x, CN.value, CA.value, drive.table[5] * Cm.value + drive.table[6])
+        y = self._shown(drive, x, CN.value, CA.value, drive.precomputed[5] * Cm.value + drive.precomputed[6])
         dy = np.empty((len(self.responses), *S.shape[1:]))
         ahead, _, below = self._aircraft.sensors.accelerometer.position
-        d, per_mass, q = drive.table[5], drive.table[8], x[1]
+        d, per_mass, q = drive.precomputed[5], drive.precomputed[8], x[1]
         for row, name in enumerate(self.responses):
             if name == "alpha":
                 self._vane_sensitivity(drive, x, S, dy[row])
@@ -448,7 +448,7 @@ class LongitudinalKernel(_AxisKernel):
         vane = self._aircraft.sensors.alpha_vane
         u, w = self._flow(drive, x)
         scale = vane.upwash / (u * u + w * w)
-        speed = drive.table[9]
+        speed = drive.precomputed[9]
         sin_a, cos_a = _sin_cos(x[0])
         by_alpha = scale * speed * (u * cos_a + w * sin_a)
         by_q = -scale * (u * vane.position[0] + w * vane.position[2])
@@ -468,7 +468,7 @@ class LateralKernel(_AxisKernel):
     surfaces = ("da", "dr")
     _half = 16
 
-    def drive(
+    def build_forcing(
         self, states: FloatArray, inputs: FloatArray, by_path: FloatArray | None, values: FloatArray
     ) -> Forcing:
         """Return the drive with everything that does not depend on beta, p, r worked out."""
@@ -517,27 +517,27 @@ class LateralKernel(_AxisKernel):
                 *((F1, np.tan(theta)) if self._with_attitude else ()),
             ]
         )
-        return Forcing(states=states, inputs=inputs, by_path=by_path, table=table)
+        return Forcing(states=states, inputs=inputs, path_derivatives=by_path, precomputed=table)
 
     def _basis(self, drive: Forcing, x: FloatArray) -> FloatArray:
         basis = np.empty((6, x.shape[1]))
         basis[0] = 1.0
         basis[1] = x[0]
-        np.multiply(x[1:3], drive.table[16], out=basis[2:4])
+        np.multiply(x[1:3], drive.precomputed[16], out=basis[2:4])
         basis[4:] = drive.inputs[1:3]
         return basis
 
     def _gravity(self, drive: Forcing, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return G and F: the forces that are not side force, across and along the path."""
-        G, F = drive.table[5:7]
+        G, F = drive.precomputed[5:7]
         if self._with_attitude:
-            G, F = G * np.sin(x[3]), F + drive.table[19] * np.cos(x[3])
+            G, F = G * np.sin(x[3]), F + drive.precomputed[19] * np.cos(x[3])
         return G, F
 
     def _spin(
         self, drive: Forcing, x: FloatArray, Cl: FloatArray, Cn: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        d1, d2, d3, e1, e2, e3, e4, E1, E3 = drive.table[7:16]
+        d1, d2, d3, e1, e2, e3, e4, E1, E3 = drive.precomputed[7:16]
         return (
             d1 * Cl + d2 * Cn + e1 * x[1] + e2 * x[2] + E1,
             d2 * Cl + d3 * Cn + e3 * x[1] + e4 * x[2] + E3,
@@ -547,18 +547,18 @@ class LateralKernel(_AxisKernel):
         """Return beta', p', r'."""
         basis = self._basis(drive, x)
         CY, Cl, Cn = self._values(basis, drive, x, values)
-        sin_a, cos_a, c = drive.table[2:5]
+        sin_a, cos_a, c = drive.precomputed[2:5]
         G, F = self._gravity(drive, x)
         sin_b, cos_b = _sin_cos(x[0])
         f = np.empty_like(x)
         f[0] = x[1] * sin_a - x[2] * cos_a + cos_b * (c * CY + G) - sin_b * F
         f[1], f[2] = self._spin(drive, x, Cl, Cn)
         if self._with_attitude:
-            q, tan_t = drive.states[_ROW["q"]], drive.table[20]
+            q, tan_t = drive.states[_ROW["q"]], drive.precomputed[20]
             f[3] = x[1] + tan_t * (q * np.sin(x[3]) + x[2] * np.cos(x[3]))
         return f
 
-    def slopes(
+    def jacobian(
         self, drive: Forcing, x: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return the rates and their derivatives by the states."""
@@ -568,11 +568,11 @@ class LateralKernel(_AxisKernel):
     def _with_slopes(
         self, drive: Forcing, x: FloatArray, basis: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray, list[_CoefficientJacobian]]:
-        half = drive.table[16]
+        half = drive.precomputed[16]
         CY, Cl, Cn = three = self._slopes(basis, drive, x, values)
-        sin_a, cos_a, c = drive.table[2:5]
+        sin_a, cos_a, c = drive.precomputed[2:5]
         G, F = self._gravity(drive, x)
-        d1, _, _, e1, e2, e3, e4 = drive.table[7:14]
+        d1, _, _, e1, e2, e3, e4 = drive.precomputed[7:14]
         sin_b, cos_b = _sin_cos(x[0])
         side = c * CY.value + G
         f = np.empty_like(x)
@@ -598,10 +598,10 @@ class LateralKernel(_AxisKernel):
         f_x[2, 1] += e3
         f_x[2, 2] += e4
         if self._with_attitude:
-            q, tan_t = drive.states[_ROW["q"]], drive.table[20]
+            q, tan_t = drive.states[_ROW["q"]], drive.precomputed[20]
             sin_phi, cos_phi = np.sin(x[3]), np.cos(x[3])
             f[3] = x[1] + tan_t * (q * sin_phi + x[2] * cos_phi)
-            f_x[0, 3] = cos_b * drive.table[5] * cos_phi + sin_b * drive.table[19] * sin_phi
+            f_x[0, 3] = cos_b * drive.precomputed[5] * cos_phi + sin_b * drive.precomputed[19] * sin_phi
             f_x[3, 1] = 1.0
             f_x[3, 2] = tan_t * cos_phi
             f_x[3, 3] = tan_t * (q * cos_phi - x[2] * sin_phi)
@@ -613,7 +613,7 @@ class LateralKernel(_AxisKernel):
         """Return the rates with derivatives by states and free parameters."""
         basis = self._basis(drive, x)
         f, f_x, by_CY, three = self._with_slopes(drive, x, basis, values)
-        d1, d2, d3 = drive.table[7:10]
+        d1, d2, d3 = drive.precomputed[7:10]
         factors = (((0, by_CY),), ((1, d1), (2, d2)), ((1, d2), (2, d3)))
         return f, f_x, _gradient_factors(three, factors)
 
@@ -621,7 +621,7 @@ class LateralKernel(_AxisKernel):
         ahead, right, below = self._aircraft.sensors.beta_vane.position
         sin_b, cos_b = _sin_cos(x[0])
         return (
-            drive.table[18] * cos_b + drive.states[_ROW["q"]] * below - x[2] * right,
+            drive.precomputed[18] * cos_b + drive.states[_ROW["q"]] * below - x[2] * right,
             drive.states[0] * sin_b + x[2] * ahead - x[1] * below,
         )
 
@@ -639,7 +639,7 @@ class LateralKernel(_AxisKernel):
             elif name == "ay":
                 ahead, right, below = sensors.accelerometer.position
                 y[row] = (
-                    drive.table[17] * CY
+                    drive.precomputed[17] * CY
                     + (p * q + spin[1]) * ahead
                     - (p * p + r * r) * right
                     + (q * r - spin[0]) * below
@@ -667,10 +667,10 @@ class LateralKernel(_AxisKernel):
                 self._vane_sensitivity(drive, x, S, dy[row])
             elif name == "ay":
                 ahead, right, below = self._aircraft.sensors.accelerometer.position
-                d1, d2, d3, e1, e2, e3, e4 = drive.table[7:14]
+                d1, d2, d3, e1, e2, e3, e4 = drive.precomputed[7:14]
                 q = drive.states[_ROW["q"]]
                 pairs = (
-                    (CY, drive.table[17]),
+                    (CY, drive.precomputed[17]),
                     (Cl, ahead * d2 - below * d1),
                     (Cn, ahead * d3 - below * d2),
                 )
@@ -690,7 +690,7 @@ class LateralKernel(_AxisKernel):
         scale = vane.upwash / (u * u + v * v)
         sin_b, cos_b = _sin_cos(x[0])
         np.multiply(
-            scale * (u * drive.states[0] * cos_b + v * drive.table[18] * sin_b), S[0], out=out
+            scale * (u * drive.states[0] * cos_b + v * drive.precomputed[18] * sin_b), S[0], out=out
         )
         out += (scale * u * -below) * S[1]
         out += (scale * (u * ahead + v * right)) * S[2]
@@ -722,7 +722,7 @@ def build_axis_kernel(
     shown = {"lon": ("alpha", "q", "an", "ax"), "lat": ("beta", "p", "r", "ay")}[axis]
     if not set(responses) <= set(shown) or not _supports_model(model, axis, free):
         return None
-    if not _supports_instruments(model.aircraft, axis) or model.exchanged or model.misplaced:
+    if not _supports_instruments(model.aircraft, axis) or model.swapped_channels or model.displaced_instruments:
         return None
     kind = LongitudinalKernel if axis == "lon" else LateralKernel
     return kind(model, responses, free, with_attitude=with_attitude)

@@ -30,24 +30,24 @@ class Forcing:
     states : ndarray, shape (9, n)
         Measured polar states; the rows of active ones are ignored.
     inputs : ndarray, shape (8, n)
-    by_path : ndarray, shape (3, n_path, n), or None
+    path_derivatives : ndarray, shape (3, n_path, n), or None
         Derivatives of de, da, dr by the free parameters of control paths.
-    table : ndarray, shape (n_rows, n)
+    precomputed : ndarray, shape (n_rows, n)
         What a kernel works out beforehand.
     """
 
     states: FloatArray
     inputs: FloatArray
-    by_path: FloatArray | None
-    table: FloatArray
+    path_derivatives: FloatArray | None
+    precomputed: FloatArray
 
-    def part(self, which: slice) -> Forcing:
+    def select_instants(self, which: slice) -> Forcing:
         """Return a row of these instants."""
         return Forcing(
             states=self.states[:, which],
             inputs=self.inputs[:, which],
-            by_path=None if self.by_path is None else self.by_path[:, :, which],
-            table=self.table[:, which],
+            path_derivatives=None if self.path_derivatives is None else self.path_derivatives[:, :, which],
+            precomputed=self.precomputed[:, which],
         )
 
 
@@ -85,17 +85,17 @@ class Kernel(ABC):
     responses : tuple of str
     free : tuple of str
         Free parameters of the equations and of control paths: the columns of derivatives.
-    slopes_are_dear : bool
+    jacobian_is_expensive : bool
         Whether derivatives by the states cost much more than the rates themselves.
     """
 
-    slopes_are_dear = False
+    jacobian_is_expensive = False
     state_names: tuple[str, ...]
     responses: tuple[str, ...]
     free: tuple[str, ...]
 
     @abstractmethod
-    def drive(
+    def build_forcing(
         self, states: FloatArray, inputs: FloatArray, by_path: FloatArray | None, values: FloatArray
     ) -> Forcing:
         """Return the drive for measured states (9, n) and inputs (8, n)."""
@@ -108,7 +108,7 @@ class Kernel(ABC):
         """
 
     @abstractmethod
-    def slopes(
+    def jacobian(
         self, drive: Forcing, x: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return rates and their derivatives by the states, shape (n_states, n_states, n)."""
@@ -117,7 +117,7 @@ class Kernel(ABC):
     def gradients(
         self, drive: Forcing, x: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray, Gradient]:
-        """Return rates and their derivatives by the states, as `slopes`, and by `free`."""
+        """Return rates and their derivatives by the states, as `jacobian`, and by `free`."""
 
     @abstractmethod
     def outputs(self, drive: Forcing, x: FloatArray, values: FloatArray) -> FloatArray:
@@ -156,7 +156,7 @@ class GeneralKernel(Kernel):
         Free parameters of control paths, whose derivatives come with the drive.
     """
 
-    slopes_are_dear = True
+    jacobian_is_expensive = True
 
     def __init__(
         self,
@@ -177,13 +177,13 @@ class GeneralKernel(Kernel):
         )
         self._outputs = OutputModel(model, self.responses)
 
-    def drive(
+    def build_forcing(
         self, states: FloatArray, inputs: FloatArray, by_path: FloatArray | None, values: FloatArray
     ) -> Forcing:
         """Return the drive; nothing is worked out beforehand."""
         del values
         table = np.empty((0, states.shape[1]))
-        return Forcing(states=states, inputs=inputs, by_path=by_path, table=table)
+        return Forcing(states=states, inputs=inputs, path_derivatives=by_path, precomputed=table)
 
     def _state(self, drive: Forcing, x: FloatArray) -> list[Any]:
         state: list[Any] = [*drive.states, *([None] * (len(self.model.state_names) - 9))]
@@ -199,7 +199,7 @@ class GeneralKernel(Kernel):
             out[row] = found[place]
         return out
 
-    def slopes(
+    def jacobian(
         self, drive: Forcing, x: FloatArray, values: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return rates and their derivatives by the active states."""
@@ -217,9 +217,9 @@ class GeneralKernel(Kernel):
         f_p = np.empty((len(self.state_names), len(self.free), x.shape[1]))
         first = len(self.model.state_names) + len(MODEL_INPUTS)
         f_p[:, :own] = rows[:, :, first:].transpose(1, 2, 0)
-        if drive.by_path is not None:
+        if drive.path_derivatives is not None:
             by_surface = rows[:, :, self._surfaces]
-            f_p[:, own:] = np.einsum("nis,spn->ipn", by_surface, drive.by_path)
+            f_p[:, own:] = np.einsum("nis,spn->ipn", by_surface, drive.path_derivatives)
         return self.rates(drive, x, values), f_x, f_p
 
     def _differentiate(
@@ -254,7 +254,7 @@ class GeneralKernel(Kernel):
         first = len(self.model.state_names) + len(MODEL_INPUTS)
         total[:, :, :own] += slopes[:, :, first:]
         dy = np.ascontiguousarray(total.transpose(1, 2, 0))
-        if drive.by_path is not None:
+        if drive.path_derivatives is not None:
             by_surface = slopes[:, :, self._surfaces]
-            dy[:, own : len(self.free)] += np.einsum("nrs,spn->rpn", by_surface, drive.by_path)
+            dy[:, own : len(self.free)] += np.einsum("nrs,spn->rpn", by_surface, drive.path_derivatives)
         return np.ascontiguousarray(y.T), dy

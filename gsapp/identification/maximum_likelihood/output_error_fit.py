@@ -244,11 +244,11 @@ def simulate(
             raise DivergedError(
                 f"the computed motion of maneuver {maneuver.id} diverges with these parameters"
             )
-        part.accept()
-    measured = [np.where(one.counted, one.measured, np.nan) for one in part.segments]
+        part.accept_trial()
+    measured = [np.where(one.valid, one.measured, np.nan) for one in part.segments]
     return ResponseHistory(
         maneuver=maneuver.id,
-        times=np.concatenate([part.motion.times[one.part] for one in part.segments]),
+        times=np.concatenate([part.motion.times[one.sample_slice] for one in part.segments]),
         channels=part.responses,
         measured=np.concatenate(measured, axis=1).T,
         computed=np.concatenate([np.asarray(one.y) for one in part.segments], axis=1).T,

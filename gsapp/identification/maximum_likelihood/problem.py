@@ -60,33 +60,33 @@ class ManeuverSegment:
 
     Attributes
     ----------
-    part : slice
+    sample_slice : slice
         Of the maneuver's samples.
     measured : ndarray, shape (n_responses, n)
         Zero where a sample does not count.
-    counted : ndarray of bool, same shape
+    valid : ndarray of bool, same shape
     complete : bool
         Whether all samples count.
-    drives : SegmentForcing
+    forcing : SegmentForcing
     x, y, S, Phi : ndarray or None
         States, responses, sensitivities and derivatives of the steps at the last accepted point.
     trial : tuple of ndarray or None
         States and responses being tried.
-    by_rest : ndarray or None
+    rest_derivatives : ndarray or None
         Derivatives of the settled states of terms by the polar ones, at the first sample.
     """
 
-    part: slice
+    sample_slice: slice
     measured: FloatArray
-    counted: BoolArray
+    valid: BoolArray
     complete: bool
-    drives: SegmentForcing
+    forcing: SegmentForcing
     x: FloatArray
     y: FloatArray | None = None
     S: FloatArray | None = None
     Phi: FloatArray | None = None
     trial: tuple[FloatArray, FloatArray] | None = None
-    by_rest: FloatArray | None = None
+    rest_derivatives: FloatArray | None = None
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -97,10 +97,10 @@ class ManeuverProblem:
     dt: float
     motion: MeasuredMotion
     model: FlightModel
-    engine: TrajectorySolver
+    trajectory_solver: TrajectorySolver
     names: GlobalParameters
     base: FloatArray
-    places: list[int]
+    parameter_indices: list[int]
     """Of the free parameters of the equations in `base`."""
     responses: tuple[str, ...]
     segments: list[ManeuverSegment]
@@ -127,7 +127,7 @@ class ManeuverProblem:
     def values(self, shared: FloatArray) -> FloatArray:
         """Return all parameters of the equations for the global unknowns."""
         values = self.base.copy()
-        values[self.places] = shared[: len(self.places)]
+        values[self.parameter_indices] = shared[: len(self.parameter_indices)]
         return values
 
     def _path_values(self, path: PathTerms, shared: FloatArray) -> PathTerms:
@@ -155,18 +155,18 @@ class ManeuverProblem:
         """Send the recorded surfaces along their paths, where those have free parameters."""
         if not self.names.paths:
             return
-        inputs, by_path = self.driven_inputs(shared)
+        inputs, by_path = self.effective_inputs(shared)
         values = self.values(shared)
         for segment in self.segments:
-            segment.drives = build_segment_forcing(
-                self.engine.kernel,
-                self.motion.states.T[:, segment.part],
-                inputs[:, segment.part],
-                by_path[:, :, segment.part],
+            segment.forcing = build_segment_forcing(
+                self.trajectory_solver.kernel,
+                self.motion.states.T[:, segment.sample_slice],
+                inputs[:, segment.sample_slice],
+                by_path[:, :, segment.sample_slice],
                 values,
             )
 
-    def driven_inputs(self, shared: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def effective_inputs(self, shared: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return inputs as they act, (8, n), and derivatives (3, n_paths, n).
 
         What the sensors of surfaces did is undone first, then comes the control path.
@@ -195,7 +195,7 @@ class ManeuverProblem:
                     by_path[place, self.names.paths.index(name)] = found.parameters[:, column]
         return inputs, by_path
 
-    def try_point(
+    def evaluate_residuals(
         self, shared: FloatArray, local: FloatArray, moved: FloatArray | None
     ) -> list[FloatArray] | None:
         """Return the residuals of every segment, (n_responses, n); None where it diverges.
@@ -216,8 +216,8 @@ class ManeuverProblem:
             if moved is not None and segment.S is not None:
                 change = moved[self._state_columns(index)]
                 guess = guess + np.einsum("imn,m->in", segment.S, change)
-            x = self.engine.trajectory(
-                segment.drives,
+            x = self.trajectory_solver.trajectory(
+                segment.forcing,
                 self.dt,
                 values,
                 start,
@@ -227,19 +227,19 @@ class ManeuverProblem:
             )
             if x is None or not self._plausible(x):
                 return None
-            y = self.engine.kernel.outputs(segment.drives.samples, x, values)
+            y = self.trajectory_solver.kernel.outputs(segment.forcing.samples, x, values)
             y = self._recorded(y, shared, local)
             segment.trial = x, y
             residual = segment.measured - y
             if not segment.complete:
-                residual *= segment.counted
+                residual *= segment.valid
             found.append(residual)
         return found
 
     def _plausible(self, x: FloatArray) -> bool:
         if not np.isfinite(x).all():
             return False
-        for row, name in enumerate(self.engine.kernel.state_names):
+        for row, name in enumerate(self.trajectory_solver.kernel.state_names):
             if (
                 name in _DIVERGENCE_LIMITS
                 and float(np.abs(x[row]).max()) > _DIVERGENCE_LIMITS[name]
@@ -251,23 +251,23 @@ class ManeuverProblem:
 
     def _start(self, index: int, segment: ManeuverSegment, local: FloatArray) -> FloatArray:
         start = self._initial(index, local)
-        own = len(self.engine.kernel.state_names) - len(start)
+        own = len(self.trajectory_solver.kernel.state_names) - len(start)
         if not own:
             return start
-        rest, segment.by_rest = self._rest(segment, start)
+        rest, segment.rest_derivatives = self._rest(segment, start)
         return np.concatenate((start, rest))
 
     def _rest(self, segment: ManeuverSegment, start: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the settled states of terms, and their derivatives by the polar ones."""
-        names = self.engine.kernel.state_names[: len(start)]
-        state = [float(x) for x in segment.drives.samples.states[:, 0]]
-        inputs = [float(x) for x in segment.drives.samples.inputs[:, 0]]
+        names = self.trajectory_solver.kernel.state_names[: len(start)]
+        state = [float(x) for x in segment.forcing.samples.states[:, 0]]
+        inputs = [float(x) for x in segment.forcing.samples.inputs[:, 0]]
 
         def settled(at: FloatArray) -> FloatArray:
             full = list(state)
             for name, value in zip(names, at, strict=True):
                 full[POLAR_STATES.index(name)] = float(value)
-            return np.array(self.model.resting_states(full, inputs), dtype=np.float64)
+            return np.array(self.model.steady_states(full, inputs), dtype=np.float64)
 
         step = 1e-6
         slopes = [
@@ -276,7 +276,7 @@ class ManeuverProblem:
         ]
         return settled(start), np.array(slopes).T
 
-    def accept(self) -> None:
+    def accept_trial(self) -> None:
         """Make the tried trajectories the last accepted ones."""
         for segment in self.segments:
             if segment.trial is not None:
@@ -291,7 +291,7 @@ class ManeuverProblem:
 
     def _state_columns(self, index: int) -> list[int]:
         """Return the columns (global, then local) that the states of a segment depend on."""
-        width, kernel = len(self.initial), len(self.engine.kernel.free)
+        width, kernel = len(self.initial), len(self.trajectory_solver.kernel.free)
         first = self.shared_count + index * width
         return [*range(kernel), *range(first, first + width)]
 
@@ -302,19 +302,19 @@ class ManeuverProblem:
         """
         self._update_inputs(shared)
         values = self.values(shared)
-        kernel = self.engine.kernel
+        kernel = self.trajectory_solver.kernel
         found = []
         for index, segment in enumerate(self.segments):
             width = len(self.initial)
             by_start = np.zeros((len(kernel.state_names), width))
             by_start[list(self.initial), range(width)] = 1.0
-            if segment.by_rest is not None:
-                by_start[-len(segment.by_rest) :] = segment.by_rest[:, list(self.initial)]
-            S, segment.Phi = self.engine.sensitivities(
-                segment.drives, self.dt, values, segment.x, by_start
+            if segment.rest_derivatives is not None:
+                by_start[-len(segment.rest_derivatives) :] = segment.rest_derivatives[:, list(self.initial)]
+            S, segment.Phi = self.trajectory_solver.sensitivities(
+                segment.forcing, self.dt, values, segment.x, by_start
             )
             segment.S = S
-            y, dy = kernel.output_sensitivities(segment.drives.samples, segment.x, values, S)
+            y, dy = kernel.output_sensitivities(segment.forcing.samples, segment.x, values, S)
             total = np.zeros((len(y), self.shared_count + len(local), y.shape[1]))
             free = len(kernel.free)
             first = self.shared_count + index * width
@@ -322,7 +322,7 @@ class ManeuverProblem:
             total[:, first : first + width] = dy[:, free:]
             self._recorded(y, shared, local, total)
             if not segment.complete:
-                total *= segment.counted[:, None, :]
+                total *= segment.valid[:, None, :]
             found.append(total)
         return found
 
@@ -382,14 +382,14 @@ class EstimationProblem:
     ----------
     names : GlobalParameters
     parts : tuple of ManeuverProblem
-    unmoved : mapping of str to str
+    unexcited : mapping of str to str
         Derivatives taken out of the free set, each with why.
     remarks : tuple of str
     """
 
     names: GlobalParameters
     parts: tuple[ManeuverProblem, ...]
-    unmoved: Mapping[str, str]
+    unexcited: Mapping[str, str]
     remarks: tuple[str, ...]
 
     @property
@@ -398,7 +398,7 @@ class EstimationProblem:
         local = [name for part in self.parts for name in part.local_names]
         return (*self.names.all, *local)
 
-    def columns(self, index: int) -> slice:
+    def unknown_indices(self, index: int) -> slice:
         """Return the places of a maneuver's own unknowns."""
         first = len(self.names.all) + sum(len(part.local_names) for part in self.parts[:index])
         return slice(first, first + len(self.parts[index].local_names))

@@ -120,7 +120,7 @@ def build_problem(
         for maneuver, motion in zip(maneuvers, motions, strict=True)
     )
     remarks = tuple(dict.fromkeys(remark for part in parts for remark in part.remarks))
-    return EstimationProblem(names=names, parts=parts, unmoved=unmoved, remarks=remarks)
+    return EstimationProblem(names=names, parts=parts, unexcited=unmoved, remarks=remarks)
 
 
 # --- what is free -------------------------------------------------------------------------------
@@ -278,10 +278,10 @@ def _build_maneuver_problem(
         dt=maneuver.dt,
         motion=motion,
         model=model,
-        engine=engine,
+        trajectory_solver=engine,
         names=names,
         base=base,
-        places=[model.parameter_names.index(name) for name in names.equations],
+        parameter_indices=[model.parameter_names.index(name) for name in names.equations],
         responses=responses,
         segments=[],
         weights=weights,
@@ -296,7 +296,7 @@ def _build_maneuver_problem(
         control_paths=_held_paths(model.control_terms, settings),
         sensor_paths=_held_paths(model.sensor_terms, settings),
     )
-    inputs, by_path = problem.driven_inputs(_model_start_values(names, model, settings))
+    inputs, by_path = problem.effective_inputs(_model_start_values(names, model, settings))
     rows = [POLAR_STATES.index(name) for name in states]
     for part in parts:
         drives = build_segment_forcing(
@@ -310,15 +310,15 @@ def _build_maneuver_problem(
         extra = len(kernel.state_names) - len(rows)
         if extra:
             full = list(motion.states.T[:, part])
-            settled = model.resting_states(full, list(inputs[:, part]))
+            settled = model.steady_states(full, list(inputs[:, part]))
             guess = np.vstack([guess, *(np.broadcast_to(x, guess.shape[1:]) for x in settled)])
         problem.segments.append(
             ManeuverSegment(
-                part=part,
+                sample_slice=part,
                 measured=np.where(counted[:, part], np.nan_to_num(measured[:, part]), 0.0),
-                counted=counted[:, part],
+                valid=counted[:, part],
                 complete=bool(counted[:, part].all()),
-                drives=drives,
+                forcing=drives,
                 x=np.ascontiguousarray(guess),
             )
         )
@@ -499,7 +499,7 @@ def _with_smoothed_airspeed(motion: MeasuredMotion, dt: float, cutoff: float) ->
     if math.isinf(cutoff):
         return motion
     filtering = build_smoother(dt, cutoff)
-    reach = filtering.reach
+    reach = filtering.half_width
     states, inputs = motion.states.copy(), motion.inputs.copy()
     speed, density = POLAR_STATES.index("V"), MODEL_INPUTS.index("rho")
     breaks = np.flatnonzero(np.diff(motion.times) > 2.5 * dt) + 1
@@ -521,8 +521,8 @@ def _missing_input_samples(motion: MeasuredMotion, settings: MLSettings) -> Bool
     matters = {"lon": (), "lat": ("alpha", "q"), "both": ()}[settings.axis]
     lost = np.zeros(len(motion.times), dtype=bool)
     for name in (*AXIS_SURFACES[settings.axis], *matters):
-        if name in motion.filled:
-            lost |= motion.filled[name]
+        if name in motion.interpolated:
+            lost |= motion.interpolated[name]
     return lost
 
 
@@ -534,7 +534,7 @@ def _segments(
     good = np.ones(times.size, dtype=bool)
     remarks = []
     for surface in AXIS_SURFACES[settings.axis]:
-        for gap in contiguous_slices(motion.filled[surface]) if surface in motion.filled else ():
+        for gap in contiguous_slices(motion.interpolated[surface]) if surface in motion.interpolated else ():
             if (gap.stop - gap.start) * dt > MAX_INPUT_GAP:
                 good[gap] = False
                 remarks.append(

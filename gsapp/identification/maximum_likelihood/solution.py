@@ -137,14 +137,14 @@ def _maneuver_residuals(
     measured, computed, segments = [], [], []
     start = 0
     for segment in one.segments:
-        measured.append(np.where(segment.counted, segment.measured, np.nan))
+        measured.append(np.where(segment.valid, segment.measured, np.nan))
         computed.append(np.asarray(segment.y))
         segments.append(slice(start, start + segment.measured.shape[1]))
         start = segments[-1].stop
     shown, expected = np.concatenate(measured, axis=1).T, np.concatenate(computed, axis=1).T
     return ManeuverResiduals(
         maneuver=one.id,
-        times=np.concatenate([one.motion.times[segment.part] for segment in one.segments]),
+        times=np.concatenate([one.motion.times[segment.sample_slice] for segment in one.segments]),
         responses=one.responses,
         measured=shown,
         computed=expected,
@@ -153,7 +153,7 @@ def _maneuver_residuals(
         sensitivities=np.ascontiguousarray(
             np.concatenate(solved.sensitivities[index], axis=2).transpose(2, 0, 1)
         ),
-        columns=np.r_[0 : len(problem.names.all), problem.columns(index)],
+        columns=np.r_[0 : len(problem.names.all), problem.unknown_indices(index)],
         whiteness=evaluate_whiteness(
             shown - expected, None if len(segments) == 1 else segments, dt=one.dt
         ),
@@ -179,9 +179,9 @@ def _estimate(
     first = problem.parts[0]
     held = dict(zip(first.model.parameter_names, first.base, strict=True))
     for name in dict.fromkeys((*axis_derivatives(settings.axis), *shared)):
-        if name in problem.unmoved:
+        if name in problem.unexcited:
             derivatives[name] = DerivativeEstimate(
-                value=None, status="unknown", why=problem.unmoved[name]
+                value=None, status="unknown", why=problem.unexcited[name]
             )
         elif name not in shared:
             derivatives[name] = DerivativeEstimate(value=float(held[name]), status="held")
@@ -230,7 +230,7 @@ def _estimate(
         if gusts:
             gusty.append(part.maneuver)
         unseen = unseen or unmeasured_input_warning(one, part, settings)
-    found = replace(found, warnings=tuple(dict.fromkeys(warnings)), gusty=tuple(gusty))
+    found = replace(found, warnings=tuple(dict.fromkeys(warnings)), gusty_maneuvers=tuple(gusty))
     return withhold_values(found, unseen) if unseen else found
 
 

@@ -108,7 +108,7 @@ class Solver:
         self._progress = progress
         self._shared = len(problem.names.all)
         self._counts = [
-            sum((segment.counted.sum(axis=1) for segment in part.segments), np.zeros(1))
+            sum((segment.valid.sum(axis=1) for segment in part.segments), np.zeros(1))
             for part in problem.parts
         ]
         self._floors = [_noise_floors(part) for part in problem.parts]
@@ -137,12 +137,12 @@ class Solver:
         shared = unknowns[: self._shared]
         residuals: list[list[FloatArray]] = []
         for index, part in enumerate(self.problem.parts):
-            own = self.problem.columns(index)
+            own = self.problem.unknown_indices(index)
             moved = None
             if before is not None:
                 change = unknowns - before
                 moved = np.concatenate((change[: self._shared], change[own]))
-            found = part.try_point(shared, unknowns[own], moved)
+            found = part.evaluate_residuals(shared, unknowns[own], moved)
             if found is None:
                 return None
             residuals.append(found)
@@ -228,7 +228,7 @@ class Solver:
         weights = self.weights(point)
         everything = []
         for index, part in enumerate(self.problem.parts):
-            own = self.problem.columns(index)
+            own = self.problem.unknown_indices(index)
             parts = part.sensitivities(shared, point.unknowns[own])
             everything.append(parts)
             block, side = _normal_equations(parts, point.residuals[index], weights[index])
@@ -309,7 +309,7 @@ class Solver:
 
     def _accept(self) -> None:
         for part in self.problem.parts:
-            part.accept()
+            part.accept_trial()
 
     def _descend(
         self, point: FitPoint, H: FloatArray, g: FloatArray, step: FloatArray, *, blindly: bool

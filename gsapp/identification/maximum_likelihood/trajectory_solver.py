@@ -41,14 +41,14 @@ class SegmentForcing:
     halfway: Forcing
 
     @property
-    def before(self) -> Forcing:
+    def at_step_start(self) -> Forcing:
         """Return the drive at the start of every step."""
-        return self.samples.part(slice(0, -1))
+        return self.samples.select_instants(slice(0, -1))
 
     @property
-    def after(self) -> Forcing:
+    def at_step_end(self) -> Forcing:
         """Return the drive at the end of every step."""
-        return self.samples.part(slice(1, None))
+        return self.samples.select_instants(slice(1, None))
 
 
 def build_segment_forcing(
@@ -66,8 +66,8 @@ def build_segment_forcing(
 
     between = None if by_path is None else halfway(by_path)
     return SegmentForcing(
-        samples=kernel.drive(states, inputs, by_path, values),
-        halfway=kernel.drive(halfway(states), halfway(inputs), between, values),
+        samples=kernel.build_forcing(states, inputs, by_path, values),
+        halfway=kernel.build_forcing(halfway(states), halfway(inputs), between, values),
     )
 
 
@@ -151,12 +151,12 @@ class TrajectorySolver:
     ) -> FloatArray:
         """Return F_k(x_k) for x of shape (n_states, n - 1)."""
         rates = self.kernel.rates
-        k1 = rates(drives.before, x, values)
+        k1 = rates(drives.at_step_start, x, values)
         if self._integration == "euler":
             return x + h * k1
         k2 = rates(drives.halfway, x + 0.5 * h * k1, values)
         k3 = rates(drives.halfway, x + 0.5 * h * k2, values)
-        k4 = rates(drives.after, x + h * k3, values)
+        k4 = rates(drives.at_step_end, x + h * k3, values)
         stepped: FloatArray = x + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
         return stepped
 
@@ -169,9 +169,9 @@ class TrajectorySolver:
         values: FloatArray,
     ) -> list[_Result]:
         """Return what a method of the kernel, rates first, gives at every stage of the steps."""
-        found = [evaluate(drives.before, x, values)]
+        found = [evaluate(drives.at_step_start, x, values)]
         if self._integration == "rk4":
-            halfway, after = drives.halfway, drives.after
+            halfway, after = drives.halfway, drives.at_step_end
             for drive, reach in ((halfway, 0.5 * h), (halfway, 0.5 * h), (after, h)):
                 found.append(evaluate(drive, x + reach * found[-1][0], values))
         return found
@@ -180,7 +180,7 @@ class TrajectorySolver:
         self, drives: SegmentForcing, x: FloatArray, h: float, values: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return F_k and Phi_k, shape (n_states, n_states, n - 1)."""
-        stages = self._stages(self.kernel.slopes, drives, x, h, values)
+        stages = self._stages(self.kernel.jacobian, drives, x, h, values)
         Phi, _ = _step_jacobians([f_x for _, f_x in stages], h)
         rates = [f for f, _ in stages]
         if len(rates) == 1:
@@ -233,7 +233,7 @@ class TrajectorySolver:
         """
         with np.errstate(all="ignore"):
             found = None
-            if Phi is not None and self.kernel.slopes_are_dear:
+            if Phi is not None and self.kernel.jacobian_is_expensive:
                 found = self._newton(drives, h, values, start, guess, Phi)
             if found is None:
                 found = self._newton(drives, h, values, start, guess, None)
@@ -280,8 +280,8 @@ class TrajectorySolver:
         x[:, 0] = start
         for k in range(count - 1):
             one = SegmentForcing(
-                samples=drives.samples.part(slice(k, k + 2)),
-                halfway=drives.halfway.part(slice(k, k + 1)),
+                samples=drives.samples.select_instants(slice(k, k + 2)),
+                halfway=drives.halfway.select_instants(slice(k, k + 1)),
             )
             x[:, k + 1 : k + 2] = self._step(one, x[:, k : k + 1], h, values)
             if not np.abs(x[:, k + 1]).max() < _DIVERGENCE_LIMIT:

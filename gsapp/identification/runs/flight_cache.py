@@ -92,7 +92,7 @@ class FlightCache:
         """
         return self._entry(opening, doing).flight
 
-    def surveyed(
+    def detected_maneuvers(
         self,
         opening: FlightOpenRequest,
         *,

@@ -30,20 +30,20 @@ class FlightSelection:
     ----------
     cut : tuple of Maneuver
         To be used.
-    found : tuple of DetectedManeuver
+    detected : tuple of DetectedManeuver
         The same, as they stand in the flight.
     stored : tuple of DetectedManeuver
         What a catalog is told of: all of the flight, or those that were named.
     remarks : tuple of str
-    why_none : str
+    no_maneuvers_text : str
         Why none was cut; empty where one was.
     """
 
     cut: tuple[Maneuver, ...]
-    found: tuple[DetectedManeuver, ...]
+    detected: tuple[DetectedManeuver, ...]
     stored: tuple[DetectedManeuver, ...]
     remarks: tuple[str, ...]
-    why_none: str = ""
+    no_maneuvers_text: str = ""
 
 
 def select_maneuvers(
@@ -85,7 +85,7 @@ def selected_maneuvers(
             found=one,
         )
         for path, own in zip(request.flights, flown, strict=True)
-        for one in own.found
+        for one in own.detected
     )
 
 
@@ -101,7 +101,7 @@ def _all_flight_maneuvers(
         named = tuple(
             f"{window.start!r}:{window.stop!r}" for window in windows if window.flight == number
         )
-        surveyed = shelf.surveyed(opening, windows=named, as_found=request.as_found, doing=doing)
+        surveyed = shelf.detected_maneuvers(opening, windows=named, as_found=request.as_found, doing=doing)
         every = request.every_grade or bool(named)
         prefix = _prefix(request, number)
         opened = shelf.open(opening).opened
@@ -109,11 +109,11 @@ def _all_flight_maneuvers(
         ids = {one.id.removeprefix(prefix) for one in own.maneuvers}
         flown.append(
             FlightSelection(
-                found=tuple(found for found in surveyed.maneuvers if found.id in ids),
+                detected=tuple(found for found in surveyed.maneuvers if found.id in ids),
                 cut=own.maneuvers,
                 stored=surveyed.maneuvers,
                 remarks=own.remarks,
-                why_none=own.why_none,
+                no_maneuvers_text=own.no_maneuvers_text,
             )
         )
     return tuple(flown)
@@ -147,9 +147,9 @@ def _requested_maneuvers(
             if own.found is not None and _is_same_maneuver(own.found, own)
         )
         if len(found) < len(named):
-            surveyed = shelf.surveyed(opening, latest=False, doing=doing)
+            surveyed = shelf.detected_maneuvers(opening, latest=False, doing=doing)
             found = tuple(_detected_maneuver(own, surveyed, opened) for own in named)
-        flown.append(FlightSelection(found=found, cut=cut, stored=found, remarks=opened.remarks))
+        flown.append(FlightSelection(detected=found, cut=cut, stored=found, remarks=opened.remarks))
     return tuple(flown)
 
 

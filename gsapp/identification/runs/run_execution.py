@@ -78,9 +78,9 @@ def execute_run(
     shelved = [shelf.open(opening) for opening in flight_open_requests(request)]
     if not any(own.cut for own in flown):
         why = "; ".join(
-            f"{one.opened.flight.name}: {own.why_none}"
+            f"{one.opened.flight.name}: {own.no_maneuvers_text}"
             for one, own in zip(shelved, flown, strict=True)
-            if own.why_none
+            if own.no_maneuvers_text
         )
         raise FlightError(
             f"no maneuver to estimate from{': ' if why else ''}{why}; name windows with "
@@ -108,9 +108,9 @@ def execute_run(
     ]
     # Of mass and inertia: moments rest on them.
     doubts = [
-        f"{one.opened.file.name}: {doubt}"
+        f"{one.opened.file_aircraft.name}: {doubt}"
         for one in shelved
-        for doubt in file_warnings(one.opened.file)
+        for doubt in file_warnings(one.opened.file_aircraft)
     ]
     return RunOutcome(
         request=replace(request, maneuvers=selected_maneuvers(request, flown), settings=settings),
@@ -129,7 +129,7 @@ def execute_run(
             for words in uncalibrated_text(one.opened.flight)
         ),
         flights=tuple(
-            FlightEntry.of(
+            FlightEntry.from_flight(
                 one.opened.flight,
                 own.stored,
                 aircraft=one.opened.aircraft.name,

@@ -29,14 +29,14 @@ class RepeatedRun:
     Attributes
     ----------
     outcome : RunOutcome
-    same : bool
+    is_identical : bool
         Whether every value and bound of every maneuver is the same to the last bit.
     differences : tuple of str
         Files and versions that changed since, and values that differ, in words.
     """
 
     outcome: RunOutcome
-    same: bool
+    is_identical: bool
     differences: tuple[str, ...]
 
 
@@ -74,7 +74,7 @@ def repeat_run(
     )
     if other and not around:
         other = (*other, "files and versions are the same: the program itself was changed since")
-    return RepeatedRun(outcome=outcome, same=not other, differences=(*around, *other))
+    return RepeatedRun(outcome=outcome, is_identical=not other, differences=(*around, *other))
 
 
 def version_differences(before: Mapping[str, str], now: Mapping[str, str]) -> Iterator[str]:

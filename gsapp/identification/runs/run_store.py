@@ -44,7 +44,7 @@ class StoredRun:
     number : int
     label : str
         What the user calls it; may be empty.
-    when : datetime
+    created_at : datetime
     method : {"ml", "ee", "ftr"}
     axis : {"lon", "lat", "both"}
     aircraft : str
@@ -62,7 +62,7 @@ class StoredRun:
         before these were has those of the report.
     failures : mapping of str to str
         Why, by id of the maneuver that gave nothing.
-    wild : tuple of str
+    outlying_maneuvers : tuple of str
         Maneuvers whose values lie far off in several derivatives.
     bounds_ratio : float or None
         Scatter over bounds, 1 if they are honest; None where nothing was flown three times.
@@ -77,7 +77,7 @@ class StoredRun:
 
     number: int
     label: str
-    when: datetime
+    created_at: datetime
     method: str
     axis: str
     aircraft: str
@@ -87,7 +87,7 @@ class StoredRun:
     values: Mapping[str, CampaignValue]
     campaign: Mapping[str, CampaignValue]
     failures: Mapping[str, str]
-    wild: tuple[str, ...]
+    outlying_maneuvers: tuple[str, ...]
     bounds_ratio: float | None
     remarks: tuple[str, ...]
     inputs: tuple[InputFile, ...]
@@ -133,7 +133,7 @@ def save_run(catalog: Catalog, outcome: RunOutcome) -> int:
     check_storable(catalog.path, outcome.request.calibration)
     record = _run_record(catalog, outcome)
     model = outcome.request.settings.model
-    with catalog.writing():
+    with catalog.transaction():
         places = _store_flights(catalog, outcome)
         if model is not None:
             text = toml_text(model.model_dump(exclude_none=True))
@@ -260,7 +260,7 @@ def _store_flights(catalog: Catalog, outcome: RunOutcome) -> dict[str, CatalogMa
 def _result_json(outcome: RunOutcome) -> dict[str, Any]:
     summary = outcome.summary
     campaign = campaign_values(
-        [one.estimate for one in outcome.result.results if one.maneuver.id not in summary.without]
+        [one.estimate for one in outcome.result.results if one.maneuver.id not in summary.excluded_maneuvers]
     )
     return {
         "maneuvers": len(outcome.result.results),
@@ -269,7 +269,7 @@ def _result_json(outcome: RunOutcome) -> dict[str, Any]:
         "failures": {
             one.maneuver.id: one.failure for one in outcome.result.results if one.estimate is None
         },
-        "wild": [one.maneuver for one in summary.wild],
+        "wild": [one.maneuver for one in summary.outlying_maneuvers],
         "bounds_ratio": summary.bounds_ratio,
         "remarks": [*outcome.remarks, *outcome.result.remarks],
     }
@@ -280,7 +280,7 @@ def _stored_run(catalog: Catalog, record: CampaignRun) -> StoredRun:
         return StoredRun(
             number=record.number or 0,
             label=record.label,
-            when=datetime.fromisoformat(record.made_at),
+            created_at=datetime.fromisoformat(record.made_at),
             method=record.method,
             axis=record.axis,
             aircraft=record.aircraft,
@@ -290,7 +290,7 @@ def _stored_run(catalog: Catalog, record: CampaignRun) -> StoredRun:
             values=_campaign_values(record.result["values"]),
             campaign=_campaign_values(record.result.get("campaign", record.result["values"])),
             failures=record.result["failures"],
-            wild=tuple(record.result["wild"]),
+            outlying_maneuvers=tuple(record.result["wild"]),
             bounds_ratio=record.result["bounds_ratio"],
             remarks=tuple(record.result["remarks"]),
             inputs=record.inputs,

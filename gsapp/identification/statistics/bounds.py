@@ -241,16 +241,16 @@ class _SpectralWorkspace:
             count, part.segments, default_lags(count) if lags is None else lags
         )
         self._taper = bartlett(self._layout.lags)[:, None, None]
-        self._shares = self._layout.shares[:, None, None]
+        self._shares = self._layout.frequency_weights[:, None, None]
         counted = np.isfinite(part.v)
         self._lost = None if counted.all() else ~counted
-        self._per_pair = self._layout.per_pair(counted)
+        self._per_pair = self._layout.pair_normalization(counted)
         self._C = residual_autocovariance(part.v, self._layout) if lagged is None else lagged
         self.lagged = self._C
         self._density = self._layout.spectrum_of_lags(self._C * self._taper)
         rows = (self._layout.length, responses, width)
         self._row, self._other = np.zeros(rows), np.empty(rows)
-        self._layout.lay(_mask_sensitivities(part.S, part.v), self._row)
+        self._layout.scatter(_mask_sensitivities(part.S, part.v), self._row)
         self._S: ComplexArray = np.fft.rfft(self._row, axis=0)
         self._scratch = np.empty_like(self._S)
 

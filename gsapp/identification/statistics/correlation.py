@@ -57,7 +57,7 @@ class LagLayout:
         self.whole = len(self.pieces) == 1
         self.length = next_fast_len(max(start, 2 * lags + 1), real=True)
 
-    def lay(self, columns: FloatArray, row: FloatArray) -> None:
+    def scatter(self, columns: FloatArray, row: FloatArray) -> None:
         """Write columns (n, ...) into a row (length, ...) that is zero elsewhere."""
         for source, target in self.pieces:
             row[target] = columns[source]
@@ -77,14 +77,14 @@ class LagLayout:
         spectra = self._spectra(columns)
         return self.lags_of(spectra.conj()[:, :, None] * spectra[:, None, :])
 
-    def own_sums(self, columns: FloatArray) -> FloatArray:
+    def autocovariance_sums(self, columns: FloatArray) -> FloatArray:
         """Return the lagged sums of each column with itself alone, shape (2 lags + 1, m)."""
         spectra = self._spectra(columns)
         return self.lags_of(spectra.conj() * spectra)
 
     def _spectra(self, columns: FloatArray) -> ComplexArray:
         row = np.zeros((self.length, columns.shape[1]))
-        self.lay(columns, row)
+        self.scatter(columns, row)
         spectra: ComplexArray = rfft(row, axis=0)
         return spectra
 
@@ -95,14 +95,14 @@ class LagLayout:
         return found
 
     @property
-    def shares(self) -> FloatArray:
+    def frequency_weights(self) -> FloatArray:
         """Return what to multiply products of spectra by, so that they add up to sums over time."""
         shares = np.full(self.length // 2 + 1, 1.0 / self.length)
         # The spectrum of a real row: all frequencies but the ends count twice.
         shares[1 : (self.length + 1) // 2] *= 2.0
         return shares
 
-    def pairs(self, counted: BoolArray) -> FloatArray:
+    def pair_counts(self, counted: BoolArray) -> FloatArray:
         """Return how many pairs of samples that count lie j apart, as `lagged_sums`."""
         found: FloatArray
         if self.whole and counted.all():
@@ -112,10 +112,10 @@ class LagLayout:
             found = np.rint(self.lagged_sums(counted.astype(np.float64)))
         return found
 
-    def per_pair(self, counted: BoolArray) -> FloatArray:
+    def pair_normalization(self, counted: BoolArray) -> FloatArray:
         """Return the factors that turn sums over pairs into autocovariances, as `lagged_sums`."""
         count = len(counted)
-        pairs = self.pairs(counted)
+        pairs = self.pair_counts(counted)
         shrink = 1.0 - np.abs(np.arange(-self.lags, self.lags + 1)) / count
         factors: FloatArray = shrink[:, None, None] / np.maximum(pairs, 1.0)
         return factors
@@ -137,7 +137,7 @@ def residual_autocovariance(v: FloatArray, layout: LagLayout) -> FloatArray:
     """
     counted = np.isfinite(v)
     sums = layout.lagged_sums(np.where(counted, v, 0.0))
-    return sums * layout.per_pair(counted)
+    return sums * layout.pair_normalization(counted)
 
 
 def bartlett(lags: int) -> FloatArray:

@@ -53,17 +53,17 @@ class TurbulenceDetection:
     ----------
     direction : {"vertical", "lateral"}
     detected : bool
-    together : float
+    force_coherence : float
         Correlation of the residuals of flow angle and acceleration, in the band.
-    gust : float
+    gust_std : float
         Standard deviation, in the band, of the air that moved, m/s: of Dryden gusts about half.
         In calm air it is the noise of the vane, times the speed.
     """
 
     direction: Literal["vertical", "lateral"]
     detected: bool
-    together: float
-    gust: float
+    force_coherence: float
+    gust_std: float
 
     @property
     def warning(self) -> str:
@@ -73,8 +73,8 @@ class TurbulenceDetection:
         angle, force = ("alpha", "a_n") if self.direction == "vertical" else ("beta", "a_y")
         return (
             f"turbulence: the residuals of {angle} and {force} go together (correlation "
-            f"{self.together:.2f}) as only {self.direction} gusts, here of about "
-            f"{self.gust:.1f} m/s, make them; values and bounds of output error suffer, compare "
+            f"{self.force_coherence:.2f}) as only {self.direction} gusts, here of about "
+            f"{self.gust_std:.1f} m/s, make them; values and bounds of output error suffer, compare "
             "equation error"
         )
 
@@ -186,8 +186,8 @@ class _BandPowers:
                 detected=together > MIN_FORCE_COHERENCE
                 and against > MIN_KINEMATIC_COHERENCE
                 and self._free > MIN_NOISE_RATIO * noise,
-                together=together,
-                gust=V * (self._free / self._parts) ** 0.5,
+                force_coherence=together,
+                gust_std=V * (self._free / self._parts) ** 0.5,
             )
         ]
 

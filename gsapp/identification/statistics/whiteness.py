@@ -70,7 +70,7 @@ def evaluate_whiteness(
     lags = default_lags(len(v))
     layout = LagLayout(len(v), segments, lags)
     counted = np.isfinite(v)
-    sums = layout.own_sums(np.where(counted, v, 0.0))
+    sums = layout.autocovariance_sums(np.where(counted, v, 0.0))
     return tuple(
         _evaluate_response(sums[:, index], counted[:, [index]], layout, dt)
         for index in range(v.shape[1])
@@ -84,7 +84,7 @@ def _evaluate_response(
     count, lags = len(counted), layout.lags
     samples = int(counted.sum())
     edge = min(2.0 * LOW_FREQUENCY_HZ * dt, 1.0)
-    own = sums * layout.per_pair(counted)[:, 0, 0]
+    own = sums * layout.pair_normalization(counted)[:, 0, 0]
     if samples < MIN_WHITENESS_SAMPLES or not own[lags] > 0.0:
         return Whiteness(
             p_value=1.0, low_frequency_share=np.nan, white_share=edge, inflation=np.nan, white=True
@@ -94,7 +94,7 @@ def _evaluate_response(
     tapered = rho * bartlett(lags)
     # Ljung-Box by the means over the pairs that there are.
     after = slice(lags + 1, lags + 1 + min(PORTMANTEAU_LAGS, lags))
-    pairs = layout.pairs(counted)[after, 0, 0]
+    pairs = layout.pair_counts(counted)[after, 0, 0]
     mean = rho[after] / (1.0 - j[after] / count)
     statistic = (samples + 2.0) / samples * float((mean * mean * pairs).sum())
     p_value = float(chdtrc(pairs.size, statistic))

@@ -27,14 +27,14 @@ class BoundConsistency:
     p_value : float
         Chance of at least so large a ratio, were they honest and the derivative the same in all
         maneuvers.
-    between : float
+    between_maneuver_std : float
         Standard deviation from maneuver to maneuver that the bounds do not explain, per radian
         (Paule and Mandel's estimate); 0 if they explain all.
     """
 
     ratio: float
     p_value: float
-    between: float
+    between_maneuver_std: float
 
 
 def assess_bound_consistency(values: FloatArray, stds: FloatArray) -> BoundConsistency | None:
@@ -46,7 +46,7 @@ def assess_bound_consistency(values: FloatArray, stds: FloatArray) -> BoundConsi
     return BoundConsistency(
         ratio=math.sqrt(squares / freedom),
         p_value=float(chi2.sf(squares, freedom)),
-        between=_paule_mandel_std(values, stds),
+        between_maneuver_std=_paule_mandel_std(values, stds),
     )
 
 

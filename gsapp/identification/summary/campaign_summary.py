@@ -54,13 +54,13 @@ class DerivativeSummary:
     value : CampaignValue
         Mean of the points that stand, each weighted by its own bound and what they scatter beyond
         bounds from maneuver to maneuver (`BoundConsistency.between`) together; so is its bound.
-    honesty : BoundConsistency or None
+    bound_consistency : BoundConsistency or None
         Their scatter against their bounds; None for fewer than three, and for constants whose
         bounds hold the zero of an instrument.
     trends : tuple of ConditionTrend
     excluded : tuple of DerivativePoint
         Those left out by hand.
-    unfit : tuple of DerivativePoint
+    nonconverged_points : tuple of DerivativePoint
         Where fits that did not converge stood when they stopped; not among `points`.
     """
 
@@ -68,22 +68,22 @@ class DerivativeSummary:
     points: tuple[DerivativePoint, ...]
     outliers: tuple[Outlier, ...]
     value: CampaignValue
-    honesty: BoundConsistency | None
+    bound_consistency: BoundConsistency | None
     trends: tuple[ConditionTrend, ...]
     excluded: tuple[DerivativePoint, ...] = ()
-    unfit: tuple[DerivativePoint, ...] = ()
+    nonconverged_points: tuple[DerivativePoint, ...] = ()
 
     @property
-    def between(self) -> float:
+    def between_maneuver_std(self) -> float:
         """Return the standard deviation from maneuver to maneuver beyond the bounds, per radian."""
-        return 0.0 if self.honesty is None else self.honesty.between
+        return 0.0 if self.bound_consistency is None else self.bound_consistency.between_maneuver_std
 
     def bound(self, point: DerivativePoint) -> float:
         """Return the bound of a point with what differs between maneuvers in it, per radian."""
-        return math.hypot(point.std, self.between)
+        return math.hypot(point.std, self.between_maneuver_std)
 
     @property
-    def kept(self) -> tuple[DerivativePoint, ...]:
+    def included_points(self) -> tuple[DerivativePoint, ...]:
         """Return the points that stand."""
         out = {one.point.maneuver for one in self.outliers}
         out.update(one.maneuver for one in self.excluded)
@@ -98,7 +98,7 @@ class OutlyingManeuver:
     ----------
     maneuver : str
     derivatives : tuple of str
-    of : int
+    derivative_count : int
         Derivatives that it gave in all.
     fits_well : bool
         Whether its fit is good all the same: then it is its data or its conditions that differ.
@@ -107,7 +107,7 @@ class OutlyingManeuver:
 
     maneuver: str
     derivatives: tuple[str, ...]
-    of: int
+    derivative_count: int
     fits_well: bool
     reasons: tuple[str, ...]
 
@@ -120,19 +120,19 @@ class CampaignSummary:
     ----------
     derivatives : mapping of str to DerivativeSummary
         In the order of the build-up.
-    wild : tuple of OutlyingManeuver
+    outlying_maneuvers : tuple of OutlyingManeuver
         The worst first.
     bounds_ratio : float or None
         Scatter over bounds of all derivatives together: the median of their ratios. 1 if the
         bounds are honest; None where nothing was flown three times.
-    without : frozenset of str
+    excluded_maneuvers : frozenset of str
         Maneuvers left out by hand.
     """
 
     derivatives: Mapping[str, DerivativeSummary]
-    wild: tuple[OutlyingManeuver, ...]
+    outlying_maneuvers: tuple[OutlyingManeuver, ...]
     bounds_ratio: float | None
-    without: frozenset[str] = frozenset()
+    excluded_maneuvers: frozenset[str] = frozenset()
 
 
 def summarize_campaign(result: CampaignResult, *, without: Collection[str] = ()) -> CampaignSummary:
@@ -157,14 +157,14 @@ def summarize_campaign(result: CampaignResult, *, without: Collection[str] = ())
         if any(one.maneuver not in out for one in points[name])
     }
     unfit = collect_points(result, converged=False)
-    found = {name: replace(one, unfit=unfit.get(name, ())) for name, one in found.items()}
+    found = {name: replace(one, nonconverged_points=unfit.get(name, ())) for name, one in found.items()}
     found = _with_significant_trends(found)
-    ratios = [one.honesty.ratio for one in found.values() if one.honesty is not None]
+    ratios = [one.bound_consistency.ratio for one in found.values() if one.bound_consistency is not None]
     return CampaignSummary(
         derivatives=found,
-        wild=_outlying_maneuvers(found, by_id),
+        outlying_maneuvers=_outlying_maneuvers(found, by_id),
         bounds_ratio=float(np.median(ratios)) if ratios else None,
-        without=out.intersection(by_id),
+        excluded_maneuvers=out.intersection(by_id),
     )
 
 
@@ -178,7 +178,7 @@ def _with_significant_trends(
         ).tolist()
     )
     return {
-        name: replace(one, trends=tuple(replace(trend, proven=next(stand)) for trend in one.trends))
+        name: replace(one, trends=tuple(replace(trend, is_significant=next(stand)) for trend in one.trends))
         for name, one in found.items()
     }
 
@@ -197,7 +197,7 @@ def _summarize(
     offsets = np.array([one.offset for one in kept])
     # What all have in common does not scatter, and an instrument's zero may be another tomorrow.
     told = None if offsets.any() else assess_bound_consistency(values, stds)
-    between = 0.0 if told is None else told.between
+    between = 0.0 if told is None else told.between_maneuver_std
     return DerivativeSummary(
         name=name,
         points=every,
@@ -210,7 +210,7 @@ def _summarize(
             for place, sigmas in off.items()
         ),
         value=weighted_mean(values, np.hypot(stds, between), offsets),
-        honesty=told,
+        bound_consistency=told,
         trends=fit_condition_trends(kept),
         excluded=tuple(one for one in every if one.maneuver in without),
     )
@@ -237,11 +237,11 @@ def _outlying_maneuvers(
             OutlyingManeuver(
                 maneuver=maneuver,
                 derivatives=tuple(outliers),
-                of=of,
+                derivative_count=of,
                 fits_well=bool(fits) and min(fit.r2 for fit in fits) > _GOOD_FIT,
                 reasons=tuple(
                     dict.fromkeys(text for one in outliers.values() for text in one.reasons)
                 ),
             )
         )
-    return tuple(sorted(found, key=lambda one: -len(one.derivatives) / one.of))
+    return tuple(sorted(found, key=lambda one: -len(one.derivatives) / one.derivative_count))

@@ -38,7 +38,7 @@ class ConditionTrend:
         Per radian and SI unit of the condition.
     p_value : float
         Of this trend by itself, without a look at how many were tried.
-    proven : bool
+    is_significant : bool
         Whether it stands with all trends of the campaign looked at (Holm).
     """
 
@@ -46,7 +46,7 @@ class ConditionTrend:
     slope: float
     std: float
     p_value: float
-    proven: bool = False
+    is_significant: bool = False
 
 
 def fit_condition_trends(points: tuple[DerivativePoint, ...]) -> tuple[ConditionTrend, ...]:
@@ -71,7 +71,7 @@ def _fit_trend(name: str, x: FloatArray, values: FloatArray, stds: FloatArray) -
     if squares > freedom:
         # The scatter about the line itself is what its slope is as sure as.
         told = assess_bound_consistency(values - slope * x, stds)
-        between = 0.0 if told is None else told.between
+        between = 0.0 if told is None else told.between_maneuver_std
         slope, spread, squares = _weighted_line(x, values, 1.0 / (stds**2 + between**2))
     spread *= math.sqrt(max(squares / freedom, 1.0))
     p_value = 2.0 * float(student.sf(abs(slope) / spread, freedom))

@@ -88,11 +88,11 @@ class AxisValidation:
     errors : mapping of str to mapping of str to float
         RMS error over range, percent, by model and output, over the traces; infinite where a
         model runs away.
-    whole : mapping of str to mapping of str to float
+    whole_flight_errors : mapping of str to mapping of str to float
         The same over the whole of the flights kept out, each from its first to its last maneuver
         without a start of its own (tables 7.4.1 and 7.4.2); empty where no flight was.
     traces : tuple of ValidationTrace
-    fitted, judged : tuple of str
+    fitted_maneuvers, validation_maneuvers : tuple of str
         Maneuvers.
     flights : tuple of str
         Names of whole flights that were kept out; empty where single maneuvers were.
@@ -104,10 +104,10 @@ class AxisValidation:
     models: Mapping[str, FittedModel]
     errors: Mapping[str, Mapping[str, float]]
     traces: tuple[ValidationTrace, ...]
-    fitted: tuple[str, ...]
-    judged: tuple[str, ...]
+    fitted_maneuvers: tuple[str, ...]
+    validation_maneuvers: tuple[str, ...]
     flights: tuple[str, ...] = ()
-    whole: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    whole_flight_errors: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -203,7 +203,7 @@ def validate_linear_models(
         if cut is not None and split.flights:
             try:
                 found[axis] = replace(
-                    found[axis], whole=_whole_flight_errors(found[axis], every, split, cut)
+                    found[axis], whole_flight_errors=_whole_flight_errors(found[axis], every, split, cut)
                 )
             except FlightError as error:
                 remarks.append(f"no {AXIS_NAMES[axis]} models are judged on whole flights: {error}")
@@ -317,8 +317,8 @@ def _validate_axis(
             for name in models
         },
         traces=traces,
-        fitted=tuple(one.id for one in split.fitted),
-        judged=tuple(one.id for one in split.judged),
+        fitted_maneuvers=tuple(one.id for one in split.fitted),
+        validation_maneuvers=tuple(one.id for one in split.judged),
         flights=split.flights,
     )
 
@@ -340,7 +340,7 @@ def _whole_flight_errors(
         name: errors_over_range(
             measured,
             np.vstack(
-                [simulate_outputs(model.at(part.dt), part, own_start=False) for part in stretches]
+                [simulate_outputs(model.discretized(part.dt), part, own_start=False) for part in stretches]
             ),
             one.outputs,
         )
@@ -359,7 +359,7 @@ def _validation_traces(
             inputs=one.inputs,
             measured=one.outputs,
             computed={
-                name: simulate_outputs(model.at(one.dt), one, own_start=True)
+                name: simulate_outputs(model.discretized(one.dt), one, own_start=True)
                 for name, model in models.items()
             },
         )

@@ -34,41 +34,41 @@ class MethodDifference:
     Attributes
     ----------
     name : str
-    likelihood, equations : (float, float) or None
+    maximum_likelihood, equation_error : (float, float) or None
         Value and bound by maximum likelihood and by equation error; None where not earned.
     """
 
     name: str
-    likelihood: ValueWithBound | None
-    equations: ValueWithBound | None
+    maximum_likelihood: ValueWithBound | None
+    equation_error: ValueWithBound | None
 
     @property
-    def apart(self) -> float | None:
+    def normalized_difference(self) -> float | None:
         """Return equation error less maximum likelihood, in joint bounds."""
-        if self.likelihood is None or self.equations is None:
+        if self.maximum_likelihood is None or self.equation_error is None:
             return None
-        (one, bound), (other, other_bound) = self.likelihood, self.equations
+        (one, bound), (other, other_bound) = self.maximum_likelihood, self.equation_error
         return (other - one) / math.hypot(bound, other_bound)
 
     @property
     def differs(self) -> bool:
         """Return whether the two lie farther apart than their bounds allow."""
-        return self.apart is not None and abs(self.apart) > SIGNIFICANT_SIGMAS
+        return self.normalized_difference is not None and abs(self.normalized_difference) > SIGNIFICANT_SIGMAS
 
 
 def compare_methods(result: ManeuverResult) -> tuple[MethodDifference, ...]:
     """Return both values of each derivative of a maneuver; empty where it flew in calm air."""
-    if result.estimate is None or result.beside is None:
+    if result.estimate is None or result.equation_error_estimate is None:
         return ()
-    return _method_differences(_estimated_values(result.estimate), _estimated_values(result.beside))
+    return _method_differences(_estimated_values(result.estimate), _estimated_values(result.equation_error_estimate))
 
 
 def compare_method_means(results: Sequence[ManeuverResult]) -> tuple[MethodDifference, ...]:
     """Return the means of both methods over the maneuvers in gusts; empty where there are none."""
-    gusty = [one for one in results if one.beside is not None]
+    gusty = [one for one in results if one.equation_error_estimate is not None]
     one, other = (
         {name: (mean.mean, mean.std) for name, mean in campaign_values(estimates).items()}
-        for estimates in ([one.estimate for one in gusty], [one.beside for one in gusty])
+        for estimates in ([one.estimate for one in gusty], [one.equation_error_estimate for one in gusty])
     )
     return _method_differences(one, other)
 
@@ -87,7 +87,7 @@ def _method_differences(
     order = {name: place for place, name in enumerate(derivative_names())}
     names = sorted({*one, *other}, key=lambda name: (order.get(name, len(order)), name))
     return tuple(
-        MethodDifference(name=name, likelihood=one.get(name), equations=other.get(name))
+        MethodDifference(name=name, maximum_likelihood=one.get(name), equation_error=other.get(name))
         for name in names
         if not name.endswith("_0")
     )

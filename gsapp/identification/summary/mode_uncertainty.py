@@ -28,20 +28,20 @@ class ModeUncertainty:
     mode : Mode
     speed : float
         True airspeed of the steady flight, m/s.
-    real, imaginary : float
+    real_std, imaginary_std : float
         Standard deviations of the pole's parts, 1/s.
-    frequency, damping, time_constant : float
+    frequency_std, damping_std, time_constant_std : float
         Standard deviations, rad/s, none, s; NaN where a change of one bound turns a pair into two
         real poles, or the other way round.
     """
 
     mode: Mode
     speed: float
-    real: float
-    imaginary: float
-    frequency: float
-    damping: float
-    time_constant: float
+    real_std: float
+    imaginary_std: float
+    frequency_std: float
+    damping_std: float
+    time_constant_std: float
 
 
 def propagate_mode_uncertainty(
@@ -111,6 +111,6 @@ def _mode_uncertainty(
         squares = [sum_ + (0.5 * step) ** 2 for sum_, step in zip(squares, steps, strict=True)]
     real, imaginary, frequency, damping, time_constant = map(math.sqrt, squares)
     return ModeUncertainty(
-        mode=mode, speed=speed, real=real, imaginary=imaginary, frequency=frequency,
-        damping=damping, time_constant=time_constant,
+        mode=mode, speed=speed, real_std=real, imaginary_std=imaginary, frequency_std=frequency,
+        damping_std=damping, time_constant_std=time_constant,
     )  # fmt: skip

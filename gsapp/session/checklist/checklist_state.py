@@ -57,10 +57,10 @@ class Checklist:
         return dict(self._ticks)
 
     @property
-    def watched(self) -> tuple[str, ...]:
+    def required_channels(self) -> tuple[str, ...]:
         """Return the channels whose samples the rules need."""
         names = (
-            name for item in self.file.items if item.rule is not None for name in item.rule.watched
+            name for item in self.file.items if item.rule is not None for name in item.rule.required_channels
         )
         return tuple(dict.fromkeys(names))
 
@@ -99,7 +99,7 @@ class Checklist:
         """
         self._ticks.pop(self._item(item_id).id, None)
 
-    def judge(self, facts: ChecklistContext) -> tuple[EvaluatedItem, ...]:
+    def evaluate(self, facts: ChecklistContext) -> tuple[EvaluatedItem, ...]:
         """Return all items: red first, then amber, open, green; each in the order of the list."""
         found = [self._state(item, facts) for item in self.file.items]
         return tuple(sorted(found, key=lambda one: STATUS_ORDER.index(one.state)))
@@ -118,20 +118,20 @@ class Checklist:
         if item.rule is None:
             return EvaluatedItem(
                 id=item.id,
-                words=item.words,
-                by="hand",
+                text=item.words,
+                checked_by="hand",
                 state="open" if tick is None else "green",
                 why="tick when done" if tick is None else said,
                 can_tick=True,
             )
-        judgment = self._judges[item.id].judge(facts)
+        judgment = self._judges[item.id].evaluate(facts)
         why = convert_text_units(judgment.why, facts.system)
-        by_hand = judgment.by_hand and tick is not None
+        by_hand = judgment.allows_manual_tick and tick is not None
         return EvaluatedItem(
             id=item.id,
-            words=item.words,
-            by="hand" if by_hand else "telemetry",
+            text=item.words,
+            checked_by="hand" if by_hand else "telemetry",
             state="green" if by_hand else judgment.state,
             why=f"{said}; {why}" if by_hand else why,
-            can_tick=judgment.by_hand,
+            can_tick=judgment.allows_manual_tick,
         )

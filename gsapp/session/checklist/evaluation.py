@@ -30,7 +30,7 @@ class ChecklistContext:
         By channel; one that the telemetry does not carry is not in it.
     card : FlightInfo or None
         The flight card, where there is one.
-    doubts : tuple of str
+    card_issues : tuple of str
         What looks like a slip on it, in words.
     system : {"US", "SI"}
         Units of the sentences.
@@ -41,7 +41,7 @@ class ChecklistContext:
     snapshot: SessionSnapshot | None = None
     states: Mapping[str, ChannelState] = field(default_factory=dict)
     card: FlightInfo | None = None
-    doubts: tuple[str, ...] = ()
+    card_issues: tuple[str, ...] = ()
     calibration: CalibrationInForce | None = None
     system: str = "US"
 
@@ -56,13 +56,13 @@ class RuleResult:
         ``open``: not seen yet.
     why : str
         In words, with numbers.
-    by_hand : bool
+    allows_manual_tick : bool
         Whether telemetry cannot tell, so that a person may tick it.
     """
 
     state: ItemStatus
     why: str
-    by_hand: bool = False
+    allows_manual_tick: bool = False
 
 
 class RuleEvaluator(Protocol):
@@ -71,7 +71,7 @@ class RuleEvaluator(Protocol):
     def feed(self, block: Block) -> None:
         """Take in the next samples."""
 
-    def judge(self, facts: ChecklistContext) -> RuleResult:
+    def evaluate(self, facts: ChecklistContext) -> RuleResult:
         """Return how the item stands."""
 
 
@@ -81,9 +81,9 @@ class EvaluatedItem:
 
     Attributes
     ----------
-    id, words : str
+    id, text : str
         Of the item.
-    by : {"hand", "telemetry"}
+    checked_by : {"hand", "telemetry"}
         Who says so.
     state : {"green", "amber", "red", "open"}
     why : str
@@ -93,8 +93,8 @@ class EvaluatedItem:
     """
 
     id: str
-    words: str
-    by: Literal["hand", "telemetry"]
+    text: str
+    checked_by: Literal["hand", "telemetry"]
     state: ItemStatus
     why: str
     can_tick: bool

@@ -74,7 +74,7 @@ class _Rule(StrictModel):
         return None if value is None else _validate_not_negative(value)
 
     @property
-    def watched(self) -> tuple[str, ...]:
+    def required_channels(self) -> tuple[str, ...]:
         """Return the channels whose samples it needs."""
         return ()
 
@@ -124,7 +124,7 @@ class RangeRule(_Rule):
         return parse_quantity(value, channel(self.channel).quantity)
 
     @property
-    def watched(self) -> tuple[str, ...]:
+    def required_channels(self) -> tuple[str, ...]:
         """Return the channel."""
         return (self.channel,)
 
@@ -172,7 +172,7 @@ class SensorActivityRule(_Rule):
     duration: Time = 3.0
 
     @property
-    def watched(self) -> tuple[str, ...]:
+    def required_channels(self) -> tuple[str, ...]:
         """Return the channels."""
         return self.channels
 
@@ -210,7 +210,7 @@ class SurfaceResponseRule(_Rule):
     surface_reach: Angle
 
     @property
-    def watched(self) -> tuple[str, ...]:
+    def required_channels(self) -> tuple[str, ...]:
         """Return stick and surface."""
         return (self.stick, self.surface)
 
@@ -250,7 +250,7 @@ class EngineSpeedRule(_Rule):
         return self
 
     @property
-    def watched(self) -> tuple[str, ...]:
+    def required_channels(self) -> tuple[str, ...]:
         """Return the engines' channels and the throttle."""
         return (*self.channels, "throttle")
 
@@ -277,7 +277,7 @@ class SurfacePulseRule(_Rule):
     longest: Time = 5.0
 
     @property
-    def watched(self) -> tuple[str, ...]:
+    def required_channels(self) -> tuple[str, ...]:
         """Return the surfaces."""
         return self.channels
 
@@ -327,7 +327,7 @@ class ChecklistItem(StrictModel):
     rule: ChecklistRule | None = None
 
     @property
-    def by(self) -> Literal["hand", "telemetry"]:
+    def checked_by(self) -> Literal["hand", "telemetry"]:
         """Return who says that it is done."""
         return "hand" if self.rule is None else "telemetry"
 

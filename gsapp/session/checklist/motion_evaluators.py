@@ -112,7 +112,7 @@ class SurfaceResponseEvaluator:
             return 1 if stick > 0.0 else -1
         return 0 if abs(stick) <= _CENTER else _NO_STICK_POSITION
 
-    def judge(self, facts: ChecklistContext) -> RuleResult:
+    def evaluate(self, facts: ChecklistContext) -> RuleResult:
         """Return whether the surface went with the stick to both sides."""
         rule = self._rule
         missing = check_missing_channels((rule.stick, rule.surface), facts)
@@ -195,7 +195,7 @@ class EngineSpeedEvaluator:
         if time - self._within_since >= self._rule.duration:
             self._seen = speeds
 
-    def judge(self, facts: ChecklistContext) -> RuleResult:
+    def evaluate(self, facts: ChecklistContext) -> RuleResult:
         """Return whether all engines ran within the bounds, and do so where they are asked to."""
         rule = self._rule
         missing = check_missing_channels(rule.channels, facts)
@@ -303,7 +303,7 @@ class SurfacePulseEvaluator:
                 if math.isfinite(value):
                     watch.add(time, value)
 
-    def judge(self, facts: ChecklistContext) -> RuleResult:
+    def evaluate(self, facts: ChecklistContext) -> RuleResult:
         """Return whether enough pulses were seen."""
         rule = self._rule
         carried = [name for name in rule.channels if name in facts.states]

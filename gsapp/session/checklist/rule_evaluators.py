@@ -72,14 +72,14 @@ class LinkEvaluator(_SnapshotEvaluator):
     def __init__(self, rule: LinkRule) -> None:
         self._rule = rule
 
-    def judge(self, facts: ChecklistContext) -> RuleResult:
+    def evaluate(self, facts: ChecklistContext) -> RuleResult:
         """Return how the link stands."""
         there = require_live_equipment(facts)
         if isinstance(there, RuleResult):
             return there
         link, rule = there.link, self._rule
         if link.age is None:
-            return RuleResult(state="open", why=f"nothing has come yet (link: {link.words})")
+            return RuleResult(state="open", why=f"nothing has come yet (link: {link.state})")
         if link.age > rule.age:
             return RuleResult(state="red", why=f"nothing for {link.age:.0f} s: check radio and box")
         lost = f"{100.0 * link.loss:.1f} % of the frames lost, {link.rate:.0f} messages per second"
@@ -95,7 +95,7 @@ class RecorderEvaluator(_SnapshotEvaluator):
     def __init__(self, rule: RecorderRule) -> None:
         self._rule = rule
 
-    def judge(self, facts: ChecklistContext) -> RuleResult:
+    def evaluate(self, facts: ChecklistContext) -> RuleResult:
         """Return how the recorder stands."""
         there = require_live_equipment(facts)
         if isinstance(there, RuleResult):
@@ -103,11 +103,11 @@ class RecorderEvaluator(_SnapshotEvaluator):
         recorder = there.recorder
         written = f"{recorder.received_bytes / 1e6:.2f} MB written"
         if recorder.pid is None:
-            return RuleResult(state="red", why=f"no recorder runs ({recorder.words}): start it")
+            return RuleResult(state="red", why=f"no recorder runs ({recorder.state}): start it")
         if recorder.severity is not Severity.NORMAL:
             return RuleResult(
                 state="red" if recorder.severity is Severity.WARNING else "amber",
-                why="; ".join(recorder.remarks) or recorder.words,
+                why="; ".join(recorder.remarks) or recorder.state,
             )
         if not recorder.growing and not recorder.byte_rate > 0.0:
             return RuleResult(state="red", why=f"{written}, and it does not grow: check the link")
@@ -123,7 +123,7 @@ class DiskSpaceEvaluator(_SnapshotEvaluator):
     def __init__(self, rule: DiskSpaceRule) -> None:
         self._rule = rule
 
-    def judge(self, facts: ChecklistContext) -> RuleResult:
+    def evaluate(self, facts: ChecklistContext) -> RuleResult:
         """Return how the disk stands."""
         there = require_live_equipment(facts)
         if isinstance(there, RuleResult):
@@ -149,19 +149,19 @@ class CalibrationEvaluator(_SnapshotEvaluator):
     def __init__(self, rule: CalibrationRule) -> None:
         self._rule = rule
 
-    def judge(self, facts: ChecklistContext) -> RuleResult:
+    def evaluate(self, facts: ChecklistContext) -> RuleResult:
         """Return whether certificates are in force."""
         if facts.calibration is None:
             return NO_FLIGHT
         age = self._rule.age
-        status = facts.calibration.judge(
+        status = facts.calibration.evaluate(
             self._rule.channels, None if age is None else timedelta(seconds=age)
         )
         if status.state == "caution":
             why = f"{status.detail}: calibrate again, or check three points and tick"
-            return RuleResult(state="amber", why=why, by_hand=True)
+            return RuleResult(state="amber", why=why, allows_manual_tick=True)
         if status.state == "unknown":
-            return RuleResult(state="amber", why=f"{status.detail}: look and tick", by_hand=True)
+            return RuleResult(state="amber", why=f"{status.detail}: look and tick", allows_manual_tick=True)
         return RuleResult(state="green" if status.state == "good" else "red", why=status.detail)
 
 
@@ -172,13 +172,13 @@ class FlightCardEvaluator(_SnapshotEvaluator):
     def __init__(self, rule: FlightCardRule) -> None:
         self._rule = rule
 
-    def judge(self, facts: ChecklistContext) -> RuleResult:
+    def evaluate(self, facts: ChecklistContext) -> RuleResult:
         """Return whether the card is filled in."""
         card = facts.card
         if card is None:
             return RuleResult(state="open", why="no flight card yet")
-        if facts.doubts:
-            return RuleResult(state="amber", why=facts.doubts[0])
+        if facts.card_issues:
+            return RuleResult(state="amber", why=facts.card_issues[0])
         empty = [name for name in self._rule.fields if not is_card_field_filled(card, name)]
         if empty:
             words = [name.replace("_", " ").replace(".", ": ") for name in empty]
@@ -221,7 +221,7 @@ class RangeEvaluator:
             self._inside_since = float(times[0])
         self._last = (float(times[-1]), float(values[-1]))
 
-    def judge(self, facts: ChecklistContext) -> RuleResult:
+    def evaluate(self, facts: ChecklistContext) -> RuleResult:
         """Return whether it is where it should be, and has been for long enough."""
         rule = self._rule
         missing = check_missing_channels((rule.channel,), facts)
@@ -281,7 +281,7 @@ class SensorActivityEvaluator:
         self._value[name] = float(values[-1])
         self._now[name] = float(times[-1])
 
-    def judge(self, facts: ChecklistContext) -> RuleResult:
+    def evaluate(self, facts: ChecklistContext) -> RuleResult:
         """Return whether all sensors live."""
         rule = self._rule
         missing = check_missing_channels(rule.channels, facts)

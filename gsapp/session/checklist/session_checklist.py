@@ -61,23 +61,23 @@ class SessionChecklist:
         self._start: Event | None = None
 
     @property
-    def started(self) -> Event | None:
+    def start_event(self) -> Event | None:
         """Return how the flight was started, by this or another window; None before."""
         return self._start
 
-    def look(self) -> tuple[EvaluatedItem, ...]:
+    def update(self) -> tuple[EvaluatedItem, ...]:
         """Take in what came, and return how the items stand; called a few times a second."""
         self._follow_events()
         self._take_in()
-        return self.checklist.judge(self.facts())
+        return self.checklist.evaluate(self.context())
 
-    def facts(self) -> ChecklistContext:
+    def context(self) -> ChecklistContext:
         """Return what the rules go by now, beside the samples."""
         session = self.session
         card = self._card()
         carried = [
             name
-            for name in self.checklist.watched
+            for name in self.checklist.required_channels
             if name in session.sources or session.history.has(name)
         ]
         return ChecklistContext(
@@ -86,10 +86,10 @@ class SessionChecklist:
             card=card,
             system=self.system,
             calibration=session.calibration_in_force,
-            doubts=()
+            card_issues=()
             if card is None
             else tuple(
-                doubt.words
+                doubt.text
                 for doubt in check_flight_info(card, session.aircraft, system=self.system)
             ),
         )
@@ -133,7 +133,7 @@ class SessionChecklist:
         # What is recorded is what holds now, not at the last look.
         while self._take_in():
             pass
-        items = self.look()
+        items = self.update()
         lists = {
             state: [item.id for item in items if item.state == state]
             for state in ("red", "amber", "open", "green")
@@ -142,7 +142,7 @@ class SessionChecklist:
         text = "flight started, checklist all green"
         if unsettled:
             text = "flight started all the same: " + "; ".join(
-                f"{item.words} ({item.state}: {item.why})" for item in unsettled
+                f"{item.text} ({item.state}: {item.why})" for item in unsettled
             )
         event = self._write(FLIGHT_START_EVENT, text, {"who": who, **lists})
         self._start = event
@@ -165,13 +165,13 @@ class SessionChecklist:
 
     def _write(self, kind: str, text: str, data: Mapping[str, Any]) -> Event:
         event = Event(kind=kind, text=text, time=self.session.now, data=data)
-        self.session.book.write(event)
+        self.session.mark_store.write(event)
         return event
 
     def _follow_events(self) -> None:
         """Take in what this and other windows, or the same one before a restart, have said."""
-        self.session.book.poll()
-        others = self.session.book.others
+        self.session.mark_store.poll()
+        others = self.session.mark_store.other_events
         fresh, self._read = others[self._read :], len(others)
         for event in fresh:
             if event.kind == FLIGHT_START_EVENT:
@@ -195,7 +195,7 @@ class SessionChecklist:
         end = history.end
         if end is None:
             return False
-        names = [name for name in self.checklist.watched if history.has(name)]
+        names = [name for name in self.checklist.required_channels if history.has(name)]
         stop = self._index(end - _HELD_BACK)
         if self._start is not None and self._start.time is not None:
             stop = min(stop, self._index(self._start.time))

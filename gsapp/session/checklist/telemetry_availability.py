@@ -33,7 +33,7 @@ def check_missing_channels(names: Iterable[str], facts: ChecklistContext) -> Rul
         return RuleResult(
             state="amber",
             why=f"{format_list(absent)} not in the telemetry: look yourself and tick",
-            by_hand=True,
+            allows_manual_tick=True,
         )
     silent = [name for name in wanted if facts.states[name].freshness is Freshness.STALE]
     if silent:

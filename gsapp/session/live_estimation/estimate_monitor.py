@@ -42,7 +42,7 @@ class EstimateMonitor:
 
     Attributes
     ----------
-    complaint : str
+    error_text : str
         Why FTR does not listen, in words; empty if it does.
     """
 
@@ -60,13 +60,13 @@ class EstimateMonitor:
         self._history = history
         self._verdicts = verdicts
         self.fits = ManeuverFits(ManeuverCutter(history, aircraft, info, name), model, workers)
-        self.complaint = ""
+        self.error_text = ""
         self._ftr: FTR | None = None
         try:
             carded = apply_flight_info(aircraft, info())
             self._ftr = FTR(carded.aircraft, rate=history.rate, mass=carded.aircraft.mass.mass)
         except FlightError as error:
-            self.complaint = str(error)
+            self.error_text = str(error)
 
     # --- the consumer of a feed -----------------------------------------------------------------
 
@@ -75,7 +75,7 @@ class EstimateMonitor:
         if self._ftr is not None:
             self._ftr.feed(block)
 
-    def settle(self) -> None:
+    def process_step(self) -> None:
         """Renew the estimates, after all blocks of a step."""
         if self._ftr is not None:
             self._ftr.settle()
@@ -90,7 +90,7 @@ class EstimateMonitor:
         """Take in what was held back, and ask for the last fits; the flight is over."""
         if self._ftr is not None:
             self._ftr.finish()
-        self.fits.look(self._verdicts(), None)
+        self.fits.update(self._verdicts(), None)
         if wait:
             self.fits.wait()
 
@@ -100,11 +100,11 @@ class EstimateMonitor:
 
     # --- what it shows --------------------------------------------------------------------------
 
-    def look(self, now: float | None) -> tuple[FitUpdate, ...]:
+    def update(self, now: float | None) -> tuple[FitUpdate, ...]:
         """Ask for the fits that are due at a flight time (s), and take in those that came."""
-        return () if now is None else self.fits.look(self._verdicts(), now)
+        return () if now is None else self.fits.update(self._verdicts(), now)
 
-    def numbers(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         """Return every derivative as it stands, for programs: FTR's, and those of the fits.
 
         ``{"ftr": {name: {"value", "std"}}, "maneuvers": {id: {name: {"value", "std"}}}}``, per

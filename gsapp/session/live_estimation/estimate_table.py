@@ -55,9 +55,9 @@ class EstimateRow:
         By maximum likelihood, maneuver by maneuver.
     mean : CampaignValue or None
         Of the points.
-    known : float or None
+    prior : float or None
         Before the flight; None without a model.
-    changed : str
+    change_text : str
         What the last maneuver changed, in words: "9 % to 6 %", "new"; empty for nothing.
     """
 
@@ -70,8 +70,8 @@ class EstimateRow:
     values: FloatArray
     points: tuple[FittedPoint, ...] = ()
     mean: CampaignValue | None = None
-    known: float | None = None
-    changed: str = ""
+    prior: float | None = None
+    change_text: str = ""
 
     @property
     def percent(self) -> float | None:
@@ -128,8 +128,8 @@ def build_estimate_rows(
                 values=empty if history is None else history.values,
                 points=_points(name, fits),
                 mean=fits.values.get(name),
-                known=None if model is None else model.derivatives.get(name),
-                changed=""
+                prior=None if model is None else model.derivatives.get(name),
+                change_text=""
                 if history is None or since is None
                 else bound_change_text(history, since),
             )

@@ -90,7 +90,7 @@ class ManeuverFits:
         self.reset()
         self._workers.close()
 
-    def look(self, verdicts: Sequence[InputVerdict], now: float | None) -> tuple[FitUpdate, ...]:
+    def update(self, verdicts: Sequence[InputVerdict], now: float | None) -> tuple[FitUpdate, ...]:
         """Ask for the fits that are due, and take in those that came.
 
         Parameters

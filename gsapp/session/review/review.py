@@ -26,12 +26,12 @@ class ManeuverRow:
         In the campaign: ``2:M4``; with one flight ``M4``.
     flight : str
         Name of the flight, as `Review.title` gives it.
-    number : int
+    flight_number : int
         Of the flight, from 1.
     maneuver : DetectedManeuver
     in_use : bool
         Whether it takes part in estimates.
-    by_hand : bool
+    is_edited : bool
         Whether a person changed it or put it in.
     verdict : StoredVerdict or None
         What the pilot was told.
@@ -41,10 +41,10 @@ class ManeuverRow:
 
     id: str
     flight: str
-    number: int
+    flight_number: int
     maneuver: DetectedManeuver
     in_use: bool
-    by_hand: bool
+    is_edited: bool
     verdict: StoredVerdict | None
     overlaps: tuple[str, ...]
 
@@ -99,7 +99,7 @@ class Review:
             return name
         return f"{self.flights.index(flight) + 1}:{name}"
 
-    def located(self, campaign_id: str) -> tuple[ReviewedFlight, DetectedManeuver] | None:
+    def find_maneuver(self, campaign_id: str) -> tuple[ReviewedFlight, DetectedManeuver] | None:
         """Return flight and maneuver of an id in the campaign; None if there is none."""
         for flight in self.flights:
             for maneuver in flight.maneuvers:
@@ -113,10 +113,10 @@ class Review:
             ManeuverRow(
                 id=self.campaign_id(flight, maneuver.id),
                 flight=self.title(flight),
-                number=number,
+                flight_number=number,
                 maneuver=maneuver,
                 in_use=flight.in_use(maneuver),
-                by_hand=flight.by_hand(maneuver.id),
+                is_edited=flight.is_edited(maneuver.id),
                 verdict=flight.verdict(maneuver),
                 overlaps=flight.overlapping(maneuver),
             )
@@ -124,7 +124,7 @@ class Review:
             for maneuver in flight.maneuvers
         )
 
-    def chosen(self, ids: Collection[str] | None = None) -> tuple[SelectedManeuver, ...]:
+    def select_maneuvers(self, ids: Collection[str] | None = None) -> tuple[SelectedManeuver, ...]:
         """Return maneuvers for a run, with their edges as they stand.
 
         Parameters

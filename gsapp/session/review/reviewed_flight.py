@@ -95,7 +95,7 @@ class ReviewedFlight:
         return float(times[0]), float(times[-1])
 
     @property
-    def step(self) -> float:
+    def sample_period(self) -> float:
         """Return the time from one sample to the next, s."""
         return 1.0 / self.flight.rate
 
@@ -107,7 +107,7 @@ class ReviewedFlight:
     @property
     def changes(self) -> tuple[str, ...]:
         """Return the changes in force, in words, the oldest first."""
-        return tuple(edit.words for edit in self._log.book.edits)
+        return tuple(edit.text for edit in self._log.maneuver_list.edits)
 
     def __getitem__(self, name: str) -> DetectedManeuver:
         """Return the maneuver of that id.
@@ -120,15 +120,15 @@ class ReviewedFlight:
         for maneuver in self.maneuvers:
             if maneuver.id == name:
                 return maneuver
-        return self._log.book[name]
+        return self._log.maneuver_list[name]
 
-    def by_hand(self, name: str) -> bool:
+    def is_edited(self, name: str) -> bool:
         """Return whether a person has changed that maneuver, or put it in."""
-        return any(one.id == name for edit in self._log.book.edits for one in edit.added)
+        return any(one.id == name for edit in self._log.maneuver_list.edits for one in edit.added)
 
     def in_use(self, maneuver: DetectedManeuver) -> bool:
         """Return whether a maneuver takes part in estimates."""
-        return maneuver.used(alone=len(self.maneuvers) == 1)
+        return maneuver.is_used(alone=len(self.maneuvers) == 1)
 
     def verdict(self, maneuver: DetectedManeuver) -> StoredVerdict | None:
         """Return what the pilot was told of the input within a maneuver; None for nothing."""
@@ -149,14 +149,14 @@ class ReviewedFlight:
 
     # Looking
 
-    def snapped(self, time: float) -> float:
+    def snap_to_sample(self, time: float) -> float:
         """Return the time of the nearest sample, s."""
         times = self.flight.block.times
         place = int(np.clip(np.searchsorted(times, time), 1, times.size - 1))
         before, after = float(times[place - 1]), float(times[place])
         return before if time - before <= after - time else after
 
-    def assess(self, name: str, start: float, stop: float) -> DetectedManeuver:
+    def grade_segment(self, name: str, start: float, stop: float) -> DetectedManeuver:
         """Return a stretch (s) as a maneuver, graded; nothing is changed.
 
         Raises
@@ -170,7 +170,7 @@ class ReviewedFlight:
             self._seen[start, stop] = seen
         return replace(seen, id=name)
 
-    def moved(self, name: str, start: float, stop: float) -> DetectedManeuver:
+    def preview_move(self, name: str, start: float, stop: float) -> DetectedManeuver:
         """Return how a maneuver would be graded with other edges (s); nothing is changed.
 
         Raises
@@ -179,10 +179,10 @@ class ReviewedFlight:
             If it would be too short, or lie outside the flight.
         """
         start, stop = self._edges(start, stop)
-        return self._log.book.move(name, self.assess, t_start=start, t_end=stop)[name]
+        return self._log.maneuver_list.move(name, self.grade_segment, t_start=start, t_end=stop)[name]
 
     def _edges(self, start: float, stop: float) -> tuple[float, float]:
-        start, stop = self.snapped(start), self.snapped(stop)
+        start, stop = self.snap_to_sample(start), self.snap_to_sample(stop)
         if not stop - start >= MIN_MANEUVER_SECONDS:
             raise FlightError(
                 f"from {start:.2f} to {stop:.2f} s is too short for a maneuver; it takes "
@@ -203,7 +203,7 @@ class ReviewedFlight:
         start, stop = self._edges(start, stop)
         old = self[name]
         if (start, stop) != (old.t_start, old.t_end):
-            self._record(self._log.book.move(name, self.assess, t_start=start, t_end=stop))
+            self._record(self._log.maneuver_list.move(name, self.grade_segment, t_start=start, t_end=stop))
 
     def add(self, start: float, stop: float) -> str:
         """Add a stretch (s) that the detection did not take for a maneuver; return its id.
@@ -214,15 +214,15 @@ class ReviewedFlight:
             If it is too short, or lies outside the flight.
         """
         start, stop = self._edges(start, stop)
-        return self._record(self._log.book.add(self.assess, start, stop))
+        return self._record(self._log.maneuver_list.add(self.grade_segment, start, stop))
 
     def remove(self, *names: str) -> None:
         """Take maneuvers out, as one change."""
-        self._record(self._log.book.remove(*names))
+        self._record(self._log.maneuver_list.remove(*names))
 
     def merge(self, names: Sequence[str]) -> str:
         """Make one of several, from the first start to the last end; return its id."""
-        return self._record(self._log.book.merge(names, self.assess))
+        return self._record(self._log.maneuver_list.merge(names, self.grade_segment))
 
     def rename(self, name: str, new: str) -> str:
         """Give a maneuver another id; return it.
@@ -239,49 +239,49 @@ class ReviewedFlight:
             )
         if new == name:
             return name
-        return self._record(self._log.book.rename(name, new))
+        return self._record(self._log.maneuver_list.rename(name, new))
 
     def annotate(self, name: str, note: str) -> None:
         """Write a note beside a maneuver, in place of the former one."""
         if note.strip() != self[name].note:
-            self._record(self._log.book.annotate(name, note.strip()))
+            self._record(self._log.maneuver_list.annotate(name, note.strip()))
 
-    def regrade(self, name: str, grade: Grade | None, reason: str = "") -> None:
+    def set_grade(self, name: str, grade: Grade | None, reason: str = "") -> None:
         """Give a maneuver the grade that a person finds right; None leaves it to the program."""
         old = self[name]
         if grade is None and old.graded_by == GRADED_BY_PROGRAM:
             return
-        self._record(self._log.book.regrade(name, grade, self.assess, reason))
+        self._record(self._log.maneuver_list.regrade(name, grade, self.grade_segment, reason))
 
-    def use(self, name: str, wanted: bool) -> None:
+    def set_in_use(self, name: str, wanted: bool) -> None:
         """Let a maneuver take part in estimates, or not, whatever its grade."""
         if wanted != self.in_use(self[name]):
-            self._record(self._log.book.decide(name, wanted))
+            self._record(self._log.maneuver_list.set_use(name, wanted))
 
     @property
     def can_undo(self) -> bool:
         """Return whether there is a change to take back."""
-        return bool(self._log.book.edits)
+        return bool(self._log.maneuver_list.edits)
 
     @property
     def can_redo(self) -> bool:
         """Return whether a change was taken back."""
-        return bool(self._log.book.undone)
+        return bool(self._log.maneuver_list.undone)
 
     def undo(self) -> str:
         """Take back the latest change; return it in words, empty for none."""
         if not self.can_undo:
             return ""
-        words = self._log.book.edits[-1].words
-        self._record(self._log.book.undo())
+        words = self._log.maneuver_list.edits[-1].text
+        self._record(self._log.maneuver_list.undo())
         return words
 
     def redo(self) -> str:
         """Make the change again that was taken back last; return it in words, empty for none."""
         if not self.can_redo:
             return ""
-        words = self._log.book.undone[-1].words
-        self._record(self._log.book.redo())
+        words = self._log.maneuver_list.undone[-1].text
+        self._record(self._log.maneuver_list.redo())
         return words
 
     def poll(self) -> bool:
@@ -293,15 +293,15 @@ class ReviewedFlight:
 
     def _record(self, book: EditableManeuverList) -> str:
         """Write the latest change; return the id of what it put in, empty for nothing."""
-        count = len(self._log.book.edits)
+        count = len(self._log.maneuver_list.edits)
         self._log.record(book)
         self._settle()
-        edits = self._log.book.edits
+        edits = self._log.maneuver_list.edits
         added = edits[-1].added if len(edits) > count else ()
         return added[0].id if added else ""
 
     def _settle(self) -> None:
-        self.maneuvers, self._said = apply_edits(self._log, self.assess)
+        self.maneuvers, self._said = apply_edits(self._log, self.grade_segment)
 
 
 def open_reviewed_flight(

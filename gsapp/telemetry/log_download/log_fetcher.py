@@ -38,13 +38,13 @@ class DownloadedLog:
         In the cache of the flight, to be put in force or thrown away.
     entry : LogEntry
         What the autopilot says of it.
-    begun : datetime or None
+    start_time : datetime or None
         When it was begun, by the autopilot; None where that did not know the time.
     """
 
     path: Path
     entry: LogEntry
-    begun: datetime | None
+    start_time: datetime | None
 
 
 class LogFetcher:
@@ -110,7 +110,7 @@ class LogFetcher:
                     self._part.save()
                 self._part.close()
             with contextlib.suppress(LinkError):
-                self._line.send(self._conversation.end())
+                self._line.send(self._conversation.pack_request_end())
                 time.sleep(5.0 * _POLL)  # until the recorder has passed it on
             self._line.close()
         finally:
@@ -121,7 +121,7 @@ class LogFetcher:
         """Return whether it was told to stop."""
         return self._stop.is_set()
 
-    def list(self) -> tuple[LogEntry, ...]:
+    def list_logs(self) -> tuple[LogEntry, ...]:
         """Return the logs that the autopilot has, the oldest first; none if stopped.
 
         Raises
@@ -133,7 +133,7 @@ class LogFetcher:
         self._converse(("listed",))
         return tuple(talk.entries[number] for number in sorted(talk.entries))
 
-    def choose(self, number: int | None = None) -> LogEntry | None:
+    def select(self, number: int | None = None) -> LogEntry | None:
         """Return the log to fetch: that of a number, else the one begun nearest the flight.
 
         Autopilots that do not know the time have it on none of their logs; their last one counts.
@@ -148,7 +148,7 @@ class LogFetcher:
         LinkError
             If there is no such log, or none at all.
         """
-        entries = self.list()
+        entries = self.list_logs()
         if self.stopped:
             return None
         if not entries:
@@ -158,15 +158,15 @@ class LogFetcher:
             )
         if number is not None:
             for entry in entries:
-                if entry.number == number:
+                if entry.id == number:
                     return entry
-            there = ", ".join(str(entry.number) for entry in entries)
+            there = ", ".join(str(entry.id) for entry in entries)
             raise LinkError(f"the autopilot holds no log {number}; it has {there}")
         began = self._began()
-        dated = [entry for entry in entries if entry.begun > _CLOCK_UNSET]
+        dated = [entry for entry in entries if entry.time_utc > _CLOCK_UNSET]
         if began is None or not dated:
             return entries[-1]
-        return min(dated, key=lambda entry: (abs(entry.begun - began), -entry.number))
+        return min(dated, key=lambda entry: (abs(entry.time_utc - began), -entry.id))
 
     def fetch(self, entry: LogEntry) -> DownloadedLog | None:
         """Fetch a log as far as it is not there yet.
@@ -191,9 +191,9 @@ class LogFetcher:
         path = self._part.finish()
         self._part = None
         begun = None
-        if entry.begun > _CLOCK_UNSET:
-            begun = datetime.fromtimestamp(entry.begun, UTC)
-        return DownloadedLog(path=path, entry=entry, begun=begun)
+        if entry.time_utc > _CLOCK_UNSET:
+            begun = datetime.fromtimestamp(entry.time_utc, UTC)
+        return DownloadedLog(path=path, entry=entry, start_time=begun)
 
     def _converse(self, until: tuple[str, ...]) -> None:
         """Hear and ask until a phase is reached, or all is stopped."""
@@ -201,9 +201,9 @@ class LogFetcher:
         next_save = time.monotonic() + _SAVE
         while talk.phase not in until and not self.stopped:
             now = time.monotonic()
-            for frame in self._line.hear():
-                talk.hear(frame, now)
-            for frame in talk.ask(now):
+            for frame in self._line.receive_frames():
+                talk.receive_frame(frame, now)
+            for frame in talk.pending_requests(now):
                 self._line.send(frame)
             self._say(now)
             if talk.phase == "failed":
@@ -217,7 +217,7 @@ class LogFetcher:
         self._say(time.monotonic())
 
     def _failure(self, why: str) -> str:
-        words = self._line.words()
+        words = self._line.link_state_text()
         return f"{why} ({words})" if words else why
 
     def _say(self, now: float) -> None:
@@ -227,7 +227,7 @@ class LogFetcher:
 
     def _keep(self, offset: int, data: bytes) -> None:
         if self._part is not None:
-            self._part.keep(offset, data)
+            self._part.write(offset, data)
 
     def _began(self) -> float | None:
         """Return when the flight began, s since 1970."""

@@ -50,19 +50,19 @@ class LogEntry:
 
     Attributes
     ----------
-    number : int
+    id : int
         By which it is asked for.
     size : int
         Bytes.
-    begun : int
+    time_utc : int
         Seconds since 1970; 0 where the autopilot did not know the time.
     system, component : int
         Who has it.
     """
 
-    number: int
+    id: int
     size: int
-    begun: int
+    time_utc: int
     system: int = 0
     component: int = 0
 
@@ -75,7 +75,7 @@ class DownloadState:
     ----------
     phase : str
         ``listening``, ``listing``, ``listed``, ``fetching``, ``done`` or ``failed``.
-    got, size : int
+    received_bytes, size : int
         Bytes that are there, and of the whole log.
     rate : float
         New bytes per second over the last seconds.
@@ -86,7 +86,7 @@ class DownloadState:
     """
 
     phase: DownloadPhase
-    got: int = 0
+    received_bytes: int = 0
     size: int = 0
     rate: float = 0.0
     seconds_left: float | None = None
@@ -96,7 +96,7 @@ class DownloadState:
 class LogDownloadProtocol:
     """Asks for the list of logs, then for one of them.
 
-    Nothing happens by itself: `hear` is given what comes, `ask` returns what is to be sent.
+    Nothing happens by itself: `receive_frame` is given what comes, `pending_requests` returns what is to be sent.
 
     Parameters
     ----------
@@ -144,10 +144,10 @@ class LogDownloadProtocol:
         rate = self._rate(now)
         return DownloadState(
             phase=self.phase,
-            got=size - self.missing.count,
+            received_bytes=size - self.missing.missing_bytes,
             size=size,
             rate=rate,
-            seconds_left=self.missing.count / rate if rate > 0.0 else None,
+            seconds_left=self.missing.missing_bytes / rate if rate > 0.0 else None,
             why=self._why,
         )
 
@@ -159,7 +159,7 @@ class LogDownloadProtocol:
         self._heard_at = -1.0
         self.phase = "fetching" if missing else "done"
 
-    def hear(self, frame: bytes, now: float) -> None:
+    def receive_frame(self, frame: bytes, now: float) -> None:
         """Take a whole frame that came over the link."""
         kind = frame_message_id(frame)
         if kind not in (_HEARTBEAT, _LOG_ENTRY, _LOG_DATA):
@@ -172,10 +172,10 @@ class LogDownloadProtocol:
             self._hear_heartbeat(message)
         elif kind == _LOG_ENTRY:
             self._hear_entry(message, now)
-        elif self._entry is not None and message.id == self._entry.number:
+        elif self._entry is not None and message.id == self._entry.id:
             self._hear_piece(message, now)
 
-    def ask(self, now: float) -> list[bytes]:
+    def pending_requests(self, now: float) -> list[bytes]:
         """Return the frames that are to be sent now."""
         if self._begun < 0.0:
             self._begun = now
@@ -192,7 +192,7 @@ class LogDownloadProtocol:
             return self._ask_for_data(now)
         return []
 
-    def end(self) -> bytes:
+    def pack_request_end(self) -> bytes:
         """Return the frame that ends the conversation."""
         return self._pack(self._names.MAVLink_log_request_end_message(*self._target))
 
@@ -213,9 +213,9 @@ class LogDownloadProtocol:
         self._announced = message.num_logs
         if message.num_logs and message.size:
             self.entries[message.id] = LogEntry(
-                number=message.id,
+                id=message.id,
                 size=message.size,
-                begun=message.time_utc,
+                time_utc=message.time_utc,
                 system=message.get_srcSystem(),
                 component=message.get_srcComponent(),
             )
@@ -232,13 +232,13 @@ class LogDownloadProtocol:
         if self._request is not None:
             self._time(count, now)
         self._heard_at = now
-        if self.missing.within(offset, offset + count):
+        if self.missing.is_missing_any(offset, offset + count):
             # What could not be kept has not come.
             self._keep(offset, bytes(message.data[:count]))
-            self._came.append((now, self.missing.take(offset, offset + count)))
+            self._came.append((now, self.missing.mark_received(offset, offset + count)))
         if self._request is not None:
             start, stop = self._request
-            if start <= offset < stop <= offset + count or not self.missing.within(start, stop):
+            if start <= offset < stop <= offset + count or not self.missing.is_missing_any(start, stop):
                 self._request = None
             elif start <= offset and message.count < LOG_DATA_BYTES and offset + count < stop:
                 self._hear_end(offset + count)
@@ -261,7 +261,7 @@ class LogDownloadProtocol:
         self._cut_off += 1
         if self._cut_off >= _MOST_CUT_OFF and self._entry is not None:
             self.fail(
-                f"the autopilot ends log {self._entry.number} at {end} bytes, though it announced "
+                f"the autopilot ends log {self._entry.id} at {end} bytes, though it announced "
                 f"{self._entry.size}; switch it off and on, and begin again"
             )
 
@@ -302,7 +302,7 @@ class LogDownloadProtocol:
                 self._cursor = self._request[0]
             self._request = None
         most, join = self._window()
-        wanted = self.missing.next_from(self._cursor, most, join)
+        wanted = self.missing.next_range(self._cursor, most, join)
         if wanted is None:
             return []
         start, stop = wanted
@@ -311,7 +311,7 @@ class LogDownloadProtocol:
         return [
             self._pack(
                 self._names.MAVLink_log_request_data_message(
-                    *self._target, entry.number, start, stop - start
+                    *self._target, entry.id, start, stop - start
                 )
             )
         ]

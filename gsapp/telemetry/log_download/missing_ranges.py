@@ -13,8 +13,8 @@ class MissingRanges:
     ----------
     size : int
         Of the whole file.
-    stretches : iterable of (int, int), optional
-        First byte and the one after the last, as `stretches` gave them; all if left out.
+    ranges : iterable of (int, int), optional
+        First byte and the one after the last, as `ranges` gave them; all if left out.
 
     Raises
     ------
@@ -30,10 +30,10 @@ class MissingRanges:
             raise ValueError(f"{given} are no stretches of a file of {size} bytes")
         self._starts = [a for a, _ in given]
         self._stops = [b for _, b in given]
-        self.count = sum(b - a for a, b in given)
+        self.missing_bytes = sum(b - a for a, b in given)
 
     @property
-    def stretches(self) -> tuple[tuple[int, int], ...]:
+    def ranges(self) -> tuple[tuple[int, int], ...]:
         """Return them: first byte and the one after the last."""
         return tuple(zip(self._starts, self._stops, strict=True))
 
@@ -41,7 +41,7 @@ class MissingRanges:
         """Return whether any byte is missing."""
         return bool(self._starts)
 
-    def take(self, start: int, stop: int) -> int:
+    def mark_received(self, start: int, stop: int) -> int:
         """Note that bytes have come; return how many of them had been missing."""
         if stop <= start:
             return 0
@@ -56,14 +56,14 @@ class MissingRanges:
         self._starts[first:last] = [pair[0] for pair in kept]
         self._stops[first:last] = [pair[1] for pair in kept]
         came = before - sum(b - a for a, b in kept)
-        self.count -= came
+        self.missing_bytes -= came
         return came
 
-    def within(self, start: int, stop: int) -> bool:
+    def is_missing_any(self, start: int, stop: int) -> bool:
         """Return whether any byte of a stretch is missing."""
         return start < stop and bisect_right(self._stops, start) < bisect_left(self._starts, stop)
 
-    def next_from(self, position: int, most: int, join: int) -> tuple[int, int] | None:
+    def next_range(self, position: int, most: int, join: int) -> tuple[int, int] | None:
         """Return what to ask for next: the first missing stretch at or after a position.
 
         Parameters

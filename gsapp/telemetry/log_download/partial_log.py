@@ -37,8 +37,8 @@ class PartialLog:
 
     def __init__(self, folder: Path, entry: LogEntry) -> None:
         self.entry = entry
-        self.path = folder / f"onboard-{entry.number}.part"
-        self._note = folder / f"onboard-{entry.number}.json"
+        self.path = folder / f"onboard-{entry.id}.part"
+        self._note = folder / f"onboard-{entry.id}.json"
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self.missing = self._found()
@@ -48,7 +48,7 @@ class PartialLog:
         except OSError as error:
             raise self._refusal(error) from error
 
-    def keep(self, offset: int, data: bytes) -> None:
+    def write(self, offset: int, data: bytes) -> None:
         """Write bytes at their place.
 
         Raises
@@ -74,7 +74,7 @@ class PartialLog:
             flush_to_disk(self._stream.fileno())
             write_atomically(
                 self._note,
-                json.dumps({"log": self._identity(), "missing": self.missing.stretches}),
+                json.dumps({"log": self._identity(), "missing": self.missing.ranges}),
             )
         except OSError as error:
             raise self._refusal(error) from error
@@ -101,7 +101,7 @@ class PartialLog:
         ending = log_file_suffix(self.path)
         if not ending:
             raise FlightError(
-                f"log {self.entry.number} of the autopilot is of no kind that can be read; its "
+                f"log {self.entry.id} of the autopilot is of no kind that can be read; its "
                 f"bytes are in {self.path}"
             )
         whole = self.path.with_suffix(ending)
@@ -115,7 +115,7 @@ class PartialLog:
 
     def _identity(self) -> list[int]:
         entry = self.entry
-        return [entry.number, entry.size, entry.begun, entry.system]
+        return [entry.id, entry.size, entry.time_utc, entry.system]
 
     def _found(self) -> MissingRanges:
         """Return what is missing of what lies there; all where it is of another log."""

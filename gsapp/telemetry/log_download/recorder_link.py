@@ -47,7 +47,7 @@ class RecorderLink:
         self._file.read(size)
         self._file.records.clear()
 
-    def hear(self) -> list[bytes]:
+    def receive_frames(self) -> list[bytes]:
         """Return the frames that have come since the last call.
 
         Raises
@@ -60,7 +60,7 @@ class RecorderLink:
             self._file.read(size)
         frames = [record.data for record in self._file.records]
         self._file.records.clear()
-        if not frames and not self._handle.alive():
+        if not frames and not self._handle.is_alive():
             raise LinkError(
                 f"the recorder in {self._handle.folder} has ended; begin again: what came is kept"
             )
@@ -80,7 +80,7 @@ class RecorderLink:
             what = f"a question to the recorder in {self._handle.folder}"
             raise LinkError(format_os_error(what, error, "check the permissions")) from error
 
-    def words(self) -> str:
+    def link_state_text(self) -> str:
         """Return how the link fares."""
         status = self._handle.status()
         return status.source_state if status is not None else ""

@@ -71,11 +71,11 @@ class BackgroundCommand:
                 f"{title} cannot be started ({error.strerror}); see {self._words}"
             ) from error
 
-    def flying(self) -> bool:
+    def is_running(self) -> bool:
         """Return whether it still runs."""
         return self._process.poll() is None
 
-    def complaint(self) -> str:
+    def take_error(self) -> str:
         """Return, once, why it ended if it failed; empty otherwise."""
         code = self._process.poll()
         if code in (None, 0) or self._told:
@@ -85,7 +85,7 @@ class BackgroundCommand:
         why = lines[-1] if lines else f"code {code}"
         return f"{self._title[0].upper()}{self._title[1:]} ended: {why}"
 
-    def say(self, line: str) -> bool:
+    def send_line(self, line: str) -> bool:
         """Write it a line to obey; return whether it could hear."""
         stream = self._process.stdin
         if stream is None:
@@ -209,7 +209,7 @@ class BenchProcess(BackgroundCommand):
 
     def set_angle(self, channel: str, angle: float) -> bool:
         """Have a surface or vane set by hand, deg; return whether it could hear."""
-        return self.say(f"{channel} {angle:.10g}")
+        return self.send_line(f"{channel} {angle:.10g}")
 
 
 class TrainingProcess(BackgroundCommand):
@@ -253,7 +253,7 @@ class TrainingProcess(BackgroundCommand):
             # A window must not stand still because an aircraft does.
             os.set_blocking(stream.fileno(), False)
 
-    def sticks(self, pitch: float, roll: float, yaw: float) -> bool:
+    def send_sticks(self, pitch: float, roll: float, yaw: float) -> bool:
         """Say where the keys push; to be said at least every second, moved or not.
 
         Parameters
@@ -266,29 +266,29 @@ class TrainingProcess(BackgroundCommand):
         bool
             Whether it could hear.
         """
-        return self.say(f"sticks {pitch:.4g} {roll:.4g} {yaw:.4g}")
+        return self.send_line(f"sticks {pitch:.4g} {roll:.4g} {yaw:.4g}")
 
     def take_over(self) -> bool:
         """Take the aircraft; return whether it could hear. It says "You have it" over the link."""
-        return self.say("take")
+        return self.send_line("take")
 
-    def hand_back(self) -> bool:
+    def hand_over(self) -> bool:
         """Give the aircraft back to the built-in pilot; return whether it could hear."""
-        return self.say("give")
+        return self.send_line("give")
 
     def land(self) -> bool:
         """Have the built-in pilot land, which ends the flight; return whether it could hear."""
-        return self.say("land")
+        return self.send_line("land")
 
-    def choose_size(self, share: float) -> bool:
+    def set_stick_size(self, share: float) -> bool:
         """Choose how far a key pushes, as a share of full stick; return whether it could hear."""
-        return self.say(f"size {share:.4g}")
+        return self.send_line(f"size {share:.4g}")
 
-    def choose_rate(self, *, high: bool) -> bool:
+    def set_rate_switch(self, *, high: bool) -> bool:
         """Set the rate switch; return whether it could hear."""
-        return self.say(f"rate {'high' if high else 'low'}")
+        return self.send_line(f"rate {'high' if high else 'low'}")
 
-    def click(self, axis: str, by: float) -> bool:
+    def move_lever(self, axis: str, by: float) -> bool:
         """Move a lever by a share of its travel; return whether it could hear.
 
         Parameters
@@ -298,4 +298,4 @@ class TrainingProcess(BackgroundCommand):
         by : float
             Positive is more throttle, nose up, right.
         """
-        return self.say(f"click {axis} {by:.4g}")
+        return self.send_line(f"click {axis} {by:.4g}")

@@ -60,10 +60,10 @@ def execute_bench_command(bench: VirtualBench, line: str) -> str:
         return f"{verb} goes to {angle:g} deg in {seconds_needed:.1f} s"
     if verb == "turn" and len(rest) in (2, 3):
         angle, *seconds = (_number(word, line) for word in rest[1:])
-        whole = bench.turn(rest[0], angle, seconds=seconds[0] if seconds else None)
+        whole = bench.rotate(rest[0], angle, seconds=seconds[0] if seconds else None)
         return f"turns {angle:g} deg about the axis of {rest[0]}, over in {whole:.1f} s"
     if verb == "lie" and len(rest) == 1 and rest[0] in _POSITIONS:
-        return f"lies {rest[0]} in {bench.lie(rest[0]):.1f} s"
+        return f"lies {rest[0]} in {bench.move_to_position(rest[0]):.1f} s"
     if verb == "where" and len(rest) == 1:
         return f"{rest[0]} is at {bench.angle(rest[0]):.3f} deg"
     plain: Mapping[str, Callable[[], object]] = {
@@ -101,11 +101,11 @@ class CommandConsole(Protocol):
         """Whether nobody can say anything any more, and the bench is to end with that."""
         ...
 
-    def lines(self) -> list[str]:
+    def read_lines(self) -> list[str]:
         """Return the lines that have come; never waits."""
         ...
 
-    def answer(self, text: str) -> None:
+    def reply(self, text: str) -> None:
         """Send an answer."""
         ...
 
@@ -141,14 +141,14 @@ class UdpConsole:
         self._source: LinkSource = open_source(address, clock=clock)
         self._source.open()
 
-    def lines(self) -> list[str]:
+    def read_lines(self) -> list[str]:
         """Return the lines that have come."""
         chunks = self._source.read(0.0)
         return [
             line for chunk in chunks for line in chunk.data.decode("utf-8", "replace").splitlines()
         ]
 
-    def answer(self, text: str) -> None:
+    def reply(self, text: str) -> None:
         """Send an answer to all who have spoken lately."""
         self._source.write(text.encode() + b"\n")
 
@@ -167,7 +167,7 @@ class StdinConsole:
     ----------
     stream : text file
         Read until its end, which ends the bench.
-    answer : callable
+    reply : callable
         Shows an answer.
     """
 
@@ -183,7 +183,7 @@ class StdinConsole:
         """Return whether the input has ended."""
         return self._ended
 
-    def lines(self) -> list[str]:
+    def read_lines(self) -> list[str]:
         """Return the lines that have come."""
         found = []
         while not self._heard.empty():
@@ -194,7 +194,7 @@ class StdinConsole:
                 found.append(line)
         return found
 
-    def answer(self, text: str) -> None:
+    def reply(self, text: str) -> None:
         """Show an answer."""
         self._answer(text)
 
@@ -245,7 +245,7 @@ class BenchDownlink:
         """Switch the box off."""
         self._stopped = True
 
-    def answer(self, message: Message) -> bytes:
+    def pack_reply(self, message: Message) -> bytes:
         """Return the frame of an answer to the ground."""
         return self._box.pack(message)
 
@@ -265,26 +265,26 @@ class BenchDownlink:
             )
             live = self._box.frames(tick)
             if number == 0:
-                live.append(self._box.text("Box on, on the ground"))
+                live.append(self._box.pack_text("Box on, on the ground"))
             yield Packet(
                 time=tick.micros * 1e-6,
                 stamp_us=tick.unix_us,
-                live=tuple(live),
-                kept=(),
+                live_frames=tuple(live),
+                onboard_frames=(),
                 phase=self._doing,
             )
 
     def _obey(self) -> None:
         if self._control is None:
             return
-        for line in self._control.lines():
+        for line in self._control.read_lines():
             try:
                 answer = execute_bench_command(self._bench, line)
             except FlightError as error:
-                self._control.answer(str(error))
+                self._control.reply(str(error))
                 continue
             if answer:
-                self._control.answer(answer)
+                self._control.reply(answer)
                 self._doing = line.strip()
 
     def _values(self) -> dict[str, float]:

@@ -54,7 +54,7 @@ class PacketStream(Protocol):
         """Go on and yield one packet for each tick."""
         ...
 
-    def answer(self, message: Message) -> bytes:
+    def pack_reply(self, message: Message) -> bytes:
         """Return the frame of an answer to the ground."""
         ...
 
@@ -110,7 +110,7 @@ class DownlinkTransmitter:
         self._credit = 0.0
         self.sent_bytes = 0
 
-    def fly(self, progress: Callable[[TransmitProgress], None] = lambda _: None) -> None:
+    def transmit(self, progress: Callable[[TransmitProgress], None] = lambda _: None) -> None:
         """Send the whole flight.
 
         Parameters
@@ -136,7 +136,7 @@ class DownlinkTransmitter:
         if self._log is not None:
             self._log.flush()
 
-    def stay(self, seconds: float) -> None:
+    def serve_log_requests(self, seconds: float) -> None:
         """Answer the ground after the flight until `seconds` have passed without a request.
 
         The crew stands beside the aircraft by then, with a cable: answers come at the rate of the
@@ -149,7 +149,7 @@ class DownlinkTransmitter:
         while (left := end - self._clock.monotonic()) > 0.0:
             if self._clock.monotonic() >= sign:
                 sign += _HEARTBEAT
-                self._line.send(self._stream.answer(landed_heartbeat()))
+                self._line.send(self._stream.pack_reply(landed_heartbeat()))
             if self._hear(self._line.receive(min(left, 1.0 / TICK_RATE))):
                 end = self._clock.monotonic() + seconds
             share = self._rate / TICK_RATE
@@ -167,12 +167,12 @@ class DownlinkTransmitter:
                 return
 
     def _send(self, packet: Packet) -> None:
-        data = b"".join(packet.live)
+        data = b"".join(packet.live_frames)
         if data:
             self._line.send(data)
             self.sent_bytes += len(data)
         if self._log is not None:
-            self._log.append(packet.stamp_us, packet.kept)
+            self._log.append(packet.stamp_us, packet.onboard_frames)
         self._credit += self._rate / TICK_RATE - len(data)
         self._credit = min(self._credit, _BURST_SECONDS * 100.0)
         self._answer()
@@ -185,7 +185,7 @@ class DownlinkTransmitter:
         for piece in self._framer.feed(data):
             if isinstance(piece, MavlinkFrame) and piece.known:
                 message: Message = self._decoder.decode(bytearray(piece.data))
-                heard = self._server.ask(message) or heard
+                heard = self._server.handle_request(message) or heard
         return heard
 
     def _answer(self) -> bool:
@@ -195,8 +195,8 @@ class DownlinkTransmitter:
         if self._log is not None:
             self._log.flush()
         answered = False
-        for message in self._server.answers(math.ceil(self._credit)):
-            frame = self._stream.answer(message)
+        for message in self._server.pending_responses(math.ceil(self._credit)):
+            frame = self._stream.pack_reply(message)
             self._line.send(frame)
             self.sent_bytes += len(frame)
             self._credit -= len(frame)

@@ -78,7 +78,7 @@ class FlightDownlink:
         """Return what has really happened so far; see `gsapp.dynamics.virtual_aircraft.airframe.TRUTH_CHANNELS`."""
         return Block.concatenate(self._flown)
 
-    def answer(self, message: Message) -> bytes:
+    def pack_reply(self, message: Message) -> bytes:
         """Return the frame of an answer to the ground."""
         return self._live.pack(message)
 
@@ -87,11 +87,11 @@ class FlightDownlink:
         stretch = self._flight.advance(ticks)
         if len(stretch):
             self._flown.append(truth_block([stretch]))
-        for index, row in enumerate(stretch.board.tolist()):
-            yield self._packet(stretch, index, dict(zip(stretch.board_names, row, strict=True)))
+        for index, row in enumerate(stretch.onboard.tolist()):
+            yield self._packet(stretch, index, dict(zip(stretch.onboard_names, row, strict=True)))
 
     def _packet(self, stretch: FlightSegment, index: int, values: Mapping[str, float]) -> Packet:
-        number = stretch.first + index
+        number = stretch.first_index + index
         tick = OnboardSample(
             number=number,
             volts=stretch.volts[index],
@@ -105,14 +105,14 @@ class FlightDownlink:
             self._announced.add(phase)
             text = phase_announcement(phase)
             if text:
-                live.append(self._live.text(text))
+                live.append(self._live.pack_text(text))
                 if self._kept:
-                    kept.append(self._kept.text(text))
+                    kept.append(self._kept.pack_text(text))
         self._phase = phase
         return Packet(
             time=tick.micros * 1e-6,
             stamp_us=tick.unix_us,
-            live=tuple(live),
-            kept=tuple(kept),
+            live_frames=tuple(live),
+            onboard_frames=tuple(kept),
             phase=phase,
         )

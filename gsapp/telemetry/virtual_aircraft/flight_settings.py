@@ -52,16 +52,16 @@ class FlightSettings:
     airborne: bool = False
 
     def check(self) -> None:
-        """Raise the error that `flight` would, quickly.
+        """Raise the error that `create_flight` would, quickly.
 
         Raises
         ------
         GroundStationError
             If a file is missing or holds mistakes, or an effect is unknown.
         """
-        self.flight()
+        self.create_flight()
 
-    def flight(self, hands: StickSourceFactory | None = None) -> FlightSimulation:
+    def create_flight(self, hands: StickSourceFactory | None = None) -> FlightSimulation:
         """Return the flight, about to begin, flown by the human pilot or by other hands."""
         return FlightSimulation(
             load_flight_plan(self.plan),
@@ -76,17 +76,17 @@ class FlightSettings:
             airborne=self.airborne,
         )
 
-    def downlink(self, unix_us: int, hands: StickSourceFactory | None = None) -> FlightDownlink:
+    def create_downlink(self, unix_us: int, hands: StickSourceFactory | None = None) -> FlightDownlink:
         """Return the flight as a stream; the box is switched on at that time of day."""
         return FlightDownlink(
-            self.flight(hands),
+            self.create_flight(hands),
             thin=self.thin,
             attitude=self.attitude,
             position=self.position,
             unix_us=unix_us,
         )
 
-    def keep_log(self, path: Path, unix_us: int) -> tuple[OnboardLog | None, LogServer | None]:
+    def create_onboard_log(self, path: Path, unix_us: int) -> tuple[OnboardLog | None, LogServer | None]:
         """Return the on-board log and what hands it out; none where all goes over the link."""
         if not self.thin:
             return None, None

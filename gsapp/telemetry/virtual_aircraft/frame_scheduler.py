@@ -49,7 +49,7 @@ class FrameScheduler:
             if tick.number % slot.every == slot.offset
         ]
 
-    def text(self, text: str) -> bytes:
+    def pack_text(self, text: str) -> bytes:
         """Return the frame of one line for the crew."""
         return self._packer.pack(status_text(text))
 

@@ -33,7 +33,7 @@ class LogServer:
         self._started = started
         self._pending: Iterator[Message] = iter(())
 
-    def ask(self, message: Message) -> bool:
+    def handle_request(self, message: Message) -> bool:
         """Take a message from the ground; return whether it was a request that is obeyed."""
         kind = message.get_msgId()
         if kind == dialect.MAVLINK_MSG_ID_LOG_REQUEST_LIST:
@@ -46,7 +46,7 @@ class LogServer:
             return False
         return True
 
-    def answers(self, budget: int) -> Iterator[Message]:
+    def pending_responses(self, budget: int) -> Iterator[Message]:
         """Yield answers that are due, until about `budget` bytes are spent."""
         spent = 0
         while spent < budget:

@@ -13,9 +13,9 @@ class Packet:
     ----------
     time : float
         s since the box was switched on.
-    live : tuple of bytes
+    live_frames : tuple of bytes
         Frames for the link.
-    kept : tuple of bytes
+    onboard_frames : tuple of bytes
         Frames for the on-board log; empty where there is none.
     phase : str
         What the pilot is doing.
@@ -25,6 +25,6 @@ class Packet:
 
     time: float
     stamp_us: int
-    live: tuple[bytes, ...]
-    kept: tuple[bytes, ...]
+    live_frames: tuple[bytes, ...]
+    onboard_frames: tuple[bytes, ...]
     phase: str

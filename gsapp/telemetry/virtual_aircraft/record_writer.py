@@ -55,8 +55,8 @@ def write_record(
             for packet in downlink.advance(_TICKS_AT_ONCE):
                 delay = _TRAVEL_US + float(random.exponential(_JITTER_US))
                 last = max(last + 1, packet.stamp_us + round(delay))
-                ground.append(last, packet.live)
-                sent += sum(map(len, packet.live))
+                ground.append(last, packet.live_frames)
+                sent += sum(map(len, packet.live_frames))
                 if onboard is not None:
-                    onboard.append(packet.stamp_us, packet.kept)
+                    onboard.append(packet.stamp_us, packet.onboard_frames)
             progress(TransmitProgress(time=packet.time, phase=packet.phase, sent_bytes=sent))

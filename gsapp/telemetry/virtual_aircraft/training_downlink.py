@@ -47,21 +47,21 @@ def execute_training_command(pilot: KeyboardPilot, line: str) -> str:
     verb, *rest = line.split() or [""]
     if verb == "sticks" and len(rest) in (3, 4):
         pitch, roll, yaw, *throttle = (_number(word, line) for word in rest)
-        pilot.push(
+        pilot.set_keys(
             KeyPositions(
                 pitch=pitch, roll=roll, yaw=yaw, throttle=throttle[0] if throttle else None
             )
         )
         return ""
     if verb == "click" and len(rest) == 2:
-        pilot.click(rest[0], _number(rest[1], line))
+        pilot.step_lever(rest[0], _number(rest[1], line))
         return ""
     if verb == "size" and len(rest) == 1:
         share = _number(rest[0], line)
-        pilot.choose_size(share)
+        pilot.set_key_travel(share)
         return f"a key gives {100.0 * share:.0f} % of full stick"
     if verb == "rate" and rest in (["low"], ["high"]):
-        pilot.choose_rate(high=rest == ["high"])
+        pilot.set_rate_switch(high=rest == ["high"])
         return f"{rest[0]} rate"
     if verb == "take" and not rest:
         if not pilot.take_over():
@@ -116,9 +116,9 @@ class TrainingDownlink:
         """Return whether the flight is over, or nobody can say anything any more."""
         return self._control.ended or self._downlink.finished
 
-    def answer(self, message: Message) -> bytes:
+    def pack_reply(self, message: Message) -> bytes:
         """Return the frame of an answer to the ground."""
-        return self._downlink.answer(message)
+        return self._downlink.pack_reply(message)
 
     def truth(self) -> Block:
         """Return what has really happened so far."""
@@ -126,13 +126,13 @@ class TrainingDownlink:
 
     def advance(self, ticks: int) -> Iterator[Packet]:
         """Obey what was said, fly on, and yield one packet for each tick."""
-        for line in self._control.lines():
+        for line in self._control.read_lines():
             try:
                 answer = execute_training_command(self._pilot, line)
             except FlightError as error:
                 answer = str(error)
             if answer:
-                self._control.answer(answer)
+                self._control.reply(answer)
         yield from self._downlink.advance(ticks)
-        if reason := self._pilot.reason():
-            self._control.answer(f"I have it: {reason}")
+        if reason := self._pilot.take_handback_reason():
+            self._control.reply(f"I have it: {reason}")

@@ -165,9 +165,9 @@ def _fly(connection: PipeEnd, settings: FlightSettings, speed: float) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with tempfile.TemporaryDirectory(prefix="virtual-aircraft-") as folder:
         started = time.time_ns() // 1000
-        log, server = settings.keep_log(Path(folder) / "onboard.tlog", started)
+        log, server = settings.create_onboard_log(Path(folder) / "onboard.tlog", started)
         transmitter = DownlinkTransmitter(
-            settings.downlink(started),
+            settings.create_downlink(started),
             _PipeLink(connection),
             clock=HostClock(),
             speed=speed,
@@ -176,8 +176,8 @@ def _fly(connection: PipeEnd, settings: FlightSettings, speed: float) -> None:
             server=server,
         )
         with contextlib.suppress(EOFError, OSError):
-            transmitter.fly()
+            transmitter.transmit()
             if server is not None:
-                transmitter.stay(_LINGER_SECONDS)
+                transmitter.serve_log_requests(_LINGER_SECONDS)
         if log is not None:
             log.close()

@@ -46,7 +46,7 @@ class BenchCrew:
         for _ in range(max(round(seconds / 0.2), 1)):
             self.wizard.feed(self.bench.step(0.2))
             for fault in self.view.faults:
-                told = (fault.kind, fault.channel, fault.other)
+                told = (fault.kind, fault.channel, fault.swapped_with)
                 if told not in self.named:
                     self.named.append(told)
 
@@ -62,7 +62,7 @@ class BenchCrew:
             self.set(channel, 15.0)
         elif view.phase == "points":
             assert view.target is not None
-            if view.remaining[0].turns:
+            if view.remaining[0].is_turning_point:
                 past = view.target + (-4.0 if view.direction == "up" else 4.0)
                 self.set(channel, past, hold=0.6)
             self.set(channel, view.target, hold=0.6)
@@ -74,10 +74,10 @@ class BenchCrew:
         elif view.phase == "gyro_turn":
             assert view.target is not None
             self.wait(2.0)
-            self.wait(self.bench.turn(channel, view.target) + 2.0)
+            self.wait(self.bench.rotate(channel, view.target) + 2.0)
         elif view.phase == "accel_position":
             assert view.position is not None
-            self.wait(self.bench.lie(view.position) + 4.5)
+            self.wait(self.bench.move_to_position(view.position) + 4.5)
         elif view.phase == "pressure_zero":
             self.bench.cover()
             self.press("take")
@@ -93,9 +93,9 @@ class BenchCrew:
         for _ in range(600):
             if self.view.phase == "done":
                 return
-            key = self.wizard.state.key
+            key = self.wizard.state.current_key
             self.obey()
-            same = self.view.phase == "fit" and self.wizard.state.key == key
+            same = self.view.phase == "fit" and self.wizard.state.current_key == key
             looks = looks + 1 if same else 0
             if looks > 10:
                 self.press("accept")

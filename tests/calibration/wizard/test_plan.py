@@ -31,7 +31,7 @@ negative = "trailing edge right"
 def test_the_shipped_plan_fits_the_shipped_aircraft() -> None:
     """Seven by hand with five settings each, travel as in the aircraft file, then the others."""
     plan = load_calibration_plan("b777")
-    hand = [one for one in plan.instruments if one.by_hand]
+    hand = [one for one in plan.instruments if one.is_angle_sensor]
     assert [len(one.settings) for one in hand] == [5] * 7
     assert plan.channels[7:] == (
         *("p", "q", "r", "ax", "ay", "an"),
@@ -62,9 +62,9 @@ def test_settings_are_told_as_they_are_read_off(tmp_path: Path) -> None:
     path.write_text(GOOD, encoding="utf-8")
     rudder = load_calibration_plan(path)["rudder"]
     assert rudder.settings == pytest.approx((-11.4591559026, 0.0, 10.0))
-    assert rudder.setting_words(-12.0) == "12 deg trailing edge right"
-    assert rudder.setting_words(0.0) == "0 deg"
-    assert rudder.positive_words == "Move the rudder trailing edge left"
+    assert rudder.format_setting(-12.0) == "12 deg trailing edge right"
+    assert rudder.format_setting(0.0) == "0 deg"
+    assert rudder.positive_motion_text == "Move the rudder trailing edge left"
     with pytest.raises(UnknownNameError, match="has no 'beta'; it has rudder"):
         load_calibration_plan(path)["beta"]
 

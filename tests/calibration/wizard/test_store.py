@@ -48,8 +48,8 @@ def test_what_is_put_is_in_force_and_in_the_history(tmp_path: Path) -> None:
     assert store.in_force() == {}
     assert store.history("rudder") == ()
     for day in (12, 13):
-        store.put(certificate(day))
-    store.put(certificate(12, "alpha"))
+        store.put_in_force(certificate(day))
+    store.put_in_force(certificate(12, "alpha"))
     assert {name: one.stamp.day for name, one in store.in_force().items()} == {
         "rudder": 13,
         "alpha": 12,
@@ -58,18 +58,18 @@ def test_what_is_put_is_in_force_and_in_the_history(tmp_path: Path) -> None:
     loaded = load_certificates(store.in_force_folder)
     assert {name: one.stamp.day for name, one in loaded.items()} == {"rudder": 13, "alpha": 12}
     assert loaded["rudder"].points == certificate(13).points
-    found = store.dated("rudder", DAY)
+    found = store.find_by_stamp("rudder", DAY)
     assert found is not None
     assert found.coefficients == certificate(12).coefficients
-    assert store.dated("rudder", DAY.replace(hour=1)) is None
+    assert store.find_by_stamp("rudder", DAY.replace(hour=1)) is None
 
 
 def test_putting_twice_changes_nothing(tmp_path: Path) -> None:
     """So that a step can be put into effect again after a kill."""
     store = CertificateStore(tmp_path, "B777")
     for _ in range(2):
-        store.put(certificate(12))
-        store.skip("beta", "vane lost", "crew", DAY)
+        store.put_in_force(certificate(12))
+        store.mark_uncalibrated("beta", "vane lost", "crew", DAY)
     assert days(store) == [12]
     assert len(list(tmp_path.rglob("*skipped.toml"))) == 1
 
@@ -77,23 +77,23 @@ def test_putting_twice_changes_nothing(tmp_path: Path) -> None:
 def test_skipped_is_uncalibrated_until_a_certificate_comes(tmp_path: Path) -> None:
     """Skipping takes the certificate out of force and keeps it in the history."""
     store = CertificateStore(tmp_path, "B777")
-    store.put(certificate(12))
-    store.skip("rudder", "wire broken", "crew", DAY)
+    store.put_in_force(certificate(12))
+    store.mark_uncalibrated("rudder", "wire broken", "crew", DAY)
     assert store.in_force() == {}
     assert not list(store.in_force_folder.glob("*.toml"))
-    skipped = CertificateStore(tmp_path, "B777").skipped()["rudder"]
+    skipped = CertificateStore(tmp_path, "B777").skipped_channels()["rudder"]
     assert (skipped.reason, skipped.who, skipped.stamp) == ("wire broken", "crew", DAY)
     assert days(store) == [12]
-    store.put(certificate(13))
-    assert store.skipped() == {}
+    store.put_in_force(certificate(13))
+    assert store.skipped_channels() == {}
     assert set(store.in_force()) == {"rudder"}
 
 
 def test_a_channel_that_is_skipped_for_another_reason_says_the_new_one(tmp_path: Path) -> None:
     store = CertificateStore(tmp_path, "B777")
-    store.skip("rudder", "wire broken", "crew", DAY)
-    store.skip("rudder", "no time", "crew", DAY.replace(hour=9))
-    skipped = store.skipped()["rudder"]
+    store.mark_uncalibrated("rudder", "wire broken", "crew", DAY)
+    store.mark_uncalibrated("rudder", "no time", "crew", DAY.replace(hour=9))
+    skipped = store.skipped_channels()["rudder"]
     assert (skipped.reason, skipped.stamp.hour) == ("no time", 9)
 
 
@@ -101,7 +101,7 @@ def test_the_last_check_of_the_certificate_in_force_counts(tmp_path: Path) -> No
     """Not an earlier one, not one withdrawn, and none of another certificate."""
     store = CertificateStore(tmp_path, "B777")
     in_force = certificate(12)
-    store.put(in_force)
+    store.put_in_force(in_force)
     assert store.last_check("rudder") is None
     stamps = [DAY.replace(hour=hour) for hour in (9, 10, 11)]
     for stamp, passed in zip(stamps, (True, False, True), strict=True):
@@ -115,14 +115,14 @@ def test_the_last_check_of_the_certificate_in_force_counts(tmp_path: Path) -> No
     for _ in range(2):
         store.withdraw_check("rudder", stamps[-1])
     assert last() == (10, False)
-    store.put(certificate(13))
+    store.put_in_force(certificate(13))
     assert last() is None
 
 
 def test_a_check_made_twice_in_a_second_is_taken_back_twice(tmp_path: Path) -> None:
     """Both have one name, and Windows gives no file the name of another unless it is told to."""
     store = CertificateStore(tmp_path, "B777")
-    store.put(certificate(12))
+    store.put_in_force(certificate(12))
     for _ in range(2):
         store.record_check(check_of(certificate(12), DAY))
         assert store.checks("rudder")
@@ -133,30 +133,30 @@ def test_a_check_made_twice_in_a_second_is_taken_back_twice(tmp_path: Path) -> N
 def test_revert_goes_back_one_at_a_time(tmp_path: Path) -> None:
     """The one before is in force again, a skip counts as one; the withdrawn stays on the disk."""
     store = CertificateStore(tmp_path, "B777")
-    store.put(certificate(12))
-    store.skip("rudder", "wire broken", "crew", DAY)
-    store.put(certificate(13))
-    store.revert("rudder")
-    assert set(store.skipped()) == {"rudder"}
-    store.revert("rudder")
+    store.put_in_force(certificate(12))
+    store.mark_uncalibrated("rudder", "wire broken", "crew", DAY)
+    store.put_in_force(certificate(13))
+    store.withdraw("rudder")
+    assert set(store.skipped_channels()) == {"rudder"}
+    store.withdraw("rudder")
     assert store.in_force()["rudder"].stamp.day == 12
-    store.revert("rudder")
+    store.withdraw("rudder")
     assert store.in_force() == {}
-    assert store.skipped() == {}
+    assert store.skipped_channels() == {}
     with pytest.raises(CalibrationError, match="no certificate of rudder is in force"):
-        store.revert("rudder")
+        store.withdraw("rudder")
     assert len(list(tmp_path.rglob("*.withdrawn"))) == 3
-    store.put(certificate(14))
+    store.put_in_force(certificate(14))
     assert days(store) == [14]
 
 
 def test_revert_by_stamp_is_done_once(tmp_path: Path) -> None:
     """Asked again after a kill, it does not withdraw the one before as well."""
     store = CertificateStore(tmp_path, "B777")
-    store.put(certificate(12))
-    store.put(certificate(13))
+    store.put_in_force(certificate(12))
+    store.put_in_force(certificate(13))
     for _ in range(2):
-        store.revert("rudder", DAY.replace(day=13))
+        store.withdraw("rudder", DAY.replace(day=13))
     assert store.in_force()["rudder"].stamp.day == 12
 
 
@@ -165,7 +165,7 @@ def test_a_change_that_was_interrupted_is_whole_when_opened_again(
 ) -> None:
     """Killed between the history and the folder in force: the history decides."""
     store = CertificateStore(tmp_path, "B777")
-    store.put(certificate(12))
+    store.put_in_force(certificate(12))
 
     def killed(*arguments: object) -> None:
         raise KeyboardInterrupt
@@ -173,7 +173,7 @@ def test_a_change_that_was_interrupted_is_whole_when_opened_again(
     with monkeypatch.context() as patch:
         patch.setattr(calibration.store, "write_atomically", killed)
         with pytest.raises(KeyboardInterrupt):
-            store.put(certificate(13))
+            store.put_in_force(certificate(13))
     assert load_certificates(store.in_force_folder)["rudder"].stamp.day == 12
     again = CertificateStore(tmp_path, "B777")
     assert load_certificates(again.in_force_folder)["rudder"].stamp.day == 13
@@ -182,9 +182,9 @@ def test_a_change_that_was_interrupted_is_whole_when_opened_again(
 def test_two_windows_see_each_others_changes(tmp_path: Path) -> None:
     """Nothing is kept that another window may have changed, and no number is used twice."""
     one, other = CertificateStore(tmp_path, "B777"), CertificateStore(tmp_path, "B777")
-    one.put(certificate(12))
-    other.put(certificate(13))
-    one.put(certificate(14))
+    one.put_in_force(certificate(12))
+    other.put_in_force(certificate(13))
+    one.put_in_force(certificate(14))
     assert days(other) == [12, 13, 14]
 
 
@@ -192,7 +192,7 @@ def test_aircraft_do_not_mix_whatever_their_names(tmp_path: Path) -> None:
     """Names that are no file names stay within the folder, and apart."""
     names = ("B777", "../B777", "b/777", ".", "Flieger Nr. 2")
     for day, name in enumerate(names, start=1):
-        CertificateStore(tmp_path / "all", name).put(certificate(day))
+        CertificateStore(tmp_path / "all", name).put_in_force(certificate(day))
     found = [CertificateStore(tmp_path / "all", name) for name in names]
     assert [days(store) for store in found] == [[1], [2], [3], [4], [5]]
     assert [path.name for path in tmp_path.iterdir()] == ["all"]
@@ -204,5 +204,5 @@ def test_only_known_channels_are_skipped(tmp_path: Path) -> None:
     """A slip of the pen makes no folder."""
     store = CertificateStore(tmp_path, "B777")
     with pytest.raises(UnknownNameError, match="rudder"):
-        store.skip("ruder", "typo", "crew", DAY)
+        store.mark_uncalibrated("ruder", "typo", "crew", DAY)
     assert not (tmp_path / "B777" / "history").exists()

@@ -16,7 +16,7 @@ DEG = np.pi / 180.0
 
 def test_a_whole_aircraft_costs_no_key(tmp_path: Path) -> None:
     """Seven channels, five points up and down each: no key at all, and the angles are right."""
-    plan = load_calibration_plan("b777").only(("surface", "vane"))
+    plan = load_calibration_plan("b777").select_kinds(("surface", "vane"))
     field = Field(tmp_path, plan, seed=3)
     crew = field.begin(temperature=290.0)
     view = crew.until(lambda now: now.phase == "done")
@@ -162,7 +162,7 @@ def test_repeat_delete_add_and_choose(tmp_path: Path) -> None:
 
 def test_an_outlier_is_pointed_out_and_not_accepted_by_itself(tmp_path: Path) -> None:
     """A protractor misread by three degrees: the point is named, and waits for the crew."""
-    plan = load_calibration_plan("b777").only(("vane",)).of(["alpha"])
+    plan = load_calibration_plan("b777").select_kinds(("vane",)).select_channels(["alpha"])
     crew = Field(tmp_path, plan).begin()
     crew.until(lambda now: len(now.points) == 6)
     crew.see(crew.bench.move("alpha", 15.0))
@@ -173,7 +173,7 @@ def test_an_outlier_is_pointed_out_and_not_accepted_by_itself(tmp_path: Path) ->
     view = crew.wizard.view
     assert view.calibration is not None
     assert view.calibration.quality.outliers == (6,)
-    assert view.sentences[0].startswith("point 7, 12 deg trailing edge up, decreasing")
+    assert view.problems[0].startswith("point 7, 12 deg trailing edge up, decreasing")
     crew.press("repeat", index=6)
     crew.see(crew.bench.move("alpha", 17.0))
     crew.until(lambda now: now.phase == "done")
@@ -195,7 +195,7 @@ def test_undo_takes_back_step_by_step_as_far_as_the_certificate(tmp_path: Path) 
     for _ in range(7):
         view = crew.press("undo")
     assert view.phase == "begin"
-    assert "undo" not in view.can
+    assert "undo" not in view.available_actions
 
 
 def test_skip_back_open_and_abort(tmp_path: Path) -> None:
@@ -205,7 +205,7 @@ def test_skip_back_open_and_abort(tmp_path: Path) -> None:
     before = {name: one.stamp for name, one in field.store.in_force().items()}
     crew = field.begin()
     crew.until(lambda now: now.phase == "sign")
-    assert "back" not in crew.wizard.view.can
+    assert "back" not in crew.wizard.view.available_actions
     view = crew.press("next")
     assert view.instrument is SMALL.instruments[1]
     view = crew.press("back")
@@ -213,14 +213,14 @@ def test_skip_back_open_and_abort(tmp_path: Path) -> None:
     view = crew.press("skip", reason="no protractor")
     assert view.skipped == {"elevator_left": "no protractor"}
     assert "elevator_left" not in field.store.in_force()
-    assert field.store.skipped()["elevator_left"].reason == "no protractor"
+    assert field.store.skipped_channels()["elevator_left"].reason == "no protractor"
     view = crew.press("open", channel="elevator_left")
     assert view.phase == "sign"
     view = crew.press("undo")
     view = crew.press("undo")
     assert {name: one.stamp for name, one in field.store.in_force().items()} == before
     view = crew.press("abort")
-    assert (view.phase, view.can) == ("aborted", frozenset())
+    assert (view.phase, view.available_actions) == ("aborted", frozenset())
     assert {name: one.stamp for name, one in field.store.in_force().items()} == before
 
 

@@ -48,18 +48,18 @@ def test_a_whole_aircraft_is_checked_in_a_minute(tmp_path: Path, moved: float) -
     for that is not accepted by itself. (One certificate in a hundred is doubted by chance: those
     are counted by the bench, over many aircraft. In this one there is none.)
     """
-    plan = load_calibration_plan("b777").only(("surface", "vane"))
+    plan = load_calibration_plan("b777").select_kinds(("surface", "vane"))
     bench = VirtualBench(8)
     crew = BenchCrew(tmp_path, plan, bench)
     random = np.random.default_rng(8)
     for name in plan.channels:
         truth = bench.potentiometers[name]
-        crew.field.store.put(certified(plan[name], truth, random))
+        crew.field.store.put_in_force(certified(plan[name], truth, random))
         bench.potentiometers[name] = replace(truth, center=truth.center + moved * truth.slope)
     crew.wizard = crew.field.begin(mode="check").wizard
     crew.finish()
-    assert {one.passed for one in crew.view.checks.values()} == {not moved}
-    assert tuple(crew.view.checks) == plan.channels
+    assert {one.passed for one in crew.view.accepted_checks.values()} == {not moved}
+    assert tuple(crew.view.accepted_checks) == plan.channels
     said = "calibrate anew before the flight" if moved else "All certificates hold"
     assert said in crew.view.prompt
     if not moved:
@@ -88,7 +88,7 @@ def test_the_check_names_the_surface_and_takes_it_from_either_side(tmp_path: Pat
         assert crew.wait(1.0, lambda now, before=before: len(now.points) > before)
         assert crew.wizard.view.points[-1].direction == way
     # The play between the two ways is no shift.
-    check = crew.wizard.view.check
+    check = crew.wizard.view.check_result
     assert check is not None
     assert check.passed
     assert check.zero == pytest.approx(0.0, abs=0.1)
@@ -137,24 +137,24 @@ def test_the_check_takes_three_points_and_tells_a_shift(tmp_path: Path) -> None:
     view = crew.wizard.view
     assert view.accepted == ("elevator_left",)
     assert view.instrument is SMALL.instruments[1]
-    assert view.check is not None
-    assert not view.check.passed
+    assert view.check_result is not None
+    assert not view.check_result.passed
     shift = -0.06 / abs(field.bench.slope["elevator_right"])
-    assert view.check.zero == pytest.approx(shift, abs=0.3)
-    assert view.off_curve == pytest.approx([shift] * 3, abs=0.5)
+    assert view.check_result.zero == pytest.approx(shift, abs=0.3)
+    assert view.residuals == pytest.approx([shift] * 3, abs=0.5)
     assert field.bench.time - start < 35.0
     assert crew.keys == 0
     crew.press("accept")
     assert crew.wizard.view.phase == "done"
     assert {name: one.stamp for name, one in field.store.in_force().items()} == stamps
     assert len(field.store.checks("elevator_left")) == 1
-    assert {name: one.passed for name, one in crew.wizard.view.checks.items()} == {
+    assert {name: one.passed for name, one in crew.wizard.view.accepted_checks.items()} == {
         "elevator_left": True,
         "elevator_right": False,
     }
     kept = field.store.last_check("elevator_right")
     assert kept is not None
-    assert (kept.result, kept.who) == (crew.wizard.view.checks["elevator_right"], "crew")
+    assert (kept.result, kept.who) == (crew.wizard.view.accepted_checks["elevator_right"], "crew")
     # Taken back, it counts no more, also for a program that is started anew; then once again.
     crew.press("undo")
     assert field.store.last_check("elevator_right") is None
@@ -162,7 +162,7 @@ def test_the_check_takes_three_points_and_tells_a_shift(tmp_path: Path) -> None:
     crew.press("accept")
     assert field.store.last_check("elevator_right") is not None
     # It says nothing of a certificate that was made since.
-    field.store.put(replace(field.store.in_force()["elevator_right"], stamp=field.clock()))
+    field.store.put_in_force(replace(field.store.in_force()["elevator_right"], stamp=field.clock()))
     assert field.store.last_check("elevator_right") is None
 
 

@@ -11,7 +11,7 @@ from calibration.wizard import WizardAction
 from gsapp.dynamics.virtual_aircraft.bench import BenchFault, VirtualBench
 from tests.calibration.wizard.bench_crew import BenchCrew
 
-PLAN = load_calibration_plan("b777").only(("surface", "vane"))
+PLAN = load_calibration_plan("b777").select_kinds(("surface", "vane"))
 
 
 @pytest.mark.parametrize(
@@ -27,9 +27,9 @@ def test_each_fault_is_named_and_nothing_else(tmp_path: Path, kind: str, seed: i
     crew.try_out(channel)
     assert crew.named == [(kind, channel, swapped)]
     view = crew.view
-    assert view.faults[0].sentence in view.sentences
+    assert view.faults[0].sentence in view.problems
     assert view.tone in ("error", "taken")
-    assert {"skip", "abort", "open"} <= view.can
+    assert {"skip", "abort", "open"} <= view.available_actions
 
 
 def test_a_sound_instrument_has_no_fault(tmp_path: Path) -> None:
@@ -71,7 +71,7 @@ def test_without_any_volts_it_waits_and_says_so(tmp_path: Path) -> None:
     view = crew.view
     assert view.reading is not None
     assert view.reading.state == "absent"
-    assert view.sentences == ("Rudder: no volts come; look at its plug and at the channel map",)
+    assert view.problems == ("Rudder: no volts come; look at its plug and at the channel map",)
     crew.wizard.act(WizardAction(kind="take"))
     assert crew.view.tone == "error"
     assert crew.view.phase == "sign"

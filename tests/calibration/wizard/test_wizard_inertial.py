@@ -17,7 +17,7 @@ PLAN = load_calibration_plan("b777")
 
 def crew_of(folder: Path, channels: list[str], *faults: BenchFault) -> BenchCrew:
     """Return a crew that calibrates these channels."""
-    return BenchCrew(folder, PLAN.of(channels), VirtualBench(3, faults=faults))
+    return BenchCrew(folder, PLAN.select_channels(channels), VirtualBench(3, faults=faults))
 
 
 def test_gyros_go_by_themselves(tmp_path: Path) -> None:
@@ -48,9 +48,9 @@ def test_a_restless_aircraft_gives_no_zero(tmp_path: Path) -> None:
     crew.until("gyro_still")
     for _ in range(4):
         for position in ("x_up", "z_down"):
-            crew.wait(crew.bench.lie(position))
+            crew.wait(crew.bench.move_to_position(position))
     assert crew.view.phase == "gyro_still"
-    assert crew.view.sentences[0].startswith("it does not come to rest: ")
+    assert crew.view.problems[0].startswith("it does not come to rest: ")
     crew.wait(6.0)
     assert crew.view.phase == "gyro_turn"
 
@@ -61,7 +61,7 @@ def test_six_positions_in_any_order(tmp_path: Path) -> None:
     crew.until("accel_position")
     for position in POSITIONS[::-1]:
         assert crew.view.phase == "accel_position"
-        crew.wait(crew.bench.lie(position) + 4.5)
+        crew.wait(crew.bench.move_to_position(position) + 4.5)
     assert crew.view.phase == "fit"
     crew.press("repeat", index=5)
     assert crew.view.position == "z_down"
@@ -108,7 +108,7 @@ def test_pressures_take_one_key_and_the_fields_air(tmp_path: Path) -> None:
     crew = crew_of(tmp_path, ["dynamic_pressure", "static_pressure"])
     crew.until("pressure_blow")
     view = crew.until("fit")
-    assert "barometer" in view.sentences[0]
+    assert "barometer" in view.problems[0]
     air = crew.bench.weather
     crew.press("enter", pressure=air.pressure / 10.0, temperature=air.temperature)
     assert "not the pressure at a field" in crew.view.message
@@ -160,7 +160,7 @@ def test_a_forgotten_cover_is_asked_for_again(tmp_path: Path) -> None:
 
 def test_a_plan_of_pressures_without_anything_to_start_from_is_refused(tmp_path: Path) -> None:
     """Their slopes are not measured at a field."""
-    plan = PLAN.of(["dynamic_pressure"])
+    plan = PLAN.select_channels(["dynamic_pressure"])
     bare = CalibrationPlan(name=plan.name, instruments=plan.instruments)
     with pytest.raises(ValueError, match="has no certificate whose slope could be kept"):
         Field(tmp_path, bare).begin()

@@ -18,7 +18,7 @@ from calibration.wizard import CalibrationWizard, has_unfinished_calibration
 from calibration.wizard.journal import Journal
 from tests.calibration.wizard.wizard_kit import SMALL, Field, Operator
 
-DOUBLE = SMALL.of(["elevator_left"])
+DOUBLE = SMALL.select_channels(["elevator_left"])
 
 
 def run(crew: Operator) -> None:
@@ -60,7 +60,7 @@ def in_force(field: Field) -> dict[str, object]:
         assert {name: one.stamp for name, one in load_certificates(folder).items()} == stamps
     else:
         assert not list(folder.glob("*.toml"))
-    return {**stamps, **{name: one.reason for name, one in store.skipped().items()}}
+    return {**stamps, **{name: one.reason for name, one in store.skipped_channels().items()}}
 
 
 def test_killed_at_any_place_it_goes_on_there(
@@ -96,13 +96,13 @@ def test_killed_at_any_place_it_goes_on_there(
     for name in ("write_certificate", "write_toml", "write_atomically"):
         monkeypatch.setattr(calibration.store, name, spied(getattr(calibration.store, name)))
     expected = [(told(crew.wizard), in_force(field))]
-    make = crew.wizard._ledger.make
+    make = crew.wizard._ledger.execute
 
     def watched(step: object) -> None:
         make(step)  # type: ignore[arg-type]
         expected.append((None, in_force(field)))
 
-    monkeypatch.setattr(crew.wizard._ledger, "make", watched)
+    monkeypatch.setattr(crew.wizard._ledger, "execute", watched)
     feed, act = crew.wizard.feed, crew.wizard.act
 
     def note(call: Callable[..., None]) -> Callable[..., None]:

@@ -171,7 +171,7 @@ class Operator:
 
     def wait(self, seconds: float, until: Callable[[WizardView], bool] | None = None) -> bool:
         """Hold what is in the hand."""
-        channel = self.wizard.state.key or self.bench.plan.channels[0]
+        channel = self.wizard.state.current_key or self.bench.plan.channels[0]
         return self.see(self.bench.hold(channel, seconds), until)
 
     def obey(self) -> None:
@@ -187,7 +187,7 @@ class Operator:
             assert self.wait(4.0, lambda now: now.phase != "sign"), self.wizard.view
             return
         assert view.target is not None
-        if view.remaining[0].turns:
+        if view.remaining[0].is_turning_point:
             past = view.target + (-3.0 if view.direction == "up" else 3.0)
             self.see(self.bench.move(channel, past))
             self.wait(0.3)

@@ -51,7 +51,7 @@ def fly_equations(
     inputs[:, : len(CONTROLS)] = controls
     inputs[:, 6], inputs[:, 7] = density, mass
     start = (*state, 0.0)
-    now = np.array([*start, *model.resting_states(start, tuple(inputs[0]))], dtype=np.float64)
+    now = np.array([*start, *model.steady_states(start, tuple(inputs[0]))], dtype=np.float64)
 
     def rates(x: FloatArray, given: FloatArray) -> FloatArray:
         return np.array([float(one) for one in model.rates(tuple(x), tuple(given))])
@@ -69,7 +69,7 @@ def fly_equations(
     states = np.array(rows)[ahead // SUBSTEPS :]
     taken = inputs[ahead::SUBSTEPS][: len(states)]
     columns, given = tuple(states.T), tuple(taken.T)
-    totals, moves = model.totals(columns, given), model.rates(columns, given)
+    totals, moves = model.evaluate(columns, given), model.rates(columns, given)
     table = {name: states[:, column] for column, name in enumerate(STATE)}
     V, alpha, beta = (table[name] for name in ("V", "alpha", "beta"))
     table["u"] = V * np.cos(alpha) * np.cos(beta)

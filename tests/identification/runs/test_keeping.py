@@ -95,13 +95,13 @@ def test_maneuvers_left_out_by_hand_are_kept_with_the_run(
         before = load_run(catalog, number)
         update_run_means(catalog, replace(exclude_maneuvers(outcome, ["2:1"]), number=number))
         after = load_run(catalog, number)
-        assert (after.label, after.when) == ("mine", before.when)
+        assert (after.label, after.created_at) == ("mine", before.created_at)
         assert after.values["Cm_q"].n == before.values["Cm_q"].n - 1
         assert after.values["Cl_p"] == before.values["Cl_p"]
         assert after.settings["left out of the means"] == "2:1"
         found = repeat_run(catalog, number)
-        assert (found.same, found.differences) == (True, ())
-        assert found.outcome.summary.without == {"2:1"}
+        assert (found.is_identical, found.differences) == (True, ())
+        assert found.outcome.summary.excluded_maneuvers == {"2:1"}
         update_run_means(catalog, replace(exclude_maneuvers(outcome, []), number=number))
         assert load_run(catalog, number).values == before.values
     with pytest.raises(UnknownNameError, match="no maneuver '3:1' to exclude"):
@@ -137,13 +137,13 @@ def test_other_certificates_and_damage_are_told(outcome: RunOutcome, tmp_path: P
         ((text,),) = catalog.query("SELECT request FROM kept_runs")
         content = json.loads(text)
         content["settings"]["likelihood"]["gusts"] = True
-        with catalog.writing() as connection:
+        with catalog.transaction() as connection:
             connection.execute("UPDATE kept_runs SET request = ?", (json.dumps(content),))
         # The list still shows it.
         (found,) = stored_runs(catalog)
         with pytest.raises(FlightError, match=r"with 'settings\.likelihood\.gusts'"):
             _ = found.request
-        with catalog.writing() as connection:
+        with catalog.transaction() as connection:
             connection.execute("UPDATE kept_runs SET request = '{}'")
         with pytest.raises(FlightError, match="cannot be read"):
             _ = load_run(catalog, number).request

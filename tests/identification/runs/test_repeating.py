@@ -43,11 +43,11 @@ def test_a_repeat_is_the_same_to_the_last_bit_in_another_place_too(
     """Repeated where it was made, and after the folder was moved."""
     with Catalog(campaign / "c.sqlite") as catalog:
         found = repeat_run(catalog, 1)
-    assert (found.same, found.differences) == (True, ())
+    assert (found.is_identical, found.differences) == (True, ())
     moved = campaign.rename(tmp_path / "elsewhere")
     with Catalog(moved / "c.sqlite") as catalog:
         found = repeat_run(catalog, 1)
-    assert found.same
+    assert found.is_identical
     assert found.outcome.request.flights == (moved / "a.csv",)
     assert found.differences == ()
 
@@ -56,13 +56,13 @@ def test_one_bit_is_a_difference(campaign: Path) -> None:
     """A bound that is the next number up, and nothing else: told, with what it means."""
     with Catalog(campaign / "c.sqlite") as catalog:
         (row,) = catalog.query("SELECT std FROM estimates WHERE run = 1 AND name = 'Cm_q'")
-        with catalog.writing() as connection:
+        with catalog.transaction() as connection:
             connection.execute(
                 "UPDATE estimates SET std = ? WHERE run = 1 AND name = 'Cm_q'",
                 (math.nextafter(row["std"], 1e9),),
             )
         found = repeat_run(catalog, 1)
-    assert not found.same
+    assert not found.is_identical
     assert found.differences == (
         "maneuver 1: the bound of Cm_q differs",
         "files and versions are the same: the program itself was changed since",
@@ -80,12 +80,12 @@ def test_what_changed_since_is_named(campaign: Path) -> None:
         lines[place] = ",".join(cells)
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     with Catalog(campaign / "c.sqlite") as catalog:
-        with catalog.writing() as connection:
+        with catalog.transaction() as connection:
             connection.execute(
                 "UPDATE kept_runs SET versions = json_set(versions, '$.numpy', '1.0')"
             )
         found = repeat_run(catalog, 1)
-    assert not found.same
+    assert not found.is_identical
     assert found.differences[0] == f"{path} has changed"
     assert found.differences[1].startswith("numpy was 1.0, and is 2.")
     assert found.differences[2].startswith("maneuver 1: ")
@@ -116,7 +116,7 @@ def test_a_model_that_is_gone_is_remembered(campaign: Path) -> None:
         number = save_run(catalog, made)
         file.unlink()
         found = repeat_run(catalog, number)
-    assert (found.same, found.differences) == (True, ())
+    assert (found.is_identical, found.differences) == (True, ())
     model = found.outcome.result.settings.model
     assert model is not None
     assert model.derivative("CN_q") == 4.0

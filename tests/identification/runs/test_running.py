@@ -68,7 +68,7 @@ def test_flights_stay_open_until_their_files_change(outcome: RunOutcome, tmp_pat
     assert len(said) == 2
     log = EventLog(events_path(path))
     book = ManeuverEditLog(log, collect_maneuvers(opened.flight, opened.aircraft).maneuvers)
-    book.record(book.book.annotate("1", "bumpy"))
+    book.record(book.maneuver_list.annotate("1", "bumpy"))
     execute_run(replace(request, given=()), flights=shelf, doing=said.append)
     assert said[2:] == ["looking for maneuvers in a.csv"]
     assert shelf.open(opening).opened is opened
@@ -84,14 +84,14 @@ def test_changes_by_hand_count_in_the_next_run(outcome: RunOutcome, tmp_path: Pa
     request = RunRequest(flights=(path,))
     (opening,) = flight_open_requests(request)
     opened = shelf.open(opening).opened
-    found = shelf.surveyed(opening).maneuvers
+    found = shelf.detected_maneuvers(opening).maneuvers
     log = ManeuverEditLog(EventLog(events_path(path)), found)
     name = found[0].id
 
     def assess(name: str, start: float, stop: float) -> object:
         return replace(found[0], id=name, t_start=start, t_end=stop)
 
-    log.record(log.book.move(name, assess, t_end=found[0].t_end - 1.0))
+    log.record(log.maneuver_list.move(name, assess, t_end=found[0].t_end - 1.0))
     used = execute_run(request, flights=shelf).request.maneuvers
     assert used[0].t_end == pytest.approx(found[0].t_end - 1.0)
     used = execute_run(replace(request, as_found=True), flights=shelf).request.maneuvers

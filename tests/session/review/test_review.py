@@ -141,18 +141,18 @@ def test_a_campaign_numbers_its_flights_and_chooses_its_maneuvers(flight, tmp_pa
     assert [row.id for row in review.rows()] == ["1", "2", "3", "4", "5"]
     second = open_reviewed_flight(Path(shutil.copy(flight.path, tmp_path / "b.csv")))
     review.add(second)
-    second.regrade("2", "D")
-    second.use("3", False)
+    second.set_grade("2", "D")
+    second.set_in_use("3", False)
     rows = {row.id: row for row in review.rows()}
     assert list(rows) == [f"{k}:{m}" for k in (1, 2) for m in range(1, 6)]
     unused = [name for name, row in rows.items() if not row.in_use]
     assert unused == ["2:2", "2:3"]
-    second.use("2", True)
-    chosen = review.chosen()
+    second.set_in_use("2", True)
+    chosen = review.select_maneuvers()
     assert [(one.flight.stem, one.id) for one in chosen if one.id in "23"] == [
         ("a", "2"), ("a", "3"), ("b", "2"),
     ]  # fmt: skip
-    (one,) = review.chosen(["2:4"])
+    (one,) = review.select_maneuvers(["2:4"])
     assert (one.inputs, one.t_start) == (("da", "dr"), second["4"].t_start)
     # A decision stays with its maneuver under another name, and counts for every command.
     second.rename("3", "wild")
@@ -163,13 +163,13 @@ def test_a_campaign_numbers_its_flights_and_chooses_its_maneuvers(flight, tmp_pa
     flown = open_flights_with_maneuvers([second.path], aircraft=None)[0]
     assert [one.id for one in flown.maneuvers] == ["1", "2", "4", "5"]
     assert "maneuver wild is left out: by hand" in flown.remarks
-    again.use("wild", True)
+    again.set_in_use("wild", True)
     assert again["wild"].use is None
     again.undo()
     review.remove(flight)
     assert [row.id for row in review.rows()][2] == "wild"
-    assert review.located("wild") == (again, again["wild"])
-    assert review.located("1:2") is None
+    assert review.find_maneuver("wild") == (again, again["wild"])
+    assert review.find_maneuver("1:2") is None
 
 
 def test_the_catalog_follows_and_knows_what_the_pilot_was_told(flight, tmp_path):

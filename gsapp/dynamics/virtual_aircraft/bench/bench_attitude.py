@@ -42,7 +42,7 @@ class BenchAttitude:
         self._motions: deque[AttitudeMovement | TableRotation] = deque()
 
     @property
-    def up(self) -> Direction:
+    def up_direction(self) -> Direction:
         """Return the direction that points up once all movements are done, in body axes."""
         for motion in reversed(self._motions):
             if isinstance(motion, AttitudeMovement):
@@ -54,7 +54,7 @@ class BenchAttitude:
         """Return whether it is being moved."""
         return bool(self._motions)
 
-    def lie(self, position: Position, now: float) -> float:
+    def move_to_position(self, position: Position, now: float) -> float:
         """Have it laid in a position; return when it will be, s."""
         up = _up_direction(position)
         leaning = self._hands.normal(0.0, math.radians(POSITIONING_ERROR), 3)
@@ -63,13 +63,13 @@ class BenchAttitude:
         laying = AttitudeMovement(
             begin=self._free_at(now),
             seconds=_LAYING_SECONDS,
-            start=self.up,
+            start=self.up_direction,
             target=(float(direction[0]), float(direction[1]), float(direction[2])),
         )
         self._motions.append(laying)
         return laying.end
 
-    def turn(self, channel: str, angle: float, seconds: float | None, now: float) -> float:
+    def rotate(self, channel: str, angle: float, seconds: float | None, now: float) -> float:
         """Have it turned about the axis of a gyro; return when it will be, s.
 
         Raises
@@ -82,8 +82,8 @@ class BenchAttitude:
         if seconds is not None and not seconds > 0.0:
             raise FlightError(f"a turn cannot take {seconds:g} s; give it more than none")
         axis = GYROS.index(channel)
-        if abs(self.up[axis]) < 0.9:
-            self.lie(TURN_POSITIONS[channel], now)
+        if abs(self.up_direction[axis]) < 0.9:
+            self.move_to_position(TURN_POSITIONS[channel], now)
         marks = float(self._hands.normal(0.0, TABLE_TURN_ERROR * math.sqrt(2.0)))
         turning = TableRotation(
             begin=self._free_at(now) + _BEFORE_TURN,

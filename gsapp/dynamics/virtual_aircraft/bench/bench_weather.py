@@ -22,7 +22,7 @@ class BenchWeather:
     temperature: float
 
     @classmethod
-    def drawn(cls, random: np.random.Generator) -> BenchWeather:
+    def sample(cls, random: np.random.Generator) -> BenchWeather:
         """Draw the weather of a day."""
         return cls(
             pressure=float(random.uniform(96e3, 102e3)),
@@ -54,7 +54,7 @@ class Pitot:
         )
         return self._breath.end
 
-    def breathes(self, now: float) -> bool:
+    def is_blowing(self, now: float) -> bool:
         """Return whether somebody is at it."""
         return self._breath is not None and self._breath.end > now
 

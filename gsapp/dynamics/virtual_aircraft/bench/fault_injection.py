@@ -37,7 +37,7 @@ class BenchFaultInjector:
         self._room = [float(own.uniform(*_ROOM)) for own in self._random]
         self._at_first: FloatArray | None = None
 
-    def act(self, volts: FloatArray) -> FloatArray:
+    def apply(self, volts: FloatArray) -> FloatArray:
         """Return volts (n, 20) with the faults in them."""
         if not self._faults or not len(volts):
             return volts

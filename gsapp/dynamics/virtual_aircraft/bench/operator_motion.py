@@ -52,7 +52,7 @@ class SurfaceMovement:
     target: float
 
     @classmethod
-    def by_hand(cls, begin: float, start: float, target: float) -> SurfaceMovement:
+    def create(cls, begin: float, start: float, target: float) -> SurfaceMovement:
         """Return a movement that takes as long as a hand needs."""
         seconds = math.ceil(100.0 * (1.2 + abs(target - start) / _QUICK)) / 100.0
         return cls(begin=begin, seconds=seconds, start=start, target=target)
@@ -63,7 +63,7 @@ class SurfaceMovement:
         return self.begin + self.seconds
 
     @property
-    def settled(self) -> float:
+    def final_angle(self) -> float:
         """Return where the surface is from the end on, to the last bit of `angles`, deg."""
         return self.start + (self.target - self.start)
 
@@ -75,7 +75,7 @@ class SurfaceMovement:
         way = 0.92 * _smooth(share / 0.65) + 0.08 * _smooth((share - 0.5) / 0.5)
         return np.asarray(self.start + (self.target - self.start) * way)
 
-    def grip(self, times: FloatArray) -> FloatArray:
+    def tremor_gain(self, times: FloatArray) -> FloatArray:
         """Return how much of the hand's tremor the surface feels, 0 to 1, shape (n,).
 
         Less and less as it comes to the angle, where the hand lets go.

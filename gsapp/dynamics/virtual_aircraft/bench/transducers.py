@@ -110,7 +110,7 @@ class Transducer:
     noise: float
 
     @classmethod
-    def drawn(
+    def sample(
         cls, nominal: Certificate, random: np.random.Generator, *, zero_std: float, noise: float
     ) -> Transducer:
         """Draw one about a straight certificate; stds in SI."""

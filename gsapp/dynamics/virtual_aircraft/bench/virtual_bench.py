@@ -84,22 +84,22 @@ class VirtualBench:
         drawing, self._hands, noise, harming = np.random.default_rng([seed, 0xBE]).spawn(4)
         nominal = load_certificates("b777")
         described = load_aircraft(aircraft)
-        self.potentiometers = {name: Potentiometer.drawn(name, drawing) for name in POTENTIOMETERS}
+        self.potentiometers = {name: Potentiometer.sample(name, drawing) for name in POTENTIOMETERS}
         self.gyros: SensorTriad = sample_gyros(nominal, described, drawing)
         self.accelerometers: SensorTriad = sample_accelerometers(nominal, described, drawing)
         air = described.sensors.air_data
         self.pressures = {
-            "static_pressure": Transducer.drawn(
+            "static_pressure": Transducer.sample(
                 nominal["static_pressure"], drawing, zero_std=150.0, noise=air.static_noise
             ),
-            "dynamic_pressure": Transducer.drawn(
+            "dynamic_pressure": Transducer.sample(
                 nominal["dynamic_pressure"], drawing, zero_std=12.0, noise=air.noise
             ),
         }
         for fault in faults:
             if fault.kind == "reversed":
                 self._reverse(fault.channel)
-        self.weather = BenchWeather.drawn(drawing)
+        self.weather = BenchWeather.sample(drawing)
         self._supply = float(drawing.uniform(4.85, 4.96))
         self._supply_swing = float(drawing.uniform(0.002, 0.008))
         self._pitot = Pitot(drawing.uniform(0.0, 2.0 * np.pi, 3))
@@ -155,7 +155,7 @@ class VirtualBench:
         """Return where a surface or vane really is, deg, tremor included."""
         return self._angles[_surface(channel)]
 
-    def aim(self, channel: str) -> float:
+    def target_angle(self, channel: str) -> float:
         """Return where the hand really has set a surface, or is about to, deg.
 
         Apart from what it was asked by the error of setting a protractor.
@@ -163,9 +163,9 @@ class VirtualBench:
         return self._settings[_surface(channel)].target
 
     @property
-    def up(self) -> tuple[float, float, float]:
+    def up_direction(self) -> tuple[float, float, float]:
         """Return the direction that points up once the aircraft lies still, in body axes."""
-        return self._attitude.up
+        return self._attitude.up_direction
 
     @property
     def busy(self) -> bool:
@@ -174,7 +174,7 @@ class VirtualBench:
         return (
             any(setting.end > now for setting in self._settings.values())
             or self._attitude.busy
-            or self._pitot.breathes(now)
+            or self._pitot.is_blowing(now)
         )
 
     # --- what hands do --------------------------------------------------------------------------
@@ -206,7 +206,7 @@ class VirtualBench:
         stop = self.potentiometers[name].travel
         error = float(self._hands.normal(0.0, self._setting_error))
         target = min(max(angle + error, -stop), stop)
-        self._settings[name] = SurfaceMovement.by_hand(self.time, here, target)
+        self._settings[name] = SurfaceMovement.create(self.time, here, target)
         self._held = name if hold else ""
         return self._settings[name].seconds
 
@@ -214,12 +214,12 @@ class VirtualBench:
         """Take the hand off a surface that is held; it stays where it is."""
         self._held = ""
 
-    def lie(self, position: Position) -> float:
+    def move_to_position(self, position: Position) -> float:
         """Lay the aircraft in a position; return how long that takes, s."""
         self._held = ""
-        return self._attitude.lie(position, self.time) - self.time
+        return self._attitude.move_to_position(position, self.time) - self.time
 
-    def turn(self, channel: str, angle: float, *, seconds: float | None = None) -> float:
+    def rotate(self, channel: str, angle: float, *, seconds: float | None = None) -> float:
         """Turn the aircraft on its table.
 
         Parameters
@@ -242,7 +242,7 @@ class VirtualBench:
             If it is no axis, or the turn takes no time.
         """
         self._held = ""
-        return self._attitude.turn(channel, angle, seconds, self.time) - self.time
+        return self._attitude.rotate(channel, angle, seconds, self.time) - self.time
 
     def cover(self) -> None:
         """Put the cover on the pitot."""
@@ -287,7 +287,7 @@ class VirtualBench:
             own = columns[name] if name in columns else np.full(ticks, self._others[name])
             small = 0.0 if name in _OWN_NOISE_CHANNELS else noise.get(name, 0.5e-3)
             volts[:, index] = own + small * white[:, index]
-        volts = self._harm.act(volts)
+        volts = self._harm.apply(volts)
         self._ticks += ticks
         return quantize(volts)
 
@@ -315,10 +315,10 @@ class VirtualBench:
             setting, linkage = self._settings[name], self._linkages[name]
             if name != self._held and times.size and times[0] >= setting.end:
                 # At rest, as nearly all are nearly always.
-                self._angles[name] = setting.settled
-                shaft = linkage.follow(np.array([setting.settled]))
+                self._angles[name] = setting.final_angle
+                shaft = linkage.follow(np.array([setting.final_angle]))
             else:
-                grip = np.ones(times.size) if name == self._held else setting.grip(times)
+                grip = np.ones(times.size) if name == self._held else setting.tremor_gain(times)
                 angles = setting.angles(times) + grip * tremor
                 shaft = linkage.follow(angles)
                 self._angles[name] = float(angles[-1]) if times.size else self._angles[name]
