@@ -123,7 +123,9 @@ def load_certificate_overview(
         If there is no such folder or set, or it holds no certificate.
     """
     store = _find_store(Path(folder_or_name))
-    skipped = () if store is None else tuple(one for _, one in sorted(store.skipped_channels().items()))
+    skipped = (
+        () if store is None else tuple(one for _, one in sorted(store.skipped_channels().items()))
+    )
     before = None if former is None else load_certificates(former)
     folder = folder_or_name if store is None else store.in_force_folder
     if store is not None and not list_files(store.in_force_folder, "*.toml") and skipped:

@@ -163,7 +163,10 @@ def has_hysteresis(certificate: Certificate) -> bool:
 
     Then it does not matter from which side a setting is come to, as long as that is known.
     """
-    return certificate.hysteresis > 0.0 or CalibrationReadings.from_points(certificate.points).two_sided
+    return (
+        certificate.hysteresis > 0.0
+        or CalibrationReadings.from_points(certificate.points).two_sided
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -253,7 +256,9 @@ def _branch_fit(certificate: Certificate) -> HysteresisFit | None:
     """Return the certificate's curve with its covariance, where it holds points enough."""
     if np.unique([point.volts for point in certificate.points]).size <= certificate.degree:
         return None
-    return fit_with_hysteresis(CalibrationReadings.from_points(certificate.points), certificate.degree)
+    return fit_with_hysteresis(
+        CalibrationReadings.from_points(certificate.points), certificate.degree
+    )
 
 
 def _readings_in_range(

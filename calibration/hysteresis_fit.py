@@ -190,7 +190,9 @@ class HysteresisFit:
         """Return the same curve with one freedom spent: on choosing it among others."""
         if not self.degrees_of_freedom > 2.0:
             return self
-        grown = self.scatter * float(np.sqrt(self.degrees_of_freedom / (self.degrees_of_freedom - 1.0)))
+        grown = self.scatter * float(
+            np.sqrt(self.degrees_of_freedom / (self.degrees_of_freedom - 1.0))
+        )
         return replace(self, degrees_of_freedom=self.degrees_of_freedom - 1.0, scatter=grown)
 
     @property

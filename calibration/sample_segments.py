@@ -96,4 +96,6 @@ class SampleSegmenter:
         self._times, self._volts = self._times[whole:], self._volts[whole:]
         for number in np.unique(numbers[:whole]):
             low, high = np.searchsorted(numbers, (number, number + 1))
-            yield SampleSegment.from_samples(int(number), first_times[low:high], first_volts[low:high])
+            yield SampleSegment.from_samples(
+                int(number), first_times[low:high], first_volts[low:high]
+            )

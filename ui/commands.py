@@ -108,7 +108,13 @@ def _command(
     repeats: bool = False,
 ) -> Command:
     return Command(
-        id=command, menu=menu, text=text, shortcuts=keys, requirement=needs, has_separator=rule, auto_repeat=repeats
+        id=command,
+        menu=menu,
+        text=text,
+        shortcuts=keys,
+        requirement=needs,
+        has_separator=rule,
+        auto_repeat=repeats,
     )
 
 

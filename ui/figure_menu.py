@@ -60,7 +60,7 @@ class FigureMenu(QObject):
         entries = (
             ("Copy picture", self.copy_figure),
             ("Copy numbers", self.copy_numbers),
-            ("Save as…", self.ask),
+            ("Save as…", self.save_as),
             ("Reset zoom", reset),
         )
         self._actions = [QAction(words, widget) for words, _ in entries]

@@ -85,7 +85,9 @@ class FileMenuController(QObject):
         self._unproven: ConnectRequest | None = None  # over its link nothing has come yet
         desk.job_started.connect(self.show_job)
         desk.message_posted.connect(banners.show_banner)
-        desk.flight_message_posted.connect(lambda *said: self.remove_with_flight(banners.show_banner(*said)))
+        desk.flight_message_posted.connect(
+            lambda *said: self.remove_with_flight(banners.show_banner(*said))
+        )
         desk.problem_changed.connect(self._show_problem)
         desk.changed.connect(self._forget_former)
         desk.channel_map_requested.connect(self.offer_channel_map)
@@ -175,7 +177,9 @@ class FileMenuController(QObject):
     def _ask(self, dialog: RecordingDialog) -> bool:
         """Show a dialog until its recording has begun; return whether it has."""
         starter = self._desk.flight_opener
-        begun = starter.flight_opened.connect(lambda: dialog.accept() if dialog.is_connecting else None)
+        begun = starter.flight_opened.connect(
+            lambda: dialog.accept() if dialog.is_connecting else None
+        )
         done = dialog.exec()
         starter.disconnect(begun)
         if not done and dialog.is_connecting:

@@ -239,7 +239,9 @@ class FlightController(QObject):
         chosen = session.selected_system
         if chosen is not None and chosen != self._system:
             self._system = chosen
-            self.message_posted.emit("note", f"System {chosen} is now the flown system of {session.name}.")
+            self.message_posted.emit(
+                "note", f"System {chosen} is now the flown system of {session.name}."
+            )
             self.flight_opener.reload(session, session.calibration.override_source or None)
 
     def _show(self, begun: PendingFlight, back_to: float | None) -> None:
@@ -396,7 +398,9 @@ class FlightController(QObject):
             self._timer.setInterval(POLL_INTERVAL_MS)
         paints = self._pace.may_begin_frame(now)
         hurries = self._hurries(session)
-        if not (tells or hurries or (paints and (session.has_new_data or self._is_behind(session)))):
+        if not (
+            tells or hurries or (paints and (session.has_new_data or self._is_behind(session)))
+        ):
             return
         session.update(_update_seconds(session))
         if paints and self._is_behind(session):
@@ -412,7 +416,9 @@ class FlightController(QObject):
             self._pace.record_frame(now, end)
             if not hurries:
                 # No look can lead to a frame before.
-                self._timer.setInterval(max(int(1000 * self._pace.seconds_to_next(end)), POLL_INTERVAL_MS))
+                self._timer.setInterval(
+                    max(int(1000 * self._pace.seconds_to_next(end)), POLL_INTERVAL_MS)
+                )
         if tells:
             self._told_at = now
             self._tell(session)
@@ -443,7 +449,11 @@ class FlightController(QObject):
             return None
         silent = now - self._moved_at
         # While what was recorded is still being read nothing is missing yet.
-        live = session.replay_feed is None and session.recorder is not None and session.feed.is_up_to_date
+        live = (
+            session.replay_feed is None
+            and session.recorder is not None
+            and session.feed.is_up_to_date
+        )
         return session.now + silent if live and silent > _DATA_TIMEOUT else session.now
 
     def _tell(self, session: Session) -> None:

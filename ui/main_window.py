@@ -95,7 +95,9 @@ class MainWindow(QMainWindow):
         layouts = LayoutStore(layouts_path(store.path))
         self.view = FlightView(self.commands.actions, self.display_style, store, layouts)
         self.flight_page = FlightPage(StartPage(self.display_style), self.view)
-        self.file_menu = FileMenuController(self, self.flight_controller, self.display_style, store, self.banners)
+        self.file_menu = FileMenuController(
+            self, self.flight_controller, self.display_style, store, self.banners
+        )
         limits = UserLimitStore(limits_path(store.path))
         self.voice = Voice(self, muted=settings.muted)
         self.crew = FlightPageController(
@@ -104,14 +106,29 @@ class MainWindow(QMainWindow):
         stop = ActionButton(self.commands.actions["stop_recording"], "Stop", self.display_style)
         self.status_bar = StatusBar(self.display_style, {"record": stop})
         self.navigation_rail = NavigationRail(self.display_style)
-        self.gap_page = GapPage(self.commands.actions, self.display_style, store, self.banners, faults)
+        self.gap_page = GapPage(
+            self.commands.actions, self.display_style, store, self.banners, faults
+        )
         self.preflight_page = PreflightPage(
-            self.commands.actions, self.display_style, store, self.banners, faults, self.flight_controller, self.voice
+            self.commands.actions,
+            self.display_style,
+            store,
+            self.banners,
+            faults,
+            self.flight_controller,
+            self.voice,
         )
         self.pilot_page = PilotPage(
-            self.commands.actions, self.display_style, store, faults, self.flight_controller, self.voice
+            self.commands.actions,
+            self.display_style,
+            store,
+            faults,
+            self.flight_controller,
+            self.voice,
         )
-        self.review_page = ReviewPage(self.commands.actions, self.display_style, store, self.banners, faults)
+        self.review_page = ReviewPage(
+            self.commands.actions, self.display_style, store, self.banners, faults
+        )
         self.pages = QStackedWidget()
         self._place_ids = [place.id for place in PAGES]
         self._asks = True
@@ -233,7 +250,9 @@ class MainWindow(QMainWindow):
         self.navigation_rail.show_page(place_id)
         self._enable()
         if place_id == "flight":
-            (self.view.charts if self.flight_controller.is_open else self.flight_page.start).setFocus()
+            (
+                self.view.charts if self.flight_controller.is_open else self.flight_page.start
+            ).setFocus()
             return
         guides = {
             "preflight": self.preflight_page, "pilot": self.pilot_page, "review": self.review_page,
@@ -275,7 +294,9 @@ class MainWindow(QMainWindow):
         group = QActionGroup(menu)
         for vehicle in () if report is None else report.vehicles:
             words = describe_vehicle(vehicle, live=not self.flight_controller.is_replay)
-            action = menu.addAction(words, partial(self.flight_controller.select_system, vehicle.system))
+            action = menu.addAction(
+                words, partial(self.flight_controller.select_system, vehicle.system)
+            )
             action.setCheckable(True)
             action.setChecked(report is not None and vehicle.system == report.system)
             group.addAction(action)
@@ -297,7 +318,9 @@ class MainWindow(QMainWindow):
         session = self.flight_controller.session
         if session is not None:
             live = session.replay_feed is None
-            dialog = MavlinkInspector(self.display_style, session.link_report, live=live, parent=self)
+            dialog = MavlinkInspector(
+                self.display_style, session.link_report, live=live, parent=self
+            )
             self.flight_controller.refreshed.connect(dialog.refresh)
             dialog.exec()
 
@@ -326,7 +349,11 @@ class MainWindow(QMainWindow):
         if not self.flight_controller.is_open:
             self.flight_page.start.show_flights(self.store.current.recent_flights)
         self.view.show_history(self.flight_controller.history)
-        path = self.flight_controller.session.path if self.flight_controller.session is not None else None
+        path = (
+            self.flight_controller.session.path
+            if self.flight_controller.session is not None
+            else None
+        )
         self.gap_page.set_open_flight(path)
         self.review_page.set_open_flight(path)
         self._enable()
@@ -341,8 +368,14 @@ class MainWindow(QMainWindow):
     def _refresh(self) -> None:
         """Show what the session says now, beside the samples."""
         if self.flight_controller.is_open:
-            self.view.show_state(self.flight_controller.create_display_data(self.display_style.units))
-        self.status_bar.show_items(self.flight_controller.create_status_items(self.display_style.units, muted=self.store.current.muted))
+            self.view.show_state(
+                self.flight_controller.create_display_data(self.display_style.units)
+            )
+        self.status_bar.show_items(
+            self.flight_controller.create_status_items(
+                self.display_style.units, muted=self.store.current.muted
+            )
+        )
         self._enable()
         self.crew.sound_alarms()
 
@@ -435,7 +468,11 @@ class MainWindow(QMainWindow):
         names = [recorder.folder.name for recorder in elsewhere]
         if self.flight_controller.is_recording and not for_trial:
             names.insert(0, self.flight_controller.name or "The flight")
-        works = (*self.file_menu.unfinished_jobs, *self.review_page.unfinished_work_title, *self.gap_page.unfinished_work_title)
+        works = (
+            *self.file_menu.unfinished_jobs,
+            *self.review_page.unfinished_work_title,
+            *self.gap_page.unfinished_work_title,
+        )
         asks = self._asks and (names or works)
         answer = ask_closing(self, names, works) if asks else "leave"
         if answer == "stay" and self._asks:

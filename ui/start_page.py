@@ -180,7 +180,11 @@ class StartOptionButton(QAbstractButton):
     def sizeHint(self) -> QSize:
         """Return the size of the card."""
         look = self._look
-        return QSize(self.flat_width, look.px(64)) if self.flat_width else QSize(look.px(256), look.px(208))
+        return (
+            QSize(self.flat_width, look.px(64))
+            if self.flat_width
+            else QSize(look.px(256), look.px(208))
+        )
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Draw the card."""

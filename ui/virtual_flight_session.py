@@ -16,7 +16,7 @@ from ui.commands import shortcut_text
 from ui.dialogs.flight_requests import ConnectRequest
 from ui.flight_controller import FlightController
 
-ProcessT = TypeVar("P", bound=BackgroundCommand)
+ProcessT = TypeVar("ProcessT", bound=BackgroundCommand)
 
 VIRTUAL_AIRCRAFT: Final = "b777"
 """The shipped aircraft that flies, with its map and certificates."""
@@ -66,7 +66,7 @@ class VirtualFlightSession(QObject, Generic[ProcessT]):
         session = self._desk.session
         return (
             self.process is not None
-            and self.process.flying()
+            and self.process.is_running()
             and session is not None
             and session.path == self.folder
         )

@@ -85,4 +85,6 @@ def factory_calibrations() -> Mapping[str, FactoryCalibration]:
     """Return the figures of the model airliner: gyros in deg/s, accelerometers in g (3.5.3)."""
     names = ("p", "q", "r", "ax", "ay", "an")
     certificates = load_certificates("b777")
-    return MappingProxyType({name: FactoryCalibration.from_certificate(certificates[name]) for name in names})
+    return MappingProxyType(
+        {name: FactoryCalibration.from_certificate(certificates[name]) for name in names}
+    )

@@ -124,7 +124,9 @@ class TurnMonitor:
             seconds=self._ended - self._began,
         )
 
-    def detected_turn(self, channel: str, angle: float, *, angle_error: float = TURN_ANGLE_ERROR) -> Turn:
+    def detected_turn(
+        self, channel: str, angle: float, *, angle_error: float = TURN_ANGLE_ERROR
+    ) -> Turn:
         """Return the turn that was seen, about the axis of a gyro, through a known angle (deg).
 
         Raises

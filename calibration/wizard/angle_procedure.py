@@ -99,7 +99,9 @@ class AngleProcedure(CalibrationProcedure):
         if sign:
             self._look = self._watch.detect_sign(confirmed=False)
         else:
-            self._look = self._watch.detect_point(hand, hand.open_slot_indices[0], by_key=self._armed)
+            self._look = self._watch.detect_point(
+                hand, hand.open_slot_indices[0], by_key=self._armed
+            )
         asked = sign or (self._header.mode == "check" and not hand.points)
         self._faults.update(moved=self._look.hint != "unmoved", sign_asked=asked)
         if self._look.hint == "moving" and before.hint in _PERSISTENT_HINTS:

@@ -236,7 +236,11 @@ class StepExecutor:
                 for key, step in closings.items()
                 if step.kind == "accept"
             }
-            results = {key: one.check_result for key, one in outcomes.items() if one.check_result is not None}
+            results = {
+                key: one.check_result
+                for key, one in outcomes.items()
+                if one.check_result is not None
+            }
             self._checked = closings, results
         return self._checked[1]
 
@@ -305,7 +309,9 @@ def _checkable_plan(
     plan: CalibrationPlan, former: Mapping[str, Certificate], aircraft: str
 ) -> CalibrationPlan:
     """Return the plan of those instruments that have a certificate to be checked."""
-    known = [one.channel for one in plan.instruments if one.is_angle_sensor and one.channel in former]
+    known = [
+        one.channel for one in plan.instruments if one.is_angle_sensor and one.channel in former
+    ]
     if not known:
         raise CalibrationError(
             f"no surface or vane of {aircraft} has a certificate in force that could be checked; "

@@ -157,7 +157,9 @@ class CalibrationWizard:
             self._say(f"{action.kind.replace('_', ' ')} is not possible now", "error")
             return
         station, state = self._station, self.state
-        if station is not None and action.kind in station.available_actions(state.progress[state.current_key]):
+        if station is not None and action.kind in station.available_actions(
+            state.progress[state.current_key]
+        ):
             answer = station.act(state.progress[state.current_key], action)
             self._answer(answer)
             self._held = self._held or (
@@ -361,7 +363,11 @@ class CalibrationWizard:
             can.add("back")
         if self._station is None:
             return frozenset(can)
-        can |= {"abort", "skip", *self._station.available_actions(state.progress[state.current_key])}
+        can |= {
+            "abort",
+            "skip",
+            *self._station.available_actions(state.progress[state.current_key]),
+        }
         if self._following().key != state.current_key:
             can.add("next")
         if phase == "fit" and self._outcome().ready:
@@ -393,7 +399,11 @@ class CalibrationWizard:
 
     def _index(self) -> int:
         keys = [group.key for group in self.state.groups]
-        return keys.index(self.state.current_key) if self.state.current_key else len(keys) * self.state.begun
+        return (
+            keys.index(self.state.current_key)
+            if self.state.current_key
+            else len(keys) * self.state.begun
+        )
 
     def _following(self) -> InstrumentGroup:
         """Return the next group that is not done with; the one at hand where there is no other."""

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from gsapp.identification.runs.maneuver_selection import StatusCallback
     from gsapp.identification.runs.outcome import RunOutcome
 
-WorkResult = TypeVar("Result")
+WorkResult = TypeVar("WorkResult")
 
 
 def run_with_progress_bar(

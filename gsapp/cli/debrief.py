@@ -135,7 +135,9 @@ def _store(catalog: Path, session: Session, debrief: Debrief) -> None:
 
     name = "" if session.aircraft is None else session.aircraft.name
     with Catalog(catalog) as store:
-        store_debrief(store, session.flight(), debrief.to_stored_verdicts(), debrief.cards, aircraft=name)
+        store_debrief(
+            store, session.flight(), debrief.to_stored_verdicts(), debrief.cards, aircraft=name
+        )
 
 
 def _trends(catalog: Catalog) -> tuple[FlightTrend, ...]:

@@ -189,9 +189,7 @@ def _list(console: Console, entries: tuple[LogEntry, ...]) -> None:
             if entry.time_utc
             else "at an unknown time"
         )
-        console.print(
-            f"log {entry.id}: {entry.size / 1e6:.2f} MB, begun {begun}", highlight=False
-        )
+        console.print(f"log {entry.id}: {entry.size / 1e6:.2f} MB, begun {begun}", highlight=False)
     if not entries:
         console.print("The autopilot holds no log.")
 

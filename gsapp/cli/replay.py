@@ -129,7 +129,9 @@ def summary_json(session: Session) -> dict[str, Any]:
 
     whole = session.flight()
     summary = summarize_flight(whole, session.aircraft)
-    summary["events"] = events_json(sort_events((*whole.events, *alarm_events(session.alarm_registry))))
+    summary["events"] = events_json(
+        sort_events((*whole.events, *alarm_events(session.alarm_registry)))
+    )
     summary |= _link_json(session.link_report(), whole.duration)
     debrief = session.debrief()
     if debrief is not None:

@@ -366,7 +366,9 @@ class Decoder:
                 time = clock.assign_arrival_time(host, (stream, payload))
             else:
                 stamp = int.from_bytes(payload[stamp_at], "little") * stamp_scale
-                time = clock.assign_time(head[1], stamp, host, (stream, payload), period=stamp_period)
+                time = clock.assign_time(
+                    head[1], stamp, host, (stream, payload), period=stamp_period
+                )
             if clock.released or clock.events:
                 # They came before this one.
                 self._take_released(host)

@@ -117,7 +117,10 @@ DERIVATIONS: tuple[Derivation, ...] = (
         assumed=_STANDARD_DAY,
     ),
     Derivation(
-        output="qbar", fast_inputs=("dynamic_pressure",), compute=_identity, source="incompressible flow"
+        output="qbar",
+        fast_inputs=("dynamic_pressure",),
+        compute=_identity,
+        source="incompressible flow",
     ),
     Derivation(
         output="Vc",

@@ -112,9 +112,9 @@ class _VehicleClock:
 class FlightClock:
     """Places stamps, and arrivals without a stamp, in flight time.
 
-    `assign_time` and `assign_arrival_time` return the flight time of an item at once in the usual case. Where an
-    item has to wait they return None, and hand it out later in `released`: the caller looks there
-    after every call and empties it.
+    `assign_time` and `assign_arrival_time` return the flight time of an item at once in the usual
+    case. Where an item has to wait they return None, and hand it out later in `released`: the
+    caller looks there after every call and empties it.
 
     Attributes
     ----------

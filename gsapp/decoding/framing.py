@@ -3,7 +3,7 @@
 A damaged frame costs only itself: after every candidate that fails, the search goes on at the
 very next byte, not after the length that the damaged header claimed. Decisions depend on the
 bytes alone, never on the pieces in which they arrived; where the bytes so far do not decide, the
-framer waits for more, for a pause of the link (`settle`) or for its end (`flush`).
+framer waits for more, for a pause of the link (`flush_complete`) or for its end (`flush`).
 
 A frame of known id is accepted when its checksum fits, unless a second frame whose checksum fits
 starts within it and ends beyond it: then one of the two is chance (a torn frame completed by the

@@ -40,7 +40,15 @@ class Grid:
         Rows per second.
     """
 
-    __slots__ = ("_table", "_table_first", "denominator", "max_filled_rows", "numerator", "rate", "step")
+    __slots__ = (
+        "_table",
+        "_table_first",
+        "denominator",
+        "max_filled_rows",
+        "numerator",
+        "rate",
+        "step",
+    )
 
     def __init__(self, rate: float) -> None:
         if not 0.01 <= rate <= 100_000.0:

@@ -196,7 +196,9 @@ class LinkReport:
         """Return those that can be the flown aircraft, one for each system."""
         found: dict[int, SenderHealth] = {}
         for sender in self.senders:
-            if sender == self.flown or (sender.can_be_flown_aircraft and sender.system not in found):
+            if sender == self.flown or (
+                sender.can_be_flown_aircraft and sender.system not in found
+            ):
                 found[sender.system] = sender
         return tuple(found.values())
 

@@ -97,7 +97,10 @@ def _locate_in_time(view: ManeuverHistories, place: ModelErrorLocation) -> Disag
     if place.coefficient:
         column = view.coefficients.index(place.coefficient)
         history = view.missing[0][:, column]
-        floor, channel = view.coefficient_noise_floor[place.coefficient], _CHANNELS[place.coefficient]
+        floor, channel = (
+            view.coefficient_noise_floor[place.coefficient],
+            _CHANNELS[place.coefficient],
+        )
     elif place.channel in view.channels:
         column, channel = view.channels.index(place.channel), place.channel
         history = view.measured[:, column] - view.computed[0][:, column]

@@ -137,7 +137,11 @@ class HeldOutManeuvers:
         """
         total = 0.0
         for old, new in zip(self._kept[before].maneuvers, self._kept[after].maneuvers, strict=True):
-            if old.filtered_columns is None or new.filtered_columns is None or len(old.filtered_columns.rows) != len(new.filtered_columns.rows):
+            if (
+                old.filtered_columns is None
+                or new.filtered_columns is None
+                or len(old.filtered_columns.rows) != len(new.filtered_columns.rows)
+            ):
                 continue
             rows = new.filtered_columns.rows
             basis, _ = np.linalg.qr(rows[:, -1 - new.filtered_columns.n_initial_states : -1])

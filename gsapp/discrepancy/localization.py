@@ -107,7 +107,10 @@ def localize_model_errors(
         overall = len(competitors) * _p_value(temper * float(screening.gain[number]))
         values, _ = screening.full_information.solution(names)
         moves = dict(zip(names, values.tolist(), strict=True))
-        gains = {maneuver: _gain(part, moves) for maneuver, part in screening.maneuver_information.items()}
+        gains = {
+            maneuver: _gain(part, moves)
+            for maneuver, part in screening.maneuver_information.items()
+        }
         most = max(gains, key=lambda maneuver: gains[maneuver])
         for maneuver, gain in gains.items():
             here = 0.0 if maneuver == most else len(gains) * _p_value(temper * gain)

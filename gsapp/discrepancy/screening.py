@@ -48,7 +48,9 @@ class CandidateScreening:
     @property
     def misfit(self) -> float:
         """Return the mean square of the innovations, in units of what is believed."""
-        return float(self.projected_information.matrix[-1, -1]) / max(self.projected_information.samples, 1.0)
+        return float(self.projected_information.matrix[-1, -1]) / max(
+            self.projected_information.samples, 1.0
+        )
 
     @property
     def gain_factor(self) -> float:

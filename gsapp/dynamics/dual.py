@@ -94,5 +94,7 @@ class Dual:
     def atan2(y: Dual, x: Dual) -> Dual:
         """Return the angle of the point (x, y)."""
         square = x.value * x.value + y.value * y.value
-        slope = (x.value / square)[:, None] * y.derivative - (y.value / square)[:, None] * x.derivative
+        slope = (x.value / square)[:, None] * y.derivative - (y.value / square)[
+            :, None
+        ] * x.derivative
         return Dual(np.atan2(y.value, x.value), slope)

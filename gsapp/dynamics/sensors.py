@@ -238,7 +238,8 @@ class OutputModel:
             dual(inputs[6], unit[n_states + MODEL_INPUTS.index("rho")]),
             {
                 name: tuple(
-                    dual(place[index], differential.position_offsets[name][:, index]) for index in range(3)
+                    dual(place[index], differential.position_offsets[name][:, index])
+                    for index in range(3)
                 )
                 for name, place in totals.position_offsets.items()
             },

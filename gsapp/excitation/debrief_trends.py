@@ -120,7 +120,9 @@ def compute_flight_trend(
                 share = one.verdict.amplitudes[surface] / band.best
                 sizes.setdefault(surface, []).append(share)
         widths += [
-            step / one.target_input.width.best for steps in one.verdict.halves.values() for step in steps
+            step / one.target_input.width.best
+            for steps in one.verdict.halves.values()
+            for step in steps
         ]
     wanted = sum(one.requested for one in scores)
     begun = [one.verdict.t_input for one in maneuvers]

@@ -105,7 +105,12 @@ class FlightRows:
             return self
         values = self.values.copy()
         values[:, gone] = np.nan
-        return FlightRows(first_index=self.first_index, times=self.times, values=values, starts_segment=self.starts_segment)
+        return FlightRows(
+            first_index=self.first_index,
+            times=self.times,
+            values=values,
+            starts_segment=self.starts_segment,
+        )
 
     def slice_rows(self, start: int, stop: int) -> FlightRows:
         """Return the rows from `start` to before `stop`, counted from the first of these."""

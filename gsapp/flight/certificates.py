@@ -91,7 +91,11 @@ def _content(certificate: Certificate | None) -> dict[str, Any] | None:
 
 def uncalibrated_channels(sources: Mapping[str, ChannelSource]) -> tuple[str, ...]:
     """Return the channels whose instruments gave volts only, for want of a certificate, sorted."""
-    return tuple(sorted({each.uncalibrated_channel for each in sources.values() if each.uncalibrated_channel}))
+    return tuple(
+        sorted(
+            {each.uncalibrated_channel for each in sources.values() if each.uncalibrated_channel}
+        )
+    )
 
 
 def calibration_remarks(
@@ -109,7 +113,9 @@ def calibration_remarks(
     listed = ", ".join(uncalibrated_channels(sources))
     lacking = f"uncalibrated, for want of a certificate, so that there are only volts: {listed}"
     beyond = "" if block is None else _out_of_range_text(used, sources, block)
-    return tuple(words for words in (used.override_text, lacking if listed else "", beyond) if words)
+    return tuple(
+        words for words in (used.override_text, lacking if listed else "", beyond) if words
+    )
 
 
 def calibrated_ranges(

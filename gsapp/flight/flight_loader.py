@@ -439,7 +439,9 @@ def _decode_records(
             lines=decoder.lines,
             bad_lines=decoder.bad_lines,
         ),
-        vehicle_messages=tuple(event_from_notice(notice) for notice in (*decoder.messages, *decoder.notices)),
+        vehicle_messages=tuple(
+            event_from_notice(notice) for notice in (*decoder.messages, *decoder.notices)
+        ),
         remarks=(
             *health.report().warnings,
             *decoder.remarks,

@@ -147,7 +147,9 @@ class FlightReadSettings:
             None where columns are read that were calibrated before.
         """
         used = {} if channel_map is None else self.certificates_for(channel_map)
-        return AppliedCertificates(applied=used, override_source=self.override_source, recorded=self.recorded)
+        return AppliedCertificates(
+            applied=used, override_source=self.override_source, recorded=self.recorded
+        )
 
 
 def find_aircraft(path: Path, given: Aircraft | NameOrPath | None = None) -> Aircraft | None:

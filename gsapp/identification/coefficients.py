@@ -129,7 +129,9 @@ class Coefficients:
     def value(self, coefficient: str) -> FloatArray:
         """Return a coefficient, NaN where it does not count; also CX and CZ. Shape (n,)."""
         sign = -1.0 if coefficient in NEGATED_COEFFICIENTS else 1.0
-        found = np.where(self.valid_samples(coefficient), self.values[:, self.column(coefficient)], np.nan)
+        found = np.where(
+            self.valid_samples(coefficient), self.values[:, self.column(coefficient)], np.nan
+        )
         return np.asarray(sign * found, dtype=np.float64)
 
     def column(self, coefficient: str) -> int:

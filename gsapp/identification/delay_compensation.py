@@ -29,7 +29,9 @@ def channel_delays(aircraft: Aircraft) -> dict[str, float]:
         (sensors.air_data, _AIR_DATA),
         (sensors.surfaces, _SURFACES),
     )
-    return {name: one.total_delay for one, names in groups for name in names if one.total_delay > 0.0}
+    return {
+        name: one.total_delay for one, names in groups for name in names if one.total_delay > 0.0
+    }
 
 
 def advance_samples(samples: FloatArray, steps: float) -> FloatArray:

@@ -40,7 +40,11 @@ def _maneuver(result: ManeuverResult) -> dict[str, Any]:
             "why": result.failure,
             "equation_error": None,
         }
-    beside = None if result.equation_error_estimate is None else _estimate(result.equation_error_estimate)
+    beside = (
+        None
+        if result.equation_error_estimate is None
+        else _estimate(result.equation_error_estimate)
+    )
     return {**content, **_estimate(estimate), "equation_error": beside}
 
 

@@ -356,7 +356,8 @@ def response_overlay_figure(view: ManeuverHistories, units: str = "US") -> Docum
             if several:
                 left.plot(times, after, color=INK, linestyle="--", label="computed after")
             floor = (
-                from_si(view.noise_floor.get(view.channels[place], np.nan), unit, spec.quantity) - zero
+                from_si(view.noise_floor.get(view.channels[place], np.nan), unit, spec.quantity)
+                - zero
             )
             right.axhspan(-2.0 * floor, 2.0 * floor, color=_BAND, linewidth=0, label="noise, ± 2")
             right.plot(times, measured - before, color=_BEFORE)

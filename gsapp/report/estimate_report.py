@@ -227,7 +227,9 @@ def _trust_section(reported: CampaignReportData, units: ReportUnits) -> Document
     if summary.derivatives and not trends:
         tested = any(one.trends for one in summary.derivatives.values())
         parts.append(Paragraph(text=_NO_TREND if tested else _NOT_TESTED))
-    unheard = (f"{one.flight}: FTR did not listen: {one.why}" for one in reported.ftr_histories if one.why)
+    unheard = (
+        f"{one.flight}: FTR did not listen: {one.why}" for one in reported.ftr_histories if one.why
+    )
     said = dict.fromkeys((*reported.outcome.remarks, *unheard, *reported.result.remarks))
     parts += [Paragraph(text=text, kind="note") for text in said]
     return DocumentSection(title="Validity", parts=tuple(parts))

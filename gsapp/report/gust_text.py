@@ -48,7 +48,9 @@ def method_comparison_table(result: ManeuverResult) -> DocumentTable | None:
     if not values:
         return None
     maneuver = result.maneuver
-    notes = () if result.equation_error_estimate is None else result.equation_error_estimate.warnings
+    notes = (
+        () if result.equation_error_estimate is None else result.equation_error_estimate.warnings
+    )
     said = f". Of equation error: {'; '.join(notes)}" if notes else ""
     caption = (
         f"Maneuver {maneuver.id} of {maneuver.flight} flew in gusts: equation error beside maximum "

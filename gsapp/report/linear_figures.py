@@ -155,7 +155,9 @@ def _limits(measured: FloatArray) -> tuple[float, float]:
 
 def _color(model: str, palette: Palette) -> str:
     """Return a color that no response has."""
-    return {"bls": palette.traces["olive"], "subspace": palette.secondary_ink}.get(model, palette.ink)
+    return {"bls": palette.traces["olive"], "subspace": palette.secondary_ink}.get(
+        model, palette.ink
+    )
 
 
 def _handles(one: AxisValidation, palette: Palette) -> list[Line2D]:

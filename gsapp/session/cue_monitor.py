@@ -97,11 +97,11 @@ class CueMonitor:
 
     def process_step(self) -> None:
         """Judge what is complete, after all blocks of a step."""
-        self._guard.attempt(lambda: self._take_up(self.cueing.settle))
+        self._guard.attempt(lambda: self._take_up(self.cueing.process_step))
 
     def has_pending_work(self, time: float) -> bool:
         """Return whether work is under way that must be done before a flight time, s."""
-        return bool(self._guard.attempt(lambda: self.cueing.busy(time)))
+        return bool(self._guard.attempt(lambda: self.cueing.has_pending_work(time)))
 
     def finish(self) -> None:
         """Judge the very last rows: nothing more comes."""
@@ -239,9 +239,7 @@ class CueMonitor:
                 return
         data = {**event.data, "result": event.state}
         try:
-            self._book.write(
-                Event(kind=VERDICT_EVENT, text=event.text, time=event.time, data=data)
-            )
+            self._book.write(Event(kind=VERDICT_EVENT, text=event.text, time=event.time, data=data))
         except FlightError:
             return  # a full disk: its own alarm says so, and the verdict stands on the page
 

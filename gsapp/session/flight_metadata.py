@@ -69,7 +69,11 @@ class FlightMetadata:
         if self._opened.loaded_flight is not None:
             return self._opened.loaded_flight.certificates
         setting = self._opened.setting
-        return AppliedCertificates(applied=self.certificates, override_source=setting.override_source, recorded=setting.recorded)
+        return AppliedCertificates(
+            applied=self.certificates,
+            override_source=setting.override_source,
+            recorded=setting.recorded,
+        )
 
     @property
     def problem(self) -> str:

@@ -168,7 +168,9 @@ class Session:
         self._messages: dict[str, str | None] = {}
         self._next_events = self._next_relax = -math.inf
         ahead = AlarmRegistry() if mode == "replay" else None
-        self._alarm_log = AlarmLog(self.alarm_registry, self.mark_store, wall_us, self._take_in, ahead)
+        self._alarm_log = AlarmLog(
+            self.alarm_registry, self.mark_store, wall_us, self._take_in, ahead
+        )
         self._watch = self._make_watch(self.alarm_registry)
         self._watch_ahead = None if ahead is None else self._make_watch(ahead)
         self.cue_monitor: CueMonitor | None = None
@@ -422,7 +424,11 @@ class Session:
     def cues(self) -> CueSnapshot | None:
         """Return what the crew is to be told now; None where cues are switched off."""
         watch = self.cue_monitor
-        return None if watch is None else watch.snapshot(self.uncalibrated, self.out_of_calibrated_range)
+        return (
+            None
+            if watch is None
+            else watch.snapshot(self.uncalibrated, self.out_of_calibrated_range)
+        )
 
     @property
     def monitored_fraction(self) -> float:
@@ -658,7 +664,11 @@ class Session:
         by : str
             Who has seen it, and how, for the log.
         """
-        alarm = self.alarm_registry.get(key) if key is not None else next(iter(self.alarm_registry.unacknowledged), None)
+        alarm = (
+            self.alarm_registry.get(key)
+            if key is not None
+            else next(iter(self.alarm_registry.unacknowledged), None)
+        )
         if alarm is None or alarm.acknowledged:
             return False
         self._alarm_log.acknowledge(alarm, self.now, by)
@@ -689,7 +699,11 @@ class Session:
         )
         live = self.mode == "live"
         return CueMonitor(
-            cueing, self.alarm_registry, self.mark_store, lambda: self._alarm_log.read(refreshed=True), live=live
+            cueing,
+            self.alarm_registry,
+            self.mark_store,
+            lambda: self._alarm_log.read(refreshed=True),
+            live=live,
         )
 
     def _everyone(self, further: Sequence[Consumer]) -> Sequence[Consumer]:

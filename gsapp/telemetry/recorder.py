@@ -196,7 +196,9 @@ class Recorder:
         while not stop.is_set():
             with contextlib.suppress(queue.Empty):
                 unsettled = any(not stream.is_flushed for stream in self._streams.values())
-                self.write_chunks(self._arrived.get(timeout=_PAUSE_SECONDS if unsettled else _LOOK_SECONDS))
+                self.write_chunks(
+                    self._arrived.get(timeout=_PAUSE_SECONDS if unsettled else _LOOK_SECONDS)
+                )
             now = time.monotonic()
             self.flush_idle_streams(now)
             self._tend(now)

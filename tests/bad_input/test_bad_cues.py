@@ -186,7 +186,7 @@ def test_late_channels() -> None:
     for start in range(0, len(block), 10):
         cues.feed(part(block, start, start + 10, quick))
         cues.feed(part(block, max(start - 100, 0), max(start - 90, 0), ("alpha", "beta")))
-        cues.settle()
+        cues.process_step()
         time = cues.snapshot().time
         if start > 200 and time is not None:
             behind = max(behind, block.times[min(start + 10, len(block)) - 1] - time)
@@ -199,7 +199,7 @@ def test_late_channels() -> None:
 def test_an_empty_flight() -> None:
     """Nothing ever comes."""
     cues = cueing()
-    cues.settle()
+    cues.process_step()
     cues.finish()
     snapshot = cues.snapshot()
     assert snapshot.time is None

@@ -132,7 +132,9 @@ def report(result: CampaignResult, flown: Sequence[FlightWithManeuvers]) -> None
     print(f"scatter over bounds {summary.bounds_ratio or np.nan:.2f}; {left_out} values left out")
     for wild in summary.outlying_maneuvers:
         print(f"  wild: {wild.maneuver}: {', '.join(wild.derivatives)}")
-    graded = sum(len(one.detected_maneuvers) for one in flown) - sum(len(one.maneuvers) for one in flown)
+    graded = sum(len(one.detected_maneuvers) for one in flown) - sum(
+        len(one.maneuvers) for one in flown
+    )
     print(f"maneuvers left out as unfit: {graded}")
 
 

@@ -91,7 +91,7 @@ def cost(plan: str, seed: int) -> None:
         piece = Block.unchecked(block.channels, block.times[rows], block.values[rows])
         before = time.process_time()
         cues.feed(piece)
-        cues.settle()
+        cues.process_step()
         longest = max(longest, time.process_time() - before)
     spent = time.process_time() - begin
     print(f"\n{plan} flight of {seconds:.0f} s, {len(cues.verdicts)} inputs, {BLOCK}-row blocks")

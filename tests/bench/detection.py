@@ -75,7 +75,7 @@ def live(block: Block) -> int:
                 block.values[low : low + LIVE_ROWS],
             )
         )
-        detector.settle()
+        detector.process_step()
     return len(detector.finish())
 
 

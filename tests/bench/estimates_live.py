@@ -97,7 +97,9 @@ def fly(place: Path, seconds: float) -> float:
                 downlink.stop()
     with place.open("wb") as file:
         for packet in packets:
-            file.write(b"".join(pack_tlog_record(packet.stamp_us, frame) for frame in packet.live_frames))
+            file.write(
+                b"".join(pack_tlog_record(packet.stamp_us, frame) for frame in packet.live_frames)
+            )
     return time.monotonic() - begin
 
 
@@ -209,7 +211,7 @@ def measure(place: Path, seconds: float, *, estimates: bool) -> Result:
             fitted = len(fits.result.results) if fits is not None else 0
             values = len(fits.result.values) if fits is not None else 0
         finally:
-            window.desk.stop_now()
+            window.desk.stop_recording_and_wait()
             window.desk.close()
             window.close()
             window.deleteLater()

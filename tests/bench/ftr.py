@@ -53,7 +53,7 @@ def measure(block: Block, piece: int, settings: FTRSettings) -> tuple[float, int
     started = time.process_time()
     for one in pieces:
         ftr.feed(one)
-        ftr.settle()
+        ftr.process_step()
     spent = time.process_time() - started
     ftr.finish()
     return len(block) / spent, ftr.history("Cm_alpha").times.size

@@ -8,7 +8,10 @@ import pytest
 from calibration.rest_detection import RestCriteria, RestMonitor, RestPeriod, RestStatus
 
 STEP = 5.0 / 4096
-LIMITS = {"q": RestCriteria(std=0.012, mean_spread=0.006), "an": RestCriteria(std=0.012, mean_spread=0.003)}
+LIMITS = {
+    "q": RestCriteria(std=0.012, mean_spread=0.006),
+    "an": RestCriteria(std=0.012, mean_spread=0.003),
+}
 
 
 def record(seconds: float, seed: int = 0) -> tuple[np.ndarray, dict[str, np.ndarray]]:

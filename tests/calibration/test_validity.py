@@ -50,10 +50,14 @@ def test_what_is_worst_comes_first() -> None:
 
 def test_a_record_is_judged_by_its_own_day() -> None:
     certificates = {"rudder": made("rudder", timedelta(hours=2))}
-    assert CalibrationInForce(certificates=certificates, flight_date=NOON).evaluate().state == "good"
+    assert (
+        CalibrationInForce(certificates=certificates, flight_date=NOON).evaluate().state == "good"
+    )
     later = CalibrationInForce(certificates=certificates, flight_date=NOON + timedelta(days=30))
     assert later.evaluate().state == "caution"
-    assert CalibrationInForce(certificates=certificates, flight_date=None).evaluate().state == "good"
+    assert (
+        CalibrationInForce(certificates=certificates, flight_date=None).evaluate().state == "good"
+    )
 
 
 @pytest.mark.parametrize(

@@ -175,7 +175,7 @@ def test_the_troubled_record_exercises_everything(
     _, decoder = cases.decode_in_chunks(troubled.make, records, [97])
     assert {"restart", "outlier"} <= {notice.kind for notice in decoder.notices}
     assert decoder.duplicates > 10
-    assert decoder.overtaken > 0
+    assert decoder.reordered > 0
     assert {"qbar", "V", "Vc", "density", "altitude", "de", "rpm_left", "q_volts"} <= set(expected)
     index, q = expected["q"]
     # While the volts were silent (6 to 8.2 s after the start at 20) the estimate stood in.

@@ -63,7 +63,9 @@ def test_noise_of_a_linear_system_is_recovered(share: float, gusts: float, momen
     found = fit.noise["toy"]
     for name, variance in TOY_NOISE.variances.items():
         assert np.sqrt(found.variances[name] / variance) == pytest.approx(1.0, abs=0.1), name
-    for name, one, true in zip("uvw", found.gust_intensities, TOY_NOISE.gust_intensities, strict=True):
+    for name, one, true in zip(
+        "uvw", found.gust_intensities, TOY_NOISE.gust_intensities, strict=True
+    ):
         assert one / true == pytest.approx(1.0, abs=0.25), name
     assert found.moment_intensity / TOY_NOISE.moment_intensity == pytest.approx(1.0, abs=0.25)
     # Filtered with it, innovations are as large as believed.

@@ -248,7 +248,11 @@ def test_the_examples_together_are_a_flight_folder(example: Example, tmp_path: P
         "mark", "note", "card-choice", "vehicle", "verdict", "maneuver-edit", "maneuver-undo",
     ]  # fmt: skip
     changes = ManeuverEditLog(EventLog(folder.path / "events.jsonl"), [_found("3", 119.0, 124.16)])
-    assert (changes.skipped_count, len(changes.maneuver_list.edits), len(changes.maneuver_list.undone)) == (0, 0, 1)
+    assert (
+        changes.skipped_count,
+        len(changes.maneuver_list.edits),
+        len(changes.maneuver_list.undone),
+    ) == (0, 0, 1)
 
 
 def _found(name: str, start: float, stop: float) -> DetectedManeuver:

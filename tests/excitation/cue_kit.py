@@ -73,7 +73,7 @@ def feed(cues: CueGenerator, block: Block, cuts: Iterable[int] = ()) -> CueGener
     edges = sorted({0, *cuts, len(block)})
     for start, stop in pairwise(edges):
         cues.feed(part(block, start, stop))
-        cues.settle()
+        cues.process_step()
     cues.finish()
     return cues
 

@@ -86,7 +86,7 @@ def test_what_is_told_does_not_depend_on_how_the_samples_come(whole: CueGenerato
     for start, stop in itertools.pairwise(edges):
         cues.feed(part(block, start, stop, quick))
         cues.feed(part(block, max(start - late, 0), max(stop - late, 0), slow))
-        cues.settle()
+        cues.process_step()
         cues.snapshot()  # whoever looks changes nothing
     cues.feed(part(block, len(block) - late, len(block), slow))
     cues.finish()
@@ -98,12 +98,12 @@ def test_the_look_ahead_is_done_in_slices_before_it_is_due() -> None:
     cues = cueing()
     block = flown()
     cues.feed(block)
-    cues.settle()
+    cues.process_step()
     given = cues.verdicts[-1].given_at
-    assert not cues.busy(given)
+    assert not cues.has_pending_work(given)
     slices = 0
-    while cues.busy(given + OUTLOOK_DELAY):
-        cues.settle()
+    while cues.has_pending_work(given + OUTLOOK_DELAY):
+        cues.process_step()
         slices += 1
     assert slices > 10
 
@@ -117,7 +117,7 @@ def test_an_instrument_that_is_not_believed_is_not_shown() -> None:
     values[400:, place] = high + 0.2 * (high - low)
     cues = cueing(model=None)
     cues.feed(Block(channels=block.channels, times=block.times, values=values))
-    cues.settle()
+    cues.process_step()
     snapshot = cues.snapshot()
     assert snapshot.alpha is None
     assert snapshot.speed is not None
@@ -139,7 +139,7 @@ def test_what_is_not_measured_is_said_before_anybody_relies_on_it(
     block = part(flown(), 0, 700)
     cues = cueing(model=None)
     cues.feed(block.select([name for name in block.channels if name not in lost]))
-    cues.settle()
+    cues.process_step()
     snapshot = cues.snapshot()
     assert snapshot.trim is not None
     assert snapshot.trim.state == state
@@ -150,7 +150,7 @@ def test_other_units_hold_for_cards_and_prospects_from_then_on() -> None:
     """A card in feet is one in meters at once, paused or not, and so is what it would bring."""
     cues = cueing()
     cues.feed(part(flown(), 0, 700))
-    cues.settle()
+    cues.process_step()
     before = cues.snapshot()
     assert before.card is not None
     assert "100 ft/s" in before.card.text
@@ -159,7 +159,7 @@ def test_other_units_hold_for_cards_and_prospects_from_then_on() -> None:
     assert at_once is not None
     assert "30 m/s" in at_once.text
     cues.feed(part(flown(), 700, len(flown())))
-    cues.settle()
+    cues.process_step()
     after = cues.snapshot()
     assert after.outlook is not None
     assert all("m/s" in one.text for one in after.outlook.forecasts)
@@ -171,7 +171,7 @@ def test_a_replay_that_goes_back_tells_the_same_again(whole: CueGenerator) -> No
     block = flown()
     cues = cueing()
     cues.feed(part(block, 0, 1150))
-    cues.settle()
+    cues.process_step()
     assert cues.snapshot().input_in_progress is not None
     cues.reset()
     assert cues.snapshot() == CueSnapshot(
@@ -198,14 +198,14 @@ def test_the_crew_chooses_and_a_replay_of_the_choice_tells_the_same() -> None:
     live = cueing(cards=_TWO_PLACES, model=None)
     for start in range(0, 800, 20):
         live.feed(part(block, start, start + 20))
-        live.settle()
+        live.process_step()
     before = live.snapshot().card
     assert before is not None
     assert (before.card.id, before.reason) == ("E1", "next on the list")
     at = live.select_card("E2")
     for start in range(800, len(block), 20):
         live.feed(part(block, start, min(start + 20, len(block))))
-        live.settle()
+        live.process_step()
     live.finish()
     chosen = live.snapshot().card
     assert chosen is not None
@@ -235,13 +235,13 @@ def test_a_card_that_cannot_be_flown_is_said_and_not_picked() -> None:
     cards = CardSet(cards=(card("S1", speed=30.0), card("E1")))
     cues = cueing(cards=cards)
     cues.feed(part(flown(), 0, 700))
-    cues.settle()
+    cues.process_step()
     picked = cues.snapshot().card
     assert picked is not None
     assert picked.card.id == "E1"
     cues.select_card("S1")
     cues.feed(part(flown(), 700, 740))
-    cues.settle()
+    cues.process_step()
     refused = cues.snapshot().card
     assert refused is not None
     assert refused.point is None

@@ -199,8 +199,12 @@ def test_rubbish_is_survived(seed: int, share: float) -> None:
     values[hit] = random.choice([np.nan, np.inf, -np.inf, 1e300, -1e12, 0.0], hit.sum())
     for aircraft in (_b777(), None):
         watch = AlertMonitor(aircraft, RATE)
-        watch.process_rows(FlightRows(first_index=0, times=rows.times, values=values, starts_segment=True))
-        assert set(watch.invalid_channels) <= {name for one in watch.active_alerts for name in one.channels}
+        watch.process_rows(
+            FlightRows(first_index=0, times=rows.times, values=values, starts_segment=True)
+        )
+        assert set(watch.invalid_channels) <= {
+            name for one in watch.active_alerts for name in one.channels
+        }
 
 
 def test_a_sensor_that_falls_silent_is_told_and_one_never_heard_is_not() -> None:

@@ -336,7 +336,9 @@ def test_words_of_a_prospect() -> None:
         repeats=4,
     )
     value = abs(MODEL.derivative("Cn_r"))
-    gain = BoundReduction(name="Cn_r", bound_before=0.35 * value, bound_after=0.15 * value, low=0.1, high=0.2)
+    gain = BoundReduction(
+        name="Cn_r", bound_before=0.35 * value, bound_after=0.15 * value, low=0.1, high=0.2
+    )
     words = describe_forecast(card, 2, (gain,), MODEL, {})
     assert words == "two more rudder-aileron doublets at 105 ft/s: C_nr from 35 % to 15 %"
     unknown = replace(gain, bound_before=None)

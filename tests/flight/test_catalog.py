@@ -205,11 +205,11 @@ def test_models_and_flights(catalog):
 
 def test_a_flight_taken_out_takes_its_rows_along(catalog):
     """Foreign keys are in force on every connection."""
-    with catalog.writing() as connection:
+    with catalog.transaction() as connection:
         connection.execute("DELETE FROM flights WHERE name = ?", (FLIGHT.name,))
     for table in ("maneuvers", "inputs", "conditions", "grades"):
         assert export_catalog(catalog)["tables"][table] == []
-    with pytest.raises(FlightError, match="refuses"), catalog.writing() as connection:
+    with pytest.raises(FlightError, match="refuses"), catalog.transaction() as connection:
         connection.execute("INSERT INTO inputs (maneuver, surface) VALUES (99, 'de')")
 
 
@@ -281,7 +281,7 @@ def test_two_programs_fill_one_catalog_at_once(tmp_path):
 
 
 def test_a_reader_does_not_wait_for_a_writer(tmp_path, catalog):
-    with Catalog(catalog.path) as reader, catalog.writing() as connection:
+    with Catalog(catalog.path) as reader, catalog.transaction() as connection:
         connection.execute("DELETE FROM flights")
         assert len(search_maneuvers(reader)) == len(FOUND)
 

@@ -128,7 +128,9 @@ def test_a_transaction_within_another_is_part_of_it(catalog: Catalog) -> None:
         with catalog.transaction():
             number = store_campaign_run(catalog, RECORD)
             store_run(catalog, replace(FIT, campaign_run_id=number))
-            store_run(catalog, replace(FIT, campaign_run_id=number, maneuvers=((FLIGHT.name, maneuver),)))
+            store_run(
+                catalog, replace(FIT, campaign_run_id=number, maneuvers=((FLIGHT.name, maneuver),))
+            )
 
     with pytest.raises(UnknownNameError, match="no maneuver '77'"):
         store("77")

@@ -148,7 +148,7 @@ def results(blocks: list[Block]) -> list[object]:
     detector = ManeuverDetector(AIRCRAFT, 100.0)
     for block in blocks:
         detector.feed(block)
-        detector.settle()
+        detector.process_step()
     found = [one.to_record() for one in detector.finish()]
     return [found, dict(detector.noise.std), detector.airborne_criterion, detector.airborne]
 

@@ -42,7 +42,9 @@ def test_in_gusts_equation_error_stands_beside_and_is_nearer_the_truth(kind: str
     assert len(both) >= (8 if kind == "lon" else 15)
     # Constants hold zero offsets of accelerometers, which equation error does not know.
     assert not any(one.name.endswith("_0") for one in both)
-    assert _miss(result.equation_error_estimate, virtual, kind) < 0.5 * _miss(result.estimate, virtual, kind)
+    assert _miss(result.equation_error_estimate, virtual, kind) < 0.5 * _miss(
+        result.estimate, virtual, kind
+    )
 
 
 STRONG = {

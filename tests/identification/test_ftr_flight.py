@@ -39,7 +39,7 @@ def listened(forgetting: float | None) -> FTR:
                 values=measured.values[piece],
             )
         )
-        ftr.settle()
+        ftr.process_step()
     ftr.finish()
     return ftr
 

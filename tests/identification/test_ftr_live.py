@@ -60,7 +60,7 @@ def feed(ftr: FTR, block: Block, cuts: Sequence[int], *, split: bool = False) ->
                     values=block.values[start:stop, group],
                 )
             )
-        ftr.settle()
+        ftr.process_step()
 
 
 def same(one: FTR, other: FTR) -> bool:

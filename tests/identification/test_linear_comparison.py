@@ -101,7 +101,9 @@ def test_the_flight_that_judges_can_be_named_and_judges_as_a_whole() -> None:
     assert found.validation_maneuvers == ("1:M0",)
     assert asked == [("1", flown[0].t_start, flown[0].t_end)]
     for name, errors in found.errors.items():
-        ratios = np.array([errors[key] / found.whole_flight_errors[name][key] for key in found.outputs])
+        ratios = np.array(
+            [errors[key] / found.whole_flight_errors[name][key] for key in found.outputs]
+        )
         # All outputs together, each in units of what it missed without.
         assert 0.0 < np.mean(ratios**2) < 1.0
     closed = validate_linear_models(campaign(flown), keep_out=("1",), cut=gone)
@@ -129,7 +131,10 @@ def test_one_flight_is_judged_on_every_other_maneuver_of_each_kind() -> None:
 
 def test_what_was_left_out_by_hand_is_neither_fitted_nor_judged() -> None:
     found = validate_linear_models(campaign(maneuvers(2)), without=("1:M0", "2:M6", "1:M1", "1:M3"))
-    assert (found.axes["lon"].fitted_maneuvers, found.axes["lon"].validation_maneuvers) == (("1:M2",), ("2:M4",))
+    assert (found.axes["lon"].fitted_maneuvers, found.axes["lon"].validation_maneuvers) == (
+        ("1:M2",),
+        ("2:M4",),
+    )
     assert found.axes["lat"].fitted_maneuvers == ("2:M5",)
 
 

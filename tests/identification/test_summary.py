@@ -168,6 +168,8 @@ def test_a_dependence_on_speed_is_found_and_its_slope_covered() -> None:
 def test_too_few_values_claim_nothing() -> None:
     """Two maneuvers: a mean, and nothing else; none: nothing."""
     summary = summarize_campaign(flown(0, count=2))
-    assert all(one.bound_consistency is None and not one.trends for one in summary.derivatives.values())
+    assert all(
+        one.bound_consistency is None and not one.trends for one in summary.derivatives.values()
+    )
     assert summary.bounds_ratio is None
     assert summarize_campaign(flown(0, count=0)).derivatives == {}

@@ -137,7 +137,9 @@ def _step(model: Model, added: str, maneuvers: int, misfit: float) -> ModelStep:
     sizes = np.ones((maneuvers, len(COEFFICIENTS)))
     sizes[:, 2] += misfit * np.linspace(0.5, 1.5, maneuvers)
     gap = {name: 1.0 + (misfit - 1.0) * (name in ("q", "alpha")) for name in CHANNELS}
-    return ModelStep(model=model, added=added, ranking=ranking, coefficient_map=sizes, gap=gap, misfit=misfit)
+    return ModelStep(
+        model=model, added=added, ranking=ranking, coefficient_map=sizes, gap=gap, misfit=misfit
+    )
 
 
 def _view(number: int, count: int, samples: int) -> ManeuverHistories:

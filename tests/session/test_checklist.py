@@ -108,7 +108,8 @@ def by_id(items: Sequence[EvaluatedItem]) -> dict[str, EvaluatedItem]:
 def facts_for(checklist: Checklist, **changes: Any) -> ChecklistContext:
     """Return facts in which telemetry brings every channel that is watched, fresh."""
     states = {
-        name: ChannelState(channel=name, freshness=Freshness.FRESH) for name in checklist.required_channels
+        name: ChannelState(channel=name, freshness=Freshness.FRESH)
+        for name in checklist.required_channels
     }
     for name, change in changes.items():
         states[name] = replace(states[name], **change)
@@ -402,7 +403,9 @@ def test_the_flight_card_is_looked_at() -> None:
         {"takeoff_weight": "46 lb", "weather": {"temperature": "15 degC"}}
     )
     assert checklist.evaluate(ChecklistContext(card=card))[0].state == "green"
-    assert checklist.evaluate(ChecklistContext(card=card, card_issues=("a slip",)))[0].state == "amber"
+    assert (
+        checklist.evaluate(ChecklistContext(card=card, card_issues=("a slip",)))[0].state == "amber"
+    )
 
 
 # Live

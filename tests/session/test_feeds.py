@@ -64,7 +64,7 @@ class Watcher:
             self.seen.setdefault(name, []).extend(given.values[:, column].tolist())
             self.times.setdefault(name, []).extend(given.times.tolist())
 
-    def settle(self) -> None:
+    def process_step(self) -> None:
         self.settled = True
 
     def reset(self) -> None:
@@ -80,11 +80,11 @@ class Thinker(Watcher):
         super().__init__()
         self.left = slices
 
-    def busy(self, time: float) -> bool:
+    def has_pending_work(self, time: float) -> bool:
         return self.left > 0 and time >= 9.0
 
-    def settle(self) -> None:
-        super().settle()
+    def process_step(self) -> None:
+        super().process_step()
         self.left -= self.left > 0 and bool(self.times) and self.times["q"][-1] > 8.0
 
 
@@ -363,7 +363,9 @@ def test_a_window_opened_late_shows_the_present_and_looks_through_the_past_after
         feed.advance(begin + 0.02)
         # A step, and once the newest seconds in one go.
         assert clock.time - begin < 0.02 + (100 + 700) * 0.0005 + 0.02
-        shares.append((feed.is_up_to_date, feed.monitored_fraction(quick), feed.monitored_fraction(slow)))
+        shares.append(
+            (feed.is_up_to_date, feed.monitored_fraction(quick), feed.monitored_fraction(slow))
+        )
     assert history.end == 124.99
     assert not slow.seen or shares[0][2] < 1.0
     reading = [share for share in shares if not share[0]]

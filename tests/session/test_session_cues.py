@@ -140,7 +140,9 @@ def test_a_danger_is_an_alarm_and_said_until_it_is_over(tmp_path: Path) -> None:
         assert alarm is not None
         assert alarm.active
         assert alarm.message == stuck[0].text
-        assert stuck[0].spoken_text.split(" ")[0] in " ".join(one.text for one in session.spoken_cues)
+        assert stuck[0].spoken_text.split(" ")[0] in " ".join(
+            one.text for one in session.spoken_cues
+        )
 
 
 def test_bad_cards_do_not_keep_a_flight_from_being_watched(tmp_path: Path) -> None:

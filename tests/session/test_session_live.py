@@ -185,12 +185,12 @@ def test_a_flight_folder_that_disappears_is_an_alarm_and_its_recorder_can_be_sto
     beside = field.folder.with_name(f"{field.folder.name}-2")
     patience(lambda: session.update() or session.equipment.moved_to == beside)
     patience(lambda: session.update() or session.alarm_registry.get("folder") is not None)
-    assert handle.alive()
+    assert handle.is_alive()
     assert [(one.folder, one.pid) for one in find_recorders()] == [(beside, handle.pid)]
     field.aircraft.send(50)
     patience(lambda: handle.status().frames >= field.aircraft.sent)
     assert session.recorder.stop()
-    assert not handle.alive()
+    assert not handle.is_alive()
     session.update()
     assert session.snapshot().recorder.state == "stopped"
     assert session.equipment.ended
@@ -210,7 +210,7 @@ def test_a_recorder_that_dies_together_with_its_folder_is_an_alarm(
     session.update()
     field.folder.rename(field.folder.with_name("elsewhere"))
     os.kill(handle.pid, signal.SIGKILL)
-    patience(lambda: not handle.alive())
+    patience(lambda: not handle.is_alive())
     assert find_recorders() == []
     session.update()
     view = session.snapshot().recorder
@@ -426,7 +426,7 @@ def test_who_fails_while_watching_holds_up_nobody_else(
                 raise ValueError(self.fault)
             self.rows += len(block)
 
-        def settle(self) -> None: ...
+        def process_step(self) -> None: ...
 
         def reset(self) -> None: ...
 

@@ -280,7 +280,9 @@ def test_acknowledgments_of_the_flight_hold_in_its_replay(tmp_path: Path, box: A
     again = Session.replay(folder, channel_map="b777", aircraft="b777", speed=UNLIMITED_SPEED)
     again.update(0.0)
     run_replay(again)
-    assert not {alarm.key for alarm in again.alarm_registry.unacknowledged} & {alarm.key for alarm in waiting}
+    assert not {alarm.key for alarm in again.alarm_registry.unacknowledged} & {
+        alarm.key for alarm in waiting
+    }
 
 
 def test_settings_come_from_the_folder(tmp_path: Path, box: Any) -> None:

@@ -263,14 +263,14 @@ def test_a_log_is_fetched_while_the_recorder_owns_the_link(autopilot, tmp_path, 
 
         def tell(state) -> None:
             seen.append(state)
-            if state.got > 50_000:
+            if state.received_bytes > 50_000:
                 stop.set()
 
         with LogFetcher(folder.path, stop=stop, tell=tell) as fetcher:
             assert [entry.id for entry in fetcher.list_logs()] == [7, NUMBER]
             entry = fetcher.select(NUMBER)
             assert fetcher.fetch(entry) is None
-        got = seen[-1].got
+        got = seen[-1].received_bytes
         assert 50_000 < got < 200_000
         assert any(state.rate > 0.0 and state.seconds_left for state in seen)
         assert {path.name for path in folder.path.iterdir()} - passing == before
@@ -278,7 +278,7 @@ def test_a_log_is_fetched_while_the_recorder_owns_the_link(autopilot, tmp_path, 
         later = []
         with LogFetcher(folder.path, tell=later.append) as fetcher:
             fetched = fetcher.fetch(fetcher.select())  # the one begun nearest the flight
-        assert next(state.got for state in later if state.size) >= got
+        assert next(state.received_bytes for state in later if state.size) >= got
         assert fetched.entry.id == NUMBER
         assert fetched.start_time.timestamp() == BEGUN
         assert fetched.path.suffix == ".bin"
@@ -319,7 +319,7 @@ def test_a_killed_fetch_goes_on_and_leaves_no_recorder(autopilot, tmp_path, pati
         with pytest.raises(LinkError, match="being fetched"):
             LogFetcher(folder.path, autopilot.link)
         fetched = fetcher.fetch(fetcher.select(NUMBER))
-    assert next(state.got for state in told if state.size) > 0
+    assert next(state.received_bytes for state in told if state.size) > 0
     assert fetched.path.read_bytes() == autopilot.log.read_bytes()
     assert patience(lambda: not find_recorders())
     assert sorted(path.name for path in scratch.iterdir()) == ["lock", fetched.path.name]

@@ -76,7 +76,7 @@ class Voice:
     def say(self, words: str) -> None:
         self.words.append(words)
 
-    def tone(self, name: str) -> None:
+    def play_tone(self, name: str) -> None:
         self.tones.append(name)
 
 

@@ -122,7 +122,11 @@ class Day:
         person.keys("p")
         rows = page.start.instruments
         person.until(
-            lambda: window.flight_controller.history is not None and window.flight_controller.history.has("rudder"), "volts"
+            lambda: (
+                window.flight_controller.history is not None
+                and window.flight_controller.history.has("rudder")
+            ),
+            "volts",
         )
         person.picture("04-calibration")
         channels = person.ask(lambda: [one.channel for one in page.start.standings or ()])
@@ -163,7 +167,9 @@ class Day:
             "--speed", str(SPEED),
         )  # fmt: skip
         person.until(lambda: desk.session.snapshot().link.state == "ok", "the link carries", 60.0)
-        person.note(alarm_before=person.ask(lambda: desk.session.alarm_registry.get("link") is not None))
+        person.note(
+            alarm_before=person.ask(lambda: desk.session.alarm_registry.get("link") is not None)
+        )
         person.picture("06-flying")
         self.start("-P", "-c", OTHER, str(self.port))
         person.until(lambda: len(desk.session.link_report().vehicles) == 2, "two are heard")
@@ -216,7 +222,12 @@ class Day:
         person.picture("10-review")
         person.note(
             recording=person.ask(lambda: window.flight_controller.is_recording),
-            waiting=person.ask(lambda: [one.message for one in window.flight_controller.session.alarm_registry.unacknowledged]),
+            waiting=person.ask(
+                lambda: [
+                    one.message
+                    for one in window.flight_controller.session.alarm_registry.unacknowledged
+                ]
+            ),
         )
 
     def report(self, person: XDriver) -> None:
@@ -270,7 +281,10 @@ def again(person: XDriver, day: Day) -> None:
     person.note(listed=person.ask(one.accessibleName))
     person.picture("13-again")
     person.click(one)
-    person.until(lambda: window.flight_controller.is_loaded and window.flight_controller.name == name, "it is open")
+    person.until(
+        lambda: window.flight_controller.is_loaded and window.flight_controller.name == name,
+        "it is open",
+    )
 
 
 WALKS = {"whole": whole, "quick": quick, "again": again}

@@ -104,7 +104,10 @@ STATES: dict[str, CueSnapshot] = {
     "gusty": replace(BASE, trim=cue("gusty", gusts=0.9)),
     "turn": replace(
         BASE,
-        trim=cue("turn", off=(TrimDeviation(quantity="turn", amount=0.3, tolerance_ratio=3.0, channel="r"),)),
+        trim=cue(
+            "turn",
+            off=(TrimDeviation(quantity="turn", amount=0.3, tolerance_ratio=3.0, channel="r"),),
+        ),
     ),
     "blind": replace(BASE, trim=cue("blind", missing=("no rates come in",)), speed=None),
     "input": replace(BASE, input_in_progress=moving("moving")),

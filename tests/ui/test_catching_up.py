@@ -27,7 +27,9 @@ def test_what_was_true_a_while_ago_is_neither_shown_nor_said(
     window.voice._player = loud
     window.voice._take(mouth)
     window.voice.set_muted(False)
-    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path / "flights"), playing=False)
+    window.flight_controller.flight_opener.open_flight(
+        write_flight(tmp_path / "flights"), playing=False
+    )
     until(qtbot, lambda: window.flight_controller.is_loaded)
     session = window.flight_controller.session
     assert session is not None
@@ -56,7 +58,11 @@ def test_what_was_true_a_while_ago_is_neither_shown_nor_said(
     assert (alarms.value, alarms.note, alarms.state) == ("catching up", "34 %", "unknown")
     assert "34 %" in window.view.alarms._empty.text()
     sheet = window.pilot_page.state.build_display("US")
-    assert (sheet.status_text, sheet.leg_time_text, sheet.card.time_left_text) == ("NO CUE", "–", "")
+    assert (sheet.status_text, sheet.leg_time_text, sheet.card.time_left_text) == (
+        "NO CUE",
+        "–",
+        "",
+    )
     assert "catching up with the flight: 34 %" in [hint.text for hint in sheet.hints]
     assert (loud.tones, mouth.spoken) == ([], [])
 
@@ -78,8 +84,12 @@ def test_a_held_replay_that_jumped_catches_up_without_a_rest(
     """Frames leave the keys their turn; between them alarms and cues are gone on with."""
     window = open_window(tmp_path)
     qtbot.addWidget(window)
-    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path / "flights"), playing=False)
-    until(qtbot, lambda: window.flight_controller.is_loaded and window.flight_controller.is_up_to_date)
+    window.flight_controller.flight_opener.open_flight(
+        write_flight(tmp_path / "flights"), playing=False
+    )
+    until(
+        qtbot, lambda: window.flight_controller.is_loaded and window.flight_controller.is_up_to_date
+    )
     session = window.flight_controller.session
     assert session is not None
     behind = True
@@ -111,7 +121,9 @@ def test_values_are_stale_when_the_flight_says_so(qtbot: QtBot, tmp_path: Path) 
     """The charts wait for a message that comes seldom as long as the session does."""
     window = open_window(tmp_path)
     qtbot.addWidget(window)
-    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path / "flights"), playing=False)
+    window.flight_controller.flight_opener.open_flight(
+        write_flight(tmp_path / "flights"), playing=False
+    )
     until(qtbot, lambda: bool(window.view._picture.available))
     session, picture = window.flight_controller.session, window.view._picture
     assert session is not None

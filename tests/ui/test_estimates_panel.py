@@ -126,4 +126,6 @@ def test_derivatives_form_while_a_flight_is_watched(
     given = next(row for row in panel.list.rows.rows if row.points)
     panel.list.setCurrentIndex(panel.list.rows.index(names.index(given.name)))
     QTest.keyClick(panel.list, Qt.Key.Key_Return)
-    until(qtbot, lambda: (window.flight_controller.time or 0.0) <= given.points[-1].time + 1.0, 30_000)
+    until(
+        qtbot, lambda: (window.flight_controller.time or 0.0) <= given.points[-1].time + 1.0, 30_000
+    )

@@ -97,7 +97,9 @@ def story(window: MainWindow, qtbot: QtBot, tmp_path: Path) -> MainWindow:
     window.gap_page.set_open_flight(write_flight(tmp_path))
     qtbot.keyClick(window, Qt.Key.Key_F5)
     qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Return)
-    until(qtbot, lambda: window.gap_page.is_result_shown and len(window.gap_page.story.chapters) == 4)
+    until(
+        qtbot, lambda: window.gap_page.is_result_shown and len(window.gap_page.story.chapters) == 4
+    )
     QApplication.processEvents()
     return window
 
@@ -185,7 +187,9 @@ def test_a_search_runs_behind_and_the_open_flight_is_searched(
     assert window.display_style.units == "SI"
     # What is listed meanwhile is not in what runs, and is not called so.
     window.gap_page.setup.add_flight(write_flight(tmp_path / "another"))
-    assert window.gap_page.setup.sentence.text() == "What is changed here counts for the next search."
+    assert (
+        window.gap_page.setup.sentence.text() == "What is changed here counts for the next search."
+    )
     engine.hold.set()
     until(qtbot, lambda: window.gap_page.is_result_shown)
     assert "2 flights, searched together" in window.gap_page.setup.sentence.text()

@@ -40,7 +40,11 @@ def test_settings_are_put_in_force_and_kept(window: MainWindow, tmp_path: Path) 
 
     answer_dialog(SettingsDialog, answer)
     window.commands.actions["settings"].trigger()
-    assert (window.display_style.theme.name, window.display_style.scale, window.display_style.units) == ("dark", 125, "SI")
+    assert (
+        window.display_style.theme.name,
+        window.display_style.scale,
+        window.display_style.units,
+    ) == ("dark", 125, "SI")
     kept = SettingsStore(window.store.path).current
     assert (kept.theme, kept.scale, kept.units, kept.muted) == ("dark", 125, "SI", False)
     assert kept.flights == str(tmp_path / "other")
@@ -73,8 +77,12 @@ def test_the_layout_is_reset_once_asked_for(
     """Also the width of the side panel, and that it is open."""
     window.resize(1440, 900)
     window.appearance.layout_reset.emit()  # without a flight, too
-    window.flight_controller.flight_opener.open_flight(write_flight(tmp_path / "flights"), playing=False)
-    until(qtbot, lambda: window.flight_controller.is_loaded and window.flight_controller.is_up_to_date)
+    window.flight_controller.flight_opener.open_flight(
+        write_flight(tmp_path / "flights"), playing=False
+    )
+    until(
+        qtbot, lambda: window.flight_controller.is_loaded and window.flight_controller.is_up_to_date
+    )
     view = window.view
     view.show_panel(0)
     before = view.tabs.width()

@@ -41,7 +41,12 @@ def test_a_title_names_one_flight_and_no_folder(window: MainWindow, qtbot: QtBot
     assert FlightFolder(path=first).name == window.flight_controller.name == "Maiden flight"
     window.flight_controller.stop_recording_and_wait()
     second = connect(window, qtbot)
-    until(qtbot, lambda: window.flight_controller.is_open and window.flight_controller.session.path == second)
+    until(
+        qtbot,
+        lambda: (
+            window.flight_controller.is_open and window.flight_controller.session.path == second
+        ),
+    )
     until(qtbot, lambda: window.flight_controller.is_recording)
     assert second.name.endswith("-b")
     assert window.flight_controller.name == second.name

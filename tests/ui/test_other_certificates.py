@@ -86,7 +86,11 @@ def choose(monkeypatch: pytest.MonkeyPatch, value: str) -> list[str]:
 
 
 def bar_part(window: MainWindow) -> tuple[str, str, str, str]:
-    (part,) = (part for part in window.flight_controller.create_status_items("US", muted=True) if part.id == "calibration")
+    (part,) = (
+        part
+        for part in window.flight_controller.create_status_items("US", muted=True)
+        if part.id == "calibration"
+    )
     return part.title, part.value, part.note, part.state
 
 
@@ -101,7 +105,13 @@ def test_read_anew_with_other_certificates_and_back(
     said = choose(monkeypatch, str(other))
     window.commands.actions["certificates"].trigger()
     assert "they differ for alpha and they lack elevator_left, flap" in said[0]
-    until(qtbot, lambda: window.flight_controller.session is not before and window.flight_controller.is_loaded, _PATIENCE)
+    until(
+        qtbot,
+        lambda: (
+            window.flight_controller.session is not before and window.flight_controller.is_loaded
+        ),
+        _PATIENCE,
+    )
     until(qtbot, lambda: window.flight_controller.time == pytest.approx(12.0), _PATIENCE)
     read = window.flight_controller.history.samples("alpha", 1020, 1180)
     np.testing.assert_allclose(read - own, np.deg2rad(1.0))
@@ -109,14 +119,22 @@ def test_read_anew_with_other_certificates_and_back(
     until(
         qtbot, lambda: any("instead of those kept" in text for text in banners(window)), _PATIENCE
     )
-    written = window.flight_controller.export("csv", tmp_path / "out.csv", JobProgress(lambda *_: None))
+    written = window.flight_controller.export(
+        "csv", tmp_path / "out.csv", JobProgress(lambda *_: None)
+    )
     exported = load_flight(written).block["alpha"]
     np.testing.assert_allclose(exported[20:180], read, atol=1e-12)
 
     choose(monkeypatch, "")
     before = window.flight_controller.session
     window.commands.actions["certificates"].trigger()
-    until(qtbot, lambda: window.flight_controller.session is not before and window.flight_controller.is_loaded, _PATIENCE)
+    until(
+        qtbot,
+        lambda: (
+            window.flight_controller.session is not before and window.flight_controller.is_loaded
+        ),
+        _PATIENCE,
+    )
     until(qtbot, lambda: window.flight_controller.time == pytest.approx(12.0), _PATIENCE)
     assert bar_part(window)[0] == "CALIBRATION"
     assert np.array_equal(window.flight_controller.history.samples("alpha", 1020, 1180), own)
@@ -133,7 +151,10 @@ def test_what_has_no_certificate_is_charted_hatched_and_called_uncalibrated(
     window.flight_controller.reload_with_certificates(str(other))
     until(
         qtbot,
-        lambda: window.flight_controller.calibration.override_source == str(other) and window.flight_controller.is_loaded,
+        lambda: (
+            window.flight_controller.calibration.override_source == str(other)
+            and window.flight_controller.is_loaded
+        ),
         _PATIENCE,
     )
     until(qtbot, lambda: "flap" in window.view._picture.uncalibrated, _PATIENCE)

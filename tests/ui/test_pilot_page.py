@@ -280,7 +280,9 @@ def test_the_small_line_leaves_whole_statements_out(qtbot: QtBot) -> None:
     qtbot.addWidget(page)
     page.show_display(build_cue_display(CueDisplayInput(cues=BASE, is_flight_open=True)))
     first, second = page.display.footer.split(STATEMENT_SEPARATOR)
-    box = QRectF(0, 0, QFontMetricsF(create_font(11)).horizontalAdvance(page.display.footer) - 5, 14)
+    box = QRectF(
+        0, 0, QFontMetricsF(create_font(11)).horizontalAdvance(page.display.footer) - 5, 14
+    )
     assert footer_text(page.display.footer, box, 11) == first
     assert footer_text(page.display.footer, box.adjusted(0, 0, 20, 0), 11).endswith(second)
     page.resize(1160, 480)
@@ -297,7 +299,9 @@ def test_a_long_small_line_ends_in_an_ellipsis_and_is_whole_for_those_who_hear_i
     qtbot.addWidget(page)
     page.resize(1280, 600)
     page.show_display(
-        build_cue_display(CueDisplayInput(cues=replace(BASE, limitations=missing), is_flight_open=True))
+        build_cue_display(
+            CueDisplayInput(cues=replace(BASE, limitations=missing), is_flight_open=True)
+        )
     )
     box = page.compute_regions().footer
     words = elide_text(page.display.footer, box, 11)

@@ -135,7 +135,9 @@ def test_steering_is_not_shown_as_an_input() -> None:
         (replace(STATES["turn"], input_in_progress=moving("hands-off")), "HANDS OFF"),
         (replace(go, input_in_progress=replace(small, surfaces=("de",))), "INPUT"),
     ):
-        assert build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True)).status_text == word
+        assert (
+            build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True)).status_text == word
+        )
 
 
 def test_a_verdict_says_what_to_do_next_time_and_is_put_away() -> None:
@@ -173,12 +175,21 @@ def test_before_the_first_samples_there_is_no_cue() -> None:
 
 def test_a_danger_stands_in_place_of_all() -> None:
     """Even of an input under way; a caution stands beside the state."""
-    assert (sheet("danger").status_text, sheet("danger").hints[0].text) == ("LAND", "nose sensors lost")
+    assert (sheet("danger").status_text, sheet("danger").hints[0].text) == (
+        "LAND",
+        "nose sensors lost",
+    )
     cues = replace(STATES["hands-off"], alerts=(danger("stall: nose down"),))
-    assert build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True)).status_text == "NOSE DOWN"
+    assert (
+        build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True)).status_text
+        == "NOSE DOWN"
+    )
     assert sheet("caution").hints[-1].text == "yaw gyro clips"
     short = replace(BASE, alerts=(danger("too high"),))
-    assert build_cue_display(CueDisplayInput(cues=short, is_flight_open=True)).status_text == "TOO HIGH"
+    assert (
+        build_cue_display(CueDisplayInput(cues=short, is_flight_open=True)).status_text
+        == "TOO HIGH"
+    )
 
 
 def test_on_the_ground_nothing_is_said_of_flying() -> None:
@@ -202,7 +213,9 @@ def test_seconds_of_leg_are_rounded_down_and_marked_when_short() -> None:
     shown = build_cue_display(CueDisplayInput(cues=cues, is_flight_open=True))
     assert (shown.leg_time_text, shown.leg_short) == ("3", True)
     unknown = replace(BASE, trim=replace(cue("go"), leg_time_left=None))
-    assert build_cue_display(CueDisplayInput(cues=unknown, is_flight_open=True)).leg_time_text == "–"
+    assert (
+        build_cue_display(CueDisplayInput(cues=unknown, is_flight_open=True)).leg_time_text == "–"
+    )
 
 
 def test_the_next_card_says_what_it_brings_and_what_time_there_is() -> None:
@@ -220,7 +233,10 @@ def test_the_next_card_says_what_it_brings_and_what_time_there_is() -> None:
         == "all cards flown: land"
     )
     none = replace(BASE, card=None, requested_repeats=0)
-    assert "no test cards" in build_cue_display(CueDisplayInput(cues=none, is_flight_open=True)).card.text
+    assert (
+        "no test cards"
+        in build_cue_display(CueDisplayInput(cues=none, is_flight_open=True)).card.text
+    )
 
 
 def test_the_small_line_says_what_cannot_be_judged() -> None:
@@ -270,7 +286,9 @@ def test_words_change_at_most_twice_a_second_and_states_at_once(
         # The marker is never held back.
         assert shown.gauges[0].marker == made.gauges[0].marker
         if before is not None and shown.gauges[0].number != before.gauges[0].number:
-            assert clock.now - changed >= MIN_HOLD_SECONDS or shown.status_text != before.status_text
+            assert (
+                clock.now - changed >= MIN_HOLD_SECONDS or shown.status_text != before.status_text
+            )
         if before is None or (shown.gauges[0].number, shown.status_text) != (
             before.gauges[0].number,
             before.status_text,
@@ -285,7 +303,9 @@ def test_what_is_held_back_comes_as_soon_as_it_may() -> None:
 
     def number(wait: float, speed: float) -> str:
         clock.now += wait
-        made = build_cue_display(CueDisplayInput(cues=replace(BASE, speed=speed * FOOT), is_flight_open=True))
+        made = build_cue_display(
+            CueDisplayInput(cues=replace(BASE, speed=speed * FOOT), is_flight_open=True)
+        )
         return calm.limit(made).gauges[0].number
 
     told = [number(wait, speed) for wait, speed in (
@@ -320,7 +340,9 @@ def test_cards_are_gone_through_around_the_end_and_one_is_taken() -> None:
 
 def test_a_card_that_is_looked_at_is_told_from_that_to_be_flown() -> None:
     browsed = next(card for card in CARDS.cards if card.id != "C1")
-    card = build_cue_display(CueDisplayInput(cues=BASE, is_flight_open=True, browsed_card=browsed)).card
+    card = build_cue_display(
+        CueDisplayInput(cues=BASE, is_flight_open=True, browsed_card=browsed)
+    ).card
     assert card.heading == f"LOOKING AT {browsed.id} · Enter flies it"
     assert card.text == browsed.display_title
 
@@ -344,10 +366,16 @@ def test_go_without_air_data_leaves_the_speed_to_the_eye() -> None:
 def test_go_for_a_surface_that_nobody_sees_says_that_no_verdict_follows() -> None:
     """The aileron of the next card gives no signal: told beside GO; an elevator does not matter."""
     go = STATES["go"]
-    told = build_cue_display(CueDisplayInput(cues=replace(go, unmeasured_surfaces=("da",)), is_flight_open=True))
+    told = build_cue_display(
+        CueDisplayInput(cues=replace(go, unmeasured_surfaces=("da",)), is_flight_open=True)
+    )
     assert told.status_text == "GO"
     assert told.hints[1].text == "no verdict: aileron not measured"
     assert (
-        len(build_cue_display(CueDisplayInput(cues=replace(go, unmeasured_surfaces=("de",)), is_flight_open=True)).hints)
+        len(
+            build_cue_display(
+                CueDisplayInput(cues=replace(go, unmeasured_surfaces=("de",)), is_flight_open=True)
+            ).hints
+        )
         == 1
     )

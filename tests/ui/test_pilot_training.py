@@ -143,9 +143,9 @@ def test_a_trainee_takes_the_aircraft_flies_a_doublet_and_gives_it_back(
     aircraft = pilot.training._flight.process
     desk.close_flight()
     ended = time.monotonic() + 10.0
-    while aircraft.flying() and time.monotonic() < ended:
+    while aircraft.is_running() and time.monotonic() < ended:
         time.sleep(0.05)
-    assert not aircraft.flying()
+    assert not aircraft.is_running()
     # Its recording ends with it: nobody would come back to it.
     until(qtbot, lambda: not find_recorders(), _PATIENCE_MS)
     assert not pilot.help.isVisible()

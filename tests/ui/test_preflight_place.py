@@ -166,7 +166,13 @@ def test_a_check_names_what_moved(
     assert standing.text.endswith(f"{'holds' if passed else 'has moved'}: {what} {size}")
     (instrument,) = [one for one in plan.instruments if one.channel == "rudder"]
     view = WizardView(
-        instrument=instrument, index=0, count=1, phase="fit", prompt="", mode="check", check_result=result
+        instrument=instrument,
+        index=0,
+        count=1,
+        phase="fit",
+        prompt="",
+        mode="check",
+        check_result=result,
     )
     cue = build_prompt(view)
     assert (cue.caption, cue.main_text) == (f"The {what} has moved by", size)
@@ -550,7 +556,7 @@ def test_space_ticks_item_after_item_and_undo_takes_back(window: MainWindow, qtb
 
 def test_what_telemetry_says_cannot_be_ticked_by_hand(window: MainWindow, qtbot: QtBot) -> None:
     page = go(window, qtbot, 3)
-    page.list.choose("link")
+    page.list.select_item("link")
     press(qtbot, Qt.Key.Key_Space)
     assert "cannot be ticked" in page.said.text()
     assert state_of(window, "link") == "open"
@@ -569,7 +575,7 @@ def test_nothing_is_ticked_begun_anew_or_started_in_a_replay(
     page.book.restart()
     assert page.book.start() == ""
     assert page.book.ticks == before
-    page.list.choose(item.id)
+    page.list.select_item(item.id)
     press(qtbot, Qt.Key.Key_Space)
     assert "This is a replay" in page.said.text()
     assert page.book.ticks == before
@@ -591,7 +597,7 @@ def test_the_crews_own_list_is_opened_and_counts_as_soon_as_it_is_saved(
         QDesktopServices, "openUrl", lambda url: opened.append(Path(url.toLocalFile())) or True
     )
     page = go(window, qtbot, 3)
-    page.list.choose("airframe")
+    page.list.select_item("airframe")
     press(qtbot, Qt.Key.Key_Space)
     press(qtbot, Qt.Key.Key_E, CONTROL | SHIFT)
     own = window.store.path.parent / "checklist.toml"
@@ -615,7 +621,7 @@ def test_telemetry_turns_items_green_and_starting_all_the_same_is_recorded(
     card = go(window, qtbot, 1)
     type_into(qtbot, card.fields["crew.pilot"][1], "Ann")
     page = go(window, qtbot, 3)
-    page.list.choose("airframe")
+    page.list.select_item("airframe")
     press(qtbot, Qt.Key.Key_Space)
     folder, port = tmp_path / "flights" / "first", free_port()
     request = ConnectRequest(
@@ -654,7 +660,7 @@ def test_telemetry_turns_items_green_and_starting_all_the_same_is_recorded(
     assert len(starts) == 1
     assert "excitation" in starts[0].data["red"]
     assert "airframe" in starts[0].data["green"]
-    assert "Flight started at" in page.book.started_words
+    assert "Flight started at" in page.book.started_text
 
 
 # Test cards
@@ -814,8 +820,8 @@ def test_the_list_says_which_cards_are_done(window: MainWindow, qtbot: QtBot) ->
     page.book.found((good, good, good, flown(("de",), card.speed, 20 * DEGREE)))
     page._show_list()
     lines = page.list.listed.lines
-    assert (lines[0].state, lines[0].state_words) == ("good", "3 of 3")
-    assert lines[1].state_words.startswith("0 of")
+    assert (lines[0].state, lines[0].state_text) == ("good", "3 of 3")
+    assert lines[1].state_text.startswith("0 of")
     assert "done" in page.book.state.words
     box = page.list.visualRect(page.list.listed.index(0))
     assert count(page.list.viewport(), window.display_style.theme.good, box) > 60

@@ -113,9 +113,9 @@ def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
     # Before its first volts come an instrument is waited for: nothing is wrong with its signal.
     window.press(KEY.Key_C)
     window.press(KEY.Key_PageDown)
-    assert window.page.work.cue.cue.state_words == "Waiting"
+    assert window.page.work.cue.cue.state_text == "Waiting"
     window.desk.pass_time(3.0)
-    assert window.page.work.cue.cue.state_words == "Steady"
+    assert window.page.work.cue.cue.state_text == "Steady"
     window.press(KEY.Key_Escape)
     window.press(KEY.Key_Return)
     window.press(KEY.Key_Space)
@@ -128,7 +128,7 @@ def test_a_crew_calibrates_by_one_key_and_checks_it(at_bench: Open) -> None:
     assert window.view.check is not None
     assert window.view.check.passed
     cue = window.page.work.cue.cue
-    assert (cue.lead, cue.beside) == ("The zero has moved by", "the certificate holds")
+    assert (cue.caption, cue.side_text) == ("The zero has moved by", "the certificate holds")
 
     # Broken off: what was in force stays in force.
     window.press(KEY.Key_Escape)
@@ -542,7 +542,9 @@ def test_the_surfaces_at_the_end_are_those_of_now(
     window.desk.pass_time(1.0)
     assert window.page.summary.isVisible()
     shown: list[int] = []
-    monkeypatch.setattr(window.page.summary, "show_deflections", lambda rows: shown.append(len(rows)))
+    monkeypatch.setattr(
+        window.page.summary, "show_deflections", lambda rows: shown.append(len(rows))
+    )
     monkeypatch.setattr(
         "ui.preflight.wizard_page.together_of", lambda history, _units: [history] if history else []
     )
@@ -570,7 +572,7 @@ def test_the_others_are_led_through_with_a_picture_for_each(at_bench: Open) -> N
     seen = []
     while window.view.phase == "accel_position":
         seen.append(figure.figure.position)
-        desk.pass_time(bench.lie(window.view.position) + 5.0)
+        desk.pass_time(bench.move_to_position(window.view.position) + 5.0)
     assert seen == ["z_down", "z_up", "x_up", "x_down", "y_up", "y_down"]
     until_phase(window, "pressure_zero")
     assert figure.figure.kind == "cover"
@@ -696,7 +698,9 @@ def test_practice_does_not_take_the_place_of_a_flight_that_is_recorded(
         page = window.findChild(WizardPage)
         begun: list[object] = []
         monkeypatch.setattr(
-            window.flight_controller.flight_opener, "connect_aircraft", lambda *_, **__: begun.append(1)
+            window.flight_controller.flight_opener,
+            "connect_aircraft",
+            lambda *_, **__: begun.append(1),
         )
         with monkeypatch.context() as patch:
             patch.setattr(FlightController, "is_recording", True)

@@ -56,7 +56,12 @@ def fly(window: MainWindow, qtbot: QtBot, port: int, folder: Path, *, append: bo
     """Record half a second of flight and end it; return how many records the folder holds."""
     before = records_in(folder)
     connect(window, port, folder, append=append)
-    until(qtbot, lambda: window.flight_controller.is_open and window.flight_controller.session.path == folder)
+    until(
+        qtbot,
+        lambda: (
+            window.flight_controller.is_open and window.flight_controller.session.path == folder
+        ),
+    )
     with Aircraft(port):
         until(qtbot, lambda: records_in(folder) > before + 50)
     window.flight_controller.stop_recording_and_wait()
@@ -166,13 +171,20 @@ def test_the_bar_shows_a_recorder_of_a_closed_flight_and_attaches_with_a_click(
     assert not stop.isVisible()
     with Aircraft(port):
         connect(window, port, folder)
-        until(qtbot, lambda: window.flight_controller.is_open and rec.item.note.startswith("growing"))
+        until(
+            qtbot, lambda: window.flight_controller.is_open and rec.item.note.startswith("growing")
+        )
         assert stop.isVisible()
         window.flight_controller.close_flight()
         until(qtbot, lambda: rec.item.value == "first")
         assert not stop.isVisible()
         qtbot.mouseClick(rec, Qt.MouseButton.LeftButton)
-        until(qtbot, lambda: window.flight_controller.is_open and window.flight_controller.session.path == folder)
+        until(
+            qtbot,
+            lambda: (
+                window.flight_controller.is_open and window.flight_controller.session.path == folder
+            ),
+        )
         # Another that runs beside the open flight is counted.
         other = start_recorder(f"udpin:127.0.0.1:{free_port()}", tmp_path / "flights" / "second")
         until(qtbot, lambda: "+1" in rec.item.title)
@@ -187,7 +199,12 @@ def test_a_flight_ends_with_its_alarms_and_goes_to_review(
     port, folder = free_port(), tmp_path / "flights" / "first"
     with Aircraft(port):
         connect(window, port, folder)
-        until(qtbot, lambda: window.flight_controller.is_open and (window.flight_controller.time or 0.0) > 1.5)
+        until(
+            qtbot,
+            lambda: (
+                window.flight_controller.is_open and (window.flight_controller.time or 0.0) > 1.5
+            ),
+        )
     # Switched off: silent, with an alarm.
     until(qtbot, lambda: window.flight_controller.session.alarm_registry.get("link") is not None)
     assert window.status_bar.item_widgets["link"].item.state == "warning"

@@ -248,7 +248,7 @@ def test_a_copy_of_a_flight_is_told_beside_the_button(
     opening = maneuvers.opening
     copy = Path(shutil.copy(made.review_page.review.flights[0].path, tmp_path / "copy.csv"))
     opening.open([copy])
-    until(qtbot, lambda: len(made.review_page.review.flights) == 3 and not opening.doing)
+    until(qtbot, lambda: len(made.review_page.review.flights) == 3 and not opening.status_text)
     try:
         until(qtbot, lambda: page.can_run)
         page.begin()
@@ -256,8 +256,8 @@ def test_a_copy_of_a_flight_is_told_beside_the_button(
         assert "The same samples stand in flights 1 and 3:" in page.sentence.text()
     finally:
         flights = maneuvers.flights
-        flights.look_at(made.review_page.review.flights[2])
-        flights.take_out()
+        flights.select_flight(made.review_page.review.flights[2])
+        flights.remove_flight()
 
 
 def test_runs_that_cannot_be_read_are_not_called_none(

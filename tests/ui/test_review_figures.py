@@ -276,7 +276,9 @@ def test_the_wild_maneuver_is_gray_in_sight_and_says_why(bench: Bench) -> None:
     drawing = bench.page.view.rendered_figure
     assert drawing is not None
     pane = bench.pane("Cm_de")
-    spot = next(one for one in drawing.points if (one.subplot_index, one.maneuver) == (pane.index, WILD))
+    spot = next(
+        one for one in drawing.points if (one.subplot_index, one.maneuver) == (pane.index, WILD)
+    )
     at = QPoint(round(spot.x), round(spot.y))
     around = [bench.color(at + QPoint(x, y)) for x in (-2, -1, 0, 1, 2) for y in (-2, -1, 0, 1, 2)]
     assert any(near(one, THEMES["daylight"].previous) for one in around)
@@ -349,7 +351,9 @@ def test_zoom_keeps_the_chosen_point_in_place_and_home_shows_all(bench: Bench) -
     assert spot is not None
     bench.key(Qt.Key.Key_Plus)
     (standing,) = [
-        one for one in canvas.visible_points() if (one.subplot_index, one.maneuver) == (spot.subplot_index, "1:M2")
+        one
+        for one in canvas.visible_points()
+        if (one.subplot_index, one.maneuver) == (spot.subplot_index, "1:M2")
     ]
     assert (standing.x, standing.y) == pytest.approx((spot.x, spot.y))
     bench.settle()

@@ -305,7 +305,7 @@ def test_what_the_estimate_takes_is_chosen_in_the_table(window, qtbot):
 def test_a_grade_goes_to_the_maneuver_that_was_asked_about(window, qtbot, tmp_path):
     """Another window may take it out while the question stands; then no other is graded."""
     page = page_of(window)
-    window.review.selection.choose_maneuver("2")
+    window.review.selection.select_maneuver("2")
 
     def grade(dialog: GradeDialog) -> None:
         open_reviewed_flight(tmp_path / "a.csv").remove("2")
@@ -322,7 +322,7 @@ def test_a_grade_goes_to_the_maneuver_that_was_asked_about(window, qtbot, tmp_pa
 def test_a_note_is_typed_on_while_another_flight_opens(window, qtbot, record, tmp_path):
     """All ids are others then, and what other windows change is shown: no letter is lost."""
     page = page_of(window)
-    window.review.selection.choose_maneuver("2")
+    window.review.selection.select_maneuver("2")
     press(qtbot, Qt.Key.Key_B, CONTROL)
     qtbot.keyClicks(QApplication.focusWidget(), "gut")
     press(qtbot, Qt.Key.Key_Left)
@@ -346,7 +346,7 @@ def test_two_flights_and_another_window(window, qtbot, record, tmp_path, monkeyp
     until(qtbot, lambda: len(page.review.flights) == 2 and not page.opening.status_text)
     # The one that was looked at is called otherwise now.
     assert window.review.selection.maneuver == "1:1"
-    window.review.selection.choose_maneuver("2:4")
+    window.review.selection.select_maneuver("2:4")
     assert page.flights.flight.name == "b"
     assert page.timeline.accessibleDescription().startswith("maneuver 4")
     # Everything on the page calls it so, but what is typed is the name alone.
@@ -375,7 +375,7 @@ def test_the_time_line_in_another_theme_and_size(window, qtbot):
     window.look.set_scale(200)
     QApplication.processEvents()
     one = page.flights.flight["3"]
-    window.review.selection.choose_maneuver("3")
+    window.review.selection.select_maneuver("3")
     page.zoom()
     assert chosen_columns(page) == (
         pytest.approx(one.t_start, abs=0.05), pytest.approx(one.t_end, abs=0.05),

@@ -143,7 +143,10 @@ def test_a_pipe_in_a_flight_folder_is_refused(
     (folder / name).unlink(missing_ok=True)
     os.mkfifo(folder / name)
     window = make()
-    assert longest_gap(qtbot, lambda: window.flight_controller.flight_opener.open_flight(folder)) < _LONGEST
+    assert (
+        longest_gap(qtbot, lambda: window.flight_controller.flight_opener.open_flight(folder))
+        < _LONGEST
+    )
     until(qtbot, lambda: window.error_reporter.last_report is not None)
     assert name in window.error_reporter.last_report.message
     assert not window.flight_controller.is_open
@@ -158,7 +161,7 @@ def test_opening_what_never_answers_can_be_cancelled(
     starter = window.flight_controller.flight_opener
     cancelled: list[bool] = []
     starter.job_started.connect(
-        lambda work, _done: work.cancelled.connect(lambda: cancelled.append(True))
+        lambda work, _done: work.canceled.connect(lambda: cancelled.append(True))
     )
     gap = longest_gap(qtbot, lambda: starter.open_flight(tmp_path / "endless.csv"))
     assert gap < _LONGEST
@@ -175,7 +178,10 @@ def test_a_flight_on_a_stuck_disk_leaves_the_window_alive(
     make: Callable[..., MainWindow], qtbot: QtBot, stuck: Path
 ) -> None:
     window = make()
-    assert longest_gap(qtbot, lambda: window.flight_controller.flight_opener.open_flight(stuck / "f")) < _LONGEST
+    assert (
+        longest_gap(qtbot, lambda: window.flight_controller.flight_opener.open_flight(stuck / "f"))
+        < _LONGEST
+    )
 
 
 @pytest.mark.parametrize(
@@ -351,9 +357,11 @@ def test_looking_for_recorders_does_not_wait_for_the_disk_of_one(
     disk.stop()
     assert longest_gap(qtbot, window.file_menu.offer_recorders) < _LONGEST
     # Known from the last look.
-    assert [found.name for found in window.flight_controller.other_recordings and window.flight_controller.other_recorders] == [
-        "flight"
-    ]
+    assert [
+        found.name
+        for found in window.flight_controller.other_recordings
+        and window.flight_controller.other_recorders
+    ] == ["flight"]
     assert longest_gap(qtbot, window.close) < _LONGEST
     disk.go_on()
     for found in window.flight_controller.other_recorders:

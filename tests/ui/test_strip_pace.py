@@ -14,7 +14,7 @@ def frames(pace, looks, cost):
     begun = []
     busy = 0.0
     for now in looks:
-        if now >= busy and pace.allows(now):
+        if now >= busy and pace.may_begin_frame(now):
             begun.append(now)
             busy = now + cost
             pace.took(now, busy)

@@ -390,7 +390,7 @@ def test_values_at_a_cursor_stand_beside_their_own_chart_each_in_its_color(qtbot
     for number, box in zip(geometry.numbers, geometry.charts, strict=True):
         first, second = (
             rows_with(pixels, replace(column, y=box.y, height=box.height), ink)[0]
-            for ink in strips.charts[number].inks
+            for ink in strips.charts[number].text_colors
         )
         middle = box.y + box.height / 2
         assert first.size
@@ -457,7 +457,7 @@ def test_a_value_that_comes_seldom_is_left_standing_until_it_is_late(qtbot, stri
     """A voltage that comes every 5 s is no dash from the third second on."""
     settle(qtbot, strips)
     seldom = strips.strip_layout.strips[1].channel
-    strips.set_patience({seldom: 10.0})
+    strips.set_stale_ages({seldom: 10.0})
     for age, stale in ((2.9, [False] * 4), (9.9, [True, False, True, True]), (10.1, [True] * 4)):
         strips.set_now(history.end + age)
         strips._read_at = -math.inf

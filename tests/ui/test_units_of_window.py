@@ -187,7 +187,7 @@ class Walk:
             drawn: list[object] = []
             figures.view.drawn.connect(drawn.append)
             figures.show_kind(kind.id)
-            until(self.qtbot, lambda drawn=drawn: bool(drawn) or not figures.view.drawing)
+            until(self.qtbot, lambda drawn=drawn: bool(drawn) or not figures.view.rendered_figure)
             self.look(f"Review, figure {kind.id}")
 
 
@@ -215,7 +215,10 @@ def window(tmp_path: Path, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> Ite
     until(qtbot, lambda: page.can_run)
     made.commands.actions["review_run"].trigger()
     made.gap_page.search.search(GapRequest(flights=(flight,), model="b777"))
-    until(qtbot, lambda: made.review_page.outcome is not None and made.gap_page.search.answer is not None)
+    until(
+        qtbot,
+        lambda: made.review_page.outcome is not None and made.gap_page.search.answer is not None,
+    )
     made.banners.show_banner("note", "Kept: the take-off weight is 20.7 kg.")
     yield made
     made.close()

@@ -296,7 +296,10 @@ def test_a_channel_that_never_has_a_sample_gets_no_chart(
     path = write_flight_csv(tmp_path / "empty column.csv", block, "us")
     window.flight_controller.flight_opener.open_flight(path, playing=False)
     charts = window.view.charts
-    until(qtbot, lambda: window.flight_controller.is_loaded and charts.strip_layout.channels == ("alpha",))
+    until(
+        qtbot,
+        lambda: window.flight_controller.is_loaded and charts.strip_layout.channels == ("alpha",),
+    )
     # It can still be chosen, and is said to be empty.
     assert window.view._picture.available == ("alpha", "beta")
 
@@ -356,7 +359,9 @@ def test_a_note_half_typed_is_kept_when_its_flight_goes(
     elif end == "closed":
         flight.flight_controller.close_flight()
     else:
-        flight.flight_controller.flight_opener.open_flight(write_flight(tmp_path / "other"), playing=False)
+        flight.flight_controller.flight_opener.open_flight(
+            write_flight(tmp_path / "other"), playing=False
+        )
         until(qtbot, lambda: flight.flight_controller.session is not former)
     assert [mark.text for mark in former.marks] == ["half typ"]
 
@@ -440,7 +445,9 @@ def test_all_tabs_of_the_side_panel_are_in_sight(
     """At every scale, also while alarms wait, and whichever tab is the chosen one."""
     flight.display_style.set_scale(scale)
     for index in range(12):
-        flight.flight_controller.session.alarm_registry.raise_(f"x{index}", Severity.WARNING, 1.0, "too fast")
+        flight.flight_controller.session.alarm_registry.raise_(
+            f"x{index}", Severity.WARNING, 1.0, "too fast"
+        )
     flight.flight_controller.tick()
     tabs = flight.view.tabs
     bar = tabs.tabBar()
@@ -560,7 +567,11 @@ def test_a_line_of_ink_says_where_the_keyboard_is(
     boxed = QListWidget()
     boxed.setProperty("role", "boxed")
     lines = TableRowView(
-        TableRowModel(window.display_style, ("Time", "Mark")), window.display_style, "Marks", 1, {0: 60}
+        TableRowModel(window.display_style, ("Time", "Mark")),
+        window.display_style,
+        "Marks",
+        1,
+        {0: 60},
     )
     tabs = QTabBar()
     tabs.addTab("Marks")
@@ -1041,7 +1052,9 @@ def test_the_alarms_of_a_replay_say_that_cues_are_missing_until_it_was_played(
 
 def test_an_alarm_is_in_sight_at_every_scale(flight: MainWindow, qtbot: QtBot) -> None:
     """The sentence wants a row of its own where the scale is large, and gets it."""
-    flight.flight_controller.session.alarm_registry.raise_("x", Severity.WARNING, 1.0, "angle of sideslip too large " * 3)
+    flight.flight_controller.session.alarm_registry.raise_(
+        "x", Severity.WARNING, 1.0, "angle of sideslip too large " * 3
+    )
     for _step in range(7):
         flight.appearance.step_scale(1)
     flight.flight_controller.tick()
@@ -1156,8 +1169,13 @@ def test_the_limits_of_a_chart_are_typed_kept_and_reset(
     qtbot.addWidget(other)
     other.show()
     other.flight_controller.flight_opener.open_flight(session.path)
-    until(qtbot, lambda: other.flight_controller.is_open and bool(other.view.charts.strip_layout.strips))
-    assert other.flight_controller.session.limits.bands("alpha").warning_high == pytest.approx(math.radians(4.0))
+    until(
+        qtbot,
+        lambda: other.flight_controller.is_open and bool(other.view.charts.strip_layout.strips),
+    )
+    assert other.flight_controller.session.limits.bands("alpha").warning_high == pytest.approx(
+        math.radians(4.0)
+    )
     other.view.charts.perform("chart_down")
     ask(other, lambda dialog: dialog.reset.click())
     assert not other.flight_controller.session.limits.has_user_limits("alpha")
@@ -1266,7 +1284,9 @@ def test_a_desktop_that_logs_out_closes_the_window_unasked(
     """It says so first, and then closes windows one after the other."""
     asked: list[object] = []
     monkeypatch.setattr(ui.main_window, "ask_closing", lambda *names: asked.append(names) or "stay")
-    monkeypatch.setattr(type(window.flight_controller), "is_recording", property(lambda _desk: True))
+    monkeypatch.setattr(
+        type(window.flight_controller), "is_recording", property(lambda _desk: True)
+    )
     window.close()
     assert window.isVisible()
     assert len(asked) == 1
@@ -1282,9 +1302,13 @@ def test_a_session_that_ends_is_not_held_up_by_a_question(
 ) -> None:
     """Nobody may be there to answer: the window closes in order, and the recorder goes on."""
     monkeypatch.setattr(ui.main_window, "ask_closing", ask_closing)
-    monkeypatch.setattr(type(window.flight_controller), "is_recording", property(lambda _desk: True))
+    monkeypatch.setattr(
+        type(window.flight_controller), "is_recording", property(lambda _desk: True)
+    )
     stopped: list[str] = []
-    monkeypatch.setattr(window.flight_controller, "stop_recording_and_wait", lambda: stopped.append("?"))
+    monkeypatch.setattr(
+        window.flight_controller, "stop_recording_and_wait", lambda: stopped.append("?")
+    )
     if waits:
         answer_dialog(QMessageBox, lambda _box: window.close_without_asking())
         window.close()
@@ -1434,7 +1458,9 @@ def test_the_menu_of_a_chart_copies_hides_marks_and_scales(
     spec = charts.selected_chart.specs[0]
     choose(f"Copy {spec.title}")
     value = charts.value_at(spec.id, 5.5)
-    assert QGuiApplication.clipboard().text() == channel_value_text(spec, value, flight.display_style.units)
+    assert QGuiApplication.clipboard().text() == channel_value_text(
+        spec, value, flight.display_style.units
+    )
     choose("Mark 00:05.5")
     assert flight.flight_controller.mark_times() == pytest.approx((5.5,))
     choose("Zoom to A and B")

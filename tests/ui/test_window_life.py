@@ -269,7 +269,9 @@ def test_a_flight_is_replayed_with_keys_alone(
     press(qtbot, window, Qt.Key.Key_Period)
     # It was held between two samples, and goes to the next one.
     assert held < window.flight_controller.time <= held + 0.02 + 1e-9
-    assert window.flight_controller.time * 50 == pytest.approx(round(window.flight_controller.time * 50))
+    assert window.flight_controller.time * 50 == pytest.approx(
+        round(window.flight_controller.time * 50)
+    )
     press(qtbot, window, Qt.Key.Key_BracketRight)
     assert window.flight_controller.speed == 2.0
     until(qtbot, lambda: window.view.replay.speed.currentText() == "2x")
@@ -367,7 +369,11 @@ def test_a_port_in_use_is_told_and_the_window_goes_on(
         taken.bind(("127.0.0.1", 0))
         link = f"udpin:127.0.0.1:{taken.getsockname()[1]}"
         window.flight_controller.flight_opener.connect_link(link)
-        until(qtbot, lambda: told() or window.status_bar.item_widgets["link"].item.state == "warning", 15_000)
+        until(
+            qtbot,
+            lambda: told() or window.status_bar.item_widgets["link"].item.state == "warning",
+            15_000,
+        )
     if window.flight_controller.is_recording:
         window.flight_controller.stop_recording_and_wait()
 
@@ -381,7 +387,9 @@ def test_a_flight_is_exported_in_the_background(
     until(qtbot, lambda: window.flight_controller.is_loaded)
     target = tmp_path / "out.csv"
     work = BackgroundJob(
-        "Exporting", lambda progress: window.flight_controller.export("csv", target, progress), window
+        "Exporting",
+        lambda progress: window.flight_controller.export("csv", target, progress),
+        window,
     )
     window.file_menu.show_job(work, "Exported.")
     work.start()
@@ -420,7 +428,9 @@ def test_an_export_that_is_given_up_leaves_nothing_behind(
     until(qtbot, lambda: window.flight_controller.is_loaded)
     held, target = Held(), tmp_path / "out" / f"flight.{kind}"
     work = BackgroundJob(
-        "Exporting", lambda told: window.flight_controller.export(kind, target, held.within(told)), window
+        "Exporting",
+        lambda told: window.flight_controller.export(kind, target, held.within(told)),
+        window,
     )
     window.file_menu.show_job(work, "Exported.")
     work.start()
@@ -473,7 +483,12 @@ def test_a_flight_folder_that_disappears_is_said_and_its_recording_followed(
         first = window.flight_controller.history.start
         folder.rename(folder.with_name("elsewhere"))
         beside = folder.with_name(f"{folder.name}-2")
-        until(qtbot, lambda: window.flight_controller.is_open and window.flight_controller.session.path == beside)
+        until(
+            qtbot,
+            lambda: (
+                window.flight_controller.is_open and window.flight_controller.session.path == beside
+            ),
+        )
         until(qtbot, lambda: samples(window) > 60 and part.item.state == "good")
         assert window.flight_controller.history.start == first
         alarm = window.flight_controller.session.alarm_registry.get("folder")
@@ -617,7 +632,9 @@ def test_a_connection_that_is_cancelled_leaves_nothing_behind(
     assert window.banners.texts() == () or not any(
         "in use" in one for one in window.banners.texts()
     )
-    assert "new tire" in (window.flight_controller.session.path / "flight.toml").read_text(encoding="utf-8")
+    assert "new tire" in (window.flight_controller.session.path / "flight.toml").read_text(
+        encoding="utf-8"
+    )
     assert "new tire" not in card.read_text(encoding="utf-8")
     window.flight_controller.stop_recording_and_wait()
 
@@ -658,7 +675,11 @@ def test_a_connection_that_fails_leaves_no_recorder_behind(
 
     def fail(folder: Path, **_options: object) -> Session:
         deadline = time.monotonic() + 20.0
-        while sends and not FlightFolder(path=folder).nonempty_raw_files and time.monotonic() < deadline:
+        while (
+            sends
+            and not FlightFolder(path=folder).nonempty_raw_files
+            and time.monotonic() < deadline
+        ):
             time.sleep(0.01)
         raise FlightError("the map was taken away")
 
@@ -670,7 +691,9 @@ def test_a_connection_that_fails_leaves_no_recorder_behind(
         until(qtbot, lambda: any("taken away" in text for text in window.banners.texts()))
     assert find_recorders() == []
     kept = list(window.flight_controller.flight_opener.next_flight_folder().parent.glob("*"))
-    assert [FlightFolder(path=one).nonempty_raw_files != () for one in kept] == ([True] if sends else [])
+    assert [FlightFolder(path=one).nonempty_raw_files != () for one in kept] == (
+        [True] if sends else []
+    )
     assert any("given up is kept in" in text for text in window.banners.texts()) == sends
     # The card went with the bytes, or waits on.
     assert ("new tire" in card.read_text(encoding="utf-8")) != sends
@@ -690,6 +713,8 @@ def test_a_second_connection_joins_the_recorder_of_the_first(
     window.flight_controller.flight_opener.connect_link(link)
     until(qtbot, lambda: window.flight_controller.is_open)
     qtbot.wait(600)
-    assert [handle.folder for handle in find_recorders()] == [window.flight_controller.session.path.absolute()]
+    assert [handle.folder for handle in find_recorders()] == [
+        window.flight_controller.session.path.absolute()
+    ]
     assert window.flight_controller.session.recorder.is_alive()
     window.flight_controller.stop_recording_and_wait()

@@ -68,7 +68,9 @@ def test_a_hand_takes_its_time_and_comes_from_one_side() -> None:
         way.append(bench.angle("aileron_left"))
     assert bench.busy is False
     assert max(way) < bench.target_angle("aileron_left") + 0.15
-    assert bench.angle("aileron_left") == pytest.approx(bench.target_angle("aileron_left"), abs=0.01)
+    assert bench.angle("aileron_left") == pytest.approx(
+        bench.target_angle("aileron_left"), abs=0.01
+    )
     bench.step(bench.set_angle("aileron_left", 10.0, hold=True))
     rest = []
     for _ in range(200):

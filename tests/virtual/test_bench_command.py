@@ -160,7 +160,9 @@ def test_every_line_of_the_help_is_obeyed() -> None:
     )
     assert execute_bench_command(bench, "turn r 360 9").endswith("s")
     bench.step(40.0)
-    assert bench.up_direction == pytest.approx((0.0, 0.0, -1.0), abs=0.1), "laid for the turn about z"
+    assert bench.up_direction == pytest.approx((0.0, 0.0, -1.0), abs=0.1), (
+        "laid for the turn about z"
+    )
     for what in ("covered", "open", "blow"):
         assert execute_bench_command(bench, f"pitot {what}") == f"pitot {what}"
     assert execute_bench_command(bench, "where rudder").startswith("rudder is at -")

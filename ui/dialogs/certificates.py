@@ -46,7 +46,11 @@ class CertificatesDialog(FormDialog):
         )
         self._own = used.recorded
         self.certificates = ShippedFileField(
-            "Certificates", shipped, used.override_source, none="Those kept with the flight", folder=True
+            "Certificates",
+            shipped,
+            used.override_source,
+            none="Those kept with the flight",
+            folder=True,
         )
         self.sentence = FieldMessage()
         self.add_row("Certificates", self.certificates, self.sentence)
@@ -60,7 +64,9 @@ class CertificatesDialog(FormDialog):
         if not given:
             kept = len(self._own or {})
             words = f"{count_text(kept, 'certificate')} kept with the flight."
-            self.sentence.set_message(words if kept else "Those that its channel map names.", "good")
+            self.sentence.set_message(
+                words if kept else "Those that its channel map names.", "good"
+            )
         elif may_block(given):
             usable = False
             self.sentence.set_message(f"{given} does not respond.", "warning")
@@ -71,6 +77,8 @@ class CertificatesDialog(FormDialog):
                 usable = False
                 self.sentence.set_message(str(error), "warning")
             else:
-                said = AppliedCertificates(applied=chosen, override_source=given, recorded=self._own).override_text
+                said = AppliedCertificates(
+                    applied=chosen, override_source=given, recorded=self._own
+                ).override_text
                 self.sentence.set_message(f"{said[:1].upper()}{said[1:]}.", "caution")
         self.button.setEnabled(usable)

@@ -358,7 +358,9 @@ class LinkTestField(QWidget):
             self.sentence.set_message(f"MAVLink received: {heard}.", "good")
         elif diagnosis is None:
             lines = f"{report.lines} lines of text received."
-            self.sentence.set_message(lines if report.lines else "Listening…", "good" * bool(report.lines))
+            self.sentence.set_message(
+                lines if report.lines else "Listening…", "good" * bool(report.lines)
+            )
         elif test.open_error or test.seconds >= _TEST_TIMEOUT:
             self.sentence.set_message(str(diagnosis), "warning" if test.open_error else "caution")
         if test.open_error:

@@ -50,7 +50,9 @@ class GoToDialog(FormDialog):
         time = self.time
         first, last = self._span
         if time is None:
-            self.sentence.set_message("Write minutes and seconds, such as 4:07.5, or seconds.", "warning")
+            self.sentence.set_message(
+                "Write minutes and seconds, such as 4:07.5, or seconds.", "warning"
+            )
         elif not first <= time <= last:
             self.sentence.set_message(
                 f"Outside the flight; the nearest is {clock_text(self.clamped_time, decimals=1)}.",

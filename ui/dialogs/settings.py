@@ -99,7 +99,9 @@ class SettingsDialog(FormDialog):
     def _judge(self) -> None:
         text = self.flights.edit.text().strip()
         why = unwritable_reason(self.flights.path) if text else "Name a folder."
-        self.sentence.set_message(why or "New flights are recorded here.", "warning" if why else "good")
+        self.sentence.set_message(
+            why or "New flights are recorded here.", "warning" if why else "good"
+        )
         self.button.setEnabled(not why)
 
     @property

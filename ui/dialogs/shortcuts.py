@@ -58,13 +58,18 @@ class ShortcutsDialog(SelfDeletingDialog):
         self._cards: list[tuple[QFrame, list[tuple[str, list[QWidget]]]]] = []
         for place in dict.fromkeys((known.menu, known.submenu) for known in COMMANDS):
             commands = [
-                known for known in COMMANDS if (known.menu, known.submenu) == place and known.shortcuts
+                known
+                for known in COMMANDS
+                if (known.menu, known.submenu) == place and known.shortcuts
             ]
             menu = ": ".join(filter(None, place))
             if not commands:
                 continue
             lines = [
-                (known.text.rstrip("…"), "  or  ".join(shortcut_text(key) for key in known.keys))
+                (
+                    known.text.rstrip("…"),
+                    "  or  ".join(shortcut_text(key) for key in known.shortcuts),
+                )
                 for known in commands
             ]
             self._flow.addWidget(self._card(menu, lines, look))

@@ -113,7 +113,9 @@ class VirtualFlightDialog(RecordingDialog):
             item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
             item.setCheckState(Qt.CheckState.Unchecked)
             self.effects.addItem(item)
-        self.note.set_message("Hidden effects make the aircraft differ from its model; find them later.")
+        self.note.set_message(
+            "Hidden effects make the aircraft differ from its model; find them later."
+        )
         self._narrow(self.search.text())
 
     def _narrow(self, words: str) -> None:

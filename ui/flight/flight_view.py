@@ -391,7 +391,9 @@ class FlightView(QWidget):
         self.alarms.show_rows(picture.alarm_rows)
         self.alarms.set_unacknowledged_count(picture.unacknowledged_count)
         replay = picture.replay
-        played = replay is None or (replay.time == replay.last and picture.monitored_fraction == 1.0)
+        played = replay is None or (
+            replay.time == replay.last and picture.monitored_fraction == 1.0
+        )
         self.alarms.cues_note.setHidden(played)
         self.messages.show_rows(picture.message_rows)
         if picture.estimates is not former.estimates:

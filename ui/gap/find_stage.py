@@ -62,7 +62,9 @@ class FindStage(StageView):
         self.lines.selectionModel().currentChanged.connect(self._line)
         self.lines.lines.modelReset.connect(lambda: self.detail.setText(""))
         self.variable.box.currentIndexChanged.connect(
-            lambda _index: self.selection_requested.emit(replace(self.selection, variable=self.variable.current_key))
+            lambda _index: self.selection_requested.emit(
+                replace(self.selection, variable=self.variable.current_key)
+            )
         )
 
     def begin(self) -> None:
@@ -174,7 +176,9 @@ class FindStage(StageView):
         )
 
     def _cell(self, maneuver: str, coefficient: str) -> None:
-        self.selection_requested.emit(replace(self.selection, maneuver=maneuver, coefficient=coefficient))
+        self.selection_requested.emit(
+            replace(self.selection, maneuver=maneuver, coefficient=coefficient)
+        )
 
     def _line(self) -> None:
         key = self.lines.current_key()

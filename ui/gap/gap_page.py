@@ -108,7 +108,9 @@ class GapPage(QWidget):
     def handlers(self) -> Mapping[str, Callable[[], object]]:
         """Return what the commands of this place do."""
         chapters = {
-            f"gap_{chapter.id}": lambda name=chapter.id: self._in_story(lambda s: s.go_to_stage(name))
+            f"gap_{chapter.id}": lambda name=chapter.id: self._in_story(
+                lambda s: s.go_to_stage(name)
+            )
             for chapter in GAP_STAGES
         }
         return {

@@ -133,11 +133,13 @@ class SearchSetupPage(CenteredPage):
         self.column.addSpacing(look.px(8))
         self.other = create_label("No flight at hand?", "heading")
         self.column.addWidget(self.other)
-        self.open = self._button("Open a flight…", lambda: self.command.emit("open_file"))
+        self.open = self._button("Open a flight…", lambda: self.command_requested.emit("open_file"))
         self.virtual = self._button(
-            "Fly the virtual aircraft…", lambda: self.command.emit("virtual")
+            "Fly the virtual aircraft…", lambda: self.command_requested.emit("virtual")
         )
-        self.trial = self._button("Try a flight with a hidden effect", self.virtual_flight_requested.emit)
+        self.trial = self._button(
+            "Try a flight with a hidden effect", self.virtual_flight_requested.emit
+        )
         self.trial.setToolTip(
             "The virtual aircraft flies with throttle pitching the nose, half a minute or so; "
             "then that flight is searched with the model that does not know of it"
@@ -185,7 +187,9 @@ class SearchSetupPage(CenteredPage):
         work = BackgroundJob("Reading the models", names, self)
         work.done.connect(self._offer_models)
         work.failed.connect(
-            lambda error: self.sentence.set_message(f"The models cannot be read: {error}", "warning")
+            lambda error: self.sentence.set_message(
+                f"The models cannot be read: {error}", "warning"
+            )
         )
         work.start()
 

@@ -75,10 +75,14 @@ class ShowStage(StageView):
         )  # fmt: skip
         self.column.addWidget(self.numbers)
         self.maneuver.box.currentIndexChanged.connect(
-            lambda _index: self.selection_requested.emit(replace(self.selection, maneuver=self.maneuver.current_key))
+            lambda _index: self.selection_requested.emit(
+                replace(self.selection, maneuver=self.maneuver.current_key)
+            )
         )
         self.channel.box.currentIndexChanged.connect(
-            lambda _index: self.selection_requested.emit(replace(self.selection, channel=self.channel.current_key))
+            lambda _index: self.selection_requested.emit(
+                replace(self.selection, channel=self.channel.current_key)
+            )
         )
 
     def resizeEvent(self, event: QResizeEvent) -> None:

@@ -246,7 +246,9 @@ def _build_trim(trim: TrimCue | None, cues: CueSnapshot, units: str) -> _StatusD
         return _StatusDisplay(word="NO CUE", sign="unknown", tone="unknown", hints=hints)
     word, sign, tone = TRIM_STATE_SIGNS[trim.state]
     off = tuple(
-        Hint(text=one.format_text(units), sign=find_sign(one)) for one in trim.deviations if one.tolerance_ratio > 1.0
+        Hint(text=one.format_text(units), sign=find_sign(one))
+        for one in trim.deviations
+        if one.tolerance_ratio > 1.0
     )
     wanted = cues.card.text if cues.card is not None else ""
     hints: tuple[Hint, ...] = ()
@@ -287,8 +289,7 @@ def _guidance_hints(off: tuple[Hint, ...], guidance: str) -> tuple[Hint, ...]:
         return off or (Hint(text="stabilize"),)
     start = guidance.partition(":")[0]
     told = tuple(
-        Hint(text=guidance, sign=one.sign) if one.text == start else one
-        for one in off[:_MAX_HINTS]
+        Hint(text=guidance, sign=one.sign) if one.text == start else one for one in off[:_MAX_HINTS]
     )
     if told != off[:_MAX_HINTS] or len(told) == _MAX_HINTS:
         return told
@@ -324,7 +325,7 @@ def _build_card(cues: CueSnapshot, browsed: TestCard | None) -> CardDisplay:
         )
     card = next_card.card
     return CardDisplay(
-        heading=f"NEXT {card.id} · {next_card.good} of {card.repeats} good · {next_card.why}",
+        heading=f"NEXT {card.id} · {next_card.good_repeats} of {card.repeats} good · {next_card.reason}",
         text=next_card.text or card.display_title,
         benefit_text=next_card.problem or prospects.get(card.id, ""),
         problem=bool(next_card.problem),

@@ -32,7 +32,9 @@ def save_debrief(path: Path, debrief: Debrief, catalog: Path, aircraft: str = ""
     flight = load_flight(path)
     catalog.parent.mkdir(parents=True, exist_ok=True)
     with Catalog(catalog) as opened:
-        store_debrief(opened, flight, debrief.to_stored_verdicts(), debrief.cards, aircraft=aircraft)
+        store_debrief(
+            opened, flight, debrief.to_stored_verdicts(), debrief.cards, aircraft=aircraft
+        )
     return catalog
 
 

@@ -193,7 +193,11 @@ class PilotCanvas(QWidget):
         title, number = places.split_title(box, TITLE_SHARE)
         self._title(painter, "LEG LEFT", title, right=True)
         role = "caution" if self.display.leg_short else "text"
-        words = self.display.leg_time_text if self.display.leg_time_text == DASH else f"{self.display.leg_time_text} s"
+        words = (
+            self.display.leg_time_text
+            if self.display.leg_time_text == DASH
+            else f"{self.display.leg_time_text} s"
+        )
         self._text(painter, words, number, 400, role, bold=True, right=True)
 
     def _paint_card(self, painter: QPainter, places: PageRegions) -> None:
@@ -206,7 +210,9 @@ class PilotCanvas(QWidget):
         painter.drawLine(box.topLeft(), time.topRight())
         self._title(painter, card.heading, lead)
         self._text(painter, card.text, words, 400, "text", bold=True)
-        self._text(painter, card.benefit_text, gain, 400, "caution" if card.problem else "text", wrap=True)
+        self._text(
+            painter, card.benefit_text, gain, 400, "caution" if card.problem else "text", wrap=True
+        )
         title, below = places.split_title(time, _LEAD_SHARE)
         upper, lower = _split_card_box(below)
         if card.time_left_text or card.maneuvers_left_text:

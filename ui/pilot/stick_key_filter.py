@@ -56,4 +56,6 @@ class StickKeyFilter(QObject):
             return False
         # A key that went down while the trainee had it may come up later.
         released = event.type() == QEvent.Type.KeyRelease
-        return released or (self._training.trainee_has_control and not event.modifiers() & ~_MODIFIERS)
+        return released or (
+            self._training.trainee_has_control and not event.modifiers() & ~_MODIFIERS
+        )

@@ -123,7 +123,7 @@ class TrainingFlight(QObject):
         session, aircraft = self._desk.session, self._flight.process
         if session is None or aircraft is None:
             return
-        if complaint := aircraft.complaint():
+        if complaint := aircraft.take_error():
             self._desk.said.emit("warning", complaint)
         said = [
             event.text
@@ -147,8 +147,8 @@ class TrainingFlight(QObject):
             aircraft.hand_back()
             return
         aircraft.take_over()
-        aircraft.choose_size(self._size)
-        aircraft.choose_rate(high=self._high)
+        aircraft.set_stick_size(self._size)
+        aircraft.set_rate_switch(high=self._high)
         self._timer.start()
 
     # Keys
@@ -171,11 +171,11 @@ class TrainingFlight(QObject):
             aircraft.click(doing.axis, doing.by)
         elif isinstance(doing, StickTravel):
             self._size = doing.share
-            aircraft.choose_size(doing.share)
+            aircraft.set_stick_size(doing.share)
             self.changed.emit()
         elif isinstance(doing, RateSwitch):
             self._high = doing.high
-            aircraft.choose_rate(high=doing.high)
+            aircraft.set_rate_switch(high=doing.high)
             self.changed.emit()
 
     def _say_sticks(self) -> None:

@@ -143,7 +143,9 @@ class ActionBar(QWidget):
             button.setVisible(place < shown)
         self._menu.clear()
         for offer in self.offers[shown:]:
-            entry = self._menu.addAction(offer.label, lambda name=offer.id: self.triggered.emit(name))
+            entry = self._menu.addAction(
+                offer.label, lambda name=offer.id: self.triggered.emit(name)
+            )
             entry.setEnabled(not offer.disabled_reason)
         self.more.setVisible(shown < len(self.offers))
         # At once: until the next round of events the new words would stand in the old widths.

@@ -100,7 +100,9 @@ class CardEditor(FormPart[CardSet]):
             return
         for name, value in self._values(editor.file.model.cards[self._row]).items():
             problem = editor.problems.get(value.key, "")
-            self.fields[name].show_message(f"Not on the card: {problem}" if problem else "", "warning")
+            self.fields[name].show_message(
+                f"Not on the card: {problem}" if problem else "", "warning"
+            )
 
     def _typed(self, name: str, text: str) -> None:
         editor = self._editor
@@ -109,7 +111,9 @@ class CardEditor(FormPart[CardSet]):
         card = editor.file.model.cards[self._row]
         if name == "surfaces":
             place = ("cards", str(self._row))
-            editor.set_values({place: replace_surfaces(editor.stored_value(place), text.split(","))})
+            editor.set_values(
+                {place: replace_surfaces(editor.stored_value(place), text.split(","))}
+            )
             self.show_card(editor, self._row)
         else:
             editor.enter_text(self._values(card)[name], text, self._look.units)

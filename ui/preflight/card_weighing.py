@@ -128,7 +128,9 @@ class WeighingForm(FormPart[FlightInfo]):
         loads = editor.stored_value(_LOADS) or {}
         if set(loads) - set(kept):
             # What is left of another way is no weighing: it waits until it is one again.
-            texts = {name: editor.field_text(self.fields[name][0], self._look.units) for name in kept}
+            texts = {
+                name: editor.field_text(self.fields[name][0], self._look.units) for name in kept
+            }
             editor.set_values({_TABLE: None})
             for name, text in texts.items():
                 if text:

@@ -212,7 +212,9 @@ class CardsPage(PreflightStepPage):
             else:
                 self.said.set_message("Not saved", "warning")
         elif not book.editor.file.path.exists():
-            self.said.set_message("The cards that come with the program; a change makes them yours.")
+            self.said.set_message(
+                "The cards that come with the program; a change makes them yours."
+            )
         elif book.flown is not None and book.flown.unplanned:
             beside = count_text(len(book.flown.unplanned), "maneuver")
             self.said.set_message(f"Flown beside the cards: {beside}.")

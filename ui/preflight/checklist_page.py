@@ -194,7 +194,9 @@ class ChecklistPage(PreflightStepPage):
         self.list.set_items([_build_item(item) for item in book.items])
         left = book.open_items
         state: IndicatorState = "warning" if left else "good"
-        self.summary.show_words(describe_summary(book.items), state if book.accepts_ticks else "unknown")
+        self.summary.show_words(
+            describe_summary(book.items), state if book.accepts_ticks else "unknown"
+        )
         names = [item.text for item in left[:_MAX_NAMED_ITEMS]]
         if len(left) > _MAX_NAMED_ITEMS:
             names.append(f"{len(left) - _MAX_NAMED_ITEMS} more")
@@ -205,7 +207,9 @@ class ChecklistPage(PreflightStepPage):
         elif book.started_text:
             self.said.set_message(book.started_text)
         elif not book.accepts_ticks:
-            self.said.set_message("A replay: the checklist as telemetry shows it; nothing is ticked.")
+            self.said.set_message(
+                "A replay: the checklist as telemetry shows it; nothing is ticked."
+            )
         self.said.setVisible(bool(self.said.text()))
 
     def begin(self) -> None:
@@ -241,7 +245,7 @@ class ChecklistPage(PreflightStepPage):
         self._do(lambda book: done.append(book.toggle(item_id)))
         if done == [False]:
             who = "Telemetry says so itself" if book.accepts_ticks else "This is a replay"
-            self.said.set_message(f"{who}: “{item.words}” cannot be ticked.", "caution")
+            self.said.set_message(f"{who}: “{item.text}” cannot be ticked.", "caution")
             self.said.show()
         elif item.state != "green":
             # What was ticked went down; the next one stands in its place.

@@ -132,7 +132,11 @@ class FlightCardPage(PreflightStepPage):
 
     def refresh(self) -> None:
         """Take in what another program wrote into the card."""
-        if self.editor is not None and not self._later.isActive() and self.editor.reload_if_changed():
+        if (
+            self.editor is not None
+            and not self._later.isActive()
+            and self.editor.reload_if_changed()
+        ):
             self.show_card()
             self.changed.emit()
 
@@ -155,7 +159,9 @@ class FlightCardPage(PreflightStepPage):
         if editor is None:
             return
         doubts: dict[str, list[str]] = {}
-        for doubt in check_flight_info(editor.file.model, self._aircraft, system=self.display_style.units):
+        for doubt in check_flight_info(
+            editor.file.model, self._aircraft, system=self.display_style.units
+        ):
             doubts.setdefault(doubt.field, []).append(doubt.text)
         for name, (value, field) in self.fields.items():
             if value.key in editor.problems:

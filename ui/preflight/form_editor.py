@@ -72,7 +72,9 @@ class FormEditor(Generic[Model]):
         """
         self._pending[value.key] = (value, text)
         together = {
-            key: known for key, known in self._pending.items() if known[0].validated_key == value.validated_key
+            key: known
+            for key, known in self._pending.items()
+            if known[0].validated_key == value.validated_key
         }
         written: dict[KeyPath, Any] = {}
         for key, (one, typed) in together.items():
@@ -125,7 +127,9 @@ class FormEditor(Generic[Model]):
 
     def discard_group(self, group: KeyPath) -> None:
         """Drop what waits in a group that is not in the file."""
-        for key in [one for one, (value, _) in self._pending.items() if value.validated_key == group]:
+        for key in [
+            one for one, (value, _) in self._pending.items() if value.validated_key == group
+        ]:
             del self._pending[key]
             self.problems.pop(key, None)
 

@@ -101,7 +101,8 @@ class PreflightPage(MultiStepPage):
     def handlers(self) -> Mapping[str, Callable[[], object]]:
         """Return what the commands of this place do."""
         steps = {
-            f"preflight_{step.id}": lambda name=step.id: self.go_to_step(name) for step in PREFLIGHT_STEPS
+            f"preflight_{step.id}": lambda name=step.id: self.go_to_step(name)
+            for step in PREFLIGHT_STEPS
         }
         return {
             **steps,

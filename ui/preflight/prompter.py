@@ -13,7 +13,7 @@ class Prompter(Protocol):
     def say(self, words: str) -> None:
         """Say words; what waits to be said and is out of date by now is dropped."""
 
-    def tone(self, name: str) -> None:
+    def play_tone(self, name: str) -> None:
         """Give a tone: ``steady``, ``taken``, ``moved``, ``error``."""
 
 
@@ -23,5 +23,5 @@ class SilentPrompter:
     def say(self, words: str) -> None:
         """Say nothing."""
 
-    def tone(self, name: str) -> None:
+    def play_tone(self, name: str) -> None:
         """Give no tone."""

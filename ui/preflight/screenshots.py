@@ -78,7 +78,9 @@ def _capture_steps(crew: ScreenshotTaker) -> Iterator[Path]:
     page = crew.window.preflight_page.pages["calibration"]
     page.practice.speed = _SPEED
     crew.press_key("P")
-    crew.wait_until(lambda: page.practice.running and crew.window.flight_controller.history.end, "the bench")
+    crew.wait_until(
+        lambda: page.practice.running and crew.window.flight_controller.history.end, "the bench"
+    )
     crew.wait_until(lambda: crew.window.flight_controller.is_up_to_date, "the bench")
     crew.press_key("Alt+2")  # the flight that opened took the keyboard
     crew.pause(_LINK_SECONDS)

@@ -266,7 +266,9 @@ class SurfaceCloseup:
         look, figure = self._look, self._figure
         hinge, reach = self.layout(box)
         letters = QFontMetrics(look.font("label", strong=True))
-        wide = max(letters.horizontalAdvance(line) for line in ("trailing edge", *figure.travel_end_texts))
+        wide = max(
+            letters.horizontalAdvance(line) for line in ("trailing edge", *figure.travel_end_texts)
+        )
         high, gap = 2 * letters.lineSpacing(), look.px(4)
         slope = math.tan(math.radians(min(self._widest, 60.0)))
         half = self._half_chord(reach)

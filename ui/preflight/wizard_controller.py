@@ -165,7 +165,7 @@ class WizardController(QObject):
             view = replace(view, reading=None, current_value=None, amount=None)
         before, self.view = self.view, view
         if view.event_count != before.event_count and view.tone:
-            self._prompter.tone(view.tone)
+            self._prompter.play_tone(view.tone)
         if view.spoken != before.spoken and view.spoken:
             self._prompter.say(view.spoken)
         self.view_changed.emit(view)

@@ -259,7 +259,10 @@ class WizardPage(QWidget):
             return
         shelf = self.folder
         try:
-            standings, who = list_instrument_statuses(shelf.load_plan_in_use(), shelf), shelf.last_operator()
+            standings, who = (
+                list_instrument_statuses(shelf.load_plan_in_use(), shelf),
+                shelf.last_operator(),
+            )
             made = bool(shelf.store.in_force())
         except GroundStationError as error:
             self.start.show_statuses(())
@@ -437,7 +440,9 @@ class WizardPage(QWidget):
         if not plain:
             return None
         if key in _FIT_ORDER_KEYS and "choose_degree" in run.view.available_actions:
-            return lambda: run.perform(WizardAction(kind="choose_degree", degree=_FIT_ORDER_KEYS[key]))
+            return lambda: run.perform(
+                WizardAction(kind="choose_degree", degree=_FIT_ORDER_KEYS[key])
+            )
         if key in _ARROW_STEPS and self.pages.currentWidget() is self.work:
             return lambda: self._step_choice(_ARROW_STEPS[key])
         return None

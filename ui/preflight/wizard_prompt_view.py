@@ -142,12 +142,16 @@ class WizardPromptView(QWidget):
         beside = min(0.42 * box.width(), px(170)) if cue.side_text else 0.0
         number.setWidth(box.width() - beside - (px(10) if beside else 0))
         painter.setPen(look.color("target" if cue.is_target else "text"))
-        painter.setFont(fit_text_font(cue.main_text, number, px(_MAIN_FONT_SIZE), px(18), bold=True))
+        painter.setFont(
+            fit_text_font(cue.main_text, number, px(_MAIN_FONT_SIZE), px(18), bold=True)
+        )
         painter.drawText(number, _ALIGN.AlignVCenter, cue.main_text)
         if beside:
             taken = QFontMetricsF(painter.font()).horizontalAdvance(cue.main_text)
             words = QRectF(taken + px(10), number.top(), beside, number.height())
-            painter.setFont(fit_text_font(cue.side_text, words, px(20), px(11), bold=True, wrap=True))
+            painter.setFont(
+                fit_text_font(cue.side_text, words, px(20), px(11), bold=True, wrap=True)
+            )
             flags = Qt.TextFlag.TextWordWrap | _ALIGN.AlignVCenter
             painter.drawText(words, flags, cue.side_text)
 

@@ -38,7 +38,11 @@ def list_instrument_statuses(
     plan: CalibrationPlan, shelf: CalibrationFolder
 ) -> tuple[InstrumentStatus, ...]:
     """Return of each instrument whether and since when it is calibrated, and its last check."""
-    known, held, left = shelf.certificates_in_force(), shelf.store.in_force(), shelf.store.skipped_channels()
+    known, held, left = (
+        shelf.certificates_in_force(),
+        shelf.store.in_force(),
+        shelf.store.skipped_channels(),
+    )
     checks = shelf.last_checks()
     in_force = CalibrationInForce(
         certificates=known,
@@ -58,7 +62,9 @@ def list_instrument_statuses(
         if check is not None:
             day = day_text(check.stamp.astimezone(), current_local_time())
             words += f"; check {day} {check.stamp:%H:%M}: {_check_text(check.result, instrument)}"
-        found.append(InstrumentStatus(channel=name, title=instrument.title, text=words, is_calibrated=good))
+        found.append(
+            InstrumentStatus(channel=name, title=instrument.title, text=words, is_calibrated=good)
+        )
     return tuple(found)
 
 
@@ -180,7 +186,9 @@ def list_outcomes(view: WizardView, plan: CalibrationPlan) -> tuple[InstrumentOu
         check = view.accepted_checks.get(name)
         if check is not None:
             words = _check_text(check, instrument)
-            found.append(InstrumentOutcome(title=instrument.title, text=words, is_calibrated=check.passed))
+            found.append(
+                InstrumentOutcome(title=instrument.title, text=words, is_calibrated=check.passed)
+            )
         elif name in view.skipped:
             left = "uncalibrated" if view.mode == "full" else "not checked"
             words = f"{left}: {view.skipped[name]}"

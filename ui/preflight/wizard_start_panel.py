@@ -79,7 +79,9 @@ class InstrumentList(QTreeWidget):
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.customContextMenuRequested.connect(self._show_menu)
-        self.itemDoubleClicked.connect(lambda item, _column: self.calibration_requested.emit(_item_channel(item)))
+        self.itemDoubleClicked.connect(
+            lambda item, _column: self.calibration_requested.emit(_item_channel(item))
+        )
 
     @property
     def selected_channel(self) -> str:
@@ -91,7 +93,7 @@ class InstrumentList(QTreeWidget):
         chosen = self.selected_channel
         self.clear()
         for standing in standings:
-            sign = "✓" if standing.good else "▲"
+            sign = "✓" if standing.is_calibrated else "▲"
             item = QTreeWidgetItem([f"{sign}  {standing.title}", standing.text])
             item.setData(0, Qt.ItemDataRole.UserRole, standing.channel)
             item.setToolTip(1, standing.text)
@@ -134,7 +136,9 @@ class InstrumentList(QTreeWidget):
         key = Qt.Key(event.key())
         if key in (Qt.Key.Key_Up, Qt.Key.Key_Down):
             self.move_selection(-1 if key == Qt.Key.Key_Up else 1)
-        elif key in (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter) and self.selected_channel:
+        elif (
+            key in (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter) and self.selected_channel
+        ):
             self.calibration_requested.emit(self.selected_channel)
         else:
             event.ignore()
@@ -145,7 +149,9 @@ class InstrumentList(QTreeWidget):
             self.setCurrentItem(item)
             menu = QMenu(self)
             menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-            menu.addAction("Calibrate again", lambda: self.calibration_requested.emit(self.selected_channel))
+            menu.addAction(
+                "Calibrate again", lambda: self.calibration_requested.emit(self.selected_channel)
+            )
             menu.popup(self.viewport().mapToGlobal(spot))
 
 

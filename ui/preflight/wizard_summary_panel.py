@@ -91,7 +91,7 @@ class WizardSummaryPanel(CenteredPage):
             [
                 ((sign, one.title, one.text), state)
                 for one in outcomes
-                for sign, state in [("✓", "good") if one.good else ("▲", "caution")]
+                for sign, state in [("✓", "good") if one.is_calibrated else ("▲", "caution")]
             ]
         )
 

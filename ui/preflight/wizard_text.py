@@ -76,7 +76,14 @@ class WizardPrompt:
     @property
     def accessible_text(self) -> str:
         """Return all of it for those who hear it."""
-        parts = (self.title, self.caption, self.main_text, self.side_text, self.state_text, self.prompt)
+        parts = (
+            self.title,
+            self.caption,
+            self.main_text,
+            self.side_text,
+            self.state_text,
+            self.prompt,
+        )
         return ", ".join(part for part in parts if part)
 
 

@@ -71,4 +71,6 @@ class ChannelToggles(QWidget):
             box.setVisible(name in channels)
 
     def _toggled(self) -> None:
-        self.selection_changed.emit(tuple(name for name, box in self.boxes.items() if box.isChecked()))
+        self.selection_changed.emit(
+            tuple(name for name, box in self.boxes.items() if box.isChecked())
+        )

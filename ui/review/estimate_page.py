@@ -298,7 +298,9 @@ class EstimatePage(ReviewStepPage):
     def _follow_model(self) -> None:
         """Offer the parameters of the effects of the model that is chosen."""
         flights = self._review.flights
-        if not flights or not self._checker.load_model_effects(self._wishes.model, flights[0].aircraft):
+        if not flights or not self._checker.load_model_effects(
+            self._wishes.model, flights[0].aircraft
+        ):
             return
         effects = self._checker.effects
         gone = {n for n in self._wishes.derivatives if is_effect_parameter(n)} - set(effects)
@@ -324,7 +326,10 @@ class EstimatePage(ReviewStepPage):
             )
         if not self.selected_maneuvers:
             return describe_empty_selection(self._wishes, self._review), "caution"
-        return f"{self._told or self._runner.status_text} {describe_selection(self.selected_maneuvers)}".strip(), ""
+        return (
+            f"{self._told or self._runner.status_text} {describe_selection(self.selected_maneuvers)}".strip(),
+            "",
+        )
 
     # Running
 

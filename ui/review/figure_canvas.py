@@ -123,7 +123,9 @@ class FigureCanvas(ArrowKeyNavigation, FigureWidget):
     def _choose_spot(self, spot: ManeuverPoint) -> None:
         pane = self.subplot_at(spot.subplot_index)
         self.current = next(
-            one for one in self.points if (one.subplot_index, one.maneuver) == (spot.subplot_index, spot.maneuver)
+            one
+            for one in self.points
+            if (one.subplot_index, one.maneuver) == (spot.subplot_index, spot.maneuver)
         )
         self.subplot_index = spot.subplot_index
         self.maneuver = spot.maneuver

@@ -119,7 +119,12 @@ def describe_point(material: FigureData, derivative: str, maneuver: str) -> str:
 
 def _find_point(summary: DerivativeSummary, maneuver: str) -> DerivativePoint | None:
     return next(
-        (one for one in (*summary.points, *summary.nonconverged_points) if one.maneuver == maneuver), None
+        (
+            one
+            for one in (*summary.points, *summary.nonconverged_points)
+            if one.maneuver == maneuver
+        ),
+        None,
     )
 
 

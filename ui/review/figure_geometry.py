@@ -237,18 +237,27 @@ def next_point(
         return None
     if current is None:
         first = min(one.subplot_index for one in spots)
-        return min((one for one in spots if one.subplot_index == first), key=lambda one: (one.x, one.y))
+        return min(
+            (one for one in spots if one.subplot_index == first), key=lambda one: (one.x, one.y)
+        )
     if key in ("left", "right"):
-        row = sorted((one for one in spots if one.subplot_index == current.subplot_index), key=_point_sort_key)
+        row = sorted(
+            (one for one in spots if one.subplot_index == current.subplot_index),
+            key=_point_sort_key,
+        )
         place = row.index(current) + (1 if key == "right" else -1)
         return row[min(max(place, 0), len(row) - 1)]
     same = [one for one in spots if one.maneuver == current.maneuver]
     if key == "down":
         return min(
-            (one for one in same if one.subplot_index > current.subplot_index), key=_point_subplot, default=current
+            (one for one in same if one.subplot_index > current.subplot_index),
+            key=_point_subplot,
+            default=current,
         )
     return max(
-        (one for one in same if one.subplot_index < current.subplot_index), key=_point_subplot, default=current
+        (one for one in same if one.subplot_index < current.subplot_index),
+        key=_point_subplot,
+        default=current,
     )
 
 

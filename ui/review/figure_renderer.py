@@ -218,7 +218,10 @@ def _extract_points(figure: Figure, ratio: float) -> tuple[ManeuverPoint, ...]:
             for name, (x, y) in zip(names, pixels, strict=True):
                 if np.isfinite(x + y) and box.contains(x, y):
                     spot = ManeuverPoint(
-                        subplot_index=place, maneuver=name, x=float(x / ratio), y=float((tall - y) / ratio)
+                        subplot_index=place,
+                        maneuver=name,
+                        x=float(x / ratio),
+                        y=float((tall - y) / ratio),
                     )
                     found.append(spot)
     return tuple(found)

@@ -199,7 +199,10 @@ class FigureView(QScrollArea):
             self.canvas.setFixedSize(drawing.width, drawing.height)
             self.canvas.setAccessibleDescription(drawing.picture.caption)
         self.drawn.emit(drawing)
-        if not self._fits and abs(self.available_size.height - drawing.request.room.height) > _SIZE_TOLERANCE:
+        if (
+            not self._fits
+            and abs(self.available_size.height - drawing.request.room.height) > _SIZE_TOLERANCE
+        ):
             # What stands below takes another height than it did: once more, but only once.
             self._fits = True
             self._soon.start()

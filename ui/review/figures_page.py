@@ -192,7 +192,11 @@ class FiguresPage(ReviewStepPage):
         """Show what was worked out meanwhile."""
         if self._material is not None:
             self._take(
-                replace(self._material, ftr_histories=self._needs.ftr_histories, comparison=self._needs.comparison)
+                replace(
+                    self._material,
+                    ftr_histories=self._needs.ftr_histories,
+                    comparison=self._needs.comparison,
+                )
             )
 
     # What is shown
@@ -258,7 +262,9 @@ class FiguresPage(ReviewStepPage):
             from gsapp.report.figure_files import export_figure
             from gsapp.report.palette import PRINT_PALETTE
 
-            picture = kind.build(material, PRINT_PALETTE, FigureSize(width=FIGURE_WIDTH, height=0.0))
+            picture = kind.build(
+                material, PRINT_PALETTE, FigureSize(width=FIGURE_WIDTH, height=0.0)
+            )
             if isinstance(picture, str):
                 raise FlightError(picture)
             return export_figure(picture, ending)
@@ -282,7 +288,11 @@ class FiguresPage(ReviewStepPage):
     def _show_detail(self) -> None:
         """Describe the chosen maneuver below the figure, if the figure has a point for it."""
         canvas, chosen_name = self.view.canvas, self._selection.maneuver
-        charts = [canvas.subplot_at(one.subplot_index) for one in canvas.points if one.maneuver == chosen_name]
+        charts = [
+            canvas.subplot_at(one.subplot_index)
+            for one in canvas.points
+            if one.maneuver == chosen_name
+        ]
         derivatives = {pane.name.partition(":")[2] for pane in charts if pane is not None}
         if self._material is None or not derivatives:
             self.frame.show_message("")

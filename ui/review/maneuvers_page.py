@@ -101,7 +101,9 @@ class ManeuversPage(ReviewStepPage):
         self.keeping.failed.connect(
             lambda error: self.details.show_message(f"Not kept in the catalog: {error}", "caution")
         )
-        self.panel.flight_selected.connect(lambda place: flights.select_flight(self.review.flights[place]))
+        self.panel.flight_selected.connect(
+            lambda place: flights.select_flight(self.review.flights[place])
+        )
         wanted = self._store.current.review_channels
         self.channels.set_selected_channels(wanted)
         self.channels.selection_changed.connect(self._channels_chosen)
@@ -353,7 +355,9 @@ class ManeuversPage(ReviewStepPage):
         self.table.select_maneuver(chosen)
         known = here is not None
         self.board.set_flight_known(known=known)
-        self.details.set_empty_title("No maneuver is chosen" if known else "No flight is under review")
+        self.details.set_empty_title(
+            "No maneuver is chosen" if known else "No flight is under review"
+        )
         self.details.show_row(row, self._hint())
         number = self.review.flights.index(here) + 1 if here in self.review.flights else 0
         spans = [_span(one) for one in rows if one.flight_number == number]

@@ -155,7 +155,9 @@ class OnboardLogDialog(FormDialog):
         if not in_force:
             self.now.set_message("The live record stands alone: what came over the radio.")
         elif state is None or state.file != in_force:
-            self.now.set_message(f"{in_force} is in force; how its clock stands is said on opening.")
+            self.now.set_message(
+                f"{in_force} is in force; how its clock stands is said on opening."
+            )
         else:
             self.now.set_message(
                 capitalize_sentence(state.remark()) + ".", "good" if state.in_place else "caution"
@@ -191,7 +193,9 @@ class OnboardLogDialog(FormDialog):
                 "The aircraft has landed and is disarmed. A fetch that was broken off goes on."
             )
         elif kind == _STORED:
-            self.verdict.set_message(f"{name} is in force again; the one before stays in the folder.")
+            self.verdict.set_message(
+                f"{name} is in force again; the one before stays in the folder."
+            )
         else:
             self.verdict.set_message("The log stays in the folder and can be taken again.")
         self.button.setEnabled(usable)

@@ -117,8 +117,14 @@ class ReviewPage(MultiStepPage):
     @property
     def handlers(self) -> Mapping[str, Callable[[], object]]:
         """Return what the commands of this place and its pages do."""
-        own = {f"review_{one.id}": lambda name=one.id: self.go_to_step(name) for one in REVIEW_STEPS}
-        own |= {"review_cancel": self.cancel, "review_redo": self.redo, "review_trial": self.fly_virtual_flight}
+        own = {
+            f"review_{one.id}": lambda name=one.id: self.go_to_step(name) for one in REVIEW_STEPS
+        }
+        own |= {
+            "review_cancel": self.cancel,
+            "review_redo": self.redo,
+            "review_trial": self.fly_virtual_flight,
+        }
         own |= self.onboard.handlers
         of_pages = {
             command.id: lambda name=command.id: self._on_page(name)
@@ -299,7 +305,7 @@ class ReviewPage(MultiStepPage):
         self.show_outcome(outcome)
         estimate = self.pages.get("estimate")
         if estimate is not None:
-            estimate.book.renew(outcome)
+            estimate.book.update_means(outcome)
 
     # Work
 

@@ -124,7 +124,9 @@ def _describe_run_end(outcome: RunOutcome) -> str:
     if failed:
         said.append(f"Not fitted: {', '.join(failed)}.")
     if outcome.summary.outlying_maneuvers:
-        said.append(f"Wild: {', '.join(one.maneuver for one in outcome.summary.outlying_maneuvers)}.")
+        said.append(
+            f"Wild: {', '.join(one.maneuver for one in outcome.summary.outlying_maneuvers)}."
+        )
     gusty = [one.maneuver.id for one in results if one.equation_error_estimate is not None]
     if gusty:
         said.append(f"In gusts, equation error beside: {', '.join(gusty)}.")

@@ -81,9 +81,7 @@ class RunStore(QObject):
             return
         former = before.label
         self._rename(number, label)
-        self._deeds.push(
-            lambda: self._rename(number, former), lambda: self._rename(number, label)
-        )
+        self._deeds.push(lambda: self._rename(number, former), lambda: self._rename(number, label))
 
     def remove(self, number: int) -> None:
         """Leave a run out; it can be brought back."""

@@ -97,7 +97,9 @@ def _run_estimate(crew: ScreenshotTaker, keys: str) -> None:
     """Run, and wait for what comes of it."""
     review = crew.window.review_page
     before = review.outcome
-    crew.wait_until(lambda: review.step_page is not None and review.step_page.can_run, "the settings")
+    crew.wait_until(
+        lambda: review.step_page is not None and review.step_page.can_run, "the settings"
+    )
     crew.press_key(keys)
     crew.wait_until(lambda: review.outcome is not before and not review.work.running, "the run")
 

@@ -180,7 +180,9 @@ class SummaryPage(ReviewStepPage):
         gap = self.display_style.px(16)
         # Words of another length must not push about what stands below.
         self.detail.setMinimumHeight(self.display_style.px(_DETAIL_HEIGHT))
-        self._column.setContentsMargins(self.display_style.px(24), gap, self.display_style.px(24), gap)
+        self._column.setContentsMargins(
+            self.display_style.px(24), gap, self.display_style.px(24), gap
+        )
         self._column.setSpacing(self.display_style.px(8))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
@@ -202,13 +204,19 @@ class SummaryPage(ReviewStepPage):
         """Return what the commands of this page do."""
         return {
             "review_report": lambda: self._with_outcome(
-                lambda run: self.writer.export_report_as(run, self.display_style.units, self.linear.comparison)
+                lambda run: self.writer.export_report_as(
+                    run, self.display_style.units, self.linear.comparison
+                )
             ),
             "review_everything": lambda: self._with_outcome(
-                lambda run: self.writer.export_all_as(run, self.display_style.units, self.linear.comparison)
+                lambda run: self.writer.export_all_as(
+                    run, self.display_style.units, self.linear.comparison
+                )
             ),
             "review_file": lambda: self._with_outcome(
-                lambda run: self.writer.export_file_as(run, self.file.current_key, self.linear.comparison)
+                lambda run: self.writer.export_file_as(
+                    run, self.file.current_key, self.linear.comparison
+                )
             ),
             "review_open_written": self.writer.open_written,
             "review_copy": self.copy_table,

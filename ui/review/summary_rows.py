@@ -60,7 +60,9 @@ def build_derivative_rows(outcome: RunOutcome) -> tuple[TableRow, ...]:
     for row in derivative_rows(outcome.summary, known):
         name, mean, bound, percent, scatter, ratio, n, out, before = row
         one = outcome.summary.derivatives[name]
-        scatters = one.bound_consistency is not None and one.bound_consistency.ratio > _SCATTER_RATIO_LIMIT
+        scatters = (
+            one.bound_consistency is not None and one.bound_consistency.ratio > _SCATTER_RATIO_LIMIT
+        )
         sign = "▲ " if scatters else ""
         lines.append(
             TableRow(

@@ -339,7 +339,9 @@ class TimelineWidget(QWidget):
                     f"maneuver {span.label}, {_clock_text(span.start)} to {_clock_text(span.stop)}",
                 )
         if self.marked_segment is not None:
-            words.append(f"{_clock_text(self.marked_segment[0])} to {_clock_text(self.marked_segment[1])} marked")
+            words.append(
+                f"{_clock_text(self.marked_segment[0])} to {_clock_text(self.marked_segment[1])} marked"
+            )
         if self.pointer is not None:
             values = [name for chart in self.shown_charts for name in self._names(chart)]
             words.append(f"at {_clock_text(self.pointer)} {', '.join(values)}")

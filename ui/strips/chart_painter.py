@@ -410,7 +410,7 @@ def _draw_tags(
     tags: list[tuple[str, str, str]] = []
     if reading.state:
         fill = theme.warning_fill if reading.state == "warning" else theme.caution_fill
-        sign = "▲" if reading.word == "HIGH" else "▼"
+        sign = "▲" if reading.state_text == "HIGH" else "▼"
         tags.append((f"{sign} {reading.state_text}", theme.fill_text, fill))
     if reading.uncalibrated:
         tags.append(("uncal", theme.caution, ""))

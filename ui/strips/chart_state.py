@@ -161,7 +161,10 @@ def create_chart(
         high=high,
     )
     if strip.range == "fixed" and strip.low is not None and strip.high is not None:
-        chart.low, chart.high = displays[0].to_display(strip.low), displays[0].to_display(strip.high)
+        chart.low, chart.high = (
+            displays[0].to_display(strip.low),
+            displays[0].to_display(strip.high),
+        )
     elif strip.range == "limits":
         ends = _range_of_limits(specs[0], limits)
         chart.low, chart.high = displays[0].to_display(ends[0]), displays[0].to_display(ends[1])

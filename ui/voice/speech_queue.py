@@ -152,7 +152,11 @@ class SpeechQueue:
     def _go_on(self) -> None:
         """Say what waits, if it may be said and nothing else is."""
         waiting = self.waiting
-        if self.speaking is None and waiting is not None and (waiting.allowed_in_quiet or not self.is_quiet):
+        if (
+            self.speaking is None
+            and waiting is not None
+            and (waiting.allowed_in_quiet or not self.is_quiet)
+        ):
             self.waiting = None
             self._begin(waiting)
 

@@ -306,7 +306,9 @@ class BannerStack(QWidget):
         self.next_button.setAccessibleName(f"Next of {count} messages")
         self.next_button.setToolTip("Next message")
         self.list_button.setEnabled(bool(self.messages))
-        self.list_button.setToolTip("All messages since the start" if self.messages else "No message yet")
+        self.list_button.setToolTip(
+            "All messages since the start" if self.messages else "No message yet"
+        )
         self.changed.emit()
 
     def _show_next(self) -> None:

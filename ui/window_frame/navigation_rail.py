@@ -48,9 +48,7 @@ class NavigationButton(QAbstractButton):
         ink: QColor = look.color("text" if chosen else "muted")
         side = look.px(24)
         top = (box.height() - side) / 2 if self.narrow else look.px(8)
-        paint_icon(
-            painter, self.page.icon, QRectF((box.width() - side) / 2, top, side, side), ink
-        )
+        paint_icon(painter, self.page.icon, QRectF((box.width() - side) / 2, top, side, side), ink)
         if not self.narrow:
             painter.setPen(ink)
             painter.setFont(look.font("label", strong=chosen))
@@ -90,7 +88,9 @@ class NavigationRail(QWidget):
         self._group = ExclusiveButtonGroup(self)
         for place in PAGES:
             button = NavigationButton(place, look)
-            button.clicked.connect(lambda _checked=False, name=place.id: self.page_selected.emit(name))
+            button.clicked.connect(
+                lambda _checked=False, name=place.id: self.page_selected.emit(name)
+            )
             self._group.add_button(button)
             column.addWidget(button)
             self.buttons[place.id] = button

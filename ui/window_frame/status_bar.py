@@ -148,7 +148,11 @@ class StatusItemWidget(QWidget):
         look, part = self._look, self.item
         font = self._value_font()
         metrics = QFontMetricsF(font)
-        if part.stretches and not self.is_flat and metrics.horizontalAdvance(part.value) > line.width():
+        if (
+            part.stretches
+            and not self.is_flat
+            and metrics.horizontalAdvance(part.value) > line.width()
+        ):
             self._sentence(painter, line)
             return
         role = part.state if part.state in ("caution", "warning") else "text"

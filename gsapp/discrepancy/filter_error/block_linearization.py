@@ -150,9 +150,7 @@ class BlockLinearization:
         # All samples of a block side by side: one product each.
         wide = shows.transpose(0, 2, 1, 3).reshape(n_blocks, -1, block * size)
         self.by_state = wide @ reach[:, :block].reshape(n_blocks, -1, size) / block
-        counted = (
-            record.valid[:whole].reshape(n_blocks, block, -1).mean(axis=1) > _MIN_VALID_SHARE
-        )
+        counted = record.valid[:whole].reshape(n_blocks, block, -1).mean(axis=1) > _MIN_VALID_SHARE
         self.valid: BoolArray = counted
         self.block_size = block
         self.stepwise = stepwise
@@ -370,8 +368,8 @@ def _noise_gains(
     return tuple(
         NoiseGain(
             weight=dt,
-            state=reach[block - 1 - k],
-            channels=sum(seen[block - 1 - k : 2 * block - 1 - k], np.zeros_like(output)) / block,
+            state_gain=reach[block - 1 - k],
+            output_gain=sum(seen[block - 1 - k : 2 * block - 1 - k], np.zeros_like(output)) / block,
         )
         for k in range(block)
     )

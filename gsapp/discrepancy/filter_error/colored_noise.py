@@ -47,7 +47,9 @@ class ColoredNoise:
     by_mean: FloatArray
 
     @classmethod
-    def from_noise_model(cls, noise: NoiseModel | None, channels: Sequence[str], block: int) -> ColoredNoise:
+    def from_noise_model(
+        cls, noise: NoiseModel | None, channels: Sequence[str], block: int
+    ) -> ColoredNoise:
         """Return what a noise model makes of these channels in blocks of so many samples."""
         known = {} if noise is None else noise.correlations
         names = [name for name in channels if name in known]

@@ -75,7 +75,9 @@ class ColumnLayout:
         first = self.coefficients.stop
         return slice(first, first + len(self.free))
 
-    def stack_columns(self, rows: Sequence[SparseGradient], columns: slice, count: int) -> FloatArray:
+    def stack_columns(
+        self, rows: Sequence[SparseGradient], columns: slice, count: int
+    ) -> FloatArray:
         """Return some columns as an array, shape (n, n_rows, n_columns), in memory time last."""
         table = np.zeros((len(rows), columns.stop - columns.start, count))
         for row, slopes in enumerate(rows):

@@ -245,7 +245,9 @@ class FilterErrorFit:
                 columns.append((SensitivityEntry(target=coefficient, history=read),))
         return columns
 
-    def whitened_columns(self, one: ManeuverState, extra: ExtraColumns | None = None) -> FilteredColumns:
+    def whitened_columns(
+        self, one: ManeuverState, extra: ExtraColumns | None = None
+    ) -> FilteredColumns:
         """Return free parameters, extra columns and biases, in this order, as the filter sees them.
 
         The maneuver's filter must be up to date.
@@ -255,7 +257,11 @@ class FilterErrorFit:
         if extra is not None:
             columns += extra(linearization)
         columns += [
-            (SensitivityEntry(target=f"channel.{name}", history=linearization.bias_sensitivity[:, place]),)
+            (
+                SensitivityEntry(
+                    target=f"channel.{name}", history=linearization.bias_sensitivity[:, place]
+                ),
+            )
             for place, name in enumerate(one.record.channels)
         ]
         return filter_columns(one.current_filter, columns, self.bias_of(one.record))

@@ -246,7 +246,8 @@ def create_filter(
 ) -> SteadyStateFilter:
     """Return the filter for a linearized maneuver; without noise model, none: output error."""
     return _filter(
-        BlockLinearization(linearization, motion, None if noise is None else noise.gust_lengths), noise
+        BlockLinearization(linearization, motion, None if noise is None else noise.gust_lengths),
+        noise,
     )
 
 
@@ -321,7 +322,9 @@ def _steady_covariance(
     Q = np.zeros((n_x, n_x))
     Q[: n_states + 3, : n_states + 3] = noise.process_noise(blocks.V, n_states)
     moved = blocks.linearization.rate_by_control
-    Q[:n_states, :n_states] += np.einsum("nic,c,njc->ij", moved, noise.control_intensities, moved) / len(moved)
+    Q[:n_states, :n_states] += np.einsum(
+        "nic,c,njc->ij", moved, noise.control_intensities, moved
+    ) / len(moved)
     measured += blocks.interpolation_variance(Q[:n_states, :n_states])
     Q = Q / blocks.scales[:, None] / blocks.scales
     # Channels in units of their noise: the equation is badly scaled otherwise.
@@ -343,7 +346,9 @@ def _steady_covariance(
             arrived[:n_x, :n_x] += weight * N @ own @ N.T
             shared[:n_x] += weight * N @ own @ O.T
             noise_of_means += weight * O @ own @ O.T
-        arrived[rows, rows] += (colors.by_end**2).sum(axis=1) * colors.driving_variance / colors.stds**2
+        arrived[rows, rows] += (
+            (colors.by_end**2).sum(axis=1) * colors.driving_variance / colors.stds**2
+        )
         shared[rows, places] += (
             (colors.by_end * colors.by_mean).sum(axis=1)
             * colors.driving_variance

@@ -82,7 +82,7 @@ def filter_columns(
     start[:, count : count + n_local] = -rest * own.blocks.scales[:n_local]
     innovations, deviations = own.innovations(z, b, start)
     return FilteredColumns(
-        innovations=own.whitener @ innovations, deviations=deviations, n_local=n_local
+        innovations=own.whitener @ innovations, deviations=deviations, n_initial_states=n_local
     )
 
 

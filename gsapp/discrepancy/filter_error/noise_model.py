@@ -127,7 +127,9 @@ class NoiseModel:
         """Return the standard deviation (m/s) of the gusts along u, v, w at airspeed V."""
         return {
             name: float(np.sqrt(0.5 * intensity * length / V))
-            for name, intensity, length in zip(GUSTS, self.gust_intensities, self.gust_lengths, strict=True)
+            for name, intensity, length in zip(
+                GUSTS, self.gust_intensities, self.gust_lengths, strict=True
+            )
         }
 
 

@@ -145,7 +145,9 @@ def _update_correlations(fit: FilterErrorFit) -> None:
             own = one.current_filter
             z, b, _ = own.residual(fit.bias_of(one.record))
             kept = np.clip(own.smoothed_decay(z, b), _LEAST_COLOR**own.block_size, 1.0)
-            for place, share in zip(own.colors.channel_indices, kept ** (1.0 / own.block_size), strict=True):
+            for place, share in zip(
+                own.colors.channel_indices, kept ** (1.0 / own.block_size), strict=True
+            ):
                 found.setdefault(one.record.channels[place], []).append(float(share))
         moved = {name: min(float(np.median(values)), _MOST_COLOR) for name, values in found.items()}
         fit.noise[flight] = replace(noise, correlations={**noise.correlations, **moved})

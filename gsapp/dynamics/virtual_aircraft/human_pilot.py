@@ -111,11 +111,15 @@ class HumanPilot:
         scale = (1.0, 1.0, 1.0) if high_rate else self._feel.low_rate
         sign = self._runway.sign
         return StickPositions(
-            pitch=self._hands["pitch"].move(pitch / scale[0] + inputs["de"], resting=intent.hands_off),
+            pitch=self._hands["pitch"].move(
+                pitch / scale[0] + inputs["de"], resting=intent.hands_off
+            ),
             roll=self._hands["roll"].move(
                 sign * roll / scale[1] + inputs["da"], resting=intent.hands_off
             ),
-            yaw=self._hands["yaw"].move(sign * yaw / scale[2] + inputs["dr"], resting=intent.hands_off),
+            yaw=self._hands["yaw"].move(
+                sign * yaw / scale[2] + inputs["dr"], resting=intent.hands_off
+            ),
             throttle=self._speed.throttle(view, intent),
             flap=intent.flap / self._flap_travel,
             high_rate=high_rate,

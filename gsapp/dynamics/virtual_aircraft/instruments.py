@@ -238,7 +238,11 @@ class Instruments:
             Before the converter; NaN where an instrument gives nothing.
         """
         shaken = dict(
-            zip(GYRO_CHANNELS, self._vibration.vibration_rates(engine_speeds, self._dt).T, strict=True)
+            zip(
+                GYRO_CHANNELS,
+                self._vibration.vibration_rates(engine_speeds, self._dt).T,
+                strict=True,
+            )
         )
         count = len(engine_speeds)
         # Row by row, so that the numbers do not depend on the length of the stretch.

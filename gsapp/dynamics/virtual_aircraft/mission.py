@@ -262,7 +262,9 @@ class Mission:
         return min(max(bank, usual - 10.0 * DEGREE), usual + 4.0 * DEGREE)
 
     def _straight(self, leg: Leg) -> MissionStage:
-        view = yield GuidanceCommand(phase="pattern", path_angle=0.0, speed=self._plan.pattern.speed)
+        view = yield GuidanceCommand(
+            phase="pattern", path_angle=0.0, speed=self._plan.pattern.speed
+        )
         while leg.distance_past_end(view) < 0.0:
             view = yield self._along(leg, view, "pattern")
 
@@ -307,7 +309,9 @@ class Mission:
         phase = f"maneuver {number}"
         length = stick.duration + maneuver.quiet * float(self._random.uniform(0.8, 1.2))
         while (time := view.time - began) < length and not _is_upset(view):
-            view = yield GuidanceCommand(phase=phase, stick_input=stick, stick_time=time, hands_off=True)
+            view = yield GuidanceCommand(
+                phase=phase, stick_input=stick, stick_time=time, hands_off=True
+            )
         self.flown_maneuvers.append((began, view.time, maneuver))
         while leg.distance_past_end(view) < 0.0:
             view = yield self._along(leg, view, "pattern", speed)

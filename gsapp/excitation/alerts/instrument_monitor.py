@@ -64,7 +64,9 @@ class InstrumentMonitor:
             part.restart()
         self._since: dict[str, int] = {}
 
-    def evaluate(self, rows: FlightRows) -> tuple[FlightFrame, frozenset[str], list[AlertCondition]]:
+    def evaluate(
+        self, rows: FlightRows
+    ) -> tuple[FlightFrame, frozenset[str], list[AlertCondition]]:
         """Return the frame with the state of the flight, what is not believed, and what to tell.
 
         Parameters

@@ -127,7 +127,9 @@ class ReconstructedMotion:
         """
         count = len(self.rates)
         hats = _hat_functions(count)
-        path = reconstruct_path(self.rates, self.specific_force, self.dt, self.initial_velocity, self.gravity)
+        path = reconstruct_path(
+            self.rates, self.specific_force, self.dt, self.initial_velocity, self.gravity
+        )
         slopes = sensitivities_to_rates(path, self.dt, np.full(_HATS, axis), hats)
         back = path.C.transpose(0, 2, 1)
         matrix = np.zeros((3 * count + _HATS, 6 + _HATS))

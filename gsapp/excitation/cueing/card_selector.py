@@ -216,7 +216,11 @@ class CardSelector:
         return (cards[0] if cards else None), "next on the list"
 
     def _open(self) -> list[CardProgress]:
-        return [] if self.card_progress is None else [one for one in self.card_progress.cards if one.remaining_count]
+        return (
+            []
+            if self.card_progress is None
+            else [one for one in self.card_progress.cards if one.remaining_count]
+        )
 
     def _asked(self, card: TestCard, why: CardSelectionReason) -> NextCard:
         point, problem = self._points.point(card)

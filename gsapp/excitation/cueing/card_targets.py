@@ -113,7 +113,9 @@ class CardTargets:
             )
         return found
 
-    def target_without_card(self, surfaces: tuple[str, ...], kind: str, V: float | None) -> TargetInput:
+    def target_without_card(
+        self, surfaces: tuple[str, ...], kind: str, V: float | None
+    ) -> TargetInput:
         """Return what is wanted of an input that no card asks for, at an airspeed (m/s)."""
         near = None if V is None else round(V / _SAME_SPEED)
         key = (surfaces, kind, near)

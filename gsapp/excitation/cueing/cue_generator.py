@@ -119,7 +119,7 @@ class CueGenerator:
         for rows in self._stream.feed(mask_implausible(block)):
             self._take(rows)
 
-    def settle(self) -> None:
+    def process_step(self) -> None:
         """Judge what is complete, after all blocks of a step."""
         ticks = 0
         for rows in self._stream.take_complete_rows():
@@ -129,10 +129,10 @@ class CueGenerator:
         if not ticks or ticks > _FEW:
             self._lessons.run_slice()
 
-    def busy(self, time: float) -> bool:
+    def has_pending_work(self, time: float) -> bool:
         """Return whether a look ahead is unfinished that is shown by a flight time, s.
 
-        Each `settle` goes on with it by a slice; what is not done by then is done at once.
+        Each `process_step` goes on with it by a slice; what is not done by then is done at once.
         """
         return self._lessons.has_pending_work(time)
 
@@ -202,7 +202,9 @@ class CueGenerator:
         self._doublets.system = self._dangers.system = system
         self._desk.use_units(system)
         self._lessons.use_units(system)
-        if self._doublets.input_in_progress is None and self._desk.update_selection(self._lessons.outlook, stay=True):
+        if self._doublets.input_in_progress is None and self._desk.update_selection(
+            self._lessons.outlook, stay=True
+        ):
             self._aim()
 
     # --- what it tells --------------------------------------------------------------------------
@@ -341,10 +343,14 @@ class CueGenerator:
                 self._desk.select_card(card_id)
                 self._chosen += 1
         settled = self._lessons.update_outlook(time, self.card_progress)
-        if under_way is None and self._desk.update_selection(self._lessons.outlook, stay=not settled):
+        if under_way is None and self._desk.update_selection(
+            self._lessons.outlook, stay=not settled
+        ):
             self._aim()
         self._changes.log_card(
-            time, self._desk.next_card, all_done=bool(self.card_progress and self.card_progress.is_complete)
+            time,
+            self._desk.next_card,
+            all_done=bool(self.card_progress and self.card_progress.is_complete),
         )
 
     def _aim(self) -> None:

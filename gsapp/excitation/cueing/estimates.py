@@ -94,7 +94,7 @@ class FlightEstimates:
         if not held:
             return
         self._feed(concatenate_rows(held))
-        self._ftr.settle()
+        self._ftr.process_step()
         self._conclude(float(held[-1].times[-1]))
 
     def _feed(self, rows: FlightRows) -> None:

@@ -34,7 +34,8 @@ class TrimHistory:
         if not before:
             return {}
         return {
-            off.quantity: off.tolerance_ratio if off.amount > 0.0 else -off.tolerance_ratio for off in before[-1].deviations
+            off.quantity: off.tolerance_ratio if off.amount > 0.0 else -off.tolerance_ratio
+            for off in before[-1].deviations
         }
 
     def go_before(self, time: float) -> float | None:

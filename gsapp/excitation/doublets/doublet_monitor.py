@@ -184,7 +184,9 @@ class DoubletMonitor:
         moves = self._around.move_detector.measure(signals)
         for low in range(0, len(rows), self._tick):
             high = min(low + self._tick, len(rows))
-            self._step((rows.first_index + low) // self._tick, rows.times, signals, moves, low, high)
+            self._step(
+                (rows.first_index + low) // self._tick, rows.times, signals, moves, low, high
+            )
 
     def finish(self) -> None:
         """Draw conclusions from what came last; nothing more comes."""
@@ -244,7 +246,11 @@ class DoubletMonitor:
         if moving is None:
             if not self._around.is_flying(first):
                 return
-            moving = InputCandidate(first_move_time=first, last_move_time=last, began_in_recovery=first < self._busy_until)
+            moving = InputCandidate(
+                first_move_time=first,
+                last_move_time=last,
+                began_in_recovery=first < self._busy_until,
+            )
             moving.request = self._expected
             if moving.request.target_input is not None:
                 moving.hands_off = moving.request.target_input.hands_off
@@ -292,7 +298,10 @@ class DoubletMonitor:
         asked = moving.request
         expected = moving.expected_surfaces
         moved = {one.surface for one in found}
-        another = found[0].kind in UNAMBIGUOUS_SHAPES and moving.expected_kind not in ("", found[0].kind)
+        another = found[0].kind in UNAMBIGUOUS_SHAPES and moving.expected_kind not in (
+            "",
+            found[0].kind,
+        )
         if expected and expected <= moved and found[0].surface in expected and not another:
             return asked, [one for one in found if one.surface in expected]
         # A second stick belongs to the input if it was moved in the same way.
@@ -335,7 +344,11 @@ class DoubletMonitor:
         main = moving.inputs[0]
         threshold = self._around.move_detector.thresholds[SURFACES.index(main.surface)]
         free = t_end - moving.t_end
-        if main.has_returned_to_trim and not moving.is_confirmed and not is_deliberate_input(main, free, threshold):
+        if (
+            main.has_returned_to_trim
+            and not moving.is_confirmed
+            and not is_deliberate_input(main, free, threshold)
+        ):
             self._dismiss()
             return
         self._around.accept_input()

@@ -129,7 +129,9 @@ class FlightContext:
         rows = np.concatenate(self._rows)
         there = np.isfinite(rows)
         present = there.sum(axis=0)
-        self.unmeasured_surfaces = tuple(name for name in SURFACES if not present[SIGNAL_COLUMNS[name]])
+        self.unmeasured_surfaces = tuple(
+            name for name in SURFACES if not present[SIGNAL_COLUMNS[name]]
+        )
         means = np.where(there, rows, 0.0).sum(axis=0) / np.where(present > 0, present, np.nan)
         self._watch.add(time - (len(rows) - 1) / self._rate, means)
         self._look_down(float(means[SIGNAL_COLUMNS["altitude"]]))

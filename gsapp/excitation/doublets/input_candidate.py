@@ -54,7 +54,9 @@ class InputCandidate:
     @property
     def expected_surfaces(self) -> set[str]:
         """Return the surfaces that the crew expects to be moved."""
-        return set() if self.request.target_input is None else set(self.request.target_input.surfaces)
+        return (
+            set() if self.request.target_input is None else set(self.request.target_input.surfaces)
+        )
 
     @property
     def pending_surfaces(self) -> set[str]:

@@ -212,22 +212,32 @@ class StickReleaseDetector:
             return True
         if is_deliberate_input(main, math.inf, threshold):
             return True
-        return not main.has_returned_to_trim and both and (meant or _is_unreturned_doublet(main, threshold))
+        return (
+            not main.has_returned_to_trim
+            and both
+            and (meant or _is_unreturned_doublet(main, threshold))
+        )
 
     def _measured(self, moving: InputCandidate, now: float) -> list[SurfaceInput]:
         """Return what each surface did, that of the input first."""
-        times, rows = self._history.segment(moving.first_move_time - LOOK_BACK - PRE_INPUT_TIME, now)
+        times, rows = self._history.segment(
+            moving.first_move_time - LOOK_BACK - PRE_INPUT_TIME, now
+        )
         lag = self._around.move_detector.lag
         if times.size <= lag:
             return []
-        moves = find_strong_moves(times, rows, moving.surfaces, moving.first_move_time, moving.last_move_time, lag)
+        moves = find_strong_moves(
+            times, rows, moving.surfaces, moving.first_move_time, moving.last_move_time, lag
+        )
         found = measure_moved_inputs(times, rows, moves, self._around.setting)
         inputs = [self._left(one, moves, moving.last_move_time, times, rows) for one in found]
         inputs = [self._alone(one, moving, moves, times, rows) for one in inputs]
         # A second stick may go further than the input that was expected.
         return sorted(
             inputs,
-            key=lambda one: not (one.surface in moving.expected_surfaces and one.kind in UNAMBIGUOUS_SHAPES),
+            key=lambda one: (
+                not (one.surface in moving.expected_surfaces and one.kind in UNAMBIGUOUS_SHAPES)
+            ),
         )
 
     def _left(

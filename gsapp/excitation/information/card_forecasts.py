@@ -216,7 +216,11 @@ def _forecast_card(
                 low, middle, high = bands[:, row, column].tolist()
                 gains[row].append(
                     BoundReduction(
-                        name=name, bound_before=before.get(name), bound_after=middle, low=low, high=high
+                        name=name,
+                        bound_before=before.get(name),
+                        bound_after=middle,
+                        low=low,
+                        high=high,
                     )
                 )
             shrunk[row] += _shrinkage(names, before, after[:, row], request)
@@ -270,7 +274,9 @@ def _bounds_after(
     return (
         names,
         now,
-        compute_bounds(gained[0] + total.matrix[place], gained[1] + total.gradient_covariance[place]),
+        compute_bounds(
+            gained[0] + total.matrix[place], gained[1] + total.gradient_covariance[place]
+        ),
     )
 
 

@@ -73,9 +73,7 @@ class FlightKnowledge:
     rate: float
     mass: float
     totals: Mapping[Axis, CombinedInformation] = field(
-        default_factory=lambda: {
-            axis: CombinedInformation.empty(axis) for axis in ESTIMATION_AXES
-        }
+        default_factory=lambda: {axis: CombinedInformation.empty(axis) for axis in ESTIMATION_AXES}
     )
     measured_noise: Mapping[Axis, tuple[ResponseNoise, ...]] = field(default_factory=dict)
     pilot_errors: PilotErrorModel = field(default_factory=PilotErrorModel)
@@ -255,7 +253,9 @@ def _with_measured_noise(
         stretch = maneuver_from_rows(
             rows, aircraft, start, stop, id="no input", inputs=(), mass=now.mass
         )
-        return now.with_noise(axis, noise_from_quiet_segment(stretch, axis, now.updated_model(aircraft)))
+        return now.with_noise(
+            axis, noise_from_quiet_segment(stretch, axis, now.updated_model(aircraft))
+        )
     except FlightError:
         return now
 

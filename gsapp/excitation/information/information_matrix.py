@@ -41,7 +41,13 @@ class ManeuverInformation:
     @property
     def stds(self) -> dict[str, float]:
         """Return the bound of each derivative by this maneuver alone."""
-        return dict(zip(self.names, compute_bounds(self.matrix, self.gradient_covariance).tolist(), strict=True))
+        return dict(
+            zip(
+                self.names,
+                compute_bounds(self.matrix, self.gradient_covariance).tolist(),
+                strict=True,
+            )
+        )
 
 
 def marginalize_information(
@@ -122,7 +128,10 @@ class CombinedInformation:
         names = axis_derivatives(axis)
         square = np.zeros((len(names), len(names)))
         return CombinedInformation(
-            names=names, matrix=square, gradient_covariance=square, information_vector=np.zeros(len(names))
+            names=names,
+            matrix=square,
+            gradient_covariance=square,
+            information_vector=np.zeros(len(names)),
         )
 
     def with_maneuver(
@@ -131,11 +140,17 @@ class CombinedInformation:
         """Return the total with another maneuver's information and estimates."""
         places = [self.names.index(name) for name in information.names]
         own = np.array([values[name] for name in information.names])
-        matrix, unrest, pull = self.matrix.copy(), self.gradient_covariance.copy(), self.information_vector.copy()
+        matrix, unrest, pull = (
+            self.matrix.copy(),
+            self.gradient_covariance.copy(),
+            self.information_vector.copy(),
+        )
         matrix[np.ix_(places, places)] += information.matrix
         unrest[np.ix_(places, places)] += information.gradient_covariance
         pull[places] += information.matrix @ own
-        return CombinedInformation(names=self.names, matrix=matrix, gradient_covariance=unrest, information_vector=pull)
+        return CombinedInformation(
+            names=self.names, matrix=matrix, gradient_covariance=unrest, information_vector=pull
+        )
 
     def estimates(self) -> dict[str, tuple[float, float]]:
         """Return value and bound of each derivative that was seen: those of one joint fit."""

@@ -322,5 +322,7 @@ def _unfinished_cards(cards: CardSetProgress | CardSet | None) -> tuple[Unfinish
     if isinstance(cards, CardSet):
         return tuple(UnfinishedCard(card=card, missing=card.repeats) for card in cards.cards)
     return tuple(
-        UnfinishedCard(card=one.card, missing=one.remaining_count) for one in cards.cards if one.remaining_count
+        UnfinishedCard(card=one.card, missing=one.remaining_count)
+        for one in cards.cards
+        if one.remaining_count
     )

@@ -48,7 +48,9 @@ class ErrorDistribution:
         mean = self.mean + miss / (weight + 1.0)
         seen = miss * (value - mean) + float(np.var(values))
         variance = (weight * self.std**2 + seen) / (weight + 1.0)
-        return ErrorDistribution(mean=mean, std=math.sqrt(variance), sample_count=self.sample_count + 1)
+        return ErrorDistribution(
+            mean=mean, std=math.sqrt(variance), sample_count=self.sample_count + 1
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +95,9 @@ class PilotErrorModel:
             That it was flown for.
         """
         fit = verdict.result in USABLE_RESULTS
-        found = replace(self, maneuver_count=self.maneuver_count + 1, usable_count=self.usable_count + fit)
+        found = replace(
+            self, maneuver_count=self.maneuver_count + 1, usable_count=self.usable_count + fit
+        )
         if not fit:
             return found
         found = replace(
@@ -123,7 +127,9 @@ class PilotErrorModel:
 
     def updated_by_bounds(self, ratios: Sequence[float]) -> PilotErrorModel:
         """Return the habits once bounds were so many times as large as expected."""
-        return replace(self, bound_ratio=self.bound_ratio.updated([math.log(one) for one in ratios]))
+        return replace(
+            self, bound_ratio=self.bound_ratio.updated([math.log(one) for one in ratios])
+        )
 
 
 def draw_executions(

@@ -38,13 +38,15 @@ def guidance_text(
     steep = _deviation(alpha, point.alpha)
     if fast is not None and abs(fast) > DEADBAND_SHARE * point.speed_tolerance:
         share = abs(fast) / point.speed_tolerance
-        words = TrimDeviation(quantity="speed", amount=fast, tolerance_ratio=share, channel="V").format_text(system)
+        words = TrimDeviation(
+            quantity="speed", amount=fast, tolerance_ratio=share, channel="V"
+        ).format_text(system)
         return f"{words}: {_throttle_advice(fast < 0.0, share > _FAR, point.throttle)}"
     if steep is not None:
         share = abs(steep) / point.alpha_tolerance
-        words = TrimDeviation(quantity="alpha", amount=steep, tolerance_ratio=share, channel="alpha").format_text(
-            system
-        )
+        words = TrimDeviation(
+            quantity="alpha", amount=steep, tolerance_ratio=share, channel="alpha"
+        ).format_text(system)
         if fast is not None and share > 1.0:
             # The speed is right, so the load is not 1 g: in a turn that is as it should be.
             return words

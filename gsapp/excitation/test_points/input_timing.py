@@ -66,7 +66,9 @@ class ModeTiming:
     def hands_off_time(self) -> float:
         """Return how long its free motion is worth having, s: two periods, if it has any."""
         if self.damping_ratio < _HEAVY:
-            period = 2.0 * math.pi / (self.natural_frequency * math.sqrt(1.0 - self.damping_ratio**2))
+            period = (
+                2.0 * math.pi / (self.natural_frequency * math.sqrt(1.0 - self.damping_ratio**2))
+            )
             wanted = HANDS_OFF_PERIODS * period
         else:
             wanted = _TIME_CONSTANTS * self.slowest_time_constant
@@ -113,7 +115,9 @@ def oscillation_step_width(mode: ModeTiming, kind: str) -> ToleranceBand:
     low = int(np.flatnonzero(poor[:best])[-1]) + 1 if poor[:best].any() else 0
     after = np.flatnonzero(poor[best:])
     high = best + int(after[0]) - 1 if after.size else response.size - 1
-    widths = np.clip(_GRID[[low, best, high]] / (units * mode.natural_frequency), _FASTEST, _SLOWEST)
+    widths = np.clip(
+        _GRID[[low, best, high]] / (units * mode.natural_frequency), _FASTEST, _SLOWEST
+    )
     return ToleranceBand(
         low=float(widths[0]),
         best=float(widths[1]),
@@ -150,7 +154,12 @@ def _timing(name: str, poles: Sequence[complex]) -> ModeTiming:
     decay = -sum(pole.real for pole in poles) / len(poles)
     damping = decay / natural if poles[0].imag else 1.0
     slow = min(max(-pole.real, 1e-3) for pole in poles)
-    return ModeTiming(name=name, natural_frequency=natural, damping_ratio=damping, slowest_time_constant=1.0 / slow)
+    return ModeTiming(
+        name=name,
+        natural_frequency=natural,
+        damping_ratio=damping,
+        slowest_time_constant=1.0 / slow,
+    )
 
 
 def _poles(linear: LinearModel, states: Sequence[str]) -> list[complex]:

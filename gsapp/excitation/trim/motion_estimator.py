@@ -157,7 +157,7 @@ class MotionEstimator:
             bank=leaned,
             climb=climb,
             height=high,
-            spread=0.0 if attitude else bank.bank_std,
+            bank_std=0.0 if attitude else bank.bank_std,
         )
 
     def _place(self, values: list[float]) -> tuple[float, float]:

@@ -12,10 +12,10 @@ from gsapp.quantities.constants import DEGREE, FOOT, GRAVITY
 class TrimTolerances:
     """How far from steady level flight an input may begin.
 
-    Everything is a mean over `averaging_time` seconds but the unrest: that is the standard deviation
-    about the straight line through `averaging_time` seconds, as root mean square over `turbulence_time` seconds.
-    How far speed and angle of attack may be from a test point is the point's own affair, see
-    `gsapp.excitation.test_points.point.TestPoint`.
+    Everything is a mean over `averaging_time` seconds but the unrest: that is the standard
+    deviation about the straight line through `averaging_time` seconds, as root mean square over
+    `turbulence_time` seconds. How far speed and angle of attack may be from a test point is the
+    point's own affair, see `gsapp.excitation.test_points.point.TestPoint`.
 
     The figures are a flight tester's. Five degrees of bank turn the path by 1.6 deg/s at
     100 ft/s, less than 8 deg in an input with its answer. Rates of 3 deg/s are a tenth of what

@@ -128,4 +128,8 @@ class TrimCue:
     @property
     def worst(self) -> TrimDeviation | None:
         """Return what is off most; None if nothing is beyond its tolerance."""
-        return self.deviations[0] if self.deviations and self.deviations[0].tolerance_ratio > 1.0 else None
+        return (
+            self.deviations[0]
+            if self.deviations and self.deviations[0].tolerance_ratio > 1.0
+            else None
+        )

@@ -153,7 +153,9 @@ class TrimMonitor:
         motion, airborne = senses.motion, senses.airborne
         self._motions.append(motion)
         off = (
-            evaluate_trim(motion, self._tolerances, point, attitude=senses.bank_sources == ATTITUDE_SOURCE)
+            evaluate_trim(
+                motion, self._tolerances, point, attitude=senses.bank_sources == ATTITUDE_SOURCE
+            )
             if airborne
             else ()
         )
@@ -186,7 +188,9 @@ class TrimMonitor:
                 leg=told_by,
                 stuck=stuck if airborne else (),
             ),
-            gust_strength=senses.unrest.gust_strength if airborne and self._undisturbed(time) else None,
+            gust_strength=senses.unrest.gust_strength
+            if airborne and self._undisturbed(time)
+            else None,
             leg_time_left=leg.time_left if airborne else None,
             progress=min(self._steady / STEADY_TIME, 1.0) if state in ("hold", "go") else 0.0,
         )
@@ -239,14 +243,19 @@ class TrimMonitor:
         if left is None:
             return False
         least = max(MIN_LEG_TIME_LEFT, self._needed)
-        return left < least + self._senses.leg.time_uncertainty + (_AGAIN if state == "turn" else 0.0)
+        return left < least + self._senses.leg.time_uncertainty + (
+            _AGAIN if state == "turn" else 0.0
+        )
 
     def _off_on_average(self) -> float:
         """Return the share of the worst quantity over three seconds."""
         second = (len(self._motions) - 1) // 2
         three = average_motion([self._motions[place] for place in (0, second, 2 * second)])
         off = evaluate_trim(
-            three, self._tolerances, self._point, attitude=self._senses.bank_sources == ATTITUDE_SOURCE
+            three,
+            self._tolerances,
+            self._point,
+            attitude=self._senses.bank_sources == ATTITUDE_SOURCE,
         )
         return off[0].tolerance_ratio if off else 0.0
 

@@ -114,7 +114,9 @@ class TurbulenceMonitor:
             share = math.sqrt(sum(recent) / len(recent)) / limit
             if not share <= self.tolerance_ratio:
                 self.tolerance_ratio, self.worst_channel = share, TURBULENCE_CHANNELS[place]
-                self.is_lasting = len(clean) >= WINDOW_COUNT and min(clean) > (_LASTING * limit) ** 2
+                self.is_lasting = (
+                    len(clean) >= WINDOW_COUNT and min(clean) > (_LASTING * limit) ** 2
+                )
         self.gust_strength = self._gusts(seconds, speed)
 
     def _with_alpha(self, powers: Sequence[float], speed: float) -> Sequence[float]:

@@ -52,7 +52,9 @@ def store_maneuvers(
         Who gave the grades that the crew did not give. A grade that a person gave by
         `store_grade` is not overruled by these.
     """
-    store_entry(catalog, FlightEntry.from_flight(flight, maneuvers, aircraft=aircraft), graded_by=graded_by)
+    store_entry(
+        catalog, FlightEntry.from_flight(flight, maneuvers, aircraft=aircraft), graded_by=graded_by
+    )
 
 
 def store_entry(catalog: Catalog, entry: FlightEntry, *, graded_by: str = "program") -> None:

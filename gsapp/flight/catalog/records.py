@@ -56,7 +56,9 @@ def compute_conditions(flight: Flight, maneuver: DetectedManeuver) -> dict[str, 
         samples = samples[np.isfinite(samples)]
         if samples.size:
             found[name] = FlightCondition(
-                mean=float(samples.mean()), minimum=float(samples.min()), maximum=float(samples.max())
+                mean=float(samples.mean()),
+                minimum=float(samples.min()),
+                maximum=float(samples.max()),
             )
     # Speed may follow from pressures, which the maneuver's own figure knows.
     for name, value in (("V", maneuver.V), ("alpha", maneuver.alpha)):

@@ -187,7 +187,7 @@ class ManeuverDetector:
             start = stop
         self._last_time = float(times[-1])
 
-    def settle(self) -> None:
+    def process_step(self) -> None:
         """Nothing is left to do after the blocks of a step: all is drawn from whole frames."""
 
     def finish(self) -> tuple[DetectedManeuver, ...]:

@@ -54,7 +54,10 @@ def write_flight_csv(
             rows = slice(start, start + _ROWS_AT_ONCE)
             columns: list[Iterator[str]] = [map(repr, block.times[rows].tolist())]
             columns.extend(
-                _cells(layout.convert_column(place, block.values[rows, place]), layout.is_unconverted(place))
+                _cells(
+                    layout.convert_column(place, block.values[rows, place]),
+                    layout.is_unconverted(place),
+                )
                 for place in range(len(layout.channels))
             )
             stream.writelines(",".join(row) + "\n" for row in zip(*columns, strict=True))

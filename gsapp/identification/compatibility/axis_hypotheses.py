@@ -97,7 +97,9 @@ def find_axis_corrections(
     channels: Sequence[str],
 ) -> AxisCorrectionResult:
     """Try remedies, one after the other, as long as one helps."""
-    current = AxisCorrectionResult(segments=tuple(stretches), fit=first, corrections=(), verdicts=())
+    current = AxisCorrectionResult(
+        segments=tuple(stretches), fit=first, corrections=(), verdicts=()
+    )
     for _ in range(_MAX_CORRECTIONS):
         if _is_white(current.fit):
             break
@@ -155,9 +157,7 @@ def _best_correction(
         # A fit in gusts may have gone astray: under the same noise, signs as they are get another
         # chance.
         noises = [one.noise for one in found.segments]
-        again = fit_instrument_errors(
-            current.segments, settings, free, noises=noises, bounds=False
-        )
+        again = fit_instrument_errors(current.segments, settings, free, noises=noises, bounds=False)
         gain = min(gain, again.neg2_log_likelihood - found.neg2_log_likelihood)
         usual = current.fit if np.isinf(again.neg2_log_likelihood) else again
         # What gusts leave in doubt takes more, too.
@@ -177,9 +177,7 @@ def _best_correction(
 
 def _most_excited(stretches: Sequence[CompatibilitySegment]) -> list[int]:
     moved = [
-        sum(
-            float(np.ptp(samples)) for name, samples in one.inputs.items() if name in RATE_CHANNELS
-        )
+        sum(float(np.ptp(samples)) for name, samples in one.inputs.items() if name in RATE_CHANNELS)
         for one in stretches
     ]
     return sorted(range(len(stretches)), key=lambda place: -moved[place])[:_SCREENING_SEGMENTS]

@@ -264,7 +264,10 @@ def _unexplained_verdicts(found: InstrumentErrorFit) -> list[InstrumentVerdict]:
     verdicts = []
     for name in KINEMATIC_OUTPUTS:
         slow = [
-            (float(one.noise.output_factors[row] * one.error_model.output_variance[row]) ** 0.5, one)
+            (
+                float(one.noise.output_factors[row] * one.error_model.output_variance[row]) ** 0.5,
+                one,
+            )
             for one in found.segments
             if name in one.segment.measured
             and one.noise.output_factors[row := one.prediction.channels.index(name)] > 4.0

@@ -179,7 +179,9 @@ def fit_instrument_errors(
         else [part.initial_state for part in begin.segments]
     )
     chosen = (
-        list(noises) if noises is not None else [NoiseLevels.white(len(s.outputs)) for s in stretches]
+        list(noises)
+        if noises is not None
+        else [NoiseLevels.white(len(s.outputs)) for s in stretches]
     )
     size = len(free) + len(INITIAL_STATE_NAMES) * len(stretches)
     prior = np.zeros(size)
@@ -256,13 +258,17 @@ def fit_instrument_errors(
         before = (errors, starts, origin)
         errors, starts, origin = _apply_step(free, before, step)
     likely = sum(
-        float(neg2_log_likelihood(part.innovations[None], part.gain.covariance[None])[0]) for part in parts
+        float(neg2_log_likelihood(part.innovations[None], part.gain.covariance[None])[0])
+        for part in parts
     )
     if bounds:
         covariance = joint_covariance(
             [
                 ManeuverFitData(
-                    S=part.S, v=part.innovations, W=part.gain.weight, columns=_columns(place, len(free))
+                    S=part.S,
+                    v=part.innovations,
+                    W=part.gain.weight,
+                    columns=_columns(place, len(free)),
                 )
                 for place, part in enumerate(parts)
             ],

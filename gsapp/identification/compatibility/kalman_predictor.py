@@ -177,7 +177,13 @@ def build_error_state_model(
         unknown = _UNMEASURED_RATE_DENSITY if place < 3 else _UNMEASURED_FORCE_DENSITY
         drive[place] = unknown if name in stretch.absent else stretch.noise[name] ** 2 * stretch.dt
     return ErrorStateModel(
-        width=width, step=step, Phi=Phi, H=H, process=process, input_density=drive, output_variance=show
+        width=width,
+        step=step,
+        Phi=Phi,
+        H=H,
+        process=process,
+        input_density=drive,
+        output_variance=show,
     )
 
 
@@ -325,8 +331,12 @@ def estimate_noise_levels(
             for one, gain_of_one in zip(tried, gained, strict=True):
                 if gain_of_one > 1.0:
                     together = NoiseLevels(
-                        input_factors=together.input_factors * one.input_factors / best.input_factors,
-                        output_factors=together.output_factors * one.output_factors / best.output_factors,
+                        input_factors=together.input_factors
+                        * one.input_factors
+                        / best.input_factors,
+                        output_factors=together.output_factors
+                        * one.output_factors
+                        / best.output_factors,
                     )
             value = float(judged([together])[0])
             if value > values.min():

@@ -79,7 +79,8 @@ def _estimate_shift(equation: Equation) -> tuple[float, float]:
     theta = solve_equation(equation).values
     for _ in range(2):
         columns = [
-            _differentiate_columns(matrix[:, late], equation.maneuver_rows, equation.dt) @ theta[late]
+            _differentiate_columns(matrix[:, late], equation.maneuver_rows, equation.dt)
+            @ theta[late]
             for matrix in (equation.X, equation.Z)
         ]
         width = len(equation.names)

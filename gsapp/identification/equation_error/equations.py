@@ -142,7 +142,9 @@ def build_equation(
     if all(name == bias for name in names if name not in unearned) and unearned:
         why = "nothing moved"
         return EquationResult(
-            equation=None, unestimated={**_unknown_estimates(names, why), **unearned}, remarks=remarks
+            equation=None,
+            unestimated={**_unknown_estimates(names, why), **unearned},
+            remarks=remarks,
         )
     reduced = stacked.select_columns(keep)
     twins = {
@@ -160,7 +162,9 @@ def build_equation(
         )
     dropped = _redundant_columns(twins)
     keep = [index for index, name in enumerate(reduced.names) if name not in dropped]
-    return EquationResult(equation=reduced.select_columns(keep), unestimated=unearned, remarks=remarks)
+    return EquationResult(
+        equation=reduced.select_columns(keep), unestimated=unearned, remarks=remarks
+    )
 
 
 def response_fit_of_equation(equation: Equation, solution: Regression) -> ResponseFit:

@@ -207,7 +207,8 @@ def _residual_rms(residuals: FloatArray, stretches: Sequence[ManeuverRows]) -> F
 
 def _correlation_lags(equation: Equation) -> int:
     longest = max(
-        (part.stop - part.start for one in equation.maneuver_rows for part in one.segments), default=1
+        (part.stop - part.start for one in equation.maneuver_rows for part in one.segments),
+        default=1,
     )
     return max(1, min(round(_LONGEST_CORRELATION / equation.dt), longest // 4))
 

@@ -90,7 +90,9 @@ class AxisRegression:
         """Keep what the open record said, and begin another."""
         earned = self.open_information.degrees_of_freedom >= _LEAST_FREEDOM
         if earned.any():
-            self.closed_information = self.closed_information.add(self.open_information.select_equations(earned))
+            self.closed_information = self.closed_information.add(
+                self.open_information.select_equations(earned)
+            )
         self.begin_record()
 
     def advance(self, first: int, rows: RegressionRows) -> FTRSolution:
@@ -123,7 +125,9 @@ class AxisRegression:
         before = [self.closed_information] * (stop - start)
         if self._fade < 1.0 and self.closed_information.effective_time.any():
             for place in range(len(before)):
-                self.closed_information = before[place] = self.closed_information.discounted(self._fade)
+                self.closed_information = before[place] = self.closed_information.discounted(
+                    self._fade
+                )
         found, self.open_information = solve_records(
             transforms,
             self.band,
@@ -137,7 +141,10 @@ class AxisRegression:
     def solve_closed_records(self) -> FTRSolution:
         """Return the estimates from closed records alone."""
         self.solution = solve_estimates(
-            SolvableInformation.from_closed_records(RecordInformation.stacked([self.closed_information])), self.body
+            SolvableInformation.from_closed_records(
+                RecordInformation.stacked([self.closed_information])
+            ),
+            self.body,
         )
         return self.solution
 

@@ -105,7 +105,8 @@ class ChannelAvailability:
         missing = [
             name
             for name in REQUIRED_CHANNELS[axis]
-            if not there(name) and not (name in self._settings.still and not self.was_measured(name))
+            if not there(name)
+            and not (name in self._settings.still and not self.was_measured(name))
         ]
         if not any(there(name) for name in AIRSPEED_CHANNELS) and self._settings.speed is None:
             missing.insert(0, "airspeed")

@@ -45,6 +45,6 @@ def compute_ftr_history(flight: Flight, aircraft: Aircraft) -> FTR:
         heard.feed(
             Block(channels=block.channels, times=block.times[piece], values=block.values[piece])
         )
-        heard.settle()
+        heard.process_step()
     heard.finish()
     return heard

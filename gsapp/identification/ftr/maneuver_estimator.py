@@ -89,7 +89,8 @@ def estimate(
         many = f"maneuver {maneuver.id}: " if len(maneuvers) > 1 else ""
         warnings += [many + remark for remark in ftr.remarks()]
         warnings += [
-            f"{many}no estimate of {name}: {why}" for name, why in ftr.unavailable_coefficients().items()
+            f"{many}no estimate of {name}: {why}"
+            for name, why in ftr.unavailable_coefficients().items()
         ]
     found = ftr.estimates()
     names = axis_derivatives(axis)

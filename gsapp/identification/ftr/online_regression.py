@@ -48,7 +48,7 @@ class FTR:
     """Fourier transform regression on a flight as it comes in.
 
     It is a consumer of a session's feed: `feed` takes blocks of some channels, in order, however
-    they were cut, `settle` concludes; nothing that it gives depends on the cutting.
+    they were cut, `process_step` concludes; nothing that it gives depends on the cutting.
     `settings.updates` times a second of flight it renews the estimates of the six equations.
 
     Parameters
@@ -122,7 +122,9 @@ class FTR:
         self._known = known
         self._rows = RowAssembler(rate, self.block, self._equations.ahead)
         self._runs = {
-            axis: AxisRegression(axis, self.settings, dt, self.block, self._equations.axis_dynamics(axis))
+            axis: AxisRegression(
+                axis, self.settings, dt, self.block, self._equations.axis_dynamics(axis)
+            )
             for axis in self.axes
         }
         self.names = tuple(name for axis in self.axes for name in axis_derivatives(axis))
@@ -140,7 +142,7 @@ class FTR:
             )
         self._rows.feed(block)
 
-    def settle(self) -> None:
+    def process_step(self) -> None:
         """Renew the estimates, after all blocks of a step."""
         for number, rows in self._rows.take_complete_blocks():
             self._take(number, rows)
@@ -267,7 +269,9 @@ class FTR:
         whole = self._equations.rows(values)
         if self._known is not None:
             after = first * N + 1
-            whole = {axis: self._known.subtract_from(axis, one, after) for axis, one in whole.items()}
+            whole = {
+                axis: self._known.subtract_from(axis, one, after) for axis, one in whole.items()
+            }
         for axis, rows in whole.items():
             before = self._last.get(axis) if follows else None
             shaped[axis] = split_into_blocks(rows, before, blocks, N)

@@ -101,7 +101,9 @@ def solve_records(
     for moments, step in group_by_step(steps, firsts):
         before = past.select_moments(moments)
         if firsts[moments].any():
-            record = _RecordEquations.of(transforms.select_moments(moments, step), firsts[moments], body)
+            record = _RecordEquations.of(
+                transforms.select_moments(moments, step), firsts[moments], body
+            )
             own, inverses = _solve_record(record, before, body, scratch)
             parts.append(SolvableInformation(information=own.add(before), inverse=inverses))
             latest = own.select_moments(-1)
@@ -191,7 +193,9 @@ class _RecordEquations:
             energy=targets,
             # A target without any energy was not measured: it stood still.
             counts=np.where(
-                transforms.lost_instrument | (targets <= 0.0), 0.0, (number > 0)[:, np.newaxis] * 1.0
+                transforms.lost_instrument | (targets <= 0.0),
+                0.0,
+                (number > 0)[:, np.newaxis] * 1.0,
             ),
             still=sample * times,
             white=np.minimum(sample, body.noise * (pressure**2)[:, np.newaxis]) * times,
@@ -246,7 +250,9 @@ def _solve_record(
     moving = rate_response(residual, theta, body, transforms.mean_rate_scale, omega) @ np.swapaxes(
         reach, 1, 2
     )
-    excess = np.swapaxes(residual, 1, 2) @ moving * (scale * body.rate_noise_share)[:, :, np.newaxis]
+    excess = (
+        np.swapaxes(residual, 1, 2) @ moving * (scale * body.rate_noise_share)[:, :, np.newaxis]
+    )
     np.multiply(each, record.b - excess, out=own.b)
     theta = np.matvec(inverses, np.add(past.b, own.b, order="C"))
     residual = Y - X @ np.swapaxes(theta, 1, 2)
@@ -290,9 +296,14 @@ def _fill_summary_terms(
     diagonal = np.diagonal(record.G, axis1=1, axis2=2)[:, np.newaxis]
     np.multiply(counts, twice * record.energy, out=own.coefficient_energy)
     np.multiply(counts[:, :, np.newaxis], twice * diagonal, out=own.regressor_energy)
-    pressure, listened = transforms.mean_pressure[:, np.newaxis], transforms.effective_time[:, np.newaxis]
+    pressure, listened = (
+        transforms.mean_pressure[:, np.newaxis],
+        transforms.effective_time[:, np.newaxis],
+    )
     np.multiply(counts, listened, out=own.effective_time)
     np.multiply(counts, pressure**2 * listened, out=own.pressure_energy)
     np.divide(
-        (each * diagonal) ** 2, np.maximum(own.degrees_of_freedom, 1.0)[:, :, np.newaxis], out=own.squared_weight
+        (each * diagonal) ** 2,
+        np.maximum(own.degrees_of_freedom, 1.0)[:, :, np.newaxis],
+        out=own.squared_weight,
     )

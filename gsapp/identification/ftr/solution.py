@@ -175,7 +175,8 @@ def solve_estimates(evidence: SolvableInformation, body: AxisDynamics) -> FTRSol
         signal_to_noise=np.sqrt(np.maximum(own - left, 0.0) / noise),
         alone=np.where(there, own / natural, 0.0),
         amplitude=np.sqrt(
-            information.regressor_energy / np.maximum(information.pressure_energy, 1e-300)[..., np.newaxis]
+            information.regressor_energy
+            / np.maximum(information.pressure_energy, 1e-300)[..., np.newaxis]
         ),
         uncertain=uncertain,
         freedom=information.degrees_of_freedom,

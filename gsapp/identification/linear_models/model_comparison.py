@@ -261,7 +261,9 @@ def fit_models(
     inputs, outputs = stretches[0].input_names, stretches[0].output_names
     found, remarks = subspace_model(stretches, order=order)
     condition = mean_condition(fitted)
-    continuous = replace(found.to_continuous(inputs, outputs), operating_point=condition.operating_point)
+    continuous = replace(
+        found.to_continuous(inputs, outputs), operating_point=condition.operating_point
+    )
     derived = model_from_derivatives(fitted[0].aircraft, condition, axis, derivatives)
     derived = _select_outputs(derived, outputs)
     least = replace(batch_least_squares(stretches).model, operating_point=condition.operating_point)

@@ -425,7 +425,9 @@ class LongitudinalKernel(_AxisKernel):
         """Return the responses and their total derivatives."""
         basis = self._basis(drive, x)
         CN, CA, Cm = self._slopes(basis, drive, x, values)
-        y = self._shown(drive, x, CN.value, CA.value, drive.precomputed[5] * Cm.value + drive.precomputed[6])
+        y = self._shown(
+            drive, x, CN.value, CA.value, drive.precomputed[5] * Cm.value + drive.precomputed[6]
+        )
         dy = np.empty((len(self.responses), *S.shape[1:]))
         ahead, _, below = self._aircraft.sensors.accelerometer.position
         d, per_mass, q = drive.precomputed[5], drive.precomputed[8], x[1]
@@ -601,7 +603,9 @@ class LateralKernel(_AxisKernel):
             q, tan_t = drive.states[_ROW["q"]], drive.precomputed[20]
             sin_phi, cos_phi = np.sin(x[3]), np.cos(x[3])
             f[3] = x[1] + tan_t * (q * sin_phi + x[2] * cos_phi)
-            f_x[0, 3] = cos_b * drive.precomputed[5] * cos_phi + sin_b * drive.precomputed[19] * sin_phi
+            f_x[0, 3] = (
+                cos_b * drive.precomputed[5] * cos_phi + sin_b * drive.precomputed[19] * sin_phi
+            )
             f_x[3, 1] = 1.0
             f_x[3, 2] = tan_t * cos_phi
             f_x[3, 3] = tan_t * (q * cos_phi - x[2] * sin_phi)
@@ -722,7 +726,11 @@ def build_axis_kernel(
     shown = {"lon": ("alpha", "q", "an", "ax"), "lat": ("beta", "p", "r", "ay")}[axis]
     if not set(responses) <= set(shown) or not _supports_model(model, axis, free):
         return None
-    if not _supports_instruments(model.aircraft, axis) or model.swapped_channels or model.displaced_instruments:
+    if (
+        not _supports_instruments(model.aircraft, axis)
+        or model.swapped_channels
+        or model.displaced_instruments
+    ):
         return None
     kind = LongitudinalKernel if axis == "lon" else LateralKernel
     return kind(model, responses, free, with_attitude=with_attitude)

@@ -46,7 +46,9 @@ class Forcing:
         return Forcing(
             states=self.states[:, which],
             inputs=self.inputs[:, which],
-            path_derivatives=None if self.path_derivatives is None else self.path_derivatives[:, :, which],
+            path_derivatives=None
+            if self.path_derivatives is None
+            else self.path_derivatives[:, :, which],
             precomputed=self.precomputed[:, which],
         )
 
@@ -256,5 +258,7 @@ class GeneralKernel(Kernel):
         dy = np.ascontiguousarray(total.transpose(1, 2, 0))
         if drive.path_derivatives is not None:
             by_surface = slopes[:, :, self._surfaces]
-            dy[:, own : len(self.free)] += np.einsum("nrs,spn->rpn", by_surface, drive.path_derivatives)
+            dy[:, own : len(self.free)] += np.einsum(
+                "nrs,spn->rpn", by_surface, drive.path_derivatives
+            )
         return np.ascontiguousarray(y.T), dy

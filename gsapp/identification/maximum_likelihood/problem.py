@@ -309,7 +309,9 @@ class ManeuverProblem:
             by_start = np.zeros((len(kernel.state_names), width))
             by_start[list(self.initial), range(width)] = 1.0
             if segment.rest_derivatives is not None:
-                by_start[-len(segment.rest_derivatives) :] = segment.rest_derivatives[:, list(self.initial)]
+                by_start[-len(segment.rest_derivatives) :] = segment.rest_derivatives[
+                    :, list(self.initial)
+                ]
             S, segment.Phi = self.trajectory_solver.sensitivities(
                 segment.forcing, self.dt, values, segment.x, by_start
             )

@@ -534,7 +534,11 @@ def _segments(
     good = np.ones(times.size, dtype=bool)
     remarks = []
     for surface in AXIS_SURFACES[settings.axis]:
-        for gap in contiguous_slices(motion.interpolated[surface]) if surface in motion.interpolated else ():
+        for gap in (
+            contiguous_slices(motion.interpolated[surface])
+            if surface in motion.interpolated
+            else ()
+        ):
             if (gap.stop - gap.start) * dt > MAX_INPUT_GAP:
                 good[gap] = False
                 remarks.append(

@@ -24,7 +24,7 @@ from gsapp.identification.maximum_likelihood.kernels import Forcing, Gradient, K
 from gsapp.quantities import FloatArray
 
 IntegrationMethod = Literal["rk4", "euler"]
-_Result = TypeVar("_Found", bound=tuple[Any, ...])
+_Result = TypeVar("_Result", bound=tuple[Any, ...])
 _MAX_NEWTON_ITERATIONS = 12
 _NEWTON_TOLERANCE = 3e-6
 """A Newton correction smaller than this (of 1, or of the state) leaves an error of its square."""

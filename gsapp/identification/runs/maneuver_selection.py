@@ -101,7 +101,9 @@ def _all_flight_maneuvers(
         named = tuple(
             f"{window.start!r}:{window.stop!r}" for window in windows if window.flight == number
         )
-        surveyed = shelf.detected_maneuvers(opening, windows=named, as_found=request.as_found, doing=doing)
+        surveyed = shelf.detected_maneuvers(
+            opening, windows=named, as_found=request.as_found, doing=doing
+        )
         every = request.every_grade or bool(named)
         prefix = _prefix(request, number)
         opened = shelf.open(opening).opened

@@ -260,7 +260,11 @@ def _store_flights(catalog: Catalog, outcome: RunOutcome) -> dict[str, CatalogMa
 def _result_json(outcome: RunOutcome) -> dict[str, Any]:
     summary = outcome.summary
     campaign = campaign_values(
-        [one.estimate for one in outcome.result.results if one.maneuver.id not in summary.excluded_maneuvers]
+        [
+            one.estimate
+            for one in outcome.result.results
+            if one.maneuver.id not in summary.excluded_maneuvers
+        ]
     )
     return {
         "maneuvers": len(outcome.result.results),

@@ -76,7 +76,9 @@ class DerivativeSummary:
     @property
     def between_maneuver_std(self) -> float:
         """Return the standard deviation from maneuver to maneuver beyond the bounds, per radian."""
-        return 0.0 if self.bound_consistency is None else self.bound_consistency.between_maneuver_std
+        return (
+            0.0 if self.bound_consistency is None else self.bound_consistency.between_maneuver_std
+        )
 
     def bound(self, point: DerivativePoint) -> float:
         """Return the bound of a point with what differs between maneuvers in it, per radian."""
@@ -157,9 +159,13 @@ def summarize_campaign(result: CampaignResult, *, without: Collection[str] = ())
         if any(one.maneuver not in out for one in points[name])
     }
     unfit = collect_points(result, converged=False)
-    found = {name: replace(one, nonconverged_points=unfit.get(name, ())) for name, one in found.items()}
+    found = {
+        name: replace(one, nonconverged_points=unfit.get(name, ())) for name, one in found.items()
+    }
     found = _with_significant_trends(found)
-    ratios = [one.bound_consistency.ratio for one in found.values() if one.bound_consistency is not None]
+    ratios = [
+        one.bound_consistency.ratio for one in found.values() if one.bound_consistency is not None
+    ]
     return CampaignSummary(
         derivatives=found,
         outlying_maneuvers=_outlying_maneuvers(found, by_id),
@@ -178,7 +184,9 @@ def _with_significant_trends(
         ).tolist()
     )
     return {
-        name: replace(one, trends=tuple(replace(trend, is_significant=next(stand)) for trend in one.trends))
+        name: replace(
+            one, trends=tuple(replace(trend, is_significant=next(stand)) for trend in one.trends)
+        )
         for name, one in found.items()
     }
 

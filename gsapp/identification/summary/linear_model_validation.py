@@ -203,7 +203,8 @@ def validate_linear_models(
         if cut is not None and split.flights:
             try:
                 found[axis] = replace(
-                    found[axis], whole_flight_errors=_whole_flight_errors(found[axis], every, split, cut)
+                    found[axis],
+                    whole_flight_errors=_whole_flight_errors(found[axis], every, split, cut),
                 )
             except FlightError as error:
                 remarks.append(f"no {AXIS_NAMES[axis]} models are judged on whole flights: {error}")
@@ -340,7 +341,10 @@ def _whole_flight_errors(
         name: errors_over_range(
             measured,
             np.vstack(
-                [simulate_outputs(model.discretized(part.dt), part, own_start=False) for part in stretches]
+                [
+                    simulate_outputs(model.discretized(part.dt), part, own_start=False)
+                    for part in stretches
+                ]
             ),
             one.outputs,
         )

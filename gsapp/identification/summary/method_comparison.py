@@ -53,14 +53,19 @@ class MethodDifference:
     @property
     def differs(self) -> bool:
         """Return whether the two lie farther apart than their bounds allow."""
-        return self.normalized_difference is not None and abs(self.normalized_difference) > SIGNIFICANT_SIGMAS
+        return (
+            self.normalized_difference is not None
+            and abs(self.normalized_difference) > SIGNIFICANT_SIGMAS
+        )
 
 
 def compare_methods(result: ManeuverResult) -> tuple[MethodDifference, ...]:
     """Return both values of each derivative of a maneuver; empty where it flew in calm air."""
     if result.estimate is None or result.equation_error_estimate is None:
         return ()
-    return _method_differences(_estimated_values(result.estimate), _estimated_values(result.equation_error_estimate))
+    return _method_differences(
+        _estimated_values(result.estimate), _estimated_values(result.equation_error_estimate)
+    )
 
 
 def compare_method_means(results: Sequence[ManeuverResult]) -> tuple[MethodDifference, ...]:
@@ -68,7 +73,10 @@ def compare_method_means(results: Sequence[ManeuverResult]) -> tuple[MethodDiffe
     gusty = [one for one in results if one.equation_error_estimate is not None]
     one, other = (
         {name: (mean.mean, mean.std) for name, mean in campaign_values(estimates).items()}
-        for estimates in ([one.estimate for one in gusty], [one.equation_error_estimate for one in gusty])
+        for estimates in (
+            [one.estimate for one in gusty],
+            [one.equation_error_estimate for one in gusty],
+        )
     )
     return _method_differences(one, other)
 
@@ -87,7 +95,9 @@ def _method_differences(
     order = {name: place for place, name in enumerate(derivative_names())}
     names = sorted({*one, *other}, key=lambda name: (order.get(name, len(order)), name))
     return tuple(
-        MethodDifference(name=name, maximum_likelihood=one.get(name), equation_error=other.get(name))
+        MethodDifference(
+            name=name, maximum_likelihood=one.get(name), equation_error=other.get(name)
+        )
         for name in names
         if not name.endswith("_0")
     )

@@ -60,7 +60,10 @@ class Checklist:
     def required_channels(self) -> tuple[str, ...]:
         """Return the channels whose samples the rules need."""
         names = (
-            name for item in self.file.items if item.rule is not None for name in item.rule.required_channels
+            name
+            for item in self.file.items
+            if item.rule is not None
+            for name in item.rule.required_channels
         )
         return tuple(dict.fromkeys(names))
 

@@ -161,7 +161,9 @@ class CalibrationEvaluator(_SnapshotEvaluator):
             why = f"{status.detail}: calibrate again, or check three points and tick"
             return RuleResult(state="amber", why=why, allows_manual_tick=True)
         if status.state == "unknown":
-            return RuleResult(state="amber", why=f"{status.detail}: look and tick", allows_manual_tick=True)
+            return RuleResult(
+                state="amber", why=f"{status.detail}: look and tick", allows_manual_tick=True
+            )
         return RuleResult(state="green" if status.state == "good" else "red", why=status.detail)
 
 

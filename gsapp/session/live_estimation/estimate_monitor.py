@@ -78,7 +78,7 @@ class EstimateMonitor:
     def process_step(self) -> None:
         """Renew the estimates, after all blocks of a step."""
         if self._ftr is not None:
-            self._ftr.settle()
+            self._ftr.process_step()
 
     def reset(self) -> None:
         """Forget everything; the flight begins anew."""

@@ -179,7 +179,9 @@ class ReviewedFlight:
             If it would be too short, or lie outside the flight.
         """
         start, stop = self._edges(start, stop)
-        return self._log.maneuver_list.move(name, self.grade_segment, t_start=start, t_end=stop)[name]
+        return self._log.maneuver_list.move(name, self.grade_segment, t_start=start, t_end=stop)[
+            name
+        ]
 
     def _edges(self, start: float, stop: float) -> tuple[float, float]:
         start, stop = self.snap_to_sample(start), self.snap_to_sample(stop)
@@ -203,7 +205,9 @@ class ReviewedFlight:
         start, stop = self._edges(start, stop)
         old = self[name]
         if (start, stop) != (old.t_start, old.t_end):
-            self._record(self._log.maneuver_list.move(name, self.grade_segment, t_start=start, t_end=stop))
+            self._record(
+                self._log.maneuver_list.move(name, self.grade_segment, t_start=start, t_end=stop)
+            )
 
     def add(self, start: float, stop: float) -> str:
         """Add a stretch (s) that the detection did not take for a maneuver; return its id.

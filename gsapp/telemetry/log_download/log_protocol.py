@@ -96,7 +96,8 @@ class DownloadState:
 class LogDownloadProtocol:
     """Asks for the list of logs, then for one of them.
 
-    Nothing happens by itself: `receive_frame` is given what comes, `pending_requests` returns what is to be sent.
+    Nothing happens by itself: `receive_frame` is given what comes, `pending_requests` returns what
+    is to be sent.
 
     Parameters
     ----------
@@ -238,7 +239,9 @@ class LogDownloadProtocol:
             self._came.append((now, self.missing.mark_received(offset, offset + count)))
         if self._request is not None:
             start, stop = self._request
-            if start <= offset < stop <= offset + count or not self.missing.is_missing_any(start, stop):
+            if start <= offset < stop <= offset + count or not self.missing.is_missing_any(
+                start, stop
+            ):
                 self._request = None
             elif start <= offset and message.count < LOG_DATA_BYTES and offset + count < stop:
                 self._hear_end(offset + count)

@@ -76,7 +76,9 @@ class FlightSettings:
             airborne=self.airborne,
         )
 
-    def create_downlink(self, unix_us: int, hands: StickSourceFactory | None = None) -> FlightDownlink:
+    def create_downlink(
+        self, unix_us: int, hands: StickSourceFactory | None = None
+    ) -> FlightDownlink:
         """Return the flight as a stream; the box is switched on at that time of day."""
         return FlightDownlink(
             self.create_flight(hands),
@@ -86,7 +88,9 @@ class FlightSettings:
             unix_us=unix_us,
         )
 
-    def create_onboard_log(self, path: Path, unix_us: int) -> tuple[OnboardLog | None, LogServer | None]:
+    def create_onboard_log(
+        self, path: Path, unix_us: int
+    ) -> tuple[OnboardLog | None, LogServer | None]:
         """Return the on-board log and what hands it out; none where all goes over the link."""
         if not self.thin:
             return None, None

@@ -100,8 +100,8 @@ def test_changes_are_taken_back_in_their_order_by_whoever_looks(flight):
     assert flight.maneuvers == before
     assert flight.redo() == "note on 1"
     assert flight["1"].note == "calm"
-    assert flight.by_hand("1")
-    assert not flight.by_hand("2")
+    assert flight.is_edited("1")
+    assert not flight.is_edited("2")
 
 
 def test_looking_at_other_edges_changes_nothing(unchanged):
