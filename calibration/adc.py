@@ -14,7 +14,7 @@ ADC_RESOLUTION = ADC_FULL_SCALE / 2**ADC_BITS
 
 
 def quantize(volts: FloatArray) -> FloatArray:
-    """Return volts as the converter tells them: multiples of `ADC_RESOLUTION` from 0 to below 5 V."""
+    """Return volts rounded to multiples of `ADC_RESOLUTION`, from 0 to below 5 V."""
     counts = np.clip(np.round(volts / ADC_RESOLUTION), 0, 2**ADC_BITS - 1)
     return np.asarray(counts * ADC_RESOLUTION, dtype=np.float64)
 

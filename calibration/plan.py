@@ -168,7 +168,8 @@ class CalibrationPlan:
             if instrument.channel == channel_id:
                 return instrument
         raise UnknownNameError(
-            f"the calibration plan '{self.name}' has no '{channel_id}'; it has {self.channel_list_text}"
+            f"the calibration plan '{self.name}' has no '{channel_id}'; it has "
+            f"{self.channel_list_text}"
         )
 
     @property

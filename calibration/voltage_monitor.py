@@ -35,7 +35,7 @@ CLIPPED_SHARE = 0.2
 """Share of the window at an end of the converter from which an instrument is clipped."""
 
 MIN_WINDOW_SAMPLES = 5
-"""Samples that a judgment needs; the window grows up to `MAX_WINDOW_FACTOR` times where they come slowly."""
+"""Samples needed; a slow link lets the window grow by up to `MAX_WINDOW_FACTOR`."""
 
 MAX_WINDOW_FACTOR = 3.0
 

@@ -246,7 +246,8 @@ class FileMenuController(QObject):
         others = f" ({len(self._found) - 1} more)" if len(self._found) > 1 else ""
         self._offer = self._banners.show_banner(
             "note",
-            f"{newest.name} is being recorded from {newest.link}{others}. {shortcut_text('Ctrl+R')} "
+            f"{newest.name} is being recorded from {newest.link}{others}. "
+            f"{shortcut_text('Ctrl+R')} "
             "attaches.",
             ("Attach", self.attach),
         )

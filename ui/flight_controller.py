@@ -280,7 +280,8 @@ class FlightController(QObject):
     def _tell_of(self, former: RecorderHandle | None) -> None:
         """Say that the flight which was open goes on being recorded, if it does."""
         if former is not None and former in self.other_recordings:
-            words = f"{former.folder.name} goes on being recorded. {shortcut_text('Ctrl+R')} attaches again."
+            keys = shortcut_text("Ctrl+R")
+            words = f"{former.folder.name} goes on being recorded. {keys} attaches again."
             self.message_posted.emit("note", words)
 
     def release_recorder(self, recorder: RecorderHandle) -> None:

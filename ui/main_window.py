@@ -389,7 +389,8 @@ class MainWindow(QMainWindow):
         elif self.review_page.shown:
             undoes = self.review_page.can_undo
         found: list[CommandRequirement] = [
-            *self.flight_controller.present, *self.gap_page.present, *self.preflight_page.present, *self.pilot_page.present,
+            *self.flight_controller.present, *self.gap_page.present, *self.preflight_page.present,
+            *self.pilot_page.present,
             *self.review_page.present,
         ]  # fmt: skip
         if "search" in found and "review_busy" in found:

@@ -315,7 +315,8 @@ class StartPage(CenteredPage):
         self._flights_holder.hide()
         self.column.addSpacing(8)
         self._foot = create_label(
-            f"All keys: ?   ·   Larger: {shortcut_text('Ctrl++')}   ·   Theme: {shortcut_text('Ctrl+T')}",
+            f"All keys: ?   ·   Larger: {shortcut_text('Ctrl++')}   ·   Theme: "
+            f"{shortcut_text('Ctrl+T')}",
             "hint",
             wrap=True,
         )

@@ -190,9 +190,11 @@ def _method_difference_text(one: ManeuverResult) -> tuple[str, ...]:
     names = [value.name for value in compare_methods(one) if value.differs]
     if not names:
         return (
-            f"{_BY_EQUATIONS} agrees within {SIGNIFICANT_SIGMAS:z.0f} joint bounds in every derivative",
+            f"{_BY_EQUATIONS} agrees within {SIGNIFICANT_SIGMAS:z.0f} joint bounds in every "
+            "derivative",
         )
     return (
-        f"{_BY_EQUATIONS} lies more than {SIGNIFICANT_SIGMAS:z.0f} joint bounds apart in {', '.join(names)}; "
+        f"{_BY_EQUATIONS} lies more than {SIGNIFICANT_SIGMAS:z.0f} joint bounds apart in "
+        f"{', '.join(names)}; "
         "believe the smaller bound",
     )

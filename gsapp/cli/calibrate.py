@@ -134,7 +134,8 @@ def _write_report(
 
     newest = max(former, key=lambda one: one.stamp.replace(tzinfo=None), default=None)
     write_certificate_report(
-        evaluate_certificate(certificate, file, newest), report, written=f"{local_timestamp():%Y-%m-%d %H:%M}",
+        evaluate_certificate(certificate, file, newest), report,
+        written=f"{local_timestamp():%Y-%m-%d %H:%M}",
         units=DISPLAY_UNITS.get(),
     )  # fmt: skip
 

@@ -107,7 +107,8 @@ def run(
     other = every[-1]
     if not other.maneuvers:
         raise FlightError(
-            f"no maneuver to judge models on: {no_maneuvers_text(every[-1:])}; choose another flight"
+            f"no maneuver to judge models on: {no_maneuvers_text(every[-1:])}; choose another "
+            "flight"
         )
     if not fitted:
         raise FlightError(f"no maneuver to fit models to: {no_maneuvers_text(every[:-1])}")

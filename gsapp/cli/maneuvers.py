@@ -184,7 +184,8 @@ def _describe(console: Console, flight: Flight, found: FlightManeuvers) -> None:
     remarks = [*found.remarks, *uncalibrated_text(flight)]
     if not found.maneuvers:
         remarks = [
-            f"no maneuver was found: {explain_no_maneuvers(flight)}; name one with --maneuver START:STOP where "
+            f"no maneuver was found: {explain_no_maneuvers(flight)}; name one with --maneuver "
+            "START:STOP where "
             "a command takes it",
             *(one for one in found.remarks if one not in surface_remarks(flight)),
         ]

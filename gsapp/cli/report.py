@@ -110,7 +110,8 @@ def run(
         if validate:
             linear = compare_linear_models(outcome, validate, flights=shelf, progress=step)
         written = write_campaign_report(
-            outcome, out, units=DISPLAY_UNITS.get(), written=local_timestamp() if dated else None, linear=linear,
+            outcome, out, units=DISPLAY_UNITS.get(), written=local_timestamp() if dated else None,
+            linear=linear,
             flights=shelf, progress=step,
         )  # fmt: skip
         return outcome, written

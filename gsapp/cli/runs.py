@@ -152,7 +152,7 @@ def _repeat(console: Console, store: Catalog, rest: Sequence[str]) -> Any:
     )
     print_repeat_result(console, number, found)
     return {
-        "same": found.same,
+        "same": found.is_identical,
         "differences": list(found.differences),
         **campaign_json(found.outcome.result),
     }
@@ -194,7 +194,7 @@ def _report(
     place = out if out.is_dir() else written[0]
     console.print(f"written to {place}", soft_wrap=True)
     return {
-        "same": found.same,
+        "same": found.is_identical,
         "differences": list(found.differences),
         "written": [str(path) for path in written],
     }

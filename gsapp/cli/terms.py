@@ -118,7 +118,8 @@ def _content(one: TermSelection) -> dict[str, Any]:
         "steps": [
             {
                 "action": step.action, "term": step.term, "partial_f": step.partial_f,
-                "r2": step.r2, "press": step.press, "alike": list(step.equivalent_terms), "why": step.why,
+                "r2": step.r2, "press": step.press, "alike": list(step.equivalent_terms),
+                "why": step.why,
             }
             for step in one.steps
         ],

@@ -77,6 +77,7 @@ def _missing_channel_remarks(maneuvers: Sequence[Maneuver], aircraft: Aircraft) 
         if reason.startswith(_NEEDS):
             effects.setdefault(reason, []).append(effect)
     return [
-        f"{format_names(names, _NAMED)} cannot be judged: {'each ' if len(names) > 1 else 'it '}{reason}"
+        f"{format_names(names, _NAMED)} cannot be judged: "
+        f"{'each ' if len(names) > 1 else 'it '}{reason}"
         for reason, names in effects.items()
     ]

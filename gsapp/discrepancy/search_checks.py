@@ -38,7 +38,8 @@ def check_maneuvers(maneuvers: Sequence[Maneuver], aircraft: Aircraft) -> None:
     if len(maneuvers) < MIN_MANEUVERS:
         raise FlightError(
             f"{len(maneuvers)} maneuvers are too few to keep any out of naming and fitting; fly "
-            f"at least {MIN_MANEUVERS}, better 16: doublets on each surface, small and large, at two "
+            f"at least {MIN_MANEUVERS}, better 16: doublets on each surface, small and large, at "
+            "two "
             "speeds"
         )
     for one in maneuvers:

@@ -689,7 +689,8 @@ def _register_positions() -> None:
                 target,
                 "m",
                 _of_span(far),
-                f"{_POSITION_TITLES[instrument]} sits {_AXIS_TITLES[axis]} than the aircraft file says",
+                f"{_POSITION_TITLES[instrument]} sits {_AXIS_TITLES[axis]} than the aircraft "
+                "file says",
             )
 
 

@@ -106,7 +106,7 @@ class ModelEvaluation(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ModelJacobian:
-    """Total derivatives by all states, then `MODEL_INPUTS`, then the free parameters: n_all columns.
+    """Derivatives by all states, `MODEL_INPUTS`, then the free parameters: n_all columns.
 
     Attributes
     ----------

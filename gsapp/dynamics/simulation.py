@@ -724,11 +724,12 @@ def input_rows(
 def input_columns(
     model: FlightModel, inputs: Mapping[str, FloatArray | float]
 ) -> tuple[FloatArray, ...]:
-    """Return the inputs as arrays of equal length, in the order of `MODEL_INPUTS`; see `simulate_open_loop`."""
+    """Return the inputs as arrays of equal length, in the order of `MODEL_INPUTS`."""
     unknown = [name for name in inputs if name not in MODEL_INPUTS]
     if unknown:
         raise FlightError(
-            f"{', '.join(unknown)} is no input of the equations; they take {', '.join(MODEL_INPUTS)}"
+            f"{', '.join(unknown)} is no input of the equations; they take "
+            f"{', '.join(MODEL_INPUTS)}"
         )
     arrays = {name: np.atleast_1d(np.asarray(x, dtype=float)) for name, x in inputs.items()}
     sizes = {array.size for array in arrays.values() if array.size > 1}

@@ -303,7 +303,8 @@ def _decode_file(path: Path, setting: FlightReadSettings) -> DecodedFlight:
         columns = read_flight_csv(path)
     if setting.override_source:
         raise FlightError(
-            f"the certificates of '{setting.override_source}' cannot be applied to {path.name}: its columns "
+            f"the certificates of '{setting.override_source}' cannot be applied to {path.name}: "
+            "its columns "
             "were calibrated when it was written; give the flight folder with the raw record"
         )
     return _decode_columns(path, columns, setting.rate)

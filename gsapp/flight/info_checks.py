@@ -125,8 +125,10 @@ def _weights(info: FlightInfo, aircraft: Aircraft | None, units: _Units) -> _War
             if not low <= value <= high:
                 yield (
                     field,
-                    f"the {name} is {_format_value(value, 'weight', units)}, but the aircraft usually weighs "
-                    f"{_format_value(expected, 'weight', units)}{_unit_suggestion(value, 'weight', low, high)}",
+                    f"the {name} is {_format_value(value, 'weight', units)}, but the aircraft "
+                    "usually weighs "
+                    f"{_format_value(expected, 'weight', units)}"
+                    f"{_unit_suggestion(value, 'weight', low, high)}",
                 )
     takeoff, landing = info.takeoff_weight, info.landing_weight
     if takeoff is not None and landing is not None:
@@ -152,7 +154,8 @@ def _fuel(info: FlightInfo, aircraft: Aircraft | None, units: _Units) -> _Warnin
             yield (
                 field,
                 f"{_format_value(value, 'mass', units)} of fuel do not fit into tanks for "
-                f"{_format_value(aircraft.mass.fuel, 'mass', units)}{_unit_suggestion(value, 'mass', 0.0, most)}",
+                f"{_format_value(aircraft.mass.fuel, 'mass', units)}"
+                f"{_unit_suggestion(value, 'mass', 0.0, most)}",
             )
     if info.fuel is not None and info.fuel_end is not None and info.fuel_end > info.fuel:
         yield "fuel_end", "more fuel after the flight than before; swap the two?"
@@ -172,14 +175,17 @@ def _scales(info: FlightInfo, aircraft: Aircraft | None, units: _Units) -> _Warn
         if abs(sum_of_scales / info.takeoff_weight - 1.0) > _SCALES_AGREE:
             yield (
                 "weighing",
-                f"the scales add up to {_format_value(sum_of_scales, 'weight', units)} at take-off, the card "
-                f"says {_format_value(info.takeoff_weight, 'weight', units)}; read them again, or write the "
+                f"the scales add up to {_format_value(sum_of_scales, 'weight', units)} at "
+                "take-off, the card "
+                f"says {_format_value(info.takeoff_weight, 'weight', units)}; read them again, "
+                "or write the "
                 "fuel on board when weighed",
             )
     if aircraft is not None and abs(found.cg[0]) > 0.25 * aircraft.geometry.chord:
         yield (
             "weighing",
-            f"the scales put the CG {_format_cg_offset(found.cg[0], units)} of the aircraft file's, more than a "
+            f"the scales put the CG {_format_cg_offset(found.cg[0], units)} of the aircraft "
+            "file's, more than a "
             "quarter of the chord; check which reading belongs to which wheel",
         )
 

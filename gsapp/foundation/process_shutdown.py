@@ -68,7 +68,7 @@ def block_sigint() -> Iterator[None]:
 
 @contextmanager
 def exit_deadline(seconds: float, log: Path) -> Iterator[None]:
-    """End this process that long after the first signal of `on_termination_signal`, whatever it waits for.
+    """End this process some time after the first signal of `on_termination_signal`.
 
     That holds beyond this context, for threads that Python waits for as it exits. A thread of its
     own hears the signal, since the main thread may be stuck where it hears none.

@@ -60,7 +60,7 @@ def advance_samples(samples: FloatArray, steps: float) -> FloatArray:
 
 
 def advance_flags(flags: BoolArray, steps: float) -> BoolArray:
-    """Return the samples of an `advance_samples` signal that a flagged one has a part in, shape (n,)."""
+    """Return the advanced samples that flagged ones contribute to, shape (n,)."""
     reach = np.where(flags, np.nan, 0.0)
     return np.asarray(np.isnan(advance_samples(reach, steps)), dtype=np.bool_)
 

@@ -96,7 +96,7 @@ def without_swaps(model: Model) -> Model:
 def effective_records(
     maneuvers: Sequence[Maneuver], model: Model | None
 ) -> tuple[list[Maneuver], Model | None]:
-    """Return maneuvers as they acted (`effective_record`) and the model that is left to account for."""
+    """Return maneuvers corrected by `effective_record`, and the model without those effects."""
     if model is None or not has_instrument_effects(model):
         return list(maneuvers), model
     return [effective_record(one, model) for one in maneuvers], without_path_effects(model)

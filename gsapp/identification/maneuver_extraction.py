@@ -79,7 +79,7 @@ def open_flight(
     channel_map: str | None = None,
     calibration: str | None = None,
 ) -> OpenedFlight:
-    """Open a flight with the aircraft that flew it; see `open_flights_with_maneuvers` for the parameters."""
+    """Open a flight with the aircraft that flew it; see `open_flights_with_maneuvers`."""
     flight = load_flight(path, channel_map=channel_map, certificates=calibration, aircraft=aircraft)
     file = find_aircraft(path, aircraft)
     assumed = assumed_aircraft_text(flight.name, flight.info) if file is None else ""

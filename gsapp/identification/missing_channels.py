@@ -127,7 +127,8 @@ def fit_with_assumed_constants(
             changed = fit({**values, name: one.value - one.std})
         moved.append(changed)
     said = tuple(
-        f"the bounds allow for {_std_text(name, one)} of error in the {_VARIABLE_TEXT[name]} that stands in"
+        f"the bounds allow for {_std_text(name, one)} of error in the {_VARIABLE_TEXT[name]} "
+        "that stands in"
         for name, one in stand_ins.items()
     )
     widened = _widen_bounds(found, moved)

@@ -151,7 +151,8 @@ def without_stuck_channels(maneuver: Maneuver, axis: Axis) -> tuple[Maneuver, tu
     block = maneuver.block
     kept = block.select([name for name in block.channels if name not in stuck])
     said = tuple(
-        f"{name} stays at {_constant_value(maneuver, name):g} throughout: its instrument is stuck and "
+        f"{name} stays at {_constant_value(maneuver, name):g} throughout: its instrument is "
+        "stuck and "
         "counts as not there"
         for name in stuck
     )
@@ -178,7 +179,8 @@ def unmeasured_surfaces(
         if not maneuver.has(name):
             yield (
                 name,
-                f"the {_SURFACE_TEXT[name]} ({name}) was not measured{_command_only_hint(maneuver, name)}",
+                f"the {_SURFACE_TEXT[name]} ({name}) was not "
+                f"measured{_command_only_hint(maneuver, name)}",
             )
         elif _is_stuck(maneuver, name) and kinds[name] == "position":
             # A command that nobody gave is known to rest.

@@ -51,7 +51,7 @@ def constant_term_offsets(
 
 
 def add_offset_uncertainty(estimate: Estimate, offsets: Mapping[str, float]) -> Estimate:
-    """Return an estimate with what zeros leave open (`constant_term_offsets`) in the bounds of constants."""
+    """Return an estimate whose bounds of constants include `constant_term_offsets`."""
     derivatives, covariance = dict(estimate.derivatives), np.array(estimate.covariance)
     for name, offset in offsets.items():
         if name not in estimate.free:

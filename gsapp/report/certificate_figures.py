@@ -87,7 +87,8 @@ def _draw_residuals(axes: Axes, standing: CertificateStatus) -> None:
     if quality is not None and quality.uncertainty_volts:
         width = np.array(quality.half_widths)
         axes.fill_between(
-            quality.uncertainty_volts, -width, width, color=PRINT_PALETTE.band, linewidth=0.0, zorder=0,
+            quality.uncertainty_volts, -width, width, color=PRINT_PALETTE.band, linewidth=0.0,
+            zorder=0,
             label="95 % of one reading",
         )  # fmt: skip
     _draw_former(axes, standing)

@@ -27,7 +27,8 @@ def estimate_headline(summary: CampaignSummary, result: CampaignResult) -> str:
         f"{_count(maneuvers, 'maneuver')} of {_count(flights, 'flight')} "
         f"{'gives' if maneuvers == 1 else 'give'} "
         + (
-            f"{_count(len(known), 'derivative')}, {well} of them to {_WELL_KNOWN_PERCENT:.0f} % or better."
+            f"{_count(len(known), 'derivative')}, {well} of them to {_WELL_KNOWN_PERCENT:.0f} % "
+            "or better."
             if known
             else "no derivative."
         )
@@ -193,7 +194,8 @@ def outlier_rows(summary: CampaignSummary) -> tuple[tuple[str, ...], ...]:
 def outlier_maneuver_text(summary: CampaignSummary) -> tuple[str, ...]:
     """Return a sentence for each maneuver whose values are wild."""
     return tuple(
-        f"Maneuver {one.maneuver} is wild: {len(one.derivatives)} of its {one.derivative_count} derivatives "
+        f"Maneuver {one.maneuver} is wild: {len(one.derivatives)} of its {one.derivative_count} "
+        "derivatives "
         f"({', '.join(one.derivatives)}) lie far off"
         + (", though its responses are fitted well" if one.fits_well else "")
         + f". {_capital('; '.join(one.reasons))}."

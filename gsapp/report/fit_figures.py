@@ -107,7 +107,8 @@ def _handles(palette: Palette, other_name: str) -> list[Line2D]:
     """Return the legend: measured traces have the colors of their channels."""
     return [
         Line2D(
-            [], [], color=palette.secondary_ink, label="measured", linewidth=WIDE_LINE_WIDTH * palette.line_scale,
+            [], [], color=palette.secondary_ink, label="measured",
+            linewidth=WIDE_LINE_WIDTH * palette.line_scale,
             alpha=UNDERLAY_ALPHA,
         ),
         Line2D([], [], color=palette.ink, linestyle="--", label="computed"),

@@ -128,7 +128,8 @@ def validation_text(one: AxisValidation) -> str:
         else f"{_count(one.validation_maneuvers)} (every other one of each kind)"
     )
     return (
-        f"The {AXIS_TITLES[one.axis]} models were fitted on {_count(one.fitted_maneuvers)} and judged on "
+        f"The {AXIS_TITLES[one.axis]} models were fitted on {_count(one.fitted_maneuvers)} and "
+        "judged on "
         f"{judged} that none of them saw: driven by the measured inputs alone, each maneuver with "
         "a level and a start of its own."
     )

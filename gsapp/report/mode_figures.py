@@ -71,7 +71,8 @@ def _draw_plane(chart: Axes, found: Sequence[ModeUncertainty], palette: Palette)
         )  # fmt: skip
         chart.text(
             -0.93 * reach, 0.93 * slope * reach, f"{damping:g}", fontsize=6.0, ha="center",
-            va="center", color=palette.secondary_ink, bbox={"facecolor": palette.background, "pad": 1.0,
+            va="center", color=palette.secondary_ink, bbox={"facecolor": palette.background,
+            "pad": 1.0,
                                                     "linewidth": 0.0},
         )  # fmt: skip
     for place, one in enumerate(found):
@@ -157,7 +158,8 @@ def _numbers(modes: Mapping[str, Sequence[ModeUncertainty]]) -> DocumentTable:
                 *map(
                     exact_number_text,
                     (one.mode.pole.real, one.mode.pole.imag, one.mode.frequency, one.frequency_std,
-                     one.mode.damping, one.damping_std, one.mode.time_constant, one.time_constant_std),
+                     one.mode.damping, one.damping_std, one.mode.time_constant,
+                     one.time_constant_std),
                 ),
             )
             for axis, found in modes.items()

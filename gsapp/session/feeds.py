@@ -59,7 +59,8 @@ def parse_speed(text: str | float) -> float:
         speed = math.nan
     if speed != UNLIMITED_SPEED and not MIN_REPLAY_SPEED <= speed <= MAX_REPLAY_SPEED:
         raise FlightError(
-            f"a replay does not run at speed '{text}'; give {MIN_REPLAY_SPEED:g} to {MAX_REPLAY_SPEED:g} times real "
+            f"a replay does not run at speed '{text}'; give {MIN_REPLAY_SPEED:g} to "
+            f"{MAX_REPLAY_SPEED:g} times real "
             "time, or max"
         )
     return speed

@@ -60,7 +60,8 @@ def test_compound_pendulum_gives_back_the_inertia_of_an_integrated_swing() -> No
     mean = amplitude * math.exp(-zeta * 2.0 * math.pi * 0.75)
     found = compound_inertia(
         CompoundSwing(
-            period=small_amplitude_period(both, mean, zeta), cradle_period=small_amplitude_period(alone, mean, zeta),
+            period=small_amplitude_period(both, mean, zeta),
+            cradle_period=small_amplitude_period(alone, mean, zeta),
             aircraft_weight=weight, cradle_weight=cradle, aircraft_arm=arm,
             cradle_arm=cradle_arm, distance=arm, air_mass=air,
         )

@@ -116,7 +116,8 @@ def drifts(seeds: Iterable[int], error: float) -> None:
             former, later = (taken.points(error, seed + again) for again in (0, 10**6))
             later = [replace(point, value=point.value + zero) for point in later]
             certificates = [
-                create_certificate(fit_calibration(points), points, channel_id="rudder", unit="deg", who="",
+                create_certificate(fit_calibration(points), points, channel_id="rudder",
+                unit="deg", who="",
                         stamp=STAMP)
                 for points in (former, later)
             ]  # fmt: skip

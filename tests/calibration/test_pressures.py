@@ -118,7 +118,8 @@ def test_the_static_pressure_follows_the_barometer() -> None:
     assert float(found.certificate.evaluate(volts)) == pytest.approx(bench.weather.pressure, abs=25)
     assert found.certificate.temperature == bench.weather.temperature
     far = static_pressure_check(
-        rest(bench, create_covered_pitot_monitor(DYNAMIC, STATIC)), STATIC, bench.weather.pressure - 3000.0,
+        rest(bench, create_covered_pitot_monitor(DYNAMIC, STATIC)), STATIC,
+        bench.weather.pressure - 3000.0,
         who="crew", stamp=STAMP,
     )  # fmt: skip
     assert not far.passed

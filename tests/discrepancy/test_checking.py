@@ -150,7 +150,8 @@ def test_the_worst_second_of_a_record_shorter_than_one() -> None:
     view = ManeuverHistories(
         id="1", flight="a", kind="de", held_out=False, times=times, channels=(),
         measured=nothing, computed=(nothing, nothing), coefficients=("Cm",),
-        missing=(missing, missing), noise_floor={}, coefficient_noise_floor={"Cm": 0.1}, conditions={},
+        missing=(missing, missing), noise_floor={}, coefficient_noise_floor={"Cm": 0.1},
+        conditions={},
     )  # fmt: skip
     place = ModelErrorLocation(coefficient="Cm", channel="", maneuver="1", gain=9.0, p_value=1e-6)
     (found,) = find_disagreements([view], [place], false_alarm=0.01)

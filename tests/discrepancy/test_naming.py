@@ -168,7 +168,8 @@ def test_one_stands_for_a_set_that_looks_the_same() -> None:
         names = ("a", "b", "c", "unnamed.x")
         left = InformationMatrix(names=names, matrix=matrix, samples=100.0)
         screening = CandidateScreening(
-            candidates=(*NAMED, UNNAMED), full_information=left, projected_information=left, maneuver_information={},
+            candidates=(*NAMED, UNNAMED), full_information=left, projected_information=left,
+            maneuver_information={},
             gain=np.array(gains), size=np.zeros(4), std=np.ones(4),
         )  # fmt: skip
         stage = SearchStage(fit=None, added="", screening=screening, decision=decision)  # type: ignore[arg-type]

@@ -62,7 +62,8 @@ def judged(
     return EvaluatedManeuver(
         verdict=verdict, target_input=WANTED, point=POINT, go_at=time - 0.5 if go else None,
         trim_deviations={"speed": 0.5 * (-1) ** number, "bank": 1.2},
-        curves=ManeuverCurves(times=times, series={"da": np.sin(times), "p": np.full(times.size, np.nan)}),
+        curves=ManeuverCurves(times=times, series={"da": np.sin(times), "p": np.full(times.size,
+        np.nan)}),
     )  # fmt: skip
 
 

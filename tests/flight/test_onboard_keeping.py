@@ -204,7 +204,10 @@ def test_killed_in_the_midst_the_flight_stands(flight):
     """However far it came: the flight opens as before, and the log can be taken then."""
     folder, log = flight
     before = listing(folder)
-    code = "import sys; from gsapp.flight.onboard_log.log_storage import place_log; place_log(*sys.argv[1:])"
+    code = (
+        "import sys; from gsapp.flight.onboard_log.log_storage import place_log; "
+        "place_log(*sys.argv[1:])"
+    )
     incoming = folder.cache_folder / "incoming"
     child = subprocess.Popen([sys.executable, "-c", code, str(folder.path), str(log)])
     deadline = time.monotonic() + 60.0

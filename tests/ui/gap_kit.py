@@ -145,7 +145,8 @@ def make_discrepancy(
             coefficient="Cm", channel="q", maneuver=view.id, t_start=float(view.times[60]),
             t_end=float(view.times[170]), rms=0.0024 * (3.0 + place), noise_floor=0.0024,
             p_value=1e-9,
-            region=FlightRegion(variable="throttle", low=0.7, high=1.0, words="throttle above 70 %"),
+            region=FlightRegion(variable="throttle", low=0.7, high=1.0,
+            words="throttle above 70 %"),
         )
         for place, view in reversed(list(enumerate(views)))
     )  # fmt: skip

@@ -31,7 +31,8 @@ WANTED = TargetInput(
         "da": ToleranceBand(low=4 * DEGREE, best=6 * DEGREE, high=9 * DEGREE),
         "dr": ToleranceBand(low=7 * DEGREE, best=10 * DEGREE, high=14 * DEGREE),
     },
-    width=ToleranceBand(low=0.4, best=0.5, high=0.7), hands_off=2.4, mode="dutch roll", source="model",
+    width=ToleranceBand(low=0.4, best=0.5, high=0.7), hands_off=2.4, mode="dutch roll",
+    source="model",
 )  # fmt: skip
 NEXT = NextCard(
     card=CARD, good_repeats=2, point=POINT, target_input=WANTED,
@@ -44,7 +45,8 @@ OUTLOOK = Outlook(
     forecasts=(
         CardForecast(
             card="C1", repeats=2,
-            reductions=(BoundReduction(name="Cn_r", bound_before=0.12, bound_after=0.05, low=0.04, high=0.07),), score=0.4,
+            reductions=(BoundReduction(name="Cn_r", bound_before=0.12, bound_after=0.05, low=0.04,
+            high=0.07),), score=0.4,
             seconds=60.0, text="two more rudder-aileron doublets at 100 ft/s: Cn_r from 35 % to "
             "15 %",
         ),
@@ -166,7 +168,8 @@ def debrief() -> Debrief:
     )  # fmt: skip
     cards = tuple(
         CardScore(
-            card=card.id, title=card.display_title, good=min(place + 1, card.repeats), flown=place + 2,
+            card=card.id, title=card.display_title, good=min(place + 1, card.repeats),
+            flown=place + 2,
             requested=card.repeats,
         )
         for place, card in enumerate(CARDS.cards)

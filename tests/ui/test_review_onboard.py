@@ -73,7 +73,8 @@ def test_the_dialog_asks_for_what_is_there(flown, qtbot):
     folder = FlightFolder.open(flown / "f")
     state = OnboardLogState(file="now.bin", in_place=False, why="it moves otherwise")
     logs = FlightLogs(
-        path=folder.path, name="f", in_force="now.bin", state=state, stored_logs=("now.bin", "old.bin"),
+        path=folder.path, name="f", in_force="now.bin", state=state, stored_logs=("now.bin",
+        "old.bin"),
         link="udpin:127.0.0.1:15000",
     )  # fmt: skip
     dialog = OnboardLogDialog(DisplayStyle(), (logs,), (), parse_log_link, tuple)

@@ -308,7 +308,8 @@ class EstimatesList(QListView):
         rows = [
             (
                 row.name, *map(_format_number, (row.value, row.std)),
-                *map(_format_number, (None, None) if row.mean is None else (row.mean.mean, row.mean.std)),
+                *map(_format_number, (None, None) if row.mean is None else (row.mean.mean,
+                row.mean.std)),
                 _format_number(row.prior), row.why,
             )
             for row in self.rows.rows

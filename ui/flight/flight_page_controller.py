@@ -211,7 +211,8 @@ class FlightPageController(QObject):
             return
         spec = chart.specs[0]
         dialog = LimitsDialog(
-            self._look, spec, session.limits.bands(spec.id), typed=session.limits.has_user_limits(spec.id),
+            self._look, spec, session.limits.bands(spec.id),
+            typed=session.limits.has_user_limits(spec.id),
             parent=self._window,
         )  # fmt: skip
         if dialog.exec():

@@ -99,7 +99,7 @@ class FlightViewState:
 
 @dataclass(frozen=True, slots=True)
 class ChannelOrigin:
-    """Where a channel comes from, as the charts say it; fits `ui.strips.chart_annotations.OriginInfo`.
+    """Where a channel comes from, as charts show it: an `OriginInfo`.
 
     A value that the aircraft sends in engineering units wants no certificate of ours: only what
     should have one and has none is called uncalibrated.

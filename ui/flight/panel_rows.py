@@ -155,7 +155,8 @@ def _value_and_limit_text(one: AlarmEpisode, units: str) -> str:
     if one.rule is None:
         return ""
     spec, sign = channel(one.rule.channel), ">" if one.rule.side == "high" else "<"
-    return f"{channel_value_text(spec, one.value, units)}\n{sign} {channel_value_text(spec, one.limit, units)}"
+    value, limit = (channel_value_text(spec, x, units) for x in (one.value, one.limit))
+    return f"{value}\n{sign} {limit}"
 
 
 def _alarm_cause_text(one: AlarmEpisode) -> str:

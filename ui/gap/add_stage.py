@@ -138,6 +138,7 @@ class AddStage(StageView):
         said[0] = said[0][:1].upper() + said[0][1:]
         said.append(describe_runner_up(answer, found))
         said.append(
-            f"On the maneuvers kept out it gains {signed_number_text(found.held_out, 1)} in log-likelihood."
+            f"On the maneuvers kept out it gains {signed_number_text(found.held_out, 1)} in "
+            "log-likelihood."
         )
         self.sentences.setText("\n".join(said))

@@ -494,7 +494,8 @@ def build_changed_value_rows(answer: SearchResult) -> tuple[TableRow, ...]:
                 cells=(
                     symbol_text(name),
                     value_to_std_digits(one.before, one.std),
-                    f"{value_to_std_digits(one.after, one.std)} ± {value_to_std_digits(one.std, one.std)}",
+                    f"{value_to_std_digits(one.after, one.std)} ± "
+                    f"{value_to_std_digits(one.std, one.std)}",
                     sigma_text(abs(moved)),
                 ),
             )

@@ -56,7 +56,8 @@ def simulate_virtual_flight(
     scratch = create_sibling_folder(folder)
     written = scratch / folder.name
     command = [sys.executable, "-P", "-m", "gsapp.cli", "fly", "--out", str(written),
-               "--plan", _FLIGHT_PLAN, "--seed", "1", *(("--hide", hide) if hide else ())]  # fmt: skip
+               "--plan", _FLIGHT_PLAN, "--seed", "1", *(("--hide",
+               hide) if hide else ())]  # fmt: skip
     words_of_it = "the virtual aircraft flies"
     if hide:
         words_of_it += " with an effect that its model lacks"

@@ -319,13 +319,15 @@ def _build_card(cues: CueSnapshot, browsed: TestCard | None) -> CardDisplay:
             text="all cards flown: land" if done else "no test cards for this flight",
             benefit_text=""
             if done
-            else f"choose them at Preflight: {plain_shortcut_text('F1')}, {plain_shortcut_text('Alt+4')}",
+            else f"choose them at Preflight: {plain_shortcut_text('F1')}, "
+            f"{plain_shortcut_text('Alt+4')}",
             time_left_text=time,
             maneuvers_left_text=room,
         )
     card = next_card.card
     return CardDisplay(
-        heading=f"NEXT {card.id} · {next_card.good_repeats} of {card.repeats} good · {next_card.reason}",
+        heading=f"NEXT {card.id} · {next_card.good_repeats} of {card.repeats} good · "
+        f"{next_card.reason}",
         text=next_card.text or card.display_title,
         benefit_text=next_card.problem or prospects.get(card.id, ""),
         problem=bool(next_card.problem),

@@ -76,7 +76,8 @@ def _input_shape_text(judged: EvaluatedManeuver, name: str, units: str) -> str:
         words += f" {_angle_text(name, verdict.amplitudes[name], units)}"
     if wanted is not None and name in wanted.amplitudes:
         band = wanted.amplitudes[name]
-        words += f" (wanted {_angle_text(name, band.low, units)} to {_angle_text(name, band.high, units)})"
+        low, high = (_angle_text(name, limit, units) for limit in (band.low, band.high))
+        words += f" (wanted {low} to {high})"
     halves = verdict.halves.get(name, ())
     if halves:
         words += f", steps of {', '.join(number_text(step, 2) for step in halves)} s"

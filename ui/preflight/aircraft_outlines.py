@@ -119,17 +119,20 @@ TOP_OUTLINE = AircraftOutline(
     ),
     parts=MappingProxyType(
         {
-            "elevator_left": MovingPart(outline=_ELEVATOR_TOP, hinge=(41, 92), rotation_visible=False),
+            "elevator_left": MovingPart(outline=_ELEVATOR_TOP, hinge=(41, 92),
+            rotation_visible=False),
             "elevator_right": MovingPart(
                 outline=_mirrored(_ELEVATOR_TOP, 50), hinge=(59, 92), rotation_visible=False
             ),
-            "aileron_left": MovingPart(outline=_AILERON_TOP, hinge=(13, 58.5), rotation_visible=False),
+            "aileron_left": MovingPart(outline=_AILERON_TOP, hinge=(13, 58.5),
+            rotation_visible=False),
             "aileron_right": MovingPart(
                 outline=_mirrored(_AILERON_TOP, 50), hinge=(87, 58.5), rotation_visible=False
             ),
             "rudder": MovingPart(outline=((49.1, 95), (50.9, 95), (50.2, 104.5), (49.8, 104.5)),
                            hinge=(50, 95)),
-            "beta": MovingPart(outline=((49.2, 2), (50.8, 2), (50.5, 8.4), (49.5, 8.4)), hinge=(50, 2)),
+            "beta": MovingPart(outline=((49.2, 2), (50.8, 2), (50.5, 8.4), (49.5, 8.4)),
+            hinge=(50, 2)),
         }
     ),
 )  # fmt: skip

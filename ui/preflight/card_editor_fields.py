@@ -13,7 +13,8 @@ from ui.preflight.flight_card_fields import CardField
 from ui.preflight.status_list import StatusListItem
 from ui.window_frame.page_steps import StepStatus
 
-_KIND_TITLES = {"doublet": "Doublet", "3-2-1-1": "3-2-1-1", "pulse": "Pulse", "multistep": "Multistep",
+_KIND_TITLES = {"doublet": "Doublet", "3-2-1-1": "3-2-1-1", "pulse": "Pulse",
+"multistep": "Multistep",
           "sweep": "Sweep"}  # fmt: skip
 _SURFACE_ORDERS = ("de", "da", "dr", "da,dr", "dr,da")
 _SPEED_UNITS = {"US": "ft/s", "SI": "m/s"}

@@ -313,7 +313,8 @@ class EstimatePage(ReviewStepPage):
     def _words(self) -> tuple[str, str]:
         """Return what stands beside the button, and its state."""
         if not self._review.flights:
-            words = f"There is no flight under review: add one under Maneuvers ({shortcut_text('Alt+1')})."
+            keys = shortcut_text("Alt+1")
+            words = f"There is no flight under review: add one under Maneuvers ({keys})."
             return words, "caution"
         if not self._checker.ready:
             return "Loading what runs are made with …", ""
@@ -321,13 +322,15 @@ class EstimatePage(ReviewStepPage):
             return join_sentences((str(self._checker.problem),)), "warning"
         if self._runner.running:
             return (
-                f"{describe_selection(self.selected_maneuvers)} Running; {shortcut_text('Ctrl+.')} stops it.",
+                f"{describe_selection(self.selected_maneuvers)} Running; "
+                f"{shortcut_text('Ctrl+.')} stops it.",
                 "",
             )
         if not self.selected_maneuvers:
             return describe_empty_selection(self._wishes, self._review), "caution"
         return (
-            f"{self._told or self._runner.status_text} {describe_selection(self.selected_maneuvers)}".strip(),
+            f"{self._told or self._runner.status_text} "
+            f"{describe_selection(self.selected_maneuvers)}".strip(),
             "",
         )
 

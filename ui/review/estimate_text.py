@@ -48,23 +48,27 @@ TREATMENT_CHOICES: FieldChoices = (("tables", "tables"), ("free", "free"), ("hel
 FIELD_HELP: Mapping[str, FieldHelp] = {
     "maneuvers": FieldHelp(
         title="Maneuvers",
-        help_text="Those checked under Maneuvers. Take only the chosen one to try settings, all to see "
+        help_text="Those checked under Maneuvers. Take only the chosen one to try settings, all "
+        "to see "
         "what unfit ones would give.",
     ),
     "method": FieldHelp(
         title="Method",
-        help_text="Maximum likelihood integrates the motion until it follows what was measured: the "
+        help_text="Maximum likelihood integrates the motion until it follows what was measured: "
+        "the "
         "result to report. Equation error regresses the moments sample by sample: steadier in "
         "gusts. FTR does that in the frequency domain, as in flight.",
     ),
     "axis": FieldHelp(
         title="Axis",
-        help_text="Each maneuver is fitted in the axis of the surfaces that it moved. Choose one axis "
+        help_text="Each maneuver is fitted in the axis of the surfaces that it moved. Choose one "
+        "axis "
         "to leave the others out and to choose its responses.",
     ),
     "six_degrees": FieldHelp(
         title="Six degrees of freedom",
-        help_text="Fits all 30 derivatives and all motions in every maneuver. Only where elevator and "
+        help_text="Fits all 30 derivatives and all motions in every maneuver. Only where "
+        "elevator and "
         "lateral surfaces moved together, or sideslip couples into pitch.",
     ),
     "joint": FieldHelp(
@@ -80,12 +84,14 @@ FIELD_HELP: Mapping[str, FieldHelp] = {
     ),
     "weights": FieldHelp(
         title="Weights of the responses",
-        help_text="By default the noise of each response is estimated from its residuals. Weights of "
+        help_text="By default the noise of each response is estimated from its residuals. "
+        "Weights of "
         "your own reproduce an older analysis: table 6.2.7 is the source's.",
     ),
     "noise": FieldHelp(
         title="Noise of the responses",
-        help_text="Whether the noise of different responses counts as independent. Correlated where "
+        help_text="Whether the noise of different responses counts as independent. Correlated "
+        "where "
         "one disturbance, a gust, moves several at once.",
     ),
     "bound_factor": FieldHelp(
@@ -95,23 +101,27 @@ FIELD_HELP: Mapping[str, FieldHelp] = {
     ),
     "integration": FieldHelp(
         title="Integration",
-        help_text="Runge and Kutta follows fast motion exactly. Euler only to reproduce the numbers "
+        help_text="Runge and Kutta follows fast motion exactly. Euler only to reproduce the "
+        "numbers "
         "of an older program.",
     ),
     "channels": FieldHelp(
         title="Channels",
-        help_text="Space changes a cell. Compared: must be followed by the fit. State: integrated, not "
+        help_text="Space changes a cell. Compared: must be followed by the fit. State: "
+        "integrated, not "
         "taken from measurement. Bias, scale, shift: errors of the instrument that are fitted "
         "beside the derivatives; free one where the compatibility check found it.",
     ),
     "stand_ins": FieldHelp(
         title="Stand-ins",
-        help_text="Constants for what was not measured, in SI and radians: V=30, alpha=0.05. Without "
+        help_text="Constants for what was not measured, in SI and radians: V=30, alpha=0.05. "
+        "Without "
         "them the other maneuvers of the campaign stand in, as far as they can.",
     ),
     "model": FieldHelp(
         title="Model",
-        help_text="Gives values to what a maneuver cannot show, and effects beyond the linear ones. "
+        help_text="Gives values to what a maneuver cannot show, and effects beyond the linear "
+        "ones. "
         "None: each campaign's own means stand in.",
     ),
     "aircraft": FieldHelp(
@@ -121,7 +131,8 @@ FIELD_HELP: Mapping[str, FieldHelp] = {
     ),
     "calibration": FieldHelp(
         title="Certificates",
-        help_text="Volts to engineering units. Each flight has its own in force; choose others after a "
+        help_text="Volts to engineering units. Each flight has its own in force; choose others "
+        "after a "
         "calibration that was found wrong.",
     ),
     "label": FieldHelp(
@@ -130,12 +141,14 @@ FIELD_HELP: Mapping[str, FieldHelp] = {
     ),
     "run": FieldHelp(
         title="Estimate",
-        help_text="Uses the settings shown; the defaults suit most flights. Every run is kept with its "
+        help_text="Uses the settings shown; the defaults suit most flights. Every run is kept "
+        "with its "
         "settings and can be repeated exactly.",
     ),
     "runs": FieldHelp(
         title="Kept runs",
-        help_text="Every run with its settings. Space marks one; the run with the keyboard is then set "
+        help_text="Every run with its settings. Space marks one; the run with the keyboard is "
+        "then set "
         "beside it. Enter does a run again, exactly, and shows it in the figures.",
     ),
 }

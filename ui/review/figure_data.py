@@ -90,7 +90,8 @@ def describe_maneuver(result: ManeuverResult) -> str:
 def describe_conditions(conditions: Mapping[str, float], units: str) -> str:
     """Return ``V 95 ft/s, α 4.1 °``."""
     return ", ".join(
-        f"{symbol_text(channel(name).symbol)} {channel_value_text(channel(name), conditions[name], units)}"
+        f"{symbol_text(channel(name).symbol)} "
+        f"{channel_value_text(channel(name), conditions[name], units)}"
         for name in ("V", "alpha", "beta")
         if name in conditions
     )

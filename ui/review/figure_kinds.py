@@ -118,8 +118,10 @@ def _build_values(material: FigureData, palette: Palette, room: FigureSize) -> D
     if not names:
         return "No maneuver of this run earned a derivative; the page Summary says why."
     return value_figure(
-        material.outcome.summary, names, selected_choice(material, abscissa_option(material)), units=material.units,
-        known=material.priors, palette=palette, across=best_column_count(len(names), room, _MIN_CHART_WIDTH),
+        material.outcome.summary, names, selected_choice(material, abscissa_option(material)),
+        units=material.units,
+        known=material.priors, palette=palette, across=best_column_count(len(names), room,
+        _MIN_CHART_WIDTH),
     )  # fmt: skip
 
 
@@ -233,7 +235,8 @@ def _build_ftr_history(
     histories.sort(key=lambda history: not bool((history.values == history.values).any()))
     return online_estimates_figure(
         histories, material.outcome.result, material.outcome.summary, one.flight,
-        flights.index(one) + 1, palette=palette, across=best_column_count(len(histories), room, _HISTORY_HEIGHT),
+        flights.index(one) + 1, palette=palette, across=best_column_count(len(histories), room,
+        _HISTORY_HEIGHT),
     )  # fmt: skip
 
 
@@ -297,12 +300,14 @@ FIGURE_KINDS = (
     FigureKind(
         id="values", title="Values",
         description="Each derivative, maneuver by maneuver, with bounds and mean.",
-        options=lambda material: (derivative_group_option(material), abscissa_option(material)), build=_build_values,
+        options=lambda material: (derivative_group_option(material), abscissa_option(material)),
+        build=_build_values,
     ),
     FigureKind(
         id="fit", title="Fit",
         description="What was moved, and measured against computed responses or coefficients.",
-        options=lambda material: (maneuver_option(material), comparison_run_option(material)), build=_build_fit,
+        options=lambda material: (maneuver_option(material), comparison_run_option(material)),
+        build=_build_fit,
         table=_methods_figure_data,
     ),
     FigureKind(
@@ -313,13 +318,15 @@ FIGURE_KINDS = (
     FigureKind(
         id="online", title="In flight",
         description="Derivatives as FTR formed them, against the points on the ground.",
-        options=lambda material: (flight_option(material), ftr_axis_option(material)), build=_build_ftr_history,
+        options=lambda material: (flight_option(material), ftr_axis_option(material)),
+        build=_build_ftr_history,
         needs="heard",
     ),
     FigureKind(
         id="linear", title="Linear models",
         description="Linear models on maneuvers that they never saw.",
-        options=lambda material: (linear_model_axis_option(material), held_out_option(material)), build=_build_linear,
+        options=lambda material: (linear_model_axis_option(material), held_out_option(material)),
+        build=_build_linear,
         needs="comparison", table=_build_error_table,
     ),
     FigureKind(

@@ -135,7 +135,8 @@ def render_figure(order: RenderRequest) -> RenderedFigure:
         return RenderedFigure(
             request=order, picture=picture, image=image,
             width=round(wide / order.ratio), height=round(high / order.ratio),
-            subplots=_extract_subplots(figure, order.ratio), points=_extract_points(figure, order.ratio),
+            subplots=_extract_subplots(figure, order.ratio), points=_extract_points(figure,
+            order.ratio),
         )  # fmt: skip
 
 

@@ -176,7 +176,8 @@ class FigureView(QScrollArea):
             return window_palette(theme)
 
         order = RenderRequest(
-            request_id=self.drawer.next_request_id(), build=self._make, palette=palette, room=self.available_size,
+            request_id=self.drawer.next_request_id(), build=self._make, palette=palette,
+            room=self.available_size,
             dpi=self._dpi, ratio=self.devicePixelRatioF(), views=dict(self.canvas.views),
         )  # fmt: skip
         if self.rendered_figure is None:

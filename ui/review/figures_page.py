@@ -179,7 +179,8 @@ class FiguresPage(ReviewStepPage):
         self._take(
             FigureData(
                 outcome=outcome, others=others[:PREVIOUS_RUN_COUNT], units=self.display_style.units,
-                maneuver=self._selection.maneuver, ftr_histories=self._needs.ftr_histories, selected_options=self._chosen,
+                maneuver=self._selection.maneuver, ftr_histories=self._needs.ftr_histories,
+                selected_options=self._chosen,
             )
         )  # fmt: skip
 

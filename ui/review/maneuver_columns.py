@@ -129,10 +129,12 @@ MANEUVER_COLUMNS = (
         hint="Angle of attack at the start",
     ),
     ManeuverColumn(
-        id="grade", title="Grade", width=100, key=lambda row: (row.maneuver.grade, *_flight_order_key(row)),
+        id="grade", title="Grade", width=100, key=lambda row: (row.maneuver.grade,
+        *_flight_order_key(row)),
         text=lambda row: grade_text(row.maneuver),
     ),
-    ManeuverColumn(id="told", title="The pilot was told", width=180, key=_pilot_verdict_text, text=_pilot_verdict_text),
+    ManeuverColumn(id="told", title="The pilot was told", width=180, key=_pilot_verdict_text,
+    text=_pilot_verdict_text),
     ManeuverColumn(
         id="note", title="Note", width=160, key=lambda row: row.maneuver.note,
         text=lambda row: row.maneuver.note, hint="Press to write",

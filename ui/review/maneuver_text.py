@@ -51,7 +51,8 @@ def condition_text(maneuver: DetectedManeuver, units: str) -> str:
     for name, value in (("V", maneuver.V), ("alpha", maneuver.alpha)):
         if value is not None:
             parts.append(
-                f"{symbol_text(channel(name).symbol)} {channel_value_text(channel(name), value, units)}"
+                f"{symbol_text(channel(name).symbol)} "
+                f"{channel_value_text(channel(name), value, units)}"
             )
     return ", ".join(parts)
 

@@ -56,7 +56,7 @@ class RepeatJob:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FtrHistoryJob:
-    """Let FTR listen to the flights of a request; the result is a tuple of `FlightEstimateHistory`."""
+    """Compute FTR over the flights of a request: a tuple of `FlightEstimateHistory`."""
 
     request: RunRequest
 

@@ -139,7 +139,8 @@ class SummaryPage(ReviewStepPage):
     def _attention(self) -> None:
         self.attention_heading = create_label("Needs attention", "strong")
         self.attention = FittedTableView(
-            self.display_style, "What to look at", ATTENTION_TITLES, stretch=2, widths={0: 72, 1: 120},
+            self.display_style, "What to look at", ATTENTION_TITLES, stretch=2, widths={0: 72,
+            1: 120},
             least=2, most=12,
         )  # fmt: skip
         self.attention.selectionModel().currentRowChanged.connect(lambda *_: self._looked_at())

@@ -144,7 +144,8 @@ def describe_derivative(outcome: RunOutcome, name: str) -> str:
         )
     else:
         said.append(
-            f"Scatter is {one.bound_consistency.ratio:.1f} times what the bounds promise (by chance, were "
+            f"Scatter is {one.bound_consistency.ratio:.1f} times what the bounds promise (by "
+            "chance, were "
             f"they honest: {one.bound_consistency.p_value:.2g})."
         )
         if one.bound_consistency.ratio > _SCATTER_RATIO_LIMIT:

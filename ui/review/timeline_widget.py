@@ -340,7 +340,8 @@ class TimelineWidget(QWidget):
                 )
         if self.marked_segment is not None:
             words.append(
-                f"{_clock_text(self.marked_segment[0])} to {_clock_text(self.marked_segment[1])} marked"
+                f"{_clock_text(self.marked_segment[0])} to {_clock_text(self.marked_segment[1])} "
+                "marked"
             )
         if self.pointer is not None:
             values = [name for chart in self.shown_charts for name in self._names(chart)]

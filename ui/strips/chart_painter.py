@@ -464,7 +464,8 @@ def draw_cursor_values(
         middle = box.center + (number % rows - (rows - 1) / 2.0) * step
         color = cursor_color(pen.theme, name) if name != "delta" else pen.theme.text
         pen.text(
-            painter, column.x + pen.px(6), middle, _CURSOR_LETTERS[name], color, _LABEL_SIZE, bold=True,
+            painter, column.x + pen.px(6), middle, _CURSOR_LETTERS[name], color, _LABEL_SIZE,
+            bold=True,
             pixels=min(pixels, pen.px(_LABEL_SIZE)),
         )  # fmt: skip
         if (

@@ -26,7 +26,7 @@ _CELLS_IN_COLUMN = 4
 
 
 class SampleSource(Protocol):
-    """What is drawn from: `gsapp.session.sample_history.SampleHistory`, or the same methods elsewhere."""
+    """What is drawn: a `SampleHistory`, or another object with its methods."""
 
     @property
     def channels(self) -> Sequence[str]:

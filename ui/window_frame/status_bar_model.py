@@ -267,7 +267,8 @@ def _alarms(facts: StatusBarData) -> StatusItem:
     alarms = facts.alarms
     if not alarms.sentences and facts.monitored_share < 1.0:
         return StatusItem(
-            id="alarms", title="ALARMS", value="catching up", note=_share(facts.monitored_share).strip(),
+            id="alarms", title="ALARMS", value="catching up",
+            note=_share(facts.monitored_share).strip(),
             state="unknown", width=184, stretches=True,
             detail="The flight so far is being looked through for alarms and cues.",
         )  # fmt: skip

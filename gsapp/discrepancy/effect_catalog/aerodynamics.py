@@ -229,7 +229,8 @@ def _surfaces() -> dict[str, EffectGuidance]:
                 f"aero.{target}.{surface}3",
                 f"control.{_SURFACE_NAMES[surface]}.saturation",
             ),
-            separated_by=f"{_SURFACE_NAMES[surface]} doublets in five sizes from the same trim show where "
+            separated_by=f"{_SURFACE_NAMES[surface]} doublets in five sizes from the same trim "
+            "show where "
             "the effect begins to fall off",
             effect_class="A",
             needs=(surface,),
@@ -275,7 +276,8 @@ def _damping() -> dict[str, EffectGuidance]:
                 *((f"aero.{target}.alpha_beta",) if rate == "r" else ()),
                 *(("aero.Cm.alphadot",) if target == "Cm" else ()),
             ),
-            separated_by=f"the same {_SURFACE_NAMES[surface]} doublet at three trim angles of attack "
+            separated_by=f"the same {_SURFACE_NAMES[surface]} doublet at three trim angles of "
+            "attack "
             "(speeds)",
             effect_class="A",
             source="strip theory: Cl_r and Cn_p grow with the lift coefficient"

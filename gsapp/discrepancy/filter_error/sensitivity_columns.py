@@ -41,7 +41,7 @@ SensitivityColumn = tuple[SensitivityEntry, ...]
 def filter_inputs(
     own: SteadyStateFilter, columns: Sequence[SensitivityColumn], room: int = 0
 ) -> tuple[FloatArray, FloatArray]:
-    """Return z (n_blocks, n_channels, m) and b (n_blocks - 1, n_x, m), for `SteadyStateFilter.innovations`.
+    """Return z (n_blocks, n_channels, m) and b (n_blocks - 1, n_x, m) of `innovations`.
 
     The innovations of a column are what the residual's innovations hold of it for a parameter of
     1; the deviations, what the filter's prediction must be corrected by, with a minus sign. Columns

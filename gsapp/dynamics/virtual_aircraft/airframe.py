@@ -246,7 +246,7 @@ class Airframe:
         return tuple(values[name] for name in TRUTH_CHANNELS)
 
     def instrument_inputs(self) -> tuple[float, ...]:
-        """Return what the instruments are exposed to now, in the order of `INSTRUMENT_INPUT_CHANNELS`."""
+        """Return the inputs of the instruments, in the order of `INSTRUMENT_INPUT_CHANNELS`."""
         now, sensors = self._now, self._aircraft.sensors
         rates: Vector = (now["p"], now["q"], now["r"])
         spin: Vector = (now["p_dot"], now["q_dot"], now["r_dot"])

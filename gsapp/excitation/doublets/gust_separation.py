@@ -113,7 +113,7 @@ def separate_gusts(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Block:
-    """Means over `AVERAGING_STEP` of one channel, of its responses and of what each push does to it."""
+    """Means over `AVERAGING_STEP` of a channel, its responses and its gust responses."""
 
     samples: FloatArray
     responses: FloatArray

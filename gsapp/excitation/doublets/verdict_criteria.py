@@ -253,7 +253,8 @@ def _check_step_width(case: InputCase) -> list[InputFinding]:
         if band.low <= width <= band.high:
             continue
         result: VerdictResult = "too-fast" if width < band.low else "too-slow"
-        words = f"{case.describe_input(one)} {result.replace('-', ' ')}: {format_width_change(width, band.best)}"
+        said = f"{case.describe_input(one)} {result.replace('-', ' ')}"
+        words = f"{said}: {format_width_change(width, band.best)}"
         found.append(
             InputFinding(
                 result=result, words=words, surface=one.surface, factor=band.best / max(width, 1e-3)

@@ -207,7 +207,7 @@ def learn_noise(before: FlightKnowledge, rows: FlightRows, aircraft: Aircraft) -
 
 
 def _find_quietest_segment(rows: FlightRows) -> tuple[float, float]:
-    """Return when the `NOISE_SEGMENT_TIME` seconds begin and end in which the aircraft turns least, s."""
+    """Return the `NOISE_SEGMENT_TIME` of least rotation: its start and end, s."""
     dt = float(np.median(np.diff(rows.times)))
     length = min(round(NOISE_SEGMENT_TIME / dt), len(rows) - 1)
     rates = np.nan_to_num(np.stack([rows[name] for name in ("p", "q", "r")]))

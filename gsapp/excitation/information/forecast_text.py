@@ -60,7 +60,8 @@ def describe_forecast(
     after = _percent(best.bound_after / value)
     if best.bound_before is None or best.bound_before > _WIDEST * value:
         return f"{said}: {format_derivative(best.name)} to {after}"
-    return f"{said}: {format_derivative(best.name)} from {_percent(best.bound_before / value)} to {after}"
+    before = _percent(best.bound_before / value)
+    return f"{said}: {format_derivative(best.name)} from {before} to {after}"
 
 
 def log_bound_reduction(gain: BoundReduction, model: Model) -> float:

@@ -146,9 +146,12 @@ def _no_such_alpha(alpha: float, curve: TrimCurve, system: str) -> str:
     assert curve.speed_range is not None  # noqa: S101  asked before
     most, least = (curve.alpha_at(speed) or 0.0 for speed in curve.speed_range)
     return (
-        f"level flight at alpha {_format_value(alpha, 'alpha', system)} is not possible: it goes from "
-        f"{_format_value(least, 'alpha', system)} at {_format_value(curve.speed_range[1], 'V', system)} to "
-        f"{_format_value(most, 'alpha', system)} at {_format_value(curve.speed_range[0], 'V', system)}; write one in between"
+        f"level flight at alpha {_format_value(alpha, 'alpha', system)} is not possible: it goes "
+        "from "
+        f"{_format_value(least, 'alpha', system)} at "
+        f"{_format_value(curve.speed_range[1], 'V', system)} to "
+        f"{_format_value(most, 'alpha', system)} at "
+        f"{_format_value(curve.speed_range[0], 'V', system)}; write one in between"
     )
 
 

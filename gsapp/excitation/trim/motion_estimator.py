@@ -96,7 +96,7 @@ class MotionEstimator:
         self.bank_sources: tuple[str, ...] = ()
 
     def process_ticks(self, ticks: FloatArray) -> Iterator[None]:
-        """Go through ticks of `gsapp.excitation.trim.tick_means.TICK_CHANNELS`; give way after each."""
+        """Go through ticks of `TICK_CHANNELS`; yield after each."""
         prepared = [self._prepared(values) for values in ticks.tolist()]
         fitted = [[values[place] for place in _FITTED_PLACES] for values, *_ in prepared]
         fit = self._window.fit_windows(np.array(fitted, dtype=np.float64).reshape(-1, len(_FITTED)))

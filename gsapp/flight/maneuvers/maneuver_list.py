@@ -26,7 +26,7 @@ _SAME_EDGE: Final = 1e-6
 
 
 class AssessFunction(Protocol):
-    """Looks at a stretch of the flight; see `gsapp.flight.maneuvers.flight_maneuvers.ManeuverAssessor.assess`."""
+    """Assesses a time window of the flight; see `ManeuverAssessor.assess`."""
 
     def __call__(self, name: str, start: float, stop: float) -> DetectedManeuver:
         """Return the stretch from start to stop, s, as a maneuver."""

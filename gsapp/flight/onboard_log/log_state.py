@@ -55,7 +55,8 @@ class LogClock:
     def describe(self) -> str:
         """Return offset, drift and their uncertainties in a sentence."""
         if abs(self.offset) < max(_WORTH_SAYING, self.offset_uncertainty) and not self.drifts:
-            said = f"its clock agrees with the live record's within {1e3 * self.offset_uncertainty:.1f} ms"
+            within = f"{1e3 * self.offset_uncertainty:.1f} ms"
+            said = f"its clock agrees with the live record's within {within}"
         else:
             said = (
                 f"its clock differs by {self.offset:.3f} s (standard deviation "

@@ -209,12 +209,14 @@ def _verdict(
     names = remedy.channels
     if len(names) == 1:
         sentence = (
-            f"the sign of {channel_title(names[0])} looks reversed: with the sign turned {falls}; turn it "
+            f"the sign of {channel_title(names[0])} looks reversed: with the sign turned "
+            f"{falls}; turn it "
             "in the channel map or the calibration"
         )
     else:
         sentence = (
-            f"{channel_title(names[0])} and {channel_title(names[1])} look exchanged: taken for one another "
+            f"{channel_title(names[0])} and {channel_title(names[1])} look exchanged: taken for "
+            "one another "
             f"{falls}; exchange them in the channel map"
         )
     return InstrumentVerdict(

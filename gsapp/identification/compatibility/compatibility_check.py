@@ -171,7 +171,8 @@ def _stuck_verdicts(prepared: PreparedSegments) -> tuple[InstrumentVerdict, ...]
         InstrumentVerdict(
             kind="stuck",
             channels=(name,),
-            sentence=f"{channel_title(name)} stays constant in maneuver {join_names(where)}: the instrument is "
+            sentence=f"{channel_title(name)} stays constant in maneuver {join_names(where)}: the "
+            "instrument is "
             "stuck or not connected; it is left out",
         )
         for name, where in prepared.stuck.items()
@@ -242,7 +243,8 @@ def _error_verdicts(
         way = "late" if one.value > 0.0 else "early"
         said = {
             "bias": f"{channel_title(channel)} is off by {spread}",
-            "scale": f"{channel_title(channel)} shows {spread} times what the other instruments say",
+            "scale": f"{channel_title(channel)} shows {spread} times what the other instruments "
+            "say",
             "delay": f"{channel_title(channel)} is {spread} {way} against the gyros",
         }[kind]
         found.append(
@@ -281,7 +283,8 @@ def _unexplained_verdicts(found: InstrumentErrorFit) -> list[InstrumentVerdict]:
                     kind="unexplained",
                     channels=(name,),
                     sentence=f"{channel_title(name)} contradicts rates and accelerations by "
-                    f"{format_quantity(name, size)} (rms) in maneuver {worst.segment.maneuver}, by no "
+                    f"{format_quantity(name, size)} (rms) in maneuver {worst.segment.maneuver}, "
+                    "by no "
                     "bias, scale or delay; look at the instrument itself",
                     before=size,
                     seen_in=name,
@@ -305,7 +308,8 @@ def _inconsistent_gyro_verdicts(found: InstrumentErrorFit) -> list[InstrumentVer
             InstrumentVerdict(
                 kind="unexplained",
                 channels=(name,),
-                sentence=f"{channel_title(name)} and the other instruments show two different motions in "
+                sentence=f"{channel_title(name)} and the other instruments show two different "
+                "motions in "
                 f"maneuver {worst.segment.maneuver}: they would agree only were its noise "
                 f"{power**0.5:.0f} times what it is; look at its unit and at that of the angles",
                 before=(power * float(worst.error_model.input_density[place])) ** 0.5,

@@ -169,7 +169,8 @@ def _prepare_maneuver(found: PreparedSegments, maneuver: Maneuver, aircraft: Air
     missing = [name for name in (*KINEMATIC_INPUTS, *_CALIBRATED) if name not in there]
     if missing:
         found.warnings.append(
-            f"{title}: {join_names(missing)} {'was' if len(missing) == 1 else 'were'} not measured; "
+            f"{title}: {join_names(missing)} {'was' if len(missing) == 1 else 'were'} not "
+            "measured; "
             "what only they could tell stays open"
         )
     broken = _unbridgeable_gaps(signals, KINEMATIC_INPUTS, absent, dt)

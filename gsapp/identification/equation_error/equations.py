@@ -331,7 +331,8 @@ def _unexcited(stacked: Equation, used: Sequence[Coefficients]) -> dict[str, Der
             found[name] = DerivativeEstimate(
                 value=None,
                 status="unknown",
-                why=f"the {VARIABLE_TEXT[suffix]} hardly moved: {spread / least:.2g} times the least "
+                why=f"the {VARIABLE_TEXT[suffix]} hardly moved: {spread / least:.2g} times the "
+                "least "
                 "that is needed"
                 if spread < least
                 else f"the {VARIABLE_TEXT[suffix]} did not stand out of its noise",

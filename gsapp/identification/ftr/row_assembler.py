@@ -177,7 +177,7 @@ class RowAssembler:
     # --- saved state ----------------------------------------------------------------------------
 
     def state(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Return all that is remembered, for `restore`; to be asked for after `take_complete_blocks`."""
+        """Return the state for `restore`; call it after `take_complete_blocks`."""
         table: dict[str, npt.NDArray[np.generic]] = {
             "began": np.array(self._began),
             "reached": self._reached,

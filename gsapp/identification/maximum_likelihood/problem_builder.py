@@ -557,7 +557,8 @@ def _segments(
     if not kept:
         raise FlightError(
             f"maneuver {maneuver.id} of '{maneuver.flight}' has no stretch of "
-            f"{MIN_SEGMENT_DURATION:g} s without a gap in {' or '.join(AXIS_SURFACES[settings.axis])}; "
+            f"{MIN_SEGMENT_DURATION:g} s without a gap in "
+            f"{' or '.join(AXIS_SURFACES[settings.axis])}; "
             "widen the cut"
         )
     if piece is not None:

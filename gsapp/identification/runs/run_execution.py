@@ -150,6 +150,7 @@ def _duplicate_flight_warnings(shelved: Sequence[CachedFlight]) -> Iterator[str]
             and np.array_equal(one.values, other.values, equal_nan=True)
         ):
             yield (
-                f"{SAME_SAMPLES_TEXT} flights {place} and {other_place}: their maneuvers count twice, "
+                f"{SAME_SAMPLES_TEXT} flights {place} and {other_place}: their maneuvers count "
+                "twice, "
                 "and the bounds of the means are too narrow; leave one of the two out"
             )

@@ -74,7 +74,8 @@ class TurbulenceDetection:
         return (
             f"turbulence: the residuals of {angle} and {force} go together (correlation "
             f"{self.force_coherence:.2f}) as only {self.direction} gusts, here of about "
-            f"{self.gust_std:.1f} m/s, make them; values and bounds of output error suffer, compare "
+            f"{self.gust_std:.1f} m/s, make them; values and bounds of output error suffer, "
+            "compare "
             "equation error"
         )
 

@@ -179,7 +179,8 @@ def validate_linear_models(
         if lacking:
             remarks.append(
                 f"{', '.join(lacking)}: left out of the {words} models, which need "
-                f"{', '.join(dict.fromkeys((*LINEAR_INPUTS[axis], *LINEAR_OUTPUTS[axis])))} in every maneuver"
+                f"{', '.join(dict.fromkeys((*LINEAR_INPUTS[axis], *LINEAR_OUTPUTS[axis])))} in "
+                "every maneuver"
             )
         if not own:
             continue

@@ -304,7 +304,8 @@ ChecklistRule = Annotated[
 ]
 
 CHECKLIST_RULES: Final[tuple[type[_Rule], ...]] = (
-    RangeRule, LinkRule, RecorderRule, DiskSpaceRule, SensorActivityRule, CalibrationRule, SurfaceResponseRule, EngineSpeedRule, SurfacePulseRule, FlightCardRule,
+    RangeRule, LinkRule, RecorderRule, DiskSpaceRule, SensorActivityRule, CalibrationRule,
+    SurfaceResponseRule, EngineSpeedRule, SurfacePulseRule, FlightCardRule,
 )  # fmt: skip
 """Every kind of rule."""
 

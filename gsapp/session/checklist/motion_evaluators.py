@@ -134,7 +134,8 @@ class SurfaceResponseEvaluator:
                 return RuleResult(
                     state="red",
                     why=f"{surface} hardly moves: {self._at(side)} with the {stick} "
-                    f"{ends[side]}, {format_channel_value(rule.surface_reach, rule.surface)} wanted",
+                    f"{ends[side]}, {format_channel_value(rule.surface_reach, rule.surface)} "
+                    "wanted",
                 )
         waiting = [ends[side] for side in (+1, -1) if side not in gone]
         if waiting:
@@ -311,7 +312,8 @@ class SurfacePulseEvaluator:
         if missing is not None:
             return missing
         seen = [
-            f"{watch.count} of the {channel_name_text(name)}, up to {format_channel_value(watch.largest, name)}"
+            f"{watch.count} of the {channel_name_text(name)}, up to "
+            f"{format_channel_value(watch.largest, name)}"
             for name, watch in self._watches.items()
             if watch.count
         ]

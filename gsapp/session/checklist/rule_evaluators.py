@@ -315,7 +315,8 @@ class SensorActivityEvaluator:
         low, high = channel(name).limits
         value = self._value[name]
         if not low <= value <= high:
-            return f"{channel_name_text(name)} reads {format_channel_value(value, name)}, which cannot be"
+            reading = format_channel_value(value, name)
+            return f"{channel_name_text(name)} reads {reading}, which cannot be"
         still = self._now[name] - self._changed.get(name, self._first[name])
         if self._rule.moving and still >= self._rule.duration:
             return f"{channel_name_text(name)} stuck at {format_channel_value(value, name)}"

@@ -40,7 +40,8 @@ def check_missing_channels(names: Iterable[str], facts: ChecklistContext) -> Rul
         oldest = max(facts.states[name].age or 0.0 for name in silent)
         return RuleResult(
             state="red",
-            why=f"{format_list([channel_name_text(one) for one in silent])} silent for {oldest:.0f} s",
+            why=f"{format_list([channel_name_text(one) for one in silent])} silent for "
+            f"{oldest:.0f} s",
         )
     never = [name for name in wanted if facts.states[name].freshness is Freshness.MISSING]
     if never:

@@ -293,7 +293,8 @@ class LogDownloadProtocol:
             self._request = None
         if now - self._heard_at > _TIMEOUT_SECONDS:
             self.fail(
-                f"nothing has come for {_TIMEOUT_SECONDS:.0f} s; bring the link up and begin again: what "
+                f"nothing has come for {_TIMEOUT_SECONDS:.0f} s; bring the link up and begin "
+                "again: what "
                 "came is kept, and the rest will be asked for"
             )
             return []

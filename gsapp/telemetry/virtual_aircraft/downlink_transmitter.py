@@ -43,7 +43,7 @@ class TransmitLink(Protocol):
 
 
 class PacketStream(Protocol):
-    """What is sent: `gsapp.telemetry.virtual_aircraft.flight_downlink.FlightDownlink`, or another of its kind."""
+    """What is sent: a `FlightDownlink`, or another object with its methods."""
 
     @property
     def finished(self) -> bool:

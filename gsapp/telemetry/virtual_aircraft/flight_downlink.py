@@ -75,7 +75,7 @@ class FlightDownlink:
         self._stopped = True
 
     def truth(self) -> Block:
-        """Return what has really happened so far; see `gsapp.dynamics.virtual_aircraft.airframe.TRUTH_CHANNELS`."""
+        """Return the true motion until now, in the channels of `TRUTH_CHANNELS`."""
         return Block.concatenate(self._flown)
 
     def pack_reply(self, message: Message) -> bytes:
