@@ -27,9 +27,9 @@ class Dual:
     # Arrays on the left leave the operation to this class.
     __array_ufunc__ = None
 
-    def __init__(self, value: FloatArray, slope: FloatArray) -> None:
+    def __init__(self, value: FloatArray, derivative: FloatArray) -> None:
         self.value = value
-        self.derivative = slope
+        self.derivative = derivative
 
     def _chain(self, value: FloatArray, factor: FloatArray) -> Dual:
         return Dual(value, factor[:, None] * self.derivative)

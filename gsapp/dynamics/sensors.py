@@ -246,7 +246,7 @@ class OutputModel:
         )
         chosen = [table[name] for name in self.channels]
         values = np.stack([x.value for x in chosen], axis=-1)
-        return values, np.stack([x.slope for x in chosen], axis=1), differential
+        return values, np.stack([x.derivative for x in chosen], axis=1), differential
 
     def _predict(
         self,

@@ -30,7 +30,7 @@ def write_campaign_report(
     *,
     units: ReportUnits = "US",
     written: datetime | None = None,
-    heard: tuple[FlightEstimateHistory, ...] | None = None,
+    ftr_histories: tuple[FlightEstimateHistory, ...] | None = None,
     linear: LinearModelValidation | None = None,
     flights: FlightCache | None = None,
     progress: CampaignProgressCallback | None = None,
@@ -49,7 +49,7 @@ def write_campaign_report(
         Of pictures and tables.
     written : datetime, optional
         Stands in the line of the date; without it there is no such line.
-    heard : tuple of FlightEstimateHistory, optional
+    ftr_histories : tuple of FlightEstimateHistory, optional
         What FTR formed over the flights; it listens to them where it is not given.
     linear : LinearModelValidation, optional
         Linear models against flight; compared where they are not given.
@@ -74,10 +74,10 @@ def write_campaign_report(
     """
     check_report_path(out)
     shelf = FlightCache() if flights is None else flights
-    if heard is None:
+    if ftr_histories is None:
         tell = _scaled_progress(_FTR_SHARE, progress)
         tell(0.0, "listening to whole flights")
-        heard = _flight_ftr_histories(outcome, shelf, tell)
+        ftr_histories = _flight_ftr_histories(outcome, shelf, tell)
     if linear is None:
         tell = _scaled_progress(_LINEAR_SHARE, progress)
         tell(0.0, "comparing linear models")
@@ -85,7 +85,7 @@ def write_campaign_report(
     tell = _scaled_progress(_DRAWING_SHARE, progress)
     tell(0.0, "drawing the figures")
     document = estimate_document(
-        CampaignReportData(outcome=outcome, ftr_histories=heard, linear=linear),
+        CampaignReportData(outcome=outcome, ftr_histories=ftr_histories, linear=linear),
         units=units,
         written=written,
     )

@@ -49,7 +49,7 @@ def test_nothing_is_lost_when_nothing_is_lost() -> None:
     assert report.rate == pytest.approx(100.0, rel=0.01)
     assert report.messages[0].rate == pytest.approx(100.0, rel=0.01)
     assert report.messages[0].name == "ATTITUDE"
-    assert report.sentences == ()
+    assert report.warnings == ()
 
 
 def test_gaps_in_the_sequence_are_losses_across_its_wrap() -> None:
@@ -101,7 +101,7 @@ def test_two_paths_with_loss_on_each_count_only_what_neither_brought() -> None:
     report = fed(records(arrived)).report()
     missing = sum(number % 5 == 0 and number % 7 == 0 for number in range(1, 1997))
     assert abs(report.lost - missing) <= 1
-    assert report.sentences == ()
+    assert report.warnings == ()
 
 
 def test_a_long_silence_counts_the_rounds_of_the_sequence() -> None:
@@ -117,12 +117,12 @@ def test_a_restarted_sender_is_no_storm_of_losses() -> None:
     frames = [attitude(number) for number in range(200)] + [attitude(n) for n in range(100)]
     health = fed(records(frames))
     assert health.lost < 128
-    assert health.sentences() == ()
+    assert health.warnings() == ()
 
 
 def test_two_aircraft_on_one_link_are_named() -> None:
     frames = [heartbeat(0, 1), heartbeat(0, 7), heartbeat(0, 255, kind=6, autopilot=8)]
-    (sentence,) = fed(records(frames)).sentences()
+    (sentence,) = fed(records(frames)).warnings()
     assert "systems 1 and 7" in sentence
 
 
@@ -130,7 +130,7 @@ def test_two_aircraft_of_the_same_number_are_noticed() -> None:
     both = itertools.chain.from_iterable(
         (attitude(number), attitude(number + 90, boot_ms=number * 10 + 7)) for number in range(600)
     )
-    (sentence,) = fed(records(both)).sentences()
+    (sentence,) = fed(records(both)).warnings()
     assert "same number" in sentence
 
 
@@ -141,11 +141,11 @@ def test_a_sender_that_does_not_count_is_neither_two_aircraft_nor_a_storm_of_los
     both = list(itertools.chain.from_iterable(zip(frames, beats, strict=True)))
     paused = [(stamp + 60_000_000, kind, data) for stamp, kind, data in records(both)]
     health = fed(records(both), paused)
-    (sentence,) = health.sentences()
+    (sentence,) = health.warnings()
     assert "System 1, component 1 gives its frames no running numbers" in sentence
     assert health.lost == 0
     counted = fed(records(both), records([attitude(number) for number in range(600)]))
-    assert counted.sentences() == ()  # since it counts
+    assert counted.warnings() == ()  # since it counts
 
 
 def test_what_a_log_holds_of_a_ground_station_is_no_loss_of_the_link() -> None:

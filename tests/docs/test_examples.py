@@ -303,7 +303,7 @@ def _wizard_keys() -> set[str]:
 
 def test_every_key_is_one_of_the_window() -> None:
     commands = pytest.importorskip("ui.commands")
-    known = {key for command in commands.COMMANDS for key in command.keys} | _wizard_keys()
+    known = {key for command in commands.COMMANDS for key in command.shortcuts} | _wizard_keys()
     named = {
         key
         for page in [ROOT / "README.md", *GUIDES]

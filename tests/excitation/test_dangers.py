@@ -357,10 +357,10 @@ def test_what_is_cut_off_on_the_ground_or_of_a_broken_gyro_is_not_told(
         frames = [FlightFrame(rows=cut, **state) for cut in FrameSplitter(RATE).split(rows)]  # type: ignore[arg-type]
         return {found.key for frame in frames for found in room.evaluate(frame, doubted)}
 
-    assert told(aloft=60.0) == {"clip.q"}
-    assert told(aloft=-1.0) == set()
-    assert told(aloft=60.0, near_ground=True) == set()
-    assert told(frozenset({"q"}), aloft=60.0) == set()
+    assert told(time_since_takeoff=60.0) == {"clip.q"}
+    assert told(time_since_takeoff=-1.0) == set()
+    assert told(time_since_takeoff=60.0, near_ground=True) == set()
+    assert told(frozenset({"q"}), time_since_takeoff=60.0) == set()
 
 
 @pytest.mark.parametrize("rate", [2.0, 4.0, 5.0, 10.0])
@@ -402,6 +402,6 @@ def test_what_stands_does_not_flicker() -> None:
     assert standing.alerts[0].level is AlertLevel.WARNING
     standing.update(5.25 + ALERT_HOLD_TIME, [caution])
     assert standing.alerts[0].level is AlertLevel.CAUTION
-    standing.note(20.0, [])
+    standing.update(20.0, [])
     assert not standing.now
     assert [danger.since for danger in standing.log] == [0.0, 5.0]

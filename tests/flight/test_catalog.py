@@ -339,7 +339,7 @@ try:
     with Catalog(sys.argv[1]) as opened:
         found = search_maneuvers(opened)
         print(*(one.maneuver.id for one in found))
-        with opened.writing() as connection:
+        with opened.transaction() as connection:
             connection.execute("DELETE FROM maneuver")
 except FlightError as error:
     print(error)

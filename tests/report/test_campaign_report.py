@@ -196,11 +196,13 @@ def test_a_report_that_is_stopped_leaves_nothing(
 
     small = exclude_maneuvers(outcome(), [one.maneuver.id for one in outcome().result.results[1:]])
     with pytest.raises(CanceledError):
-        write_campaign_report(small, tmp_path / "out.pdf", heard=(), linear=compared, progress=step)
+        write_campaign_report(
+            small, tmp_path / "out.pdf", ftr_histories=(), linear=compared, progress=step
+        )
     assert told[-1] == "setting the pages"
     with pytest.raises(CanceledError):
         write_campaign_report(
-            small, tmp_path / "out", heard=(), linear=compared, progress=lambda *_: False
+            small, tmp_path / "out", ftr_histories=(), linear=compared, progress=lambda *_: False
         )
     assert not list(tmp_path.iterdir())
 

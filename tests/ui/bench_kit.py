@@ -31,25 +31,27 @@ class BenchDesk(QObject):
     """What a wizard's page needs of a desk; the samples come as fast as they are asked for."""
 
     changed = Signal()
-    told = Signal()
-    working = Signal(object, str)
-    said = Signal(str, str)
+    refreshed = Signal()
+    job_started = Signal(object, str)
+    message_posted = Signal(str, str)
 
     def __init__(self, bench: VirtualBench, folder: Path) -> None:
         super().__init__()
         self.bench = bench
-        self.faults = ErrorReporter()
+        self.error_reporter = ErrorReporter()
         self.complaints: list[str] = []
         self.opened: list[Path] = []
-        self.faults.error_reported.connect(lambda fault: self.complaints.append(fault.sentence))
+        self.error_reporter.error_reported.connect(
+            lambda fault: self.complaints.append(fault.sentence)
+        )
         self.history = SampleHistory((), 100.0)
         # It notes which flight is to be read anew.
-        self.starter = SimpleNamespace(open_flight=self.opened.append)
+        self.flight_opener = SimpleNamespace(open_flight=self.opened.append)
         self.session: object | None = SimpleNamespace(
             history=self.history,
-            feed=SimpleNamespace(present=True),
+            feed=SimpleNamespace(is_up_to_date=True),
             aircraft=load_aircraft("b777"),
-            replaying=None,
+            replay_feed=None,
             path=folder / "none",
         )
 
@@ -63,7 +65,7 @@ class BenchDesk(QObject):
         while left > 1e-9:
             self.history.append(self.bench.step(min(left, _TICK)))
             left -= _TICK
-            self.told.emit()
+            self.refreshed.emit()
 
 
 @dataclass
@@ -211,7 +213,7 @@ def try_out(window: BenchWindow, channel: str) -> list[tuple[str, str, str]]:
             if told not in named:
                 named.append(told)
 
-    window.desk.told.connect(note)
+    window.desk.refreshed.connect(note)
     window.press(Qt.Key.Key_Space)
     window.desk.pass_time(4.0)
     assert window.view.instrument is not None

@@ -73,7 +73,7 @@ def cue(state: str, **more: object) -> TrimCue:
 
 
 BASE = CueSnapshot(
-    time=180.0, trim=cue("fly", off=(SLOW, LOW_WING)), card=NEXT, outlook=OUTLOOK,
+    time=180.0, trim=cue("fly", deviations=(SLOW, LOW_WING)), card=NEXT, outlook=OUTLOOK,
     speed=97 * FOOT, alpha=4.2 * DEGREE, judged_by=("wings: rates and lateral acceleration",),
     limitations=MISSING, good_repeats=5, requested_repeats=12,
 )  # fmt: skip
@@ -108,7 +108,9 @@ STATES: dict[str, CueSnapshot] = {
         BASE,
         trim=cue(
             "turn",
-            off=(TrimDeviation(quantity="turn", amount=0.3, tolerance_ratio=3.0, channel="r"),),
+            deviations=(
+                TrimDeviation(quantity="turn", amount=0.3, tolerance_ratio=3.0, channel="r"),
+            ),
         ),
     ),
     "blind": replace(BASE, trim=cue("blind", missing=("no rates come in",)), speed=None),

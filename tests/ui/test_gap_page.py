@@ -334,7 +334,7 @@ def test_the_history_is_drawn_with_floor_and_region(story: MainWindow, qtbot: Qt
     assert count(view.trace.plot, theme.traces["blue"]) > 100
     floor = story.display_style.color("chosen").name()
     assert count(view.trace.plot, floor) > 1000
-    assert view.variable.value == "throttle"
+    assert view.variable.current_key == "throttle"
     assert count(view.cloud.plot, theme.event) > 500
     assert count(view.cloud.plot, theme.previous) > 100
     view.variable.box.setFocus()
@@ -490,7 +490,7 @@ def test_an_effect_is_refused_and_that_is_taken_back(
 ) -> None:
     press(qtbot, Qt.Key.Key_3, ALT)
     view = story.gap_page.story.chapters["add"]
-    assert view.chosen == THROTTLE
+    assert view.selected_effect == THROTTLE
     press(qtbot, Qt.Key.Key_Backspace, CONTROL)
     until(qtbot, lambda: len(engine.jobs) == 2 and not story.gap_page.busy)
     assert engine.jobs[1].decisions.refused == (THROTTLE,)
@@ -720,7 +720,7 @@ def test_nothing_on_the_page_is_cut_and_nothing_overlaps(story: MainWindow, qtbo
 
 def check_layout(page: QWidget, qtbot: QtBot) -> None:
     for chapter in page.chapters:
-        page.go(chapter)
+        page.go_to_stage(chapter)
         qtbot.wait(30)
         inner = page.widget()
         # Never wider than the window: what does not fit goes below.

@@ -161,7 +161,7 @@ def test_flights_are_read_once_and_decisions_reach_the_search(bench: Bench) -> N
 def test_a_stop_is_obeyed_and_what_was_prepared_is_kept(bench: Bench) -> None:
     bench.search.endless = True
     bench.connection.send(job())
-    while bench.connection.recv().words != "step 4":
+    while bench.connection.recv().text != "step 4":
         pass
     bench.stop.set()
     while (told := bench.connection.recv()).kind == "doing":

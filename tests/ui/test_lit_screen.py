@@ -57,8 +57,8 @@ class Desk(QObject):
     """The signals of a desk."""
 
     changed = Signal()
-    ended = Signal(object)
-    records_here = False
+    recording_ended = Signal(object)
+    is_recording = False
 
 
 @pytest.mark.parametrize("how", ["another flight", "the recording ends", "the window closes"])
@@ -84,16 +84,16 @@ def test_the_screen_stays_lit_for_as_long_as_a_flight_is_recorded(
         screen = ScreenSaverInhibitor(desk)
         desk.changed.emit()
         assert connections() == alone
-        desk.records_here = True
+        desk.is_recording = True
         desk.changed.emit()
         until(qtbot, lambda: bool(saver.asked))
         assert saver.asked == [("Ground station", "a flight is being recorded")]
         assert connections() > alone
         if how == "another flight":
-            desk.records_here = False
+            desk.is_recording = False
             desk.changed.emit()
         elif how == "the recording ends":
-            desk.ended.emit(None)
+            desk.recording_ended.emit(None)
         else:
             screen.close()
         until(qtbot, lambda: connections() == alone)
@@ -106,8 +106,8 @@ import os
 from PySide6.QtCore import QObject, Signal
 from ui.screen_saver_inhibitor import ScreenSaverInhibitor
 class Desk(QObject):
-    changed, ended = Signal(), Signal(object)
-    records_here = True
+    changed, recording_ended = Signal(), Signal(object)
+    is_recording = True
 desk = Desk()
 screen = ScreenSaverInhibitor(desk)
 if os.getuid() == 0:

@@ -573,7 +573,7 @@ def test_nothing_is_ticked_begun_anew_or_started_in_a_replay(
     item = next(item for item in items if item.can_tick)
     assert not page.book.toggle(item.id)
     page.book.restart()
-    assert page.book.start() == ""
+    assert page.book.record_start() == ""
     assert page.book.ticks == before
     page.list.select_item(item.id)
     press(qtbot, Qt.Key.Key_Space)
@@ -804,7 +804,7 @@ def test_a_flight_without_cards_has_none_at_every_place(
     good = flown(("de",), page.book.cards.cards[0].speed, 4.5 * DEGREE)
     for found in (False, True):
         if found:
-            page.book.found((good,))
+            page.book.set_maneuvers((good,))
         window.preflight_page.refresh()
         assert window.pilot_page.cues.cards is None
         assert shown.state.text == "none in this flight"
@@ -817,7 +817,7 @@ def test_the_list_says_which_cards_are_done(window: MainWindow, qtbot: QtBot) ->
     page = go(window, qtbot, 4)
     card = page.book.cards.cards[0]
     good = flown(("de",), card.speed, 4.5 * DEGREE)
-    page.book.found((good, good, good, flown(("de",), card.speed, 20 * DEGREE)))
+    page.book.set_maneuvers((good, good, good, flown(("de",), card.speed, 20 * DEGREE)))
     page._show_list()
     lines = page.list.listed.lines
     assert (lines[0].state, lines[0].state_text) == ("good", "3 of 3")

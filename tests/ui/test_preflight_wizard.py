@@ -170,7 +170,7 @@ def test_certificates_are_printed_by_a_key(qtbot: QtBot, at_bench: Open) -> None
     begin(window)
     work_through(window)
     assert [one.id for one in window.page.actions_bar.offers][:2] == ["leave", "paper"]
-    with qtbot.waitSignal(window.desk.said, timeout=30_000) as said:
+    with qtbot.waitSignal(window.desk.message_posted, timeout=30_000) as said:
         window.press(KEY.Key_W)
     assert said.args[1].startswith("1 page is written")
     page = Path(said.args[1].rpartition(": ")[2].rstrip(".")) / "rudder.pdf"
@@ -221,7 +221,7 @@ def test_a_certificate_goes_into_the_flight_that_is_open(tmp_path: Path, at_benc
 def test_the_large_number_and_the_aircraft_follow_the_hand(at_bench: Open) -> None:
     window = at_bench("elevator_left")
     begin(window)
-    work, look = window.page.work, window.look
+    work, look = window.page.work, window.display_style
     assert count(work.cue, look.theme.target) > 300  # what is wanted
     assert count(work.cue, look.theme.good_fill) > 2000
     assert work.cue.cue.state_text == "Steady"
@@ -295,7 +295,7 @@ def test_the_ground_temperature_is_asked_for_in_the_units_of_the_screen(at_bench
     start.temperature.setText("68")
     assert "°F" in start.temperature.accessibleName()
     assert start.temperature_kelvin == pytest.approx(293.15)
-    window.look.set_units("SI")
+    window.display_style.set_units("SI")
     assert "°C" in start.temperature.accessibleName()
     assert start.temperature.text() == "20.0"
     assert start.temperature_kelvin == pytest.approx(293.15)
@@ -418,7 +418,7 @@ def test_a_dead_potentiometer_is_named(at_bench: Open) -> None:
     assert [fault.kind for fault in window.view.faults] == ["dead"]
     assert any("stayed" in one.sentence and one.state == "warning" for one in remarks.shown)
     assert remarks.isVisible()
-    assert count(remarks, window.look.theme.warning) > 50
+    assert count(remarks, window.display_style.theme.warning) > 50
 
 
 def test_volts_that_stop_are_not_left_standing(
@@ -428,7 +428,7 @@ def test_volts_that_stop_are_not_left_standing(
     begin(window)
     assert window.page.work.cue.cue.volts_text != "– V"
     monkeypatch.setattr("ui.preflight.wizard_controller._NO_DATA_SECONDS", -1.0)
-    window.desk.told.emit()
+    window.desk.refreshed.emit()
     cue = window.page.work.cue.cue
     assert (cue.state, cue.state_text) == ("warning", "No signal")
     assert not cue.value_text
@@ -436,14 +436,14 @@ def test_volts_that_stop_are_not_left_standing(
     assert window.page.work.picture.figure.angle is None
     # Where the flight is only being read anew nothing is wrong with the signal.
     window.desk.session.feed.present = False
-    window.desk.told.emit()
+    window.desk.refreshed.emit()
     cue = window.page.work.cue.cue
     assert (cue.state, cue.state_text) == ("unknown", "Catching up")
 
 
 def test_no_heading_stands_over_deflections_that_are_not_there(window: BenchWindow) -> None:
     """Of the rudder alone none are made of two surfaces."""
-    panel = WizardSummaryPanel(window.look)
+    panel = WizardSummaryPanel(window.display_style)
     panel.show_outcomes("Calibration done", "Rudder calibrated.", ())
     assert [one.text() for one in panel.findChildren(QLabel) if not one.isHidden()] == [
         "Calibration done",
@@ -465,7 +465,7 @@ def test_a_surface_does_not_turn_over_the_words_that_name_its_sides(
     end: float,
     scale: int,
 ) -> None:
-    look = window.look
+    look = window.display_style
     look.set_scale(scale)
     for sense, wide in product((-1, 1), (260, 330)):
         figure = SurfaceFigure(
@@ -548,9 +548,9 @@ def test_the_surfaces_at_the_end_are_those_of_now(
     monkeypatch.setattr(
         "ui.preflight.wizard_page.together_of", lambda history, _units: [history] if history else []
     )
-    window.desk.told.emit()
+    window.desk.refreshed.emit()
     let_no_volts_come(monkeypatch)
-    window.desk.told.emit()
+    window.desk.refreshed.emit()
     assert shown == [1, 0]
 
 
@@ -605,7 +605,7 @@ def test_controls_are_for_gloves_and_the_cue_is_never_cut(
 ) -> None:
     window = at_bench("elevator_left")
     begin(window)
-    window.look.set_scale(scale)
+    window.display_style.set_scale(scale)
     window.resize(*size)
     for _ in range(3):  # layouts settle one after the other
         QApplication.processEvents()
@@ -621,7 +621,7 @@ def test_controls_are_for_gloves_and_the_cue_is_never_cut(
     top = cue.mapTo(window, cue.rect().topLeft()).y()
     assert cue.height() >= cue.minimumSizeHint().height()
     assert top + cue.height() <= bar.mapTo(window, bar.rect().topLeft()).y()
-    window.look.set_scale(100)
+    window.display_style.set_scale(100)
 
 
 # In the window itself

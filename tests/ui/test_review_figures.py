@@ -249,7 +249,7 @@ def test_a_maneuver_is_left_out_by_a_key_grayed_and_taken_back(bench: Bench) -> 
     bench.selection.select_maneuver("1:M2")
     bench.commands.actions["review_exclude"].trigger()
     bench.settle()
-    assert told[-1].summary.without == {"1:M2"}
+    assert told[-1].summary.excluded_maneuvers == {"1:M2"}
     assert bench.page.state.text == "trial, 1 left out"
     one = point("Cm_alpha", "1:M2")
     at = bench.place("Cm_alpha", one.number, one.value)
@@ -259,11 +259,11 @@ def test_a_maneuver_is_left_out_by_a_key_grayed_and_taken_back(bench: Bench) -> 
     # The place hands the outcome back to all pages; that is no new run.
     bench.page.show_outcome(told[-1])
     bench.page.undo()
-    assert told[-1].summary.without == frozenset()
+    assert told[-1].summary.excluded_maneuvers == frozenset()
     before = outcome().summary.derivatives["Cm_alpha"].value
     assert told[-1].summary.derivatives["Cm_alpha"].value == before
     bench.page.redo()
-    assert told[-1].summary.without == {"1:M2"}
+    assert told[-1].summary.excluded_maneuvers == {"1:M2"}
     bench.page.undo()
     bench.settle()
     at = bench.place("Cm_alpha", one.number, one.value)
@@ -522,7 +522,7 @@ def test_drawing_is_done_beside_the_window_and_stale_orders_are_dropped(bench: B
     """Made in another thread; of three orders in a row the last one is shown."""
     made: list[tuple[str, str]] = []
     shown: list[object] = []
-    bench.page.view.drawn.connect(lambda drawing: shown.append(drawing.words))
+    bench.page.view.drawn.connect(lambda drawing: shown.append(drawing.message))
 
     def order(words: str) -> Callable[..., str]:
         def make(_palette: object, _room: object) -> str:
@@ -546,8 +546,8 @@ _LEAVES = """
 import time
 from PySide6.QtCore import QCoreApplication
 from gsapp.report.palette import PAPER
-from gsapp.report.document import Picture
-from ui.review.figure_renderer import FigureRenderer, Order, Room
+from gsapp.report.document import DocumentFigure
+from ui.review.figure_renderer import FigureRenderer, FigureSize, RenderRequest
 
 def draw(container):
     print("drawing", flush=True)
@@ -557,10 +557,10 @@ def draw(container):
 
 app = QCoreApplication([])
 drawer = FigureRenderer()
-picture = Picture(name="it", caption="", height=4.0, draw=draw)
-room = Room(width=6.0, height=4.0)
+picture = DocumentFigure(name="it", caption="", height=4.0, draw=draw)
+room = FigureSize(width=6.0, height=4.0)
 drawer.begin(
-    Order(number=1, make=lambda *_: picture, palette=lambda: PAPER, room=room, dpi=100.0)
+    RenderRequest(request_id=1, build=lambda *_: picture, palette=lambda: PAPER, room=room, dpi=100.0)
 )
 time.sleep(0.15)
 """

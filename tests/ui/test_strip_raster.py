@@ -158,7 +158,7 @@ def test_a_value_lies_at_its_row():
         picture.advance(history, view)
         box = geometry.charts[0]
         rows = rows_of_line(seen(picture, view), box, geometry.plot, 200)
-        free = picture.free
+        free = picture.free_rows
         expected = free + (box.height - 2 * free) * (1.0 - value) / 2.0
         assert rows.mean() + 0.5 == pytest.approx(expected, abs=0.6)
 
@@ -196,7 +196,7 @@ def test_limits_are_bands_at_their_rows():
     column = seen(picture, view)[box.y - geometry.plot.y :, 40]
 
     def row(value):
-        free = picture.free
+        free = picture.free_rows
         return free + (box.height - 2 * free) * (1.0 - value) / 2.0
 
     caution = np.flatnonzero(column == color(DAYLIGHT.caution_band))
@@ -368,7 +368,7 @@ def test_a_replay_shows_what_a_live_flight_would(window):
     picture, _ = picture_of(view)
     for horizon in (10.0, 10.02, 10.03, 10.5, 11.0, 4.0, 4.02, 4.1, 25.0, 25.01, 9.0):
         history.horizon = horizon
-        view.follow(history.end)
+        view.set_now(history.end)
         picture.advance(history, view)
         fresh, _ = picture_of(view)
         fresh.advance(history, view)
@@ -418,7 +418,7 @@ def test_a_frame_asks_for_new_samples_only():
         assert history.asked == 2 * len(CHANNELS)
     history.columns = history.asked = 0
     still = picture.advance(history, view)
-    assert not still.moved
+    assert not still.scrolled
     assert still.first == still.last
     assert history.columns == history.asked == 0
 

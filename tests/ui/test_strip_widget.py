@@ -97,7 +97,7 @@ def pixels_of(image):
 def raster_of(widget):
     """Return the pixels of the plot as they belong on screen, and where they begin."""
     geometry = widget.geometry_in_pixels
-    raster = widget.picture.raster
+    raster = widget.raster.raster
     seam = widget.view.columns[0] % raster.width
     shown = np.concatenate((raster.pixels[:, seam:], raster.pixels[:, :seam]), axis=1)
     return shown, geometry.plot
@@ -444,13 +444,13 @@ def test_every_key_of_the_table_does_something_known(qtbot, strips):
 def test_a_stale_value_becomes_a_dash(qtbot, strips, history):
     """Proves that the last value is never left standing when nothing comes any more."""
     settle(qtbot, strips)
-    assert strips.readings(3)[0].text.startswith("1")
+    assert strips.displayed_values(3)[0].text.startswith("1")
     strips.set_now(history.end + 10.0)
     strips._read_at = -math.inf
     settle(qtbot, strips)
     for number in range(4):
-        assert strips.readings(number)[0].stale
-        assert strips.readings(number)[0].text == "\N{EN DASH}"
+        assert strips.displayed_values(number)[0].stale
+        assert strips.displayed_values(number)[0].text == "\N{EN DASH}"
 
 
 def test_a_value_that_comes_seldom_is_left_standing_until_it_is_late(qtbot, strips, history):
@@ -462,7 +462,7 @@ def test_a_value_that_comes_seldom_is_left_standing_until_it_is_late(qtbot, stri
         strips.set_now(history.end + age)
         strips._read_at = -math.inf
         settle(qtbot, strips)
-        assert [strips.readings(number)[0].stale for number in range(4)] == stale
+        assert [strips.displayed_values(number)[0].stale for number in range(4)] == stale
 
 
 def test_a_channel_without_data_is_a_dash_from_the_start(qtbot, strips):
@@ -470,7 +470,7 @@ def test_a_channel_without_data_is_a_dash_from_the_start(qtbot, strips):
     strips.set_layout(default_layout())
     settle(qtbot, strips)
     place = [strip.channel for strip in default_layout().strips].index("beta")
-    assert strips.readings(place)[0].stale
+    assert strips.displayed_values(place)[0].stale
 
 
 def test_estimated_uncalibrated_and_out_of_limits_are_said_beside_the_value(qtbot, strips):
@@ -481,19 +481,22 @@ def test_estimated_uncalibrated_and_out_of_limits_are_said_beside_the_value(qtbo
     )
     strips.set_limits({"V": LimitBands(warning_high=30.0, caution_high=20.0)})
     settle(qtbot, strips)
-    assert strips.readings(2)[0].estimated
-    assert strips.readings(1)[0].uncalibrated
-    assert not strips.readings(1)[0].extrapolated
+    assert strips.displayed_values(2)[0].estimated
+    assert strips.displayed_values(1)[0].uncalibrated
+    assert not strips.displayed_values(1)[0].extrapolated
     before = image_of(strips)
     strips.set_sources({"alpha": ChannelOrigin("measured", True, {"alpha": (-1e-6, 1e-6)})})
     settle(qtbot, strips)
-    assert strips.readings(1)[0].extrapolated
+    assert strips.displayed_values(1)[0].extrapolated
     assert image_of(strips) != before
     strips.set_sources(
         {"q": ChannelOrigin("estimated", True), "alpha": ChannelOrigin("measured", False)}
     )
     settle(qtbot, strips)
-    assert (strips.readings(3)[0].state, strips.readings(3)[0].word) == ("warning", "HIGH")
+    assert (strips.displayed_values(3)[0].state, strips.displayed_values(3)[0].word) == (
+        "warning",
+        "HIGH",
+    )
     box = strips.geometry_in_pixels.charts[3]
     values = strips.geometry_in_pixels.values
     cell = pixels_of(image_of(strips))[box.y : box.bottom, values.x : values.right]
@@ -527,10 +530,10 @@ def test_values_at_cursors_say_that_they_lie_beyond_what_was_calibrated(qtbot, s
 
 def test_units_change_the_numbers_and_not_the_line(qtbot, strips):
     """Proves US and SI: another number, another axis, the same samples."""
-    us = strips.readings(3)[0].text
+    us = strips.displayed_values(3)[0].text
     strips.set_units("SI")
     settle(qtbot, strips)
-    si = strips.readings(3)[0].text
+    si = strips.displayed_values(3)[0].text
     assert float(us) == pytest.approx(float(si) / 0.3048, rel=0.01)
     assert strips.charts[3].low < 40.0 < strips.charts[3].high < 60.0
 
@@ -619,12 +622,12 @@ def test_at_200_percent_everything_is_twice_as_large(qtbot, strips):
     strips.resize(1280, 800)
     settle(qtbot, strips)
     small = strips.geometry_in_pixels
-    reach = strips.picture.raster.reach
+    reach = strips.raster.raster.reach
     strips.set_scale(2.0)
     settle(qtbot, strips)
     large = strips.geometry_in_pixels
     assert large.header.height == 2 * small.header.height
-    assert strips.picture.raster.reach > reach
+    assert strips.raster.raster.reach > reach
     assert large.numbers == small.numbers
 
 
@@ -823,9 +826,9 @@ def test_being_told_the_same_again_costs_nothing(qtbot, strips):
         settle(qtbot, strips)
 
     tell()
-    picture = strips.picture
+    picture = strips.raster
     tell()
-    assert strips.picture is picture
+    assert strips.raster is picture
 
 
 def test_a_widget_never_shown_can_be_pictured(qtbot, history):
@@ -901,7 +904,7 @@ from PySide6.QtCore import QEvent, QObject, QPoint
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication
 from gsapp.quantities import Block
-from gsapp.session.sample_history import History
+from gsapp.session.sample_history import SampleHistory
 from ui.strips import StripChart, default_layout
 
 app = QApplication([])
@@ -912,7 +915,7 @@ def rows(first, count):
     values = np.column_stack([0.1 * np.sin((1 + k) * t) for k in range(4)])
     return Block(channels=CHANNELS, times=t, values=values)
 
-history = History(CHANNELS, 100.0)
+history = SampleHistory(CHANNELS, 100.0)
 history.append(rows(0.0, 3000))
 chart = StripChart(timed=False)
 chart.resize(1021, 421)
@@ -987,12 +990,12 @@ import numpy as np
 from PySide6.QtWidgets import QApplication, QWidget
 from PySide6.QtGui import QImage
 from gsapp.quantities import Block
-from gsapp.session.sample_history import History
+from gsapp.session.sample_history import SampleHistory
 from ui.strips import StripChart, default_layout
 
 app = QApplication([])
 t = np.arange(3000) / 100.0
-history = History(("alpha", "q"), 100.0)
+history = SampleHistory(("alpha", "q"), 100.0)
 history.append(Block(channels=("alpha", "q"), times=t,
     values=np.column_stack((0.1 * np.sin(t), 0.1 * np.sign(np.sin(3 * t))))))
 parent = QWidget()
@@ -1012,7 +1015,7 @@ image = parent.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
 density = chart.devicePixelRatioF()
 pixels = np.frombuffer(image.constBits(), dtype=np.uint32)
 pixels = pixels.reshape(image.height(), image.bytesPerLine() // 4)[:, : image.width()]
-raster, plot = chart.picture.raster, chart.geometry_in_pixels.plot
+raster, plot = chart.raster.raster, chart.geometry_in_pixels.plot
 seam = chart.view.columns[0] % raster.width
 shown = np.concatenate((raster.pixels[:, seam:], raster.pixels[:, :seam]), axis=1)
 left, top = round(37 * density) + plot.x, round(23 * density) + plot.y

@@ -229,25 +229,28 @@ def test_from_the_first_byte_to_the_end_of_the_recording(
         activate(qtbot, again)
         qtbot.wait(50)
         qtbot.keyClick(again, Qt.Key.Key_R, Qt.KeyboardModifier.ControlModifier)
-        until(qtbot, lambda: again.desk.is_open and (again.desk.time or 0.0) > 1.0)
+        until(
+            qtbot,
+            lambda: again.flight_controller.is_open and (again.flight_controller.time or 0.0) > 1.0,
+        )
         until(
             qtbot,
             lambda: [line.cells[1] for line in again.view.marks.view.lines.lines] == ["first mark"],
         )
-        until(qtbot, lambda: again.desk.records_here)
+        until(qtbot, lambda: again.flight_controller.records_here)
 
     # The aircraft is silent now: no number of it is left standing.
     until(qtbot, lambda: again.bar.views["link"].part.state == "warning")
     assert again.bar.views["link"].part.value == "–"
     assert again.bar.views["flight"].part.value == "–"
 
-    again.desk.stop_recording()
+    again.flight_controller.stop_recording()
     until(qtbot, lambda: any("has ended" in text for text in again.banners.texts()))
     # Read once, the flight that has landed opens in a moment.
     until(qtbot, lambda: any(FlightFolder(path=folder).cache_folder.glob("*.npz")))
     assert find_recorder(folder) is None
     assert again.bar.views["record"].part.value == "stopped"
-    again.desk.close()
+    again.flight_controller.close()
 
 
 def test_a_flight_is_replayed_with_keys_alone(

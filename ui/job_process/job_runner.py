@@ -93,7 +93,7 @@ class ProcessJobRunner:
                         continue
                     told = connection.recv()
                     if told.kind == "doing":
-                        share, words = told.share, told.words
+                        share, words = told.share, told.text
                     else:
                         return _result(told)
             except JobCanceledError:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from gsapp.report.ftr_histories import FlightEstimateHistory
 
 _PROGRESS_TEXTS = {
-    "heard": "Computing FTR over the flights, from take-off…",
+    "ftr_histories": "Computing FTR over the flights, from take-off…",
     "comparison": "Linear models are being fitted, and judged on maneuvers that they never saw…",
 }
 
@@ -75,7 +75,7 @@ class FigureComputations(QObject):
             self._asked.add(what)
             job: ReviewJob = (
                 FtrHistoryJob(request=outcome.request)
-                if what == "heard"
+                if what == "ftr_histories"
                 else LinearModelsJob(outcome=outcome)
             )
             run = self._outcome

@@ -71,7 +71,7 @@ class FigureKind:
         Returns the lists above it.
     build : callable
         Returns the picture, or why there is none.
-    needs : {"", "heard", "comparison"}
+    needs : {"", "ftr_histories", "comparison"}
         What has to be worked out first.
     table : callable or None
         Returns a table to be read below it.
@@ -82,7 +82,7 @@ class FigureKind:
     description: str
     options: Callable[[FigureData], tuple[FigureOption, ...]]
     build: Callable[[FigureData, Palette, FigureSize], DocumentFigure | str]
-    needs: Literal["", "heard", "comparison"] = ""
+    needs: Literal["", "ftr_histories", "comparison"] = ""
     table: Callable[[FigureData], DocumentTable | None] | None = None
 
 
@@ -320,7 +320,7 @@ FIGURE_KINDS = (
         description="Derivatives as FTR formed them, against the points on the ground.",
         options=lambda material: (flight_option(material), ftr_axis_option(material)),
         build=_build_ftr_history,
-        needs="heard",
+        needs="ftr_histories",
     ),
     FigureKind(
         id="linear", title="Linear models",

@@ -138,7 +138,7 @@ class ReviewJobHandler:
             job.path,
             units="SI" if job.units == "SI" else "US",
             written=local_timestamp(),
-            heard=job.ftr_histories,
+            ftr_histories=job.ftr_histories,
             linear=job.linear,
             flights=self.flights,
             progress=self._stepping,
